@@ -94,7 +94,7 @@ class Drag:
         for axis in (0, 1):
             first, last = begin.velocity_ned_m_s[axis], end.velocity_ned_m_s[axis]
             velocity[axis] = 0.5 * (first + last)
-            push = sum(push[axis] for push in self._pushes) / count
+            push = math.fsum(push[axis] for push in self._pushes) / count
             taken[axis] = push - (last - first) / time_s
         north, east = (
             taken[axis] - self._wind_m_s2[axis] - self.per_s * velocity[axis] for axis in (0, 1)

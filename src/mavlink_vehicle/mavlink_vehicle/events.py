@@ -9,6 +9,7 @@ import enum
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.ranges import RangesMeasured, RangesRefused
 
 
@@ -161,6 +162,20 @@ class HeartbeatRegained:
 
 
 @dataclass(frozen=True)
+class ExternalPosesStopped:
+    """No external pose has been sent for so long, after there were some."""
+
+    silent_s: float
+
+
+@dataclass(frozen=True)
+class ExternalPosesResumed:
+    """An external pose is sent again; `silent_s` is how long there was none."""
+
+    silent_s: float
+
+
+@dataclass(frozen=True)
 class VehicleRebooted:
     """The autopilot's time since boot went back: it restarted and forgot its message rates."""
 
@@ -238,6 +253,130 @@ class StoodStill:
     gap_s: float
 
 
+@dataclass(frozen=True)
+class StoredListFinished:
+    """The reading or writing of a fence or of rally points ended.
+
+    Attributes:
+        kind: which list.
+        result: how it ended; a list that was written is ACHIEVED when it was read back.
+        reason: a sentence, which says what is stored now.
+        items: what is stored now; None while that is unknown.
+    """
+
+    kind: MissionType
+    result: OperationResult
+    reason: str
+    items: tuple[MissionItem, ...] | None
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of the autopilot; `type` is its MAV_PARAM_TYPE."""
+
+    name: str
+    value: float
+    type: int
+
+
+class ParameterChange(enum.Enum):
+    """What has become of a parameter that was to be read, or to have a value."""
+
+    READ = "read"
+    CHANGED = "changed"
+    UNCHANGED = "it had the value"
+    UNKNOWN = "the autopilot does not know it"
+    FAILED = "not changed"
+
+
+@dataclass(frozen=True)
+class ParameterOutcome:
+    """The outcome of one parameter.
+
+    Attributes:
+        name: its name.
+        change: what has become of it.
+        reason: a sentence.
+        old: what was read first; None where it was not read.
+        new: what was read last.
+    """
+
+    name: str
+    change: ParameterChange
+    reason: str
+    old: Parameter | None = None
+    new: Parameter | None = None
+
+
+@dataclass(frozen=True)
+class ParametersFinished:
+    """The reading or changing of parameters ended.
+
+    Attributes:
+        result: how it ended; changes are ACHIEVED when each was read back.
+        reason: a sentence.
+        parameters: all that were read, if all were to be.
+        outcomes: one for each that was asked for by name.
+    """
+
+    result: OperationResult
+    reason: str
+    parameters: tuple[Parameter, ...] = ()
+    outcomes: tuple[ParameterOutcome, ...] = ()
+
+
+class LogMeans(enum.Enum):
+    """The protocol by which logs are listed; they are downloaded as they were listed."""
+
+    AUTO = "auto"
+    """LOG_REQUEST_*, and MAVFTP if that is not answered."""
+    LOG_REQUEST = "log_request"
+    FTP = "ftp"
+
+
+@dataclass(frozen=True)
+class StoredLog:
+    """One log in the autopilot's storage.
+
+    Attributes:
+        log_id: the autopilot's number for it. It can change when logs are erased.
+        size_bytes: its size when it was listed; a log being written grows.
+        time_utc_s: seconds since 1970 of its start (ArduPilot) or last change (PX4); 0: unknown.
+        path: of its file, if MAVFTP listed it; it is then downloaded by MAVFTP. The numbers of a
+            PX4's logs are then those of their names in order.
+    """
+
+    log_id: int
+    size_bytes: int
+    time_utc_s: int
+    path: str = ""
+
+
+@dataclass(frozen=True)
+class LogsListed:
+    """The autopilot's own logs, by number."""
+
+    logs: tuple[StoredLog, ...]
+
+
+@dataclass(frozen=True)
+class LogChunkReceived:
+    """The next bytes of a log that is being downloaded."""
+
+    offset_bytes: int
+    data: bytes
+
+
+@dataclass(frozen=True)
+class LogTransferEnded:
+    """A list or a download of logs ended; exactly one such event follows each that was begun."""
+
+    result: OperationResult
+    reason: str
+
+
+LogEvent: TypeAlias = LogsListed | LogChunkReceived | LogTransferEnded
+
 VehicleEvent: TypeAlias = (
     VehicleDiscovered
     | ModeChanged
@@ -248,6 +387,8 @@ VehicleEvent: TypeAlias = (
     | FailsafeEnded
     | HeartbeatLost
     | HeartbeatRegained
+    | ExternalPosesStopped
+    | ExternalPosesResumed
     | VehicleRebooted
     | StatusTextReceived
     | StreamClosed
@@ -256,4 +397,7 @@ VehicleEvent: TypeAlias = (
     | RangesMeasured
     | RangesRefused
     | StoodStill
+    | StoredListFinished
+    | ParametersFinished
+    | LogEvent
 )

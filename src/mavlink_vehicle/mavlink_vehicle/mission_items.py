@@ -135,6 +135,7 @@ class MissionRules:
             of the waypoint.
         terrain: whether heights above the ground are taken.
         takeoff_least_m: a mission with a lower take-off is not flown.
+        rally_step_m: the altitude of a rally point is stored in such steps; 0 for any.
         change_text: how the text begins that says that the mission was changed in flight.
         rejections: how the texts begin that say that a stored mission will not be flown.
     """
@@ -147,6 +148,7 @@ class MissionRules:
     yaw_command: bool = False
     terrain: bool = False
     takeoff_least_m: float = 0.0
+    rally_step_m: float = 0.0
     change_text: str = ""
     rejections: tuple[str, ...] = ()
 
@@ -170,6 +172,40 @@ def first_difference(
         if what is not None:
             return f"item {number + rules.offset} has a different {what}"
     return None
+
+
+def list_difference(
+    sent: Sequence[MissionItem], stored: Sequence[MissionItem], kind: MissionType
+) -> str | None:
+    """Return the first difference between two fences, or two lists of rally points.
+
+    What is compared: of a fence's item the command, the number in param1 (corners, or radius) and
+    the place; its frame and height mean nothing, and ArduPilot gives 0 for them. Of a rally point
+    frame, place and altitude.
+    """
+    if len(sent) != len(stored):
+        return f"{len(stored)} items are stored instead of {len(sent)}"
+    for number, (ours, theirs) in enumerate(zip(sent, stored, strict=True)):
+        what = _list_item_difference(ours, theirs, kind)
+        if what is not None:
+            return f"item {number} has a different {what}"
+    return None
+
+
+def _list_item_difference(ours: MissionItem, theirs: MissionItem, kind: MissionType) -> str | None:
+    if ours.command != theirs.command:
+        return "command"
+    if abs(ours.x - theirs.x) > _DEGREES_1E7_TOLERANCE:
+        return "latitude"
+    if abs(ours.y - theirs.y) > _DEGREES_1E7_TOLERANCE:
+        return "longitude"
+    if kind is MissionType.FENCE:
+        counts = ours.command != mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
+        same = _same_param(ours.params[0], theirs.params[0], is_yaw=False, keeps_nan=True)
+        return "param1" if counts and not same else None
+    if _SAME_FRAME.get(ours.frame, ours.frame) != _SAME_FRAME.get(theirs.frame, theirs.frame):
+        return "frame"
+    return None if abs(ours.z - theirs.z) <= _HEIGHT_TOLERANCE_M else "altitude"
 
 
 def _difference(ours: MissionItem, theirs: MissionItem, rules: MissionRules) -> str | None:

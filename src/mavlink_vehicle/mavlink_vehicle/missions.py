@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mavlink_vehicle.events import OperationKind
+from mavlink_vehicle.events import OperationKind, OperationResult
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.operation_desk import OperationDesk
 from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.protocols.mission.list_operation import ListOperation
 from mavlink_vehicle.protocols.mission.mission_goals import MissionModeGoal, MissionStartGoal
 from mavlink_vehicle.protocols.mission.mission_operation import MissionJob, MissionTiming
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
@@ -91,6 +92,12 @@ class Missions:
             return self._desk.nobody(kind, now)
         if profile.missions is None:
             return self._desk.refuse(kind, _no_missions(profile), now)
+        pending = self._core.list_jobs.pending
+        if isinstance(pending, ListOperation) and pending.writes:
+            reason = "The fence or the rally points are being written; try again after that."
+            return self._desk.refuse(kind, reason, now)
+        instead = "a mission is transferred instead"
+        self._core.list_jobs.stop(OperationResult.CANCELLED, instead, now)
         job = MissionJob(kind, items, profile.missions, profile.name)
         timing = MissionTiming(
             _TIME_S + _TIME_PER_ITEM_S * len(items),

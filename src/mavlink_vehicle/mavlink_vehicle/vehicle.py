@@ -27,6 +27,7 @@ from mavlink_vehicle.protocols.operations.takeoff_goal import (
     takeoff_timeout_s,
 )
 from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
+from mavlink_vehicle.storage import Storage
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
 from mavlink_vehicle.vehicle_core import VehicleCore
 
@@ -49,6 +50,7 @@ class Vehicle(VehicleCore):
         super().__init__(config)
         self._desk = OperationDesk(self)
         self.missions = Missions(self, self._desk)
+        self.storage = Storage(self)
 
     # Modes
 

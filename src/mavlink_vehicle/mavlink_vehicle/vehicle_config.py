@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from mavlink_vehicle.errors import SettingError
+from mavlink_vehicle.events import LogMeans
 
 DEFAULT_RATES_HZ: Mapping[str, float] = MappingProxyType(
     {
@@ -51,6 +52,10 @@ class VehicleConfig:
         timesync_interval_s: how often the round trip is measured; 0: never.
         mission_timeout_s: time to the repetition of a message of a mission transfer.
         mission_retries: repetitions of each such message after the first sending.
+        external_origin: latitude and longitude in degrees and altitude above mean sea level in m
+            of the local frame of external poses; set where the autopilot has no origin. None: the
+            autopilot gets it otherwise.
+        log_means: how the autopilot's own logs are listed and downloaded.
         grace_s: a change that we asked for may show up this long after its operation ended.
     """
 
@@ -71,6 +76,8 @@ class VehicleConfig:
     timesync_interval_s: float = 2.0
     mission_timeout_s: float = 0.5
     mission_retries: int = 20
+    external_origin: tuple[float, float, float] | None = None
+    log_means: LogMeans = LogMeans.AUTO
 
     def __post_init__(self) -> None:
         """Reject what makes no sense.

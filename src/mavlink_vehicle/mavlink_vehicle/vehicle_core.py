@@ -20,8 +20,10 @@ from mavlink_vehicle.events import (
     ModeChanged,
     OperationFinished,
     OperationResult,
+    ParametersFinished,
     StatusTextReceived,
     StoodStill,
+    StoredListFinished,
     StreamClosed,
     SystemStatusChanged,
     VehicleDiscovered,
@@ -30,8 +32,11 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.mission_items import HOME_PLACEHOLDER, MissionItem, MissionType
 from mavlink_vehicle.profiles import Profile, profile_for
+from mavlink_vehicle.protocols.external_position import ExternalPose, ExternalPositionSender
 from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
+from mavlink_vehicle.protocols.job_slot import JobSlot
+from mavlink_vehicle.protocols.logs.log_transfer import LOG_MESSAGES, LogTransfer
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.mission.mission_operation import (
@@ -45,6 +50,7 @@ from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.protocols.own_gap import OwnGap
 from mavlink_vehicle.protocols.parameters import ParameterReader
+from mavlink_vehicle.protocols.rtcm import RtcmSender
 from mavlink_vehicle.protocols.sequence import ModeOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.protocols.stations.overheard import ANSWERS
@@ -79,6 +85,9 @@ _FOR_OPERATIONS = frozenset(
         mavlink.MAVLink_mission_item_int_message,
         mavlink.MAVLink_mission_ack_message,
     }
+)
+_FOR_PARAMETERS = frozenset(
+    {mavlink.MAVLink_param_value_message, mavlink.MAVLink_param_error_message}
 )
 # Without setpoints our HEARTBEAT is what we run for, at least.
 _LATE_S = 0.25
@@ -123,8 +132,10 @@ class VehicleCore:
         self._parameters = ParameterReader()
         self._lists = StoredLists(
             TransferTiming(self.config.mission_timeout_s, self.config.mission_retries),
-            lambda: not self._transfers_mission,
+            lambda: not self.transfers_mission,
         )
+        self.list_jobs: JobSlot[StoredListFinished] = JobSlot()
+        self.parameter_jobs: JobSlot[ParametersFinished] = JobSlot()
         self._stream = SetpointStream()
         self._own_gap = OwnGap(lambda: self.address)
         self._drag = Drag()
@@ -136,6 +147,9 @@ class VehicleCore:
         self._stations = StationObserver()
         self._last_mission: MissionOperation | None = None
         self.ranges = RangeReader()
+        self.logs = LogTransfer(lambda: self.address, self.config.log_means)
+        self.rtcm = RtcmSender()
+        self._external = ExternalPositionSender(self.config.external_origin)
         self._events: deque[VehicleEvent] = deque()
         self._parts = (
             self._own_gap,
@@ -144,15 +158,23 @@ class VehicleCore:
             self._rates,
             self._requests,
             self._parameters,
+            self.parameter_jobs,
             self._lists,
+            self.list_jobs,
             self.slot,
             self._failsafes,
             self._timesync,
+            self.logs,
+            self.rtcm,
+            self._external,
         )
         self._senders = (
             self._own_gap,
+            # The end of a download goes out before what arms the vehicle.
+            self.logs,
             # A PX4 would take the end of a reading for the end of the upload that comes after it.
             self._lists,
+            self.list_jobs,
             self.slot,
             self._stream,
             self._sender,
@@ -160,14 +182,17 @@ class VehicleCore:
             self._requests,
             self._timesync,
             self._parameters,
+            self.parameter_jobs,
+            self.rtcm,
+            self._external,
         )
 
     # What is known
 
     @property
-    def _transfers_mission(self) -> bool:
-        """Whether an operation on the mission is under way."""
-        return isinstance(self.slot.pending, MissionOperation)
+    def transfers_mission(self) -> bool:
+        """Whether an operation on the mission, the fence or the rally points is under way."""
+        return isinstance(self.slot.pending, MissionOperation) or bool(self.list_jobs.pending)
 
     @property
     def connected(self) -> bool:
@@ -336,6 +361,33 @@ class VehicleCore:
         self._stations.hear(message, self.address, self.profile, now)
         self._take_acts()
 
+    def send_external_pose(self, pose: ExternalPose, now: float) -> None:
+        """Send a pose from outside to the autopilot's estimator.
+
+        Raises:
+            ExternalPositionError: it is not sent, and why.
+        """
+        self._external.offer(
+            pose,
+            now,
+            target_system=self.state.system_id,
+            is_px4=self.state.autopilot == mavlink.MAV_AUTOPILOT_PX4,
+            needs_origin=self._needs_origin,
+        )
+
+    def external_silence_s(self, now: float) -> float | None:
+        """Return how long no external pose has been sent; None if none is in use."""
+        return self._external.silent_s(now)
+
+    def external_difference_m(self, now: float) -> float | None:
+        """Return how far its local position is from the last external pose; None without either."""
+        local = self.state.local_position
+        return None if local is None else self._external.difference_m(local.position_ned_m, now)
+
+    def _needs_origin(self) -> bool:
+        state = self.state
+        return state.origin is None and not state.position_valid and not state.armed
+
     def note_setpoint(self, now: float) -> None:
         """Record that a setpoint goes out, ours or another computer's."""
         self.state = self._gap.sent(self.state, self.profile, now)
@@ -345,8 +397,15 @@ class VehicleCore:
         if message.__class__ in RANGE_MESSAGES:
             self._take_ranges(message, now)
             return
+        if message.__class__ in LOG_MESSAGES:
+            self.logs.receive(message, now)
+            return
         if message.__class__ in _FOR_OPERATIONS:
             self.slot.receive(message, now)
+            self.list_jobs.receive(message, now)
+            self.take_ends(now)
+        elif message.__class__ in _FOR_PARAMETERS:
+            self.parameter_jobs.receive(message, now)
             self.take_ends(now)
         self._requests.receive(message, now)
         self._timesync.receive(message, now)
@@ -355,7 +414,7 @@ class VehicleCore:
         if message.__class__ in ANSWERS:
             self._stations.answered(message, self.address, now)
             self._take_acts()
-            if not self._transfers_mission:
+            if not self.transfers_mission:
                 for kind in lists_taken(message):
                     self._lists.refresh(kind, now)
 
@@ -414,7 +473,15 @@ class VehicleCore:
                 self._timesync.pause()
                 self._parameters.pause()
                 self._lists.pause()
+                self.parameter_jobs.stop(
+                    OperationResult.LINK_LOST, "the autopilot has fallen silent", now
+                )
+                self.rtcm.clear()
+                self._external.pause()
+                self.logs.stop("The link to the autopilot was lost.", OperationResult.LINK_LOST)
                 self.slot.observe(self.state, False, now)
+        while (stopped := self._external.next_event()) is not None:
+            self._events.append(stopped)
         self.take_ends(now)
         self._take_failsafes()
 
@@ -434,7 +501,7 @@ class VehicleCore:
 
     def next_event(self) -> VehicleEvent | None:
         """Return and remove the next event."""
-        return self._events.popleft() if self._events else None
+        return self._events.popleft() if self._events else self.logs.next_event()
 
     # Inside
 
@@ -448,6 +515,7 @@ class VehicleCore:
             longest_s = min(longest_s, _STREAM_SHARE * profile.stream_lost_s)
         gap_s = self._own_gap.notice(now, self.state.boot_time_ms, longest_s)
         if gap_s is not None:
+            self._watch.excuse(gap_s)
             self._events.append(StoodStill(gap_s))
 
     def _follow_order(
@@ -527,13 +595,16 @@ class VehicleCore:
         self._requests.forget()
         self._parameters.forget()
         self._lists.forget()
+        self.logs.stop("The autopilot restarted.", OperationResult.LINK_LOST)
         self._ask(now)
         self.slot.lose("the autopilot restarted", now)
+        for jobs in (self.list_jobs, self.parameter_jobs):
+            jobs.stop(OperationResult.LINK_LOST, "the autopilot restarted", now)
         self.take_ends(now)
 
     def _compare_mission(self, before: VehicleState, now: float) -> None:
         mission, earlier = self.state.mission, before.mission
-        if mission is not earlier and mission and earlier and not self._transfers_mission:
+        if mission is not earlier and mission and earlier and not self.transfers_mission:
             self._lists.compare(earlier, mission, now)
         if self.profile is not None:
             self._stations.compare(before, self.state, self.profile, self._order.place, now)
@@ -546,6 +617,8 @@ class VehicleCore:
             self._events.append(ArmedChanged(state.armed, requested))
             if not state.armed:
                 self._close_by_interlock("the vehicle was disarmed")
+            else:
+                self.logs.stop("The vehicle was armed.")
 
     def _mode_changed(self, before: VehicleState, now: float) -> None:
         state, name = self.state, self.mode_name
@@ -595,6 +668,11 @@ class VehicleCore:
         self.take_ends(now)
         return operation_id
 
+    def make_way_for_list(self, now: float) -> None:
+        """End the reading of lists, and read the fence's parameters again: one is written."""
+        self._lists.make_way(now)
+        self._parameters.refresh(now)
+
     def take_ends(self, now: float) -> None:
         """Put the ends of operations into their place among the events."""
         while (event := self.slot.next_event()) is not None:
@@ -604,6 +682,14 @@ class VehicleCore:
             last = self._last_mission
             if last is not None and last.operation_id == event.operation_id:
                 self._keep_list(event, now)
+        while (ended := self.list_jobs.next_event()) is not None:
+            self._events.append(ended)
+            if ended.items is None:
+                self._lists.refresh(ended.kind, now)
+            else:
+                self._lists.put(ended.kind, ended.items, now)
+        while (parameters := self.parameter_jobs.next_event()) is not None:
+            self._events.append(parameters)
 
     def _keep_list(self, event: OperationFinished, now: float) -> None:
         """Take the mission that an operation has read; another end leaves it unknown."""

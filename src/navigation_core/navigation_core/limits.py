@@ -89,6 +89,24 @@ class Limits:
             speed_down_m_s=min(self.speed_down_m_s, speed_m_s),
         )
 
+    def slowing_from(self, speed_m_s: float, usual: Limits) -> Limits:
+        """Return limits that a vehicle slows down with which is faster than they allow.
+
+        Args:
+            speed_m_s: its horizontal speed.
+            usual: limits without a goal's speed, whose acceleration and jerk it may have.
+        """
+        if speed_m_s <= self.speed_horizontal_m_s:
+            return self
+        faster = usual.with_speed(speed_m_s)
+        return dataclasses.replace(
+            self,
+            acceleration_horizontal_m_s2=max(
+                self.acceleration_horizontal_m_s2, faster.acceleration_horizontal_m_s2
+            ),
+            jerk_m_s3=max(self.jerk_m_s3, faster.jerk_m_s3),
+        )
+
     def along(self, direction_enu: Vector3) -> AxisLimits:
         """Return the limits of a straight motion along a unit vector of the map frame."""
         level = horizontal_norm(direction_enu)

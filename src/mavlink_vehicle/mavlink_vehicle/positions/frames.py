@@ -95,3 +95,8 @@ _BODY_TURN: Quaternion = (0.0, 1.0, 0.0, 0.0)
 def quaternion_ned_frd_to_enu_flu(quaternion: Quaternion) -> Quaternion:
     """Turn an attitude FRD -> NED (MAVLink) into FLU -> ENU (REP-103)."""
     return quaternion_multiply(quaternion_multiply(_WORLD_TURN, quaternion), _BODY_TURN)
+
+
+def quaternion_enu_flu_to_ned_frd(quaternion: Quaternion) -> Quaternion:
+    """Turn an attitude FLU -> ENU (REP-103) into FRD -> NED (MAVLink)."""
+    return quaternion_multiply(quaternion_multiply(_WORLD_TURN, quaternion), _BODY_TURN)

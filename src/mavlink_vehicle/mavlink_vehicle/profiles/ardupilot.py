@@ -83,6 +83,8 @@ _MISSIONS = MissionRules(
     # At each item that is uploaded in AUTO (observed); the number of items may be the same.
     change_text="Auto mission changed",
     terrain=True,
+    # MissionItemProtocol_Rally.cpp: the altitude becomes an int16.
+    rally_step_m=1.0,
 )
 _PLANE_MISSIONS = replace(
     _MISSIONS,
@@ -163,6 +165,9 @@ ROVER = replace(
     # over its direction, so none is sent: the heading follows the velocity.
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
+    # GCS_MAVLink_Rover.cpp: a velocity in BODY_NED with a yaw rate is a speed along the nose, whose
+    # sign is that of x, and a turn rate. Observed: x = -1 with a yaw rate reverses.
+    drives_by_turn_rate=True,
     return_speeds=(("RTL_SPEED", 1.0), ("WP_SPEED", 1.0), ("CRUISE_SPEED", 1.0)),
     # Observed: "target not received last 3secs, stopping"; no parameter changes it.
     setpoint_timeout_s=3.0,

@@ -119,6 +119,8 @@ class Profile:
         setpoint_motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
             vehicle follows; others it ignores without a word.
         setpoint_form: what is streamed; what else a setpoint gives is left out.
+        drives_by_turn_rate: whether it follows a velocity along its own axes with a yaw rate, also
+            backwards.
         acceleration_is_push: whether a setpoint's acceleration is a push of the motors, from which
             the drag takes its part, not the acceleration that is to come of it.
         setpoints_while_disarmed: whether setpoints may be sent to a disarmed vehicle. A rover
@@ -177,6 +179,7 @@ class Profile:
     speed_command: SpeedCommand | None = None
     setpoint_motions: frozenset[SetpointField] = frozenset()
     setpoint_form: SetpointField = SetpointField.NONE
+    drives_by_turn_rate: bool = False
     acceleration_is_push: bool = False
     setpoints_while_disarmed: bool = False
     setpoints_outside_control_mode: bool = False

@@ -110,6 +110,16 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
         """Record that another message of the autopilot came."""
         self._other_s = now
 
+    def excuse(self, gap_s: float) -> None:
+        """Do not count a time in which we did not run: nobody listened.
+
+        What came meanwhile is still in a buffer, or was not sent, as the whole machine hung.
+        """
+        self._last_s += gap_s
+        self._other_s += gap_s
+        if self._deadline is not None:
+            self._deadline += gap_s
+
     def observe_boots(self, boot_count: int) -> None:
         """Set how often the vehicle has restarted by now."""
         self._boot_count = boot_count

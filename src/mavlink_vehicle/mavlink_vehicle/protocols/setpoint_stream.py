@@ -38,13 +38,18 @@ _MOTION = SetpointField.POSITION | SetpointField.VELOCITY | SetpointField.ACCELE
 
 @dataclass(frozen=True, slots=True)
 class SetpointNed:
-    """A position or motion in the vehicle's local NED frame; None means "not given"."""
+    """A position or motion in the vehicle's local NED frame; None means "not given".
+
+    Instead of all these, ``drive_frd_m_s`` is a velocity along the axes of the vehicle (forward,
+    right, down), which comes with a yaw rate, for a profile with ``drives_by_turn_rate``.
+    """
 
     position_ned_m: Vector3 | None = None
     velocity_ned_m_s: Vector3 | None = None
     acceleration_ned_m_s2: Vector3 | None = None
     yaw_ned_rad: float | None = None
     yaw_rate_rad_s: float | None = None
+    drive_frd_m_s: Vector3 | None = None
 
     def fields(self) -> SetpointField:
         """Return which groups are given."""
@@ -79,7 +84,8 @@ class SetpointNed:
         """Return the POSITION_TARGET_TYPEMASK of what is given."""
         mask = 0
         mask |= IGNORE_POSITION if self.position_ned_m is None else 0
-        mask |= IGNORE_VELOCITY if self.velocity_ned_m_s is None else 0
+        no_velocity = self.velocity_ned_m_s is None and self.drive_frd_m_s is None
+        mask |= IGNORE_VELOCITY if no_velocity else 0
         mask |= IGNORE_ACCELERATION if self.acceleration_ned_m_s2 is None else 0
         mask |= IGNORE_YAW if self.yaw_ned_rad is None else 0
         mask |= IGNORE_YAW_RATE if self.yaw_rate_rad_s is None else 0
@@ -97,6 +103,8 @@ def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
         way = "; it is sent to targets by reposition" if profile.reposition else ""
         raise SetpointError(f"{profile.name} does not follow setpoints{way}.")
     _check_numbers(setpoint)
+    if setpoint.drive_frd_m_s is not None:
+        return _legal_drive(setpoint, profile)
     reduced = setpoint.reduced_to(profile.setpoint_form)
     if reduced.fields() & _MOTION not in profile.setpoint_motions:
         motion = setpoint.fields() & _MOTION
@@ -105,11 +113,20 @@ def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
     return reduced
 
 
+def _legal_drive(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
+    if not profile.drives_by_turn_rate:
+        raise SetpointError(f"{profile.name} does not follow a speed with a turn rate.")
+    if setpoint.yaw_rate_rad_s is None or setpoint.fields() != SetpointField.YAW_RATE:
+        raise SetpointError("A speed along the nose comes with a yaw rate, and nothing else.")
+    return setpoint
+
+
 def _check_numbers(setpoint: SetpointNed) -> None:
     for name, vector in (
         ("position_ned_m", setpoint.position_ned_m),
         ("velocity_ned_m_s", setpoint.velocity_ned_m_s),
         ("acceleration_ned_m_s2", setpoint.acceleration_ned_m_s2),
+        ("drive_frd_m_s", setpoint.drive_frd_m_s),
     ):
         if vector is not None and not all(abs(value) <= MAX_ABS_VALUE for value in vector):
             raise SetpointError(
@@ -126,16 +143,19 @@ def _check_numbers(setpoint: SetpointNed) -> None:
 
 
 def setpoint_message(setpoint: SetpointNed, address: Address, time_boot_ms: int) -> Message:
-    """Build SET_POSITION_TARGET_LOCAL_NED in MAV_FRAME_LOCAL_NED."""
+    """Build SET_POSITION_TARGET_LOCAL_NED in MAV_FRAME_LOCAL_NED, or in MAV_FRAME_BODY_NED."""
+    frame = mavlink.MAV_FRAME_LOCAL_NED
+    if setpoint.drive_frd_m_s is not None:
+        frame = mavlink.MAV_FRAME_BODY_NED
     position = setpoint.position_ned_m or (0.0, 0.0, 0.0)
-    velocity = setpoint.velocity_ned_m_s or (0.0, 0.0, 0.0)
+    velocity = setpoint.drive_frd_m_s or setpoint.velocity_ned_m_s or (0.0, 0.0, 0.0)
     acceleration = setpoint.acceleration_ned_m_s2 or (0.0, 0.0, 0.0)
     return make(
         "SET_POSITION_TARGET_LOCAL_NED",
         time_boot_ms=time_boot_ms,
         target_system=address.target_system,
         target_component=address.target_component,
-        coordinate_frame=mavlink.MAV_FRAME_LOCAL_NED,
+        coordinate_frame=frame,
         type_mask=setpoint.type_mask(),
         x=position[0],
         y=position[1],

@@ -35,7 +35,8 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 __all__ = ["VehicleState", "reduce"]
 
 _UINT16_MAX = 0xFFFF
-_FIX_2D = 2
+_FIX_2D, _FIX_3D = 2, 3
+_GPS_TIME_OFF_MS = 2000
 _INT32_MAX = 0x7FFFFFFF
 _REACHED_MAX = 2000
 _CENTIDEGREE = math.radians(0.01)
@@ -183,8 +184,22 @@ def _gps_raw(state: VehicleState, message: Message, now: float) -> VehicleState:
         message.alt_ellipsoid / 1000 if message.alt_ellipsoid else None,
         message.h_acc / 1000 if message.h_acc else None,
         message.v_acc / 1000 if message.v_acc else None,
+        message.vel_acc / 1000 if message.vel_acc else None,
+        None if message.fix_type < _FIX_3D else message.alt / 1000,
+        _gps_time_boot_ms(state, message.time_usec),
     )
     return evolve(state, {"gps": gps})
+
+
+def _gps_time_boot_ms(state: VehicleState, time_usec: int) -> int | None:
+    """Return the time since boot.
+
+    The field may count from 1970 or not be set; after a loss it is the time of the last fix.
+    """
+    time_ms, newest_ms = time_usec // 1000, state.boot_time_ms
+    if not time_usec or newest_ms is None or abs(time_ms - newest_ms) > _GPS_TIME_OFF_MS:
+        return None
+    return int(time_ms)
 
 
 def _estimator(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -199,8 +214,15 @@ def _estimator(state: VehicleState, message: Message, now: float) -> VehicleStat
         flags,
         bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
         ratio > 1.0,
+        _accuracy_m(message, "pos_horiz_accuracy"),
+        _accuracy_m(message, "pos_vert_accuracy"),
     )
     return evolve(state, {"estimator": estimator, "estimator_told": True})
+
+
+def _accuracy_m(message: Message, field: str) -> float | None:
+    accuracy_m = getattr(message, field, 0.0)
+    return accuracy_m if math.isfinite(accuracy_m) and accuracy_m > 0.0 else None
 
 
 def _mission_current(state: VehicleState, message: Message, now: float) -> VehicleState:

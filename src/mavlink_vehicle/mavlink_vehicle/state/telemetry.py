@@ -135,6 +135,9 @@ class GpsFix(NamedTuple):
         altitude_ellipsoid_m: above the WGS-84 ellipsoid, not above mean sea level.
         horizontal_accuracy_m: standard deviation, as the receiver estimates it.
         vertical_accuracy_m: the same, upwards.
+        speed_accuracy_m_s: standard deviation of the speed, as the receiver estimates it.
+        altitude_amsl_m: above mean sea level.
+        time_boot_ms: the vehicle's time of it; None if it counts from 1970, or not at all.
     """
 
     time_s: float
@@ -147,6 +150,9 @@ class GpsFix(NamedTuple):
     altitude_ellipsoid_m: float | None = None
     horizontal_accuracy_m: float | None = None
     vertical_accuracy_m: float | None = None
+    speed_accuracy_m_s: float | None = None
+    altitude_amsl_m: float | None = None
+    time_boot_ms: int | None = None
 
 
 class EstimatorReport(NamedTuple):
@@ -158,9 +164,14 @@ class EstimatorReport(NamedTuple):
         horizontal_position_ok: an absolute horizontal position is estimated.
         rejects_position: the horizontal position that is measured fails the estimator's test:
             its ratio is above 1.
+        horizontal_accuracy_m: standard deviation that the estimator gives its position, of
+            ESTIMATOR_STATUS; None where it gives none. EKF_STATUS_REPORT has only ratios.
+        vertical_accuracy_m: the same, upwards.
     """
 
     time_s: float
     flags: int
     horizontal_position_ok: bool
     rejects_position: bool = False
+    horizontal_accuracy_m: float | None = None
+    vertical_accuracy_m: float | None = None

@@ -61,7 +61,7 @@ class ObstacleMap:
         self._columns = Columns(size_m, cell_m)
         self._movers = Movers()
         self._own_radius_m = own_radius_m
-        self._obstacles = Obstacles()
+        self._obstacles = self._seen = Obstacles()
         self._version = self._columns.version
         self._moving = self._movers.moving
 
@@ -82,8 +82,14 @@ class ObstacleMap:
         moving = self._movers.moving
         if self._version != self._columns.version or self._moving != moving:
             self._version, self._moving = self._columns.version, moving
-            self._obstacles = Obstacles(np.concatenate([self._columns.posts(), self._ahead()]))
+            self._seen = Obstacles(self._columns.posts())
+            self._obstacles = self._seen.joined(Obstacles(self._ahead()))
         return self._obstacles
+
+    def seen(self) -> Obstacles:
+        """Return the obstacles without where something is about to be."""
+        self.obstacles()
+        return self._seen
 
     @property
     def moving(self) -> tuple[Moving, ...]:

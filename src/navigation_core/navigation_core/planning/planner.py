@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from functools import partial
 from typing import TypeGuard
@@ -55,7 +56,7 @@ class Path:
     @property
     def length_m(self) -> float:
         """Length of all lines."""
-        return sum(distance(a, b) for a, b in itertools.pairwise(self.points_enu_m))
+        return math.fsum(distance(a, b) for a, b in itertools.pairwise(self.points_enu_m))
 
 
 @dataclass(frozen=True)

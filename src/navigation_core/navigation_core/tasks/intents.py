@@ -63,10 +63,14 @@ class Fly:
         setpoint: what to send.
         by_velocity: only its velocity and yaw are to be followed: an estimate that jumps would
             make the vehicle fly the jump back.
+        turn_rate_rad_s: for a vehicle with the trait ``drives_by_turn_rate``: drive along the nose,
+            which the setpoint's yaw is, and turn at this rate; a velocity against the nose is
+            driven backwards. None to head for the direction of the velocity.
     """
 
     setpoint: Setpoint
     by_velocity: bool = False
+    turn_rate_rad_s: float | None = None
 
 
 Intent = Wait | Perform | Fly

@@ -9,6 +9,8 @@ from enum import Enum
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
+from navigation_core.safety.fences import Fence
+from navigation_core.tasks.velocity_command import VelocityCommand
 
 
 class OperationKind(Enum):
@@ -108,6 +110,7 @@ class Observation:
         landing: whether it says that it is landing.
         mission: how the uploaded mission stands, or None.
         obstacles: the known obstacles; the same object until something about it is new.
+        obstacles_seen: those, without where something that moves is about to be; None for the same.
         obstacles_age_s: time since the sensor that tells about them was last heard; 0 when none
             is expected to be heard.
         obstacles_reach_m: how far the sensor sees that tells about them; infinite without one.
@@ -115,6 +118,8 @@ class Observation:
         late_s: by how much setpoints were late of late, at worst.
         position_doubt: why the position is not to be relied on, though it is given; empty while it
             is. The velocity is still good enough to stand still by.
+        fence: the vehicle's own fence, or None while it is not known.
+        command: the last velocity command, for a task that follows them; None without one.
     """
 
     time_s: float
@@ -133,8 +138,11 @@ class Observation:
     landing: bool = False
     mission: MissionReport | None = None
     obstacles: Obstacles = NOTHING
+    obstacles_seen: Obstacles | None = None
     obstacles_age_s: float = 0.0
     obstacles_reach_m: float = math.inf
     moving: tuple[Moving, ...] = ()
     late_s: float = 0.0
     position_doubt: str = ""
+    fence: Fence | None = None
+    command: VelocityCommand | None = None

@@ -10,7 +10,7 @@ from navigation_core.tasks.observation import Observation
 
 # A PX4 v1.17 that held reported 0.2 to 0.7 m/s for half a minute, while its position, and the
 # vehicle, moved by less than 0.25 m in a second (observed on its own simulator).
-_VELOCITY_ERROR_M_S = 0.7
+HOVERING_VELOCITY_ERROR_M_S = 0.7
 # The estimated position wanders, too. While a PX4 was recorded to hover, its true speed was below
 # a limit in 98 % of the samples that were measured below this share of it, and in a quarter of
 # those whose reported velocity had been below the limit itself for half a second.
@@ -28,14 +28,21 @@ class Standstill:
     a stop from being seen.
     """
 
-    def __init__(self, speed_max_m_s: float, window_s: float) -> None:
+    def __init__(
+        self,
+        speed_max_m_s: float,
+        window_s: float,
+        velocity_error_m_s: float = HOVERING_VELOCITY_ERROR_M_S,
+    ) -> None:
         """Begin without observations.
 
         Args:
             speed_max_m_s: slower than this is still.
             window_s: how long it must have been; at least 0.3 s are looked at.
+            velocity_error_m_s: of the reported velocity.
         """
         self._speed_max_m_s = speed_max_m_s
+        self._reported_max_m_s = speed_max_m_s + velocity_error_m_s
         self._window_s = max(window_s, _SHORTEST_S)
         self._places: deque[tuple[float, Vector3]] = deque()
         self.speed_m_s: float | None = None
@@ -59,7 +66,7 @@ class Standstill:
             self.reset()
             return False
         self._take(observation.time_s - age_s, place)
-        plausible = reported_m_s < self._speed_max_m_s + _VELOCITY_ERROR_M_S
+        plausible = reported_m_s < self._reported_max_m_s
         slow = self.speed_m_s is not None and self.speed_m_s < _SHARE * self._speed_max_m_s
         return plausible and slow
 

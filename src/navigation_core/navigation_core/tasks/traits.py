@@ -30,6 +30,8 @@ class Traits:
         setpoint_timeout_s: for how long it goes on with the velocity and the acceleration of the
             last setpoint when none follows; 0 if it does not.
         accelerates_on: whether it gathers speed by the last setpoint's acceleration in that time.
+        drives_by_turn_rate: whether it can be told a speed along its nose, also backwards, and a
+            turn rate.
     """
 
     name: str = "copter"
@@ -49,6 +51,7 @@ class Traits:
     takeoff_height_m: float = 0.0
     setpoint_timeout_s: float = 0.0
     accelerates_on: bool = False
+    drives_by_turn_rate: bool = False
 
 
 COPTER = Traits()

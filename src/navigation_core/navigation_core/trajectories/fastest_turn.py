@@ -146,4 +146,4 @@ def _keeps_to_speed(turn: MotionPiece, limits: Limits) -> bool:
 
 def total_duration_s(pieces: list[MotionPiece]) -> float:
     """Return how long a number of pieces take one after the other."""
-    return sum(piece.duration_s for piece in pieces)
+    return math.fsum(piece.duration_s for piece in pieces)

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.mission_items import (
     HOME_PLACEHOLDER,
@@ -23,7 +23,7 @@ from mavlink_vehicle.mission_items import (
     MissionRules,
     first_difference,
 )
-from mavlink_vehicle.protocols.machine import Machine, Table
+from mavlink_vehicle.protocols.machine import Table
 from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
 from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
@@ -32,6 +32,7 @@ from mavlink_vehicle.protocols.mission.transfer import (
     TransferResult,
     TransferTiming,
 )
+from mavlink_vehicle.protocols.mission.transfers_in_turn import TransfersInTurn
 from mavlink_vehicle.protocols.operations.command import (
     Address,
     CommandExchange,
@@ -100,10 +101,7 @@ class MissionInput(enum.Enum):
     CANCEL = "cancelled, or the link is lost"
 
 
-_Part = MissionUpload | MissionClear | MissionDownload | CommandExchange
-
-
-class MissionOperation(Machine[OperationFinished]):
+class MissionOperation(TransfersInTurn[OperationFinished]):
     """One operation on the stored mission; ends in exactly one `OperationFinished`."""
 
     def __init__(
@@ -117,12 +115,8 @@ class MissionOperation(Machine[OperationFinished]):
         """What was read, without home; None before."""
         self._address = address
         self._timing = timing
-        self._part: _Part | None = None
-        self._upload: MissionUpload | None = None
-        self._part_s: float | None = None
         self._reasons_s: float | None = None
         self._writes = 0
-        self._limit_s = 0.0
         self._vehicle = VehicleState()
         self._connected = True
         self._texts_before = 0
@@ -157,16 +151,6 @@ class MissionOperation(Machine[OperationFinished]):
     def settle(self) -> None:
         """Nothing that was asked before matters to it."""
 
-    def receive(self, message: Message, now: float) -> None:
-        """Process a message of the mission service, or an acknowledgement of a command."""
-        if self.finished or self._part is None:
-            return
-        if self._upload is not None and self._upload is not self._part:
-            self._upload.receive(message, now)  # a transfer that a late MISSION_COUNT began again
-            self._outbox += self._upload.messages_to_send()
-        self._part.receive(message, now)
-        self._step(now)
-
     def cancel(self, reason: str, now: float) -> None:
         """End it CANCELLED for this reason; the vehicle is told to forget a half-done transfer."""
         self._result, self._reason = OperationResult.CANCELLED, reason
@@ -179,32 +163,22 @@ class MissionOperation(Machine[OperationFinished]):
 
     def handle_timer(self, now: float) -> None:
         """Repeat, or end."""
-        if self.finished or self._deadline is None or now < self._deadline:
-            return
-        if self._reasons_s is not None:
-            if now >= self._reasons_s:
-                self._fire(MissionInput.WAITED, now)
-        elif now >= self._limit_s:
-            self._reason = "the time is up"
-            self._result = OperationResult.TIMED_OUT
-            self._fire(MissionInput.TIME_UP, now)
-        elif self._part is not None:
-            self._part.handle_timer(now)
-            self._step(now)
+        if self._reasons_s is None:
+            super().handle_timer(now)
+        elif self._deadline is not None and now >= self._deadline:
+            self._fire(MissionInput.WAITED, now)
 
     # What its parts say
 
-    def _step(self, now: float) -> None:
-        part = self._part
-        assert part is not None
-        self._outbox += part.messages_to_send()
-        end = part.next_event()
-        if end is None:
-            times = (self._limit_s, part.next_deadline())
-            self._deadline = min(time for time in times if time is not None)
-        elif isinstance(end, CommandFinished):
+    def _end_late(self, now: float) -> None:
+        self._reason = "the time is up"
+        self._result = OperationResult.TIMED_OUT
+        self._fire(MissionInput.TIME_UP, now)
+
+    def _go_on(self, end: TransferFinished | CommandFinished, now: float) -> None:
+        if isinstance(end, CommandFinished):
             self._rewound(end, now)
-        elif isinstance(part, MissionDownload):
+        elif isinstance(self._part, MissionDownload):
             self._read(end, now)
         else:
             self._written(end, now)
@@ -266,11 +240,6 @@ class MissionOperation(Machine[OperationFinished]):
 
     # Actions
 
-    def _begin_part(self, part: _Part, now: float) -> None:
-        self._part = part
-        part.start(now)
-        self._step(now)
-
     def _write(self, now: float) -> None:
         self._writes += 1
         timing = self._timing.transfer
@@ -303,9 +272,7 @@ class MissionOperation(Machine[OperationFinished]):
         self._finish(OperationResult.ACHIEVED, f"{self._title()}: {count} items are stored.", now)
 
     def _give_reasons(self, now: float) -> None:
-        if self._part is not None:
-            self._part.cancel(now)
-            self._outbox += self._part.messages_to_send()
+        self._give_up_part(now)
         result, reason = self._result, f"{self._title()} failed: {self._reason}"
         if result is OperationResult.TIMED_OUT and not self._connected:
             result, reason = OperationResult.LINK_LOST, f"{reason}, and no HEARTBEAT is received"

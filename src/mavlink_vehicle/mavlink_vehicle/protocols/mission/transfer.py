@@ -81,12 +81,14 @@ class TransferFinished:
         items: after a download all that is stored, home included where it counts.
         opaque_id: after an upload the vehicle's number for what it has now, None where it gives
             none.
+        answer: the MAV_MISSION_RESULT that it ended with, None where none came or it was DONE.
     """
 
     result: TransferResult
     reason: str = ""
     items: tuple[MissionItem, ...] = ()
     opaque_id: int | None = None
+    answer: int | None = None
 
 
 class TransferInput(enum.Enum):
@@ -182,7 +184,7 @@ class Transfer(Machine[TransferFinished]):
         self, ack: int, now: float, result: TransferResult = TransferResult.REFUSED
     ) -> None:
         """End, as a MAV_MISSION_RESULT other than ACCEPTED says."""
-        self._end = TransferFinished(result, ack_sentence(ack))
+        self._end = TransferFinished(result, ack_sentence(ack), answer=ack)
         self._fire(TransferInput.REFUSED, now)
 
     def _wait(self, now: float) -> None:

@@ -18,6 +18,8 @@ _SLOW_M_S = 0.5
 _CLIMBED_M = 0.3
 _MODE_OVER_M = 1.5
 """PX4 calls a take-off over within 0.8 m of its height (NAV_MC_ALT_RAD); planes, 10 m below."""
+_LOW_MODE_OVER_M = 1.0
+"""Of a low take-off: the same 0.8 m, and what a position lags behind."""
 _PLANE_OVER_M = 15.0
 _LEVEL_OUT_M = 15.0
 """A plane that climbs no more above this has reached the height that its own parameter says."""
@@ -93,7 +95,7 @@ class TakeoffGoal(StateGoal):
             return True
         height_m = self._height_m(state)
         over_m = _PLANE_OVER_M if profile.kind is VehicleKind.PLANE else _MODE_OVER_M
-        over_m = min(over_m, 0.5 * self.height_m)
+        over_m = min(over_m, max(0.5 * self.height_m, _LOW_MODE_OVER_M))
         return (
             mode == profile.mode_number(profile.after_takeoff_mode)
             and height_m is not None

@@ -10,7 +10,7 @@ from navigation_core.tasks.flying.arrival import Arrival
 from navigation_core.tasks.flying.goto_phases import PhaseEvent
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome, Perform
+from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import can_move
 from navigation_core.tasks.observation import Observation, OperationKind, OperationStatus
@@ -51,6 +51,13 @@ class FlightParts:
     arrival: Arrival
 
 
+# Of a replaced goal: what was sent arrives, and the vehicle would leave the control mode again.
+NOT_TAKEN_BACK = (
+    *(OperationKind.DISARM, OperationKind.HOLD, OperationKind.LAND, OperationKind.RETURN),
+    OperationKind.START_MISSION,
+)
+
+
 class Departure:
     """The phases before the flight."""
 
@@ -65,6 +72,8 @@ class Departure:
         self._estimator = estimator
         self.arming_asked = False
         """Whether the vehicle was asked to arm."""
+        self.take_off_asked = False
+        """Whether it was asked to take off."""
         self._armed_seen = False
 
     def note(self, observation: Observation) -> None:
@@ -80,13 +89,8 @@ class Departure:
             return Outcome(
                 rejection.code, rejection.message, self._parts.arrival.error_m(observation)
             )
-        if is_pending(observation, OperationKind.DISARM):
-            # Of a replaced goal; it cannot be taken back.
-            disarm, refusal = Perform(OperationKind.DISARM), OutcomeCode.ARMING_REFUSED
-            timeout_s = self._parts.config.cancel_timeout_s
-            pending = self._parts.requests.perform(disarm, refusal, observation, now, timeout_s)
-            assert pending is not None
-            return pending
+        if any(is_pending(observation, kind) for kind in NOT_TAKEN_BACK):
+            return Wait()
         moves = self._moves(observation)
         needs_control = self._parts.traits.control_before_takeoff or moves
         if not observation.in_control and not taking_off and needs_control:
@@ -121,6 +125,7 @@ class Departure:
             text = "The vehicle was disarmed before take-off."
             return Outcome(OutcomeCode.DISARMED, text, self._parts.arrival.error_m(observation))
         height_m = self._estimator.takeoff_height_m(observation.ground_enu_m)
+        self.take_off_asked = True
         climb, refusal = Perform(OperationKind.TAKE_OFF, height_m), OutcomeCode.TAKEOFF_REFUSED
         answer = self._parts.requests.perform(climb, refusal, observation, now)
         if isinstance(answer, Outcome) and self.arming_asked and not self._moves(observation):

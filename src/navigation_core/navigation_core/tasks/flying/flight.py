@@ -49,6 +49,8 @@ from navigation_core.tasks.progress import Progress, Status
 from navigation_core.trajectories.trajectory import TrajectoryError
 
 _PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
+# What drives is led by its pursuit; in all other phases it is being stopped, or stands.
+_LED = frozenset({Phase.NAVIGATING, Phase.SETTLING})
 _DOUBTING = _PAUSABLE | {Phase.PAUSED}
 _FLYING = _PAUSABLE | {Phase.HOLDING, Phase.PAUSED, Phase.BRAKING}
 _STOPPING = frozenset({Phase.BRAKING, Phase.DISARMING})
@@ -266,10 +268,14 @@ class SetpointFlight(PhasedTask[Phase]):
         )
         taking_off = is_pending(observation, OperationKind.TAKE_OFF)
         on_ground = self._phase is Phase.TAKING_OFF or arming or taking_off
+        # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
+        taking_control = observation.airborne is True and is_pending(
+            observation, OperationKind.TAKE_CONTROL
+        )
         if self._phase in _FLYING or (inherited and observation.in_control):
             self._follower.plan_stop(observation)
             self._take(PhaseEvent.STOP_IN_AIR, now)
-        elif on_ground or arming_asked:
+        elif on_ground or arming_asked or self._departure.take_off_asked or taking_control:
             self._stopping.armed_for_us = arming_asked or arming
             self._take(PhaseEvent.STOP_ON_GROUND, now)
 
@@ -306,7 +312,7 @@ class SetpointFlight(PhasedTask[Phase]):
     def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
         """Plan the flight, and be in the phase that the event leads to."""
         self._set_section(self._itinerary.begin_section())
-        if self._phase not in _PAUSABLE:
+        if self._phase not in _LED:
             self._pursuit.forget()
         self._follower.plan_to_goal(observation)
         if self._avoider is not None and not self._avoider.may_begin(observation, now):
@@ -446,10 +452,12 @@ class SetpointFlight(PhasedTask[Phase]):
         assert self._avoider is not None
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
-        if self._arrival.holds(observation, now):
+        # Who is there already only waits to be slow; but the first search, without a reason yet,
+        # is no obstacle to a goal that is close by, or a turn.
+        is_blocked = bool(self._avoider.reason)
+        if is_blocked and self._arrival.holds(observation, now):
             return self._arrived(observation, now)
-        # Who is there already only waits to be slow.
-        is_there = self._arrival.is_near(observation)
+        is_there = is_blocked and self._arrival.is_near(observation)
         decision = self._avoider.wait(observation, now, may_plan=not is_there)
         if decision is Decision.GIVE_UP:
             return self._over(*self._avoider.failure(), observation)

@@ -155,7 +155,7 @@ class RouteItinerary:
             position_enu_m,
             *(self._route.at(i).position_enu_m for i in range(self._next, end + 1)),
         ]
-        path_m = sum(distance(a, b) for a, b in itertools.pairwise(places))
+        path_m = math.fsum(distance(a, b) for a, b in itertools.pairwise(places))
         return path_m - distance(places[0], places[-1])
 
     def _after_section(self) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Wait
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import can_move, is_located
 from navigation_core.tasks.observation import Observation, OperationKind
-from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.standstill import HOVERING_VELOCITY_ERROR_M_S, Standstill
 
 # A setpoint slower than this has come to its end.
 _STANDS_M_S = 0.01
@@ -26,7 +26,10 @@ class Stopping:
         """
         self._parts = parts
         config = parts.config
-        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
+        # A rover that rolls back after its stop has hardly moved on the whole: its velocity counts.
+        error_m_s = HOVERING_VELOCITY_ERROR_M_S if parts.traits.flies else 0.0
+        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s, error_m_s)
+        self._watched_s: float | None = None
         self.ending: Outcome | None = None
         """The outcome that the vehicle is stopped for; None while it is not stopped."""
         self.armed_for_us = False
@@ -44,13 +47,34 @@ class Stopping:
         self._parts.follower.walk(None)
         carrot = self._parts.follower.carrot
         commanded_m_s = 0.0 if carrot is None else norm(carrot.state.velocity_enu_m_s)
+        return self._at_rest(observation, now, since_s, commanded_m_s) or self.led(observation)
+
+    def _at_rest(
+        self, observation: Observation, now: float, since_s: float, commanded_m_s: float = 0.0
+    ) -> Outcome | None:
+        """Return the outcome once the vehicle stands, or its time to stop is over."""
         still = self._stopped.holds(observation, self._parts.config.position_stale_s)
         if still and commanded_m_s < _STANDS_M_S:
             return self.ended("The vehicle has stopped.", observation)
         timeout_s = self._parts.config.cancel_timeout_s
         if now - since_s > timeout_s:
             return self.ended(self._stopped.failure(timeout_s), observation)
-        return self.led(observation)
+        return None
+
+    def _stop_by_itself(self, observation: Observation, now: float) -> Step:
+        """Let the autopilot end a climb in a mode of its own, as a PX4 does, and wait for that."""
+        if self._watched_s is None:
+            assert self.ending is not None
+            timeout_s = self._parts.config.cancel_timeout_s
+            answer = self._parts.requests.perform(
+                Perform(OperationKind.HOLD), self.ending.code, observation, now, timeout_s
+            )
+            if isinstance(answer, Outcome):
+                return self.ended(f"{answer.message} It may still be flying.", observation)
+            if answer is not None:
+                return answer
+            self._watched_s = now
+        return self._at_rest(observation, now, self._watched_s) or Wait()
 
     def led(self, observation: Observation) -> Intent:
         """Return the carrot's setpoint, for a vehicle that is being stopped."""
@@ -66,6 +90,8 @@ class Stopping:
             observation, self._parts.traits, self._parts.config.airborne_height_m
         )
         holds = not self.armed_for_us and self._parts.requests.current is not None
+        if flies and not observation.in_control:
+            return self._stop_by_itself(observation, now)
         if flies and not holds:
             self._parts.follower.plan_stop(observation)
             return PhaseEvent.STOP_IN_AIR

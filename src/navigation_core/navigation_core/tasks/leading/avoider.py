@@ -189,12 +189,14 @@ class Avoider:
         here, commanded = measured_state(observation), self._follower.commanded
         if commanded is not None:
             here = replace(here, acceleration_enu_m_s2=commanded.acceleration_enu_m_s2)
+        # What drives cannot leave again what it stops too near to.
+        late_s = observation.late_s if self._follower.starts_here else 0.0
         acts = must_brake(
             MotionSamples.at(here),
             observation.obstacles,
             self._planner.braking_limits,
             self._config.brake_clearance_m,
-            self._config.reaction_s,
+            self._config.reaction_s + late_s,
         )
         return bool(acts[0])
 

@@ -77,7 +77,10 @@ class Caution:
             setpoint = replace(setpoint, acceleration_enu_m_s2=ZERO)
         speed = norm(setpoint.velocity_enu_m_s)
         if not self._traits.flies:
-            allowed_m_s = max(self._safe_m_s(setpoint, observation), self._least_m_s)
+            safe_m_s = min(
+                self._safe_m_s(setpoint, observation), self._safe_ahead_m_s(speed, observation)
+            )
+            allowed_m_s = max(safe_m_s, self._least_m_s)
             return _slower(
                 setpoint,
                 min(allowed_m_s / speed, speed_share(observation.late_s)) if speed else 1.0,
@@ -148,6 +151,25 @@ class Caution:
             position, velocity, observation.moving, self._limits, clearance_m, timeout_s
         )
         return min(safe_m_s, beside_m_s)
+
+    def _safe_ahead_m_s(self, speed_m_s: float, observation: Observation) -> float:
+        """Return how fast what drives may be towards what its nose points at.
+
+        Told to turn away from an obstacle, it goes on along its nose until its wheels, or its
+        rudder, have turned.
+        """
+        yaw, here = observation.yaw_enu_rad, observation.position_enu_m
+        if self._avoidance is None or yaw is None or here is None:
+            return math.inf
+        seen = observation.obstacles_seen
+        return safe_speed_m_s(
+            measured_state(observation).position_enu_m,
+            (speed_m_s * math.cos(yaw), speed_m_s * math.sin(yaw), 0.0),
+            observation.obstacles if seen is None else seen,
+            self._limits,
+            self._avoidance.brake_clearance_m,
+            self._traits.brake_lag_s + observation.late_s,
+        )
 
 
 def _slower(setpoint: Setpoint, share: float) -> Setpoint:

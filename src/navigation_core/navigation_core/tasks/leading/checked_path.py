@@ -111,6 +111,7 @@ class PathPlanner:
         heading_enu_rad: float,
         points: Sequence[RoutePoint],
         obstacles: Obstacles,
+        seen: Obstacles | None = None,
         is_wanted: IsWanted = lambda: True,
     ) -> CheckedPath | NoPath:
         """Return a path from any state by way of points, or why there is none.
@@ -124,6 +125,7 @@ class PathPlanner:
             heading_enu_rad: where the nose of what drives points.
             points: at least one; the last is where the path ends.
             obstacles: the known obstacles.
+            seen: those, without where something that moves is about to be; None for the same.
             is_wanted: asked before each attempt; the search ends when nobody waits for it.
 
         Raises:
@@ -139,7 +141,8 @@ class PathPlanner:
                 f"The point ({x:.1f}, {y:.1f}, {z:.1f}) m on the route is {room_m:.2f} m from an "
                 f"obstacle; the required clearance is {needed_m:g} m."
             )
-        if self._is_cornered(start.position_enu_m, heading_enu_rad, obstacles):
+        where_they_are = obstacles if seen is None else seen
+        if self._is_cornered(start.position_enu_m, heading_enu_rad, where_they_are):
             return NoPath(
                 "The vehicle is so close to an obstacle that it would have to turn on the spot "
                 "or reverse, which it cannot do."

@@ -119,13 +119,21 @@ class PathFollower:
         self._pending: _Pending | None = None
         self._avoidance = avoidance
         self._leads_to_goal = False
-        self.planner = self.evasion = None
+        self._traits = traits
+        self.planner: PathPlanner | None = None
+        self.evasion: Evasion | None = None
         # What drives is led by where it is, not by where it should be.
         self.starts_here = not traits.flies
-        self._braking_m_s2 = min(traits.braking_m_s2, self.limits.acceleration_horizontal_m_s2)
-        if avoidance is not None:
-            self.planner = PathPlanner(avoidance, traits, self.limits)
-            self.evasion = Evasion(avoidance, traits, self.limits)
+        self._keep(self.limits)
+
+    def _keep(self, limits: Limits) -> None:
+        """Plan with these limits from now on."""
+        self.limits = limits
+        braking_m_s2 = limits.acceleration_horizontal_m_s2
+        self._braking_m_s2 = min(self._traits.braking_m_s2, braking_m_s2)
+        if self._avoidance is not None:
+            self.planner = PathPlanner(self._avoidance, self._traits, limits)
+            self.evasion = Evasion(self._avoidance, self._traits, limits)
 
     @property
     def passed(self) -> int:
@@ -227,9 +235,9 @@ class PathFollower:
             return None
         yaw = observation.yaw_enu_rad or 0.0
         start, points = KinematicState(position_enu_m), self._points
-        planner, known = self.planner, observation.obstacles
+        planner, known, seen = self.planner, observation.obstacles, observation.obstacles_seen
         return self._avoidance.searcher.begin(
-            lambda is_wanted: planner.plan(start, yaw, points, known, is_wanted)
+            lambda is_wanted: planner.plan(start, yaw, points, known, seen, is_wanted)
         )
 
     def find_path(
@@ -310,9 +318,10 @@ class PathFollower:
             gap_m = distance(points[0].position_enu_m, start.position_enu_m)
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
-        planner, known, yaw = self.planner, observation.obstacles, observation.yaw_enu_rad or 0.0
+        planner, yaw = self.planner, observation.yaw_enu_rad or 0.0
+        known, seen = observation.obstacles, observation.obstacles_seen
         search = searcher.begin(
-            lambda is_wanted: planner.plan(start, yaw, points, known, is_wanted)
+            lambda is_wanted: planner.plan(start, yaw, points, known, seen, is_wanted)
         )
         self._pending = _Pending(search, carrot, self._points, joint_s, observation.time_s)
 
@@ -438,15 +447,31 @@ class PathFollower:
         """
         located = is_located(observation, self._config.position_stale_s)
         usable = self.commanded is not None and self.commanded_yaw is not None
-        if usable and not (located and self._must_start_anew(observation)):
-            return True
-        if not located:
-            return False
-        self.commanded = self._measured(observation)
-        self.commanded_yaw = observation.yaw_enu_rad
-        self.is_stale = False
-        self.dt_s = 0.0
+        if not usable or (located and self._must_start_anew(observation)):
+            if not located:
+                return False
+            self.commanded = self._measured(observation)
+            self.commanded_yaw = observation.yaw_enu_rad
+            self.is_stale = False
+            self.dt_s = 0.0
+        assert self.commanded is not None
+        self._allow_slowing(horizontal_norm(self.commanded.velocity_enu_m_s))
         return True
+
+    def _allow_slowing(self, speed_m_s: float) -> None:
+        """Let a vehicle that is faster than its goal allows slow down as hard as others do.
+
+        With the acceleration of a slow goal it would fly on for a long time, paused or cancelled,
+        too.
+        """
+        usual = self._config.limits
+        limits = self.limits.slowing_from(speed_m_s, usual)
+        if limits != self.limits:
+            self._keep(limits)
+        self._via = tuple(
+            dataclasses.replace(point, limits=point.limits.slowing_from(speed_m_s, usual))
+            for point in self._via
+        )
 
     def _must_start_anew(self, observation: Observation) -> bool:
         """Whether the last setpoint is nothing to go on from."""

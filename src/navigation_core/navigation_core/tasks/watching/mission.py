@@ -78,6 +78,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         self._stored = False
         self._left_mode = False
         self._started = False
+        self._speed_told = True
         self._ending: Outcome | None = None
         self._left_s: float | None = None
         self._moved_s = 0.0
@@ -275,7 +276,28 @@ class FlyMission(PhasedTask[MissionPhase]):
         if observation.mode is not VehicleMode.MISSION:
             return self._out_of_mode(observation, now)
         self._left_s = None
+        if not self._speed_told:
+            answer = self._tell_speed(observation, now)
+            if answer is not None:
+                return answer
         return self._look_for_motion(observation, now)
+
+    def _tell_speed(self, observation: Observation, now: float) -> Answer:
+        """Ask for the leg's speed again; one that is rejected is logged, and it flies on.
+
+        An ArduCopter forgets the speed of its mission when it leaves AUTO (Copter's mode_auto.cpp,
+        desired_speed_override).
+        """
+        speed_m_s = self._mission.target.max_speed_m_s or self._plan.speed_m_s
+        answer: Answer = None
+        if speed_m_s is not None:
+            intent = Perform(OperationKind.CHANGE_SPEED, speed_m_s=speed_m_s)
+            answer = self._requests.perform(intent, OutcomeCode.MISSION_REFUSED, observation, now)
+        if answer is not None and not isinstance(answer, Outcome):
+            return answer
+        self._speed_told = True
+        self._requests.forget()
+        return None
 
     def _out_of_mode(self, observation: Observation, now: float) -> Answer:
         """The vehicle holds by itself: at the end, or because somebody is at it."""
@@ -336,6 +358,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             return Outcome(OutcomeCode.DISARMED, text, None)
         if self._pause_asked or observation.position_doubt:
             return Wait()
+        self._speed_told = False
         self._go(MissionPhase.STARTING, now)
         return None
 

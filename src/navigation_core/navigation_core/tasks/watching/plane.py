@@ -134,6 +134,9 @@ class FlyPlane(PhasedTask[_Phase]):
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """A take-off has a mode of its own, and PX4 circles by itself after it."""
+        if self._phase is _Phase.DISARMING:
+            # A PX4 that is disarmed leaves its take-off.
+            return mode in (VehicleMode.HOLD, VehicleMode.CONTROL)
         if self._phase not in _BEFORE_FLIGHT:
             return False
         return mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD, VehicleMode.CONTROL)

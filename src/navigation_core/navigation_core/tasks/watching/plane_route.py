@@ -123,8 +123,8 @@ class PlaneRoute:
         places = [position_enu_m, *(waypoint.position_enu_m for waypoint in rest)]
         legs_m = [distance(a, b) for a, b in itertools.pairwise(places)]
         # It is on its circle before it is over the point.
-        length_m = sum(legs_m[1:]) + max(legs_m[0] - self._radius_m, 0.0)
-        return length_m, length_m / speed_m_s + sum(waypoint.hold_time_s for waypoint in rest)
+        length_m = math.fsum(legs_m[1:]) + max(legs_m[0] - self._radius_m, 0.0)
+        return length_m, length_m / speed_m_s + math.fsum(waypoint.hold_time_s for waypoint in rest)
 
     def progress(self) -> RouteProgress:
         """Progress along the route."""

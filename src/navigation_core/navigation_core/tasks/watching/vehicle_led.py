@@ -45,6 +45,12 @@ _TOUCHDOWN_S = 3.0
 _CIRCLE_SHARE = 1.5
 # One that only passes is out of the circle again sooner than this.
 _CIRCLING_S = 12.0
+# Who comes down within this of where the return began has not returned, unless it began at home.
+_NOWHERE_M = 3.0
+# Both firmwares descend slower than this at last, and disarm a second or more after the touchdown.
+# What was faster a moment before has crashed, or its motors were stopped in the air; a PX4 without
+# motors says that it is on the ground. The moment is that of a HEARTBEAT.
+_FELL_M_S, _FELL_S = 2.0, 1.5
 
 
 class _Phase(Enum):
@@ -91,6 +97,8 @@ class VehicleLed(PhasedTask[_Phase]):
         self._landing_seen = False
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
+        self._begun_at: Vector3 | None = None
+        self._fast: tuple[float, float] = (-math.inf, 0.0)
         self._headway = Headway(_ASTRAY_S if traits.flies else _STUCK_S)
         self._circling = Circling(traits.circle_radius_m)
         self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_S)
@@ -101,7 +109,7 @@ class VehicleLed(PhasedTask[_Phase]):
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         self._moved_s = now
-        self._moved_from = observation.position_enu_m
+        self._moved_from = self._begun_at = observation.position_enu_m
 
     def cancel(self, now: float) -> None:
         """Ask the vehicle to hold where it is."""
@@ -151,10 +159,13 @@ class VehicleLed(PhasedTask[_Phase]):
     # --- the state machine -----------------------------------------------------------
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+        speed_m_s = measured_speed(observation) or 0.0
+        if observation.armed and speed_m_s > _FELL_M_S:
+            self._fast = (now, speed_m_s)
         if self._cancel_asked and self._phase is not _Phase.STOPPING:
             self._go(_Phase.STOPPING, now)
         if self._on_ground(observation) and self._traits.flies:
-            return self._on_the_ground(observation)
+            return self._on_the_ground(observation, now)
         if self._phase is _Phase.STOPPING:
             return self._stop(observation, now)
         if self._phase is _Phase.ASKING:
@@ -247,15 +258,33 @@ class VehicleLed(PhasedTask[_Phase]):
             return Outcome(OutcomeCode.CANCELED, text, None)
         return Wait() if answer is None else answer
 
-    def _on_the_ground(self, observation: Observation) -> Outcome:
+    def _on_the_ground(self, observation: Observation, now: float) -> Outcome:
+        fast_s, speed_m_s = self._fast
+        if now - fast_s < _FELL_S:
+            text = f"The vehicle was disarmed while it moved at {speed_m_s:.1f} m/s."
+            return Outcome(OutcomeCode.DISARMED, text, None)
         if self._cancel_asked:
             text = "The goal was cancelled. The vehicle is on the ground with its motors off."
             return Outcome(OutcomeCode.CANCELED, text, None)
         home_m = self._home_m(observation) if self._goal is RETURN_TO_LAUNCH else None
+        if (
+            home_m is not None
+            and home_m > self._arrival_m()
+            and self._is_where_it_began(observation)
+        ):
+            text = f"The vehicle came down where it was, {home_m:.1f} m from the launch point."
+            return Outcome(OutcomeCode.LANDED, text, home_m)
         text = "The vehicle is on the ground with its motors off."
         return Outcome(OutcomeCode.SUCCESS, text, home_m)
 
     # --- what is measured ------------------------------------------------------------
+
+    def _is_where_it_began(self, observation: Observation) -> bool:
+        """Whether it has not flown anywhere: a rally point may be far from the launch point."""
+        position, begun = observation.position_enu_m, self._begun_at
+        if position is None or begun is None:
+            return False
+        return horizontal_norm(subtract(position, begun)) < _NOWHERE_M
 
     def _on_ground(self, observation: Observation) -> bool:
         return not observation.armed and not is_airborne(

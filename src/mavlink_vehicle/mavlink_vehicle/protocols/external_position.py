@@ -1,0 +1,282 @@
+"""Position from outside the autopilot (a camera, motion capture) for its estimator.
+
+A pose with a velocity goes out as ODOMETRY, one without as VISION_POSITION_ESTIMATE to an
+ArduPilot, whose velocity would otherwise become NaN. An ArduPilot takes ODOMETRY in
+MAV_FRAME_LOCAL_FRD only (GCS_Common.cpp); to a PX4 that frame has an unknown heading, so it gets
+MAV_FRAME_LOCAL_NED (mavlink_receiver.cpp). https://mavlink.io/en/messages/common.html#ODOMETRY
+
+Without a GPS nothing tells the autopilot where on earth its local frame lies. It is told once,
+by SET_GPS_GLOBAL_ORIGIN, before it has a position and while it is disarmed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.events import ExternalPosesResumed, ExternalPosesStopped
+from mavlink_vehicle.positions.frames import Quaternion, Vector3
+
+__all__ = ["FRESH_S", "ExternalPose", "ExternalPositionError", "ExternalPositionSender", "Origin"]
+
+Origin = tuple[float, float, float]
+"""Latitude and longitude in degrees, altitude above mean sea level in metres."""
+
+_OLDEST_S = 0.5
+_FARTHEST_M = 10_000.0
+_FASTEST_M_S = 100.0
+_NORM_TOLERANCE = 0.02
+# Faster than this between two samples is a jump of the source, and no motion.
+_JUMP_M, _JUMP_M_S = 0.5, 30.0
+_JUMP_RAD, _JUMP_RAD_S = math.radians(20.0), math.radians(720.0)
+_SHORTEST_S = 0.018
+"""At most 50 Hz; what comes faster is left out. PX4 wants 30 Hz, ArduPilot 4 Hz."""
+_ORIGIN_AGAIN_S = 2.0
+FRESH_S = 1.0
+"""After a longer silence the source counts as stopped."""
+_NAN = math.nan
+
+
+class ExternalPositionError(ValueError):
+    """This pose is not sent; the text says why."""
+
+
+@dataclass(frozen=True)
+class ExternalPose:
+    """One pose of the vehicle.
+
+    Attributes:
+        measured_s: when it was measured, in the time of the vehicle's clock.
+        position_ned_m: from the origin of the autopilot's local frame.
+        attitude: (w, x, y, z), FRD -> NED.
+        velocity_frd_m_s: None where unknown.
+        rates_frd_rad_s: None where unknown.
+        pose_variance: north, east, down in m2, then about these axes in rad2; None where unknown.
+        twist_variance: forward, right, down in (m/s)2, then about these axes; None where unknown.
+    """
+
+    measured_s: float
+    position_ned_m: Vector3
+    attitude: Quaternion
+    velocity_frd_m_s: Vector3 | None = None
+    rates_frd_rad_s: Vector3 | None = None
+    pose_variance: tuple[float, ...] | None = None
+    twist_variance: tuple[float, ...] | None = None
+
+
+class ExternalPositionSender:
+    """Checks poses and sends them.
+
+    Attributes:
+        resets: how often the source has jumped; the message's reset_counter is this modulo 256.
+    """
+
+    def __init__(self, origin: Origin | None = None) -> None:
+        """Prepare; `origin` is set where the autopilot has none."""
+        self.resets = 0
+        self._origin = origin
+        self._origin_s = -math.inf
+        self._last: ExternalPose | None = None
+        self._outbox: list[Message] = []
+        self._sent_s: float | None = None
+        self._has_stopped = False
+        self._event: ExternalPosesStopped | ExternalPosesResumed | None = None
+
+    def offer(
+        self,
+        pose: ExternalPose,
+        now: float,
+        *,
+        target_system: int,
+        is_px4: bool,
+        needs_origin: Callable[[], bool],
+    ) -> None:
+        """Send a pose.
+
+        Args:
+            pose: newer than the last one.
+            now: time in seconds.
+            target_system: the vehicle's.
+            is_px4: whether it is a PX4; else an ArduPilot.
+            needs_origin: whether the autopilot is disarmed and has no origin.
+
+        Raises:
+            ExternalPositionError: it is not sent, and why.
+        """
+        _check(pose, now)
+        last = self._last
+        if last is not None and pose.measured_s <= last.measured_s:
+            if last.measured_s - pose.measured_s < _OLDEST_S:
+                raise ExternalPositionError("External poses are out of order.")
+            last = None  # its clock was set back, which the next pose would not be for long
+        if last is not None and pose.measured_s - last.measured_s < _SHORTEST_S:
+            return
+        if self._last is not None and (last is None or _jumps(last, pose)):
+            self.resets += 1
+        self._last = pose
+        self._note_sent(now)
+        if self._origin is not None and needs_origin() and now - self._origin_s >= _ORIGIN_AGAIN_S:
+            self._origin_s = now
+            self._outbox.append(_origin_message(self._origin, target_system))
+        reset_counter = self.resets % 256
+        if is_px4 or pose.velocity_frd_m_s is not None:
+            frame = mavlink.MAV_FRAME_LOCAL_NED if is_px4 else mavlink.MAV_FRAME_LOCAL_FRD
+            self._outbox.append(_odometry(pose, frame, reset_counter))
+        else:
+            self._outbox.append(_vision_position(pose, reset_counter))
+
+    def difference_m(self, position_ned_m: Vector3, now: float) -> float | None:
+        """Return how far the autopilot's position is from the last pose; None without a fresh one.
+
+        Args:
+            position_ned_m: from the origin of the autopilot's local frame.
+            now: time in seconds.
+        """
+        last = self._last
+        if last is None or now - last.measured_s > FRESH_S:
+            return None
+        return math.dist(position_ned_m, last.position_ned_m)
+
+    def _note_sent(self, now: float) -> None:
+        if self._has_stopped and self._sent_s is not None:
+            self._has_stopped = False
+            self._event = ExternalPosesResumed(now - self._sent_s)
+        self._sent_s = now
+
+    def silent_s(self, now: float) -> float | None:
+        """Return how long no pose has been sent; None if none is in use."""
+        return None if self._sent_s is None else now - self._sent_s
+
+    def pause(self) -> None:
+        """The link is lost, so that none can be sent: the next pose begins anew."""
+        self._sent_s, self._has_stopped, self._event = None, False, None
+
+    def next_deadline(self) -> float | None:
+        """Return when the source counts as silent; poses go out as they come."""
+        return None if self._sent_s is None or self._has_stopped else self._sent_s + FRESH_S
+
+    def handle_timer(self, now: float) -> None:
+        """Notice that no more poses come."""
+        deadline, silent_s = self.next_deadline(), self.silent_s(now)
+        if deadline is not None and silent_s is not None and now >= deadline:
+            self._has_stopped = True
+            self._event = ExternalPosesStopped(silent_s)
+
+    def next_event(self) -> ExternalPosesStopped | ExternalPosesResumed | None:
+        """Return and remove what has changed."""
+        event, self._event = self._event, None
+        return event
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent."""
+        messages, self._outbox = self._outbox, []
+        return messages
+
+
+def _check(pose: ExternalPose, now: float) -> None:
+    """Reject what the estimator must not get.
+
+    Raises:
+        ExternalPositionError: says what it is.
+    """
+    variances = (*(pose.pose_variance or ()), *(pose.twist_variance or ()))
+    numbers = (
+        pose.measured_s,
+        *pose.position_ned_m,
+        *pose.attitude,
+        *(pose.velocity_frd_m_s or ()),
+        *(pose.rates_frd_rad_s or ()),
+        *variances,
+    )
+    if not all(map(math.isfinite, numbers)):
+        raise ExternalPositionError("An external pose has a number that is not finite.")
+    age_s = now - pose.measured_s
+    if not -_OLDEST_S <= age_s <= _OLDEST_S:
+        raise ExternalPositionError(
+            f"An external pose is {age_s:.1f} s old; it must be at most {_OLDEST_S:g} s. "
+            "Compare the clocks of both computers."
+        )
+    if max(map(abs, pose.position_ned_m)) > _FARTHEST_M:
+        raise ExternalPositionError(
+            f"An external pose is more than {_FARTHEST_M:g} m from the origin."
+        )
+    if abs(math.hypot(*pose.attitude) - 1.0) > _NORM_TOLERANCE:
+        raise ExternalPositionError("The orientation of an external pose is no unit quaternion.")
+    if pose.velocity_frd_m_s is not None and math.hypot(*pose.velocity_frd_m_s) > _FASTEST_M_S:
+        raise ExternalPositionError(f"An external velocity is above {_FASTEST_M_S:g} m/s.")
+    if any(variance < 0.0 for variance in variances):
+        raise ExternalPositionError("A variance of an external pose is negative.")
+
+
+def _jumps(before: ExternalPose, after: ExternalPose) -> bool:
+    """Return whether the source's frame has moved between two poses."""
+    passed_s = after.measured_s - before.measured_s
+    turn = abs(sum(a * b for a, b in zip(before.attitude, after.attitude, strict=True)))
+    turned_rad = 2.0 * math.acos(min(turn, 1.0))
+    return (
+        math.dist(before.position_ned_m, after.position_ned_m) > _JUMP_M + _JUMP_M_S * passed_s
+        or turned_rad > _JUMP_RAD + _JUMP_RAD_S * passed_s
+    )
+
+
+def _diagonal(variance: tuple[float, ...] | None) -> list[float]:
+    """Return the upper triangle of a covariance, row by row; its first is NaN if unknown."""
+    rows = [0.0] * 21
+    if variance is None:
+        rows[0] = _NAN
+        return rows
+    place = 0
+    for index, value in enumerate(variance):
+        rows[place] = value
+        place += 6 - index
+    return rows
+
+
+def _odometry(pose: ExternalPose, frame: int, reset_counter: int) -> Message:
+    x, y, z = pose.position_ned_m
+    vx, vy, vz = pose.velocity_frd_m_s or (_NAN, _NAN, _NAN)
+    roll, pitch, yaw = pose.rates_frd_rad_s or (_NAN, _NAN, _NAN)
+    return make(
+        "ODOMETRY",
+        time_usec=round(pose.measured_s * 1e6),
+        frame_id=frame,
+        child_frame_id=mavlink.MAV_FRAME_BODY_FRD,
+        x=x, y=y, z=z,
+        q=list(pose.attitude),
+        vx=vx, vy=vy, vz=vz,
+        rollspeed=roll, pitchspeed=pitch, yawspeed=yaw,
+        pose_covariance=_diagonal(pose.pose_variance),
+        velocity_covariance=_diagonal(pose.twist_variance),
+        reset_counter=reset_counter,
+        estimator_type=mavlink.MAV_ESTIMATOR_TYPE_VISION,
+    )  # fmt: skip
+
+
+def _vision_position(pose: ExternalPose, reset_counter: int) -> Message:
+    w, x, y, z = pose.attitude
+    north, east, down = pose.position_ned_m
+    return make(
+        "VISION_POSITION_ESTIMATE",
+        usec=round(pose.measured_s * 1e6),
+        x=north,
+        y=east,
+        z=down,
+        roll=math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
+        pitch=math.asin(min(max(2.0 * (w * y - z * x), -1.0), 1.0)),
+        yaw=math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+        covariance=_diagonal(pose.pose_variance),
+        reset_counter=reset_counter,
+    )
+
+
+def _origin_message(origin: Origin, target_system: int) -> Message:
+    latitude_deg, longitude_deg, altitude_m = origin
+    return make(
+        "SET_GPS_GLOBAL_ORIGIN",
+        target_system=target_system,
+        latitude=round(latitude_deg * 1e7),
+        longitude=round(longitude_deg * 1e7),
+        altitude=round(altitude_m * 1e3),
+    )

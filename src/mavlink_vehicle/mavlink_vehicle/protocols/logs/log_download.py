@@ -1,0 +1,207 @@
+"""Downloads one log: LOG_REQUEST_DATA for a span, LOG_DATA with 90 bytes each, gaps again.
+
+One span is asked for at a time, and the next only when the last one has come or stopped coming:
+an ArduPilot ignores requests while it answers one, a PX4 drops the one it is answering
+(AP_Logger_MAVLinkLogTransfer.cpp, mavlink_log_handler.cpp; both observed). Gaps that lie close
+together are asked for as one span, since a request costs a round trip and may be lost itself.
+
+Bytes are given out in order only. What the receiver has stored is therefore always the start of
+the log, and its length is all that is needed to resume.
+"""
+
+from __future__ import annotations
+
+from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.events import StoredLog
+from mavlink_vehicle.protocols.operations.command import Address
+
+_DATA = mavlink.MAVLink_log_data_message
+_PACKET_BYTES = 90
+_SPAN_BYTES = 128 * _PACKET_BYTES
+# Received bytes between two gaps that are rather sent again than asked around.
+_MERGED_BYTES = 16 * _PACKET_BYTES
+RATE_BYTES_S = 72_000.0
+"""At most: 800 messages a second, below what a fleet takes from one vehicle (1000), so that
+telemetry on the same link and the other vehicles on the same thread are not affected."""
+_FIRST_QUIET_S, _SHORTEST_QUIET_S, _LONGEST_QUIET_S = 1.5, 0.2, 3.0
+_ROUND_TRIPS = 3.0
+_PAUSE_S = 0.3
+_BACKED_OFF = 4.0
+_ATTEMPTS = 20
+
+
+class LogDownload:
+    """Downloads one log, or the remainder of one.
+
+    Attributes:
+        problem: a sentence if it was given up; empty otherwise.
+        done: whether all bytes were given out.
+    """
+
+    def __init__(self, address: Address, log: StoredLog, offset_bytes: int = 0) -> None:
+        """Prepare; `start` asks.
+
+        Args:
+            address: of the conversation.
+            log: as it was listed.
+            offset_bytes: where to begin, 0 to the log's size.
+        """
+        self.problem = ""
+        self.done = False
+        self._address = address
+        self._log = log
+        self._base = offset_bytes
+        self._missing = [(offset_bytes, log.size_bytes)] if offset_bytes < log.size_bytes else []
+        self._held = bytearray(_SPAN_BYTES)
+        self._asked = (offset_bytes, offset_bytes)
+        self._asked_s = 0.0
+        self._repeated = False
+        self._came = 0
+        self._over = False
+        self._attempts = 0
+        self._round_trip_s: float | None = None
+        self._quiet_s, self._longest_s = _FIRST_QUIET_S, _LONGEST_QUIET_S
+        self._deadline: float | None = None
+        self._outbox: list[Message] = []
+        self._chunks: list[tuple[int, bytes]] = []
+
+    def start(self, now: float) -> None:
+        """Ask for the first span."""
+        self._go_on(now)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take LOG_DATA of this log."""
+        if message.__class__ is not _DATA or self._deadline is None:
+            return
+        if message.id != self._log.log_id or message.count > _PACKET_BYTES:
+            return
+        start, stop = message.ofs, message.ofs + message.count
+        self._note_answer(start, now)
+        self._came += self._keep(start, bytes(message.data[: message.count]))
+        if not self._missing:
+            self._go_on(now)
+            return
+        # A short packet ends an answer, too: the log's end, or a read error of the autopilot.
+        last = stop >= self._asked[1] or message.count < _PACKET_BYTES
+        if last and self._came and start >= self._asked[0]:
+            self._over = True
+            taken_s = (self._asked[1] - self._asked[0]) / RATE_BYTES_S
+            self._deadline = max(now, self._asked_s + taken_s)
+        elif not self._over:
+            self._deadline = now + self._pause_s()
+
+    def next_deadline(self) -> float | None:
+        """Return when to ask for the next span, or again."""
+        return self._deadline
+
+    def handle_timer(self, now: float) -> None:
+        """Ask for the next span, or again for what has not come; or give up."""
+        if self._deadline is None or now < self._deadline:
+            return
+        if not self._came:
+            self._attempts += 1
+            self._quiet_s = min(2.0 * self._quiet_s, self._longest_s)
+        if self._attempts >= _ATTEMPTS:
+            self._deadline = None
+            self.problem = (
+                f"The autopilot stopped sending log {self._log.log_id} at byte {self._base} of "
+                f"{self._log.size_bytes}; {_ATTEMPTS} requests were not answered."
+            )
+            self.end()
+            return
+        self._go_on(now)
+
+    def end(self) -> None:
+        """Tell the autopilot that nothing more is wanted; the rest of an answer is ignored."""
+        self._deadline = None
+        self._outbox = [self._to_autopilot("LOG_REQUEST_END")]
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent."""
+        messages, self._outbox = self._outbox, []
+        return messages
+
+    def next_chunk(self) -> tuple[int, bytes] | None:
+        """Return and remove the next bytes with their offset; they follow one another."""
+        return self._chunks.pop(0) if self._chunks else None
+
+    def _go_on(self, now: float) -> None:
+        """Give out what is complete, and ask for the first gap."""
+        self._give_out()
+        if not self._missing:
+            self.done = True
+            self.end()
+            return
+        start, stop = self._missing[0]
+        for gap_start, gap_stop in self._missing[1:]:
+            if gap_start - stop > _MERGED_BYTES:
+                break
+            stop = gap_stop
+        asked = (start, min(stop, start + _SPAN_BYTES))
+        if self._came:
+            self._attempts = 0
+        self._repeated = asked == self._asked
+        self._asked, self._asked_s = asked, now
+        self._came, self._over = 0, False
+        self._deadline = now + self._quiet_s
+        self._outbox.append(
+            self._to_autopilot(
+                "LOG_REQUEST_DATA",
+                id=self._log.log_id,
+                ofs=asked[0],
+                count=asked[1] - asked[0],
+            )
+        )
+
+    def _give_out(self) -> None:
+        complete = self._missing[0][0] if self._missing else self._log.size_bytes
+        size = complete - self._base
+        if size > 0:
+            self._chunks.append((self._base, bytes(self._held[:size])))
+            self._held[:size] = b""
+            self._held.extend(bytes(size))
+            self._base = complete
+
+    def _keep(self, start: int, data: bytes) -> int:
+        """Keep what is missing of it; return how many bytes were."""
+        end = min(self._base + _SPAN_BYTES, self._log.size_bytes)
+        first, stop = max(start, self._base), min(start + len(data), end)
+        if first >= stop:
+            return 0
+        before = sum(gap[1] - gap[0] for gap in self._missing)
+        missing: list[tuple[int, int]] = []
+        for gap_start, gap_stop in self._missing:
+            if stop <= gap_start or first >= gap_stop:
+                missing.append((gap_start, gap_stop))
+                continue
+            if gap_start < first:
+                missing.append((gap_start, first))
+            if stop < gap_stop:
+                missing.append((stop, gap_stop))
+        self._missing = missing
+        self._held[first - self._base : stop - self._base] = data[first - start : stop - start]
+        return before - sum(gap[1] - gap[0] for gap in missing)
+
+    def _pause_s(self) -> float:
+        """Return how long an answer that has begun may pause before it counts as over."""
+        return min(self._quiet_s, max(_PAUSE_S, self._round_trip_s or 0.0))
+
+    def _note_answer(self, start: int, now: float) -> None:
+        """Learn from the first answer to a request how long to wait for one."""
+        if self._came or self._repeated or not self._asked[0] <= start < self._asked[1]:
+            return
+        took_s = now - self._asked_s
+        known_s = took_s if self._round_trip_s is None else self._round_trip_s
+        self._round_trip_s = max(took_s, 0.8 * known_s + 0.2 * took_s)
+        wanted_s = _ROUND_TRIPS * self._round_trip_s
+        self._quiet_s = min(max(wanted_s, _SHORTEST_QUIET_S), _LONGEST_QUIET_S)
+        # On a lossy link repetitions are lost, too; they need not become ever slower.
+        self._longest_s = min(_BACKED_OFF * self._quiet_s, _LONGEST_QUIET_S)
+
+    def _to_autopilot(self, name: str, **fields: int) -> Message:
+        return make(
+            name,
+            target_system=self._address.target_system,
+            target_component=self._address.target_component,
+            **fields,
+        )

@@ -1,0 +1,133 @@
+"""One transfer of the autopilot's own logs at a time: a list, or a download."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import TypeAlias
+
+from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.events import (
+    LogChunkReceived,
+    LogEvent,
+    LogMeans,
+    LogsListed,
+    LogTransferEnded,
+    OperationResult,
+    StoredLog,
+)
+from mavlink_vehicle.protocols.logs.ftp import FTP_MESSAGE, FtpLine
+from mavlink_vehicle.protocols.logs.ftp_download import FtpLogDownload
+from mavlink_vehicle.protocols.logs.ftp_list import FtpLogList
+from mavlink_vehicle.protocols.logs.log_download import LogDownload
+from mavlink_vehicle.protocols.logs.log_list import LogList
+from mavlink_vehicle.protocols.operations.command import Address
+
+LOG_MESSAGES = frozenset(
+    {mavlink.MAVLink_log_entry_message, mavlink.MAVLink_log_data_message, FTP_MESSAGE}
+)
+_Part: TypeAlias = LogList | FtpLogList | LogDownload | FtpLogDownload
+
+
+class LogTransfer:
+    """Lists and downloads logs; each transfer ends in one `LogTransferEnded`."""
+
+    def __init__(self, address: Callable[[], Address], means: LogMeans = LogMeans.AUTO) -> None:
+        """Prepare; `address` returns the addresses of the conversation."""
+        self._address = address
+        self._means = means
+        self._part: _Part | None = None
+        self._outbox: list[Message] = []
+        self._events: deque[LogEvent] = deque()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a transfer is under way."""
+        return self._part is not None
+
+    def list_logs(self, now: float) -> None:
+        """Begin to list; a transfer under way ends as CANCELLED."""
+        is_ftp = self._means is LogMeans.FTP
+        self._begin(self._ftp_list(now) if is_ftp else LogList(self._address()), now)
+
+    def download(self, log: StoredLog, offset_bytes: int, now: float) -> None:
+        """Begin to download a log; a transfer under way ends as CANCELLED.
+
+        Args:
+            log: as it was listed since the autopilot started; without a list a PX4 gives no data.
+            offset_bytes: where to begin, 0 to the log's size.
+            now: time in seconds.
+        """
+        address = self._address()
+        if log.path:
+            self._begin(FtpLogDownload(FtpLine(address, now), log, offset_bytes), now)
+        else:
+            self._begin(LogDownload(address, log, offset_bytes), now)
+
+    def stop(self, reason: str, result: OperationResult = OperationResult.CANCELLED) -> None:
+        """End the transfer under way, if any."""
+        if isinstance(self._part, (LogDownload, FtpLogDownload)):
+            self._part.end()
+        if self._part is not None:
+            self._end(result, reason)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take LOG_ENTRY and LOG_DATA."""
+        if self._part is not None:
+            self._part.receive(message, now)
+            self._look(now)
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called."""
+        return None if self._part is None else self._part.next_deadline()
+
+    def handle_timer(self, now: float) -> None:
+        """Repeat what has not been answered."""
+        if self._part is not None:
+            self._part.handle_timer(now)
+            self._look(now)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent."""
+        self._collect()
+        messages, self._outbox = self._outbox, []
+        return messages
+
+    def next_event(self) -> LogEvent | None:
+        """Return and remove the next event."""
+        return self._events.popleft() if self._events else None
+
+    def _ftp_list(self, now: float) -> FtpLogList:
+        return FtpLogList(FtpLine(self._address(), now))
+
+    def _begin(self, part: _Part, now: float) -> None:
+        self.stop("Replaced by another transfer.")
+        self._part = part
+        part.start(now)
+        self._look(now)
+
+    def _look(self, now: float) -> None:
+        """Hand out what has come, and end what is complete or was given up."""
+        part = self._part
+        if isinstance(part, LogList) and part.problem and self._means is LogMeans.AUTO:
+            self._part = part = self._ftp_list(now)
+            part.start(now)
+        if isinstance(part, (LogList, FtpLogList)) and part.logs is not None:
+            self._events.append(LogsListed(tuple(part.logs.values())))
+            self._end(OperationResult.ACHIEVED, f"The autopilot has {len(part.logs)} logs.")
+        elif isinstance(part, (LogDownload, FtpLogDownload)):
+            while (chunk := part.next_chunk()) is not None:
+                self._events.append(LogChunkReceived(*chunk))
+            if part.done:
+                self._end(OperationResult.ACHIEVED, "The log was downloaded completely.")
+        if self._part is not None and self._part.problem:
+            self._end(OperationResult.TIMED_OUT, self._part.problem)
+
+    def _end(self, result: OperationResult, reason: str) -> None:
+        self._collect()
+        self._part = None
+        self._events.append(LogTransferEnded(result, reason))
+
+    def _collect(self) -> None:
+        if self._part is not None:
+            self._outbox += self._part.messages_to_send()

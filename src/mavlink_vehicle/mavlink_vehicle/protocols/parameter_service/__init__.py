@@ -1,0 +1,1 @@
+"""The parameter service: all parameters read, some changed and read back."""

@@ -1,0 +1,163 @@
+"""The speed that the room left to the bounds of the flight allows.
+
+A velocity towards a bound is reduced to the speed from which the vehicle stops before it; any other
+is left alone. So a vehicle that is outside, by wind or because the fence has changed, may only come
+back.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from navigation_core.geometry import Vector3
+from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
+from navigation_core.safety.target_checks import FlightVolume
+
+__all__ = ["Braking", "Room"]
+
+# Room that is kept to the flight volume, for the error of the position and the last of the brake.
+_VOLUME_MARGIN_M = 0.5
+# The path ahead is followed in steps as long as the room at each point, since no bound is nearer.
+# It ends this near to a bound, or after so many steps, as beside a long fence.
+_END_M = 0.05
+_STEPS_MAX = 40
+# Beyond a bound, a direction leads in if the room grows by this share of the distance ahead. Along
+# the bound the vehicle only creeps.
+_AHEAD_M, _INWARDS_SHARE, _CREEP_M = 0.2, 0.3, 0.5
+_ROUNDING_M = 1e-9
+
+
+@dataclass(frozen=True)
+class Braking:
+    """How a vehicle comes to rest.
+
+    Attributes:
+        horizontal_m_s2: its horizontal deceleration.
+        vertical_m_s2: its vertical deceleration.
+        reaction_s: time for which it goes on before that.
+    """
+
+    horizontal_m_s2: float
+    vertical_m_s2: float
+    reaction_s: float
+
+
+@dataclass(frozen=True)
+class Room:
+    """The bounds of a flight.
+
+    Attributes:
+        volume: the server's flight volume.
+        fence: the vehicle's own fence, or None while it is not known.
+        fence_margin_m: distance that is kept to the fence, on the inside.
+        flies: whether the bounds of the height count.
+    """
+
+    volume: FlightVolume
+    fence: Fence | None
+    fence_margin_m: float
+    flies: bool = True
+
+    def reduced(
+        self,
+        velocity_enu_m_s: Vector3,
+        position_enu_m: Vector3,
+        ground_enu_m: float,
+        braking: Braking,
+    ) -> Vector3:
+        """Return the velocity, slower where it would lead out.
+
+        The direction over ground is kept: a vehicle does not slide along a bound that it was not
+        told to follow.
+
+        Args:
+            velocity_enu_m_s: what is asked for.
+            position_enu_m: where the vehicle is, in the map frame.
+            ground_enu_m: map z of home, from which heights count.
+            braking: how the vehicle comes to rest.
+        """
+        east, north, up = velocity_enu_m_s
+        level_m_s, share = math.hypot(east, north), 1.0
+        if level_m_s > 0.0:
+            place = (position_enu_m[0], position_enu_m[1])
+            course = (east / level_m_s, north / level_m_s)
+            needed_m = _stopping_m(level_m_s, braking.horizontal_m_s2, braking.reaction_s)
+            free_m = self._free_m(place, course, needed_m)
+            if free_m < needed_m:
+                allowed_m_s = _speed_m_s(free_m, braking.horizontal_m_s2, braking.reaction_s)
+                share = min(allowed_m_s / level_m_s, 1.0)
+        if self.flies:
+            below_m, above_m = self._heights(position_enu_m[2], ground_enu_m)
+            up = min(up, _speed_m_s(above_m, braking.vertical_m_s2, braking.reaction_s))
+            up = max(up, -_speed_m_s(below_m, braking.vertical_m_s2, braking.reaction_s))
+        return (share * east, share * north, up)
+
+    def _heights(self, z_m: float, ground_m: float) -> tuple[float, float]:
+        """Return how far down and up the vehicle may go."""
+        low_m = ground_m + self.volume.altitude_min_m + _VOLUME_MARGIN_M
+        high_m = ground_m + self.volume.altitude_max_m - _VOLUME_MARGIN_M
+        if self.volume.box is not None:
+            low_m = max(low_m, self.volume.box.minimum_enu_m[2] + _VOLUME_MARGIN_M)
+            high_m = min(high_m, self.volume.box.maximum_enu_m[2] - _VOLUME_MARGIN_M)
+        fence = self.fence
+        if fence is not None and fence.altitude_min_m is not None:
+            low_m = max(low_m, ground_m + fence.altitude_min_m + self.fence_margin_m)
+        if fence is not None and fence.altitude_max_m is not None:
+            high_m = min(high_m, ground_m + fence.altitude_max_m - self.fence_margin_m)
+        return z_m - low_m, high_m - z_m
+
+    def _free_m(self, start: Point2, course: Point2, needed_m: float) -> float:
+        """Return the length of a straight path up to a bound, at most what is needed."""
+        room_m = self._room_m(start)
+        if room_m <= _END_M:
+            ahead = self._room_m((start[0] + _AHEAD_M * course[0], start[1] + _AHEAD_M * course[1]))
+            if ahead - room_m >= _INWARDS_SHARE * _AHEAD_M:
+                return needed_m
+            return _CREEP_M if ahead >= room_m - _ROUNDING_M else 0.0
+        path_m = 0.0
+        for _ in range(_STEPS_MAX):
+            path_m += room_m
+            if path_m >= needed_m:
+                return needed_m
+            room_m = self._room_m((start[0] + path_m * course[0], start[1] + path_m * course[1]))
+            if room_m <= _END_M:
+                break
+        return path_m
+
+    def _room_m(self, point: Point2) -> float:
+        """Return how far every bound is, its margin taken off; negative beyond it."""
+        volume = self.volume
+        rooms_m = [volume.radius_max_m - math.hypot(*point) - _VOLUME_MARGIN_M]
+        if volume.box is not None:
+            (west, south, _), (east, north, _) = volume.box.minimum_enu_m, volume.box.maximum_enu_m
+            sides_m = (east - point[0], point[0] - west, north - point[1], point[1] - south)
+            rooms_m.append(min(sides_m) - _VOLUME_MARGIN_M)
+        if self.fence is not None:
+            rooms_m += [_depth_m(area, point) - self.fence_margin_m for area in self.fence.areas]
+            if self.fence.alternatives:
+                # To be inside of one of them is enough.
+                deepest_m = max(_depth_m(area, point) for area in self.fence.alternatives)
+                rooms_m.append(deepest_m - self.fence_margin_m)
+        return min(rooms_m)
+
+
+def _depth_m(area: Area, point: Point2) -> float:
+    """Return how far a point is on the allowed side of an area's boundary; negative beyond."""
+    if isinstance(area, CircleArea):
+        depth_m = area.radius_m - math.dist(point, area.centre_enu_m)
+        return depth_m if area.inclusion else -depth_m
+    kept = area.contains(point) is area.inclusion
+    return area.margin_m(point) if kept else -area.margin_m(point)
+
+
+def _stopping_m(speed_m_s: float, braking_m_s2: float, reaction_s: float) -> float:
+    return speed_m_s * reaction_s + 0.5 * speed_m_s * speed_m_s / braking_m_s2
+
+
+def _speed_m_s(free_m: float, braking_m_s2: float, reaction_s: float) -> float:
+    """Return the speed from which a vehicle comes to rest in a distance; 0 without any."""
+    if free_m <= 0.0:
+        return 0.0
+    lag = braking_m_s2 * reaction_s
+    return math.sqrt(lag * lag + 2.0 * braking_m_s2 * free_m) - lag

@@ -1,0 +1,292 @@
+"""Follows velocity commands: moves while they come, holds when they stop, ends as goals end.
+
+It neither arms nor takes off. The commands come with each observation; one that is older than the
+timeout counts no more, so that a client that crashes, or a network that fails, stops the vehicle.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+from navigation_core.geometry import KinematicState, norm
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.conditions import Dwell
+from navigation_core.tasks.flying.departure import NOT_TAKEN_BACK, is_pending
+from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
+from navigation_core.tasks.measurement import can_move, is_located
+from navigation_core.tasks.observation import Observation, OperationKind
+from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.standstill import HOVERING_VELOCITY_ERROR_M_S, Standstill
+from navigation_core.tasks.steering.steersman import Steersman, VelocityTerms
+from navigation_core.tasks.velocity_command import VelocityCommand
+
+__all__ = ["FollowVelocity"]
+
+_STANDS_M_S = 0.01
+
+
+class Phase(Enum):
+    """The phases."""
+
+    PREPARING = auto()
+    """Taking control."""
+    FOLLOWING = auto()
+    """Following commands, or standing without one."""
+    BLIND = auto()
+    """Holding, because the position is unknown or in doubt."""
+    STOPPING = auto()
+    """Stopping by setpoints."""
+    RELEASING = auto()
+    """Stopping by the autopilot's own mode, before it was in control."""
+    ENDED = auto()
+
+
+class FollowVelocity(PhasedTask[Phase]):
+    """The task. See :class:`navigation_core.tasks.task.Task`."""
+
+    def __init__(self, terms: VelocityTerms) -> None:
+        """Prepare."""
+        config, traits = terms.flight.config, terms.flight.traits
+        super().__init__(config, Phase.PREPARING)
+        self._traits = traits
+        self._timeout_s = terms.command_timeout_s
+        self._steersman = Steersman(terms)
+        error_m_s = HOVERING_VELOCITY_ERROR_M_S if traits.flies else 0.0
+        self._still = Standstill(config.stop_speed_m_s, config.stop_dwell_s, error_m_s)
+        self._landed = Dwell(config.landed_timeout_s)
+        self._last_step_s = self._dt_s = 0.0
+        self._command_s = 0.0  # of the last command that counted
+        self._last: VelocityCommand | None = None
+        self._silent_s: float | None = None
+        self._ending: Outcome | None = None
+        self._status = Status.PREPARING
+        self._handlers = {
+            Phase.PREPARING: self._prepare,
+            Phase.FOLLOWING: self._follow,
+            Phase.BLIND: self._hold,
+            Phase.STOPPING: self._stop,
+            Phase.RELEASING: self._release,
+        }
+
+    # --- the task protocol -----------------------------------------------------------
+
+    @property
+    def commanded(self) -> KinematicState | None:
+        """State of the setpoint sent last, for a successor; None before the first."""
+        return self._steersman.commanded
+
+    @property
+    def commanded_yaw_enu_rad(self) -> float | None:
+        """Yaw of the setpoint sent last; None before the first."""
+        return self._steersman.commanded_yaw_enu_rad
+
+    def start(self, observation: Observation, now: float) -> None:
+        """Begin."""
+        super().start(observation, now)
+        self._last_step_s = self._command_s = now
+
+    def take_up(self, now: float) -> None:
+        """Take control again; what was sent before is past."""
+        if self._phase not in (Phase.STOPPING, Phase.RELEASING, Phase.ENDED):
+            self._forget()
+            self._command_s = now
+            self._go(Phase.PREPARING, now)
+
+    def unpause(self, now: float) -> None:
+        """Follow commands again."""
+        super().unpause(now)
+        self._command_s = now
+
+    def resume(self, observation: Observation, now: float) -> None:
+        """Resume after a time without steps, from where the vehicle is then."""
+        self._last_step_s = now
+        self._forget()
+
+    def progress(self, observation: Observation, now: float) -> Progress:
+        """Return the status; there is no distance and no time to a target."""
+        status, why = self._status, self._steersman.held_back
+        if status is Status.NAVIGATING and why:
+            return Progress(Status.BLOCKED, 0.0, 0.0, blocked=why)
+        return Progress(status, 0.0, 0.0)
+
+    # --- the state machine -----------------------------------------------------------
+
+    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+        self._dt_s = max(now - self._last_step_s, 0.0)
+        self._last_step_s = now
+        if self._dt_s > self._config.step_gap_s:
+            self._dt_s = 0.0
+            self._forget()
+        if self._cancel_asked and self._ending is None:
+            self._ending = Outcome(OutcomeCode.CANCELED, "The goal was cancelled.", None)
+            if not self._leave(observation, now):
+                return self._ending
+        return super()._answer(observation, now)
+
+    def _handle(self, observation: Observation, now: float) -> Answer:
+        ended = self._check_vehicle(observation, now)
+        return ended or super()._handle(observation, now)
+
+    def _end(self, now: float) -> None:
+        self._phase = Phase.ENDED
+
+    def _forget(self) -> None:
+        self._steersman.forget()
+        self._still.reset()
+        self._landed.reset()
+
+    def _leave(self, observation: Observation, now: float) -> bool:
+        """Begin to stop; False if the vehicle was not moved and need not be stopped."""
+        asked = is_pending(observation, OperationKind.TAKE_CONTROL)
+        led = self._steersman.commanded is not None
+        self._still.reset()
+        if led and observation.in_control:
+            self._go(Phase.STOPPING, now)
+        elif asked and can_move(observation, self._traits, self._config.airborne_height_m):
+            # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
+            self._go(Phase.RELEASING, now)
+        else:
+            return False
+        return True
+
+    def _check_vehicle(self, observation: Observation, now: float) -> Answer:
+        """Look for what ends every phase in which the vehicle is led."""
+        if self._phase in (Phase.PREPARING, Phase.RELEASING):
+            return None
+        if not observation.armed:
+            text = "The vehicle was disarmed during the goal."
+            return Outcome(OutcomeCode.DISARMED, text, None)
+        if not observation.in_control:
+            text = "The vehicle left the mode in which it follows setpoints."
+            return Outcome(OutcomeCode.PILOT_OVERRIDE, text, None)
+        on_ground = observation.airborne is False and self._traits.flies
+        if self._landed.holds(on_ground, now):
+            if self._ending is not None:
+                return self._ended("The vehicle is on the ground.")
+            timeout_s = self._config.landed_timeout_s
+            text = f"The vehicle has been on the ground for {timeout_s:g} s."
+            return Outcome(OutcomeCode.LANDED, text, None)
+        return Wait() if on_ground else None
+
+    def _prepare(self, observation: Observation, now: float) -> Answer:
+        self._status = Status.PREPARING
+        if not can_move(observation, self._traits, self._config.airborne_height_m):
+            where = "not flying" if self._traits.flies else "disarmed"
+            text = f"The vehicle is {where}; velocity commands neither arm nor take off."
+            return Outcome(OutcomeCode.NOT_FLYING, text, None)
+        if any(is_pending(observation, kind) for kind in NOT_TAKEN_BACK):
+            return Wait()
+        if not observation.in_control:
+            control, refusal = Perform(OperationKind.TAKE_CONTROL), OutcomeCode.MODE_REFUSED
+            answer = self._requests.perform(control, refusal, observation, now)
+            if answer is not None:
+                return answer
+        self._command_s = now
+        self._go(Phase.FOLLOWING, now)
+        return None
+
+    def _follow(self, observation: Observation, now: float) -> Answer:
+        located = is_located(observation, self._config.position_stale_s)
+        if not located or observation.position_doubt:
+            self._go(Phase.BLIND, now)
+            return None
+        command = self._current(observation, now)
+        if self._pause_asked:
+            self._status, self._command_s = Status.PAUSED, now
+        else:
+            self._status = Status.HOLDING if command is None else Status.NAVIGATING
+            ending = self._idle(now)
+            if ending is not None:
+                self._ending = ending
+                self._still.reset()
+                self._go(Phase.STOPPING, now)
+                return None
+        return self._lead(observation, command, now)
+
+    def _current(self, observation: Observation, now: float) -> VelocityCommand | None:
+        """Return the command that counts now, or None."""
+        command = observation.command
+        if command is None or now - command.time_s > self._timeout_s:
+            return None
+        self._last, self._command_s = command, max(self._command_s, command.time_s)
+        return None if self._pause_asked else command
+
+    def _idle(self, now: float) -> Outcome | None:
+        """Return the end of a goal that nobody sends commands to; the vehicle holds by then."""
+        idle_s = self._config.settle_timeout_s
+        if now - self._command_s <= idle_s:
+            return None
+        text = f"No velocity command has come for {idle_s:g} s."
+        if self._last is not None and self._last.is_zero:
+            text = f"The last velocity command was to stop; none has come for {idle_s:g} s."
+            return Outcome(OutcomeCode.SUCCESS, text, None)
+        return Outcome(OutcomeCode.TIMEOUT, text, None)
+
+    def _hold(self, observation: Observation, now: float) -> Answer:
+        """Stand by velocity until it is known again where the vehicle is."""
+        self._status = Status.HOLDING
+        located = is_located(observation, self._config.position_stale_s)
+        if located and not observation.position_doubt:
+            self._forget()
+            self._command_s = now
+            self._go(Phase.FOLLOWING, now)
+            return None
+        if located:
+            self._phase_since_s = now  # for how long it may be in doubt is not ours
+        timeout_s = self._config.position_timeout_s
+        if now - self._phase_since_s > timeout_s:
+            text = (
+                f"The vehicle has reported no valid position, velocity and yaw for {timeout_s:g} s."
+            )
+            return Outcome(OutcomeCode.NO_POSITION, text, None)
+        return self._steersman.hold(observation)
+
+    def _stop(self, observation: Observation, now: float) -> Answer:
+        self._status = Status.CANCELLING
+        still = self._still.holds(observation, self._config.position_stale_s)
+        sent = self._steersman.commanded
+        sent_m_s = 0.0 if sent is None else norm(sent.velocity_enu_m_s)
+        if still and sent_m_s < _STANDS_M_S:
+            return self._ended("The vehicle has stopped.")
+        timeout_s = self._config.cancel_timeout_s
+        if now - self._phase_since_s > timeout_s:
+            return self._ended(self._still.failure(timeout_s))
+        if not is_located(observation, self._config.position_stale_s) or observation.position_doubt:
+            return self._steersman.hold(observation)
+        return self._lead(observation, None, now)
+
+    def _release(self, observation: Observation, now: float) -> Answer:
+        self._status = Status.CANCELLING
+        assert self._ending is not None
+        answer = self._requests.perform(
+            Perform(OperationKind.HOLD),
+            self._ending.code,
+            observation,
+            now,
+            self._config.cancel_timeout_s,
+        )
+        if answer is None:
+            return self._ended("The vehicle holds.")
+        if isinstance(answer, Outcome):
+            return self._ended(f"{answer.message} It may still be moving.")
+        return answer
+
+    def _ended(self, text: str) -> Outcome:
+        assert self._ending is not None
+        return Outcome(self._ending.code, f"{self._ending.message} {text}", None)
+
+    def _lead(
+        self, observation: Observation, command: VelocityCommand | None, now: float
+    ) -> Intent | Outcome:
+        answer = self._steersman.lead(observation, command, self._dt_s)
+        obstruction, patience_s = self._steersman.obstruction, self._steersman.sensor_patience_s
+        if not obstruction.is_silent:
+            self._silent_s = None
+            return answer
+        if self._silent_s is None:
+            self._silent_s = now
+        if now - self._silent_s <= patience_s or self._ending is not None:
+            return answer
+        text = f"There was no obstacle data for {patience_s:g} s. {obstruction.reason}"
+        return Outcome(OutcomeCode.NO_OBSTACLE_DATA, text, None)
