@@ -25,6 +25,9 @@ from mavlink_vehicle.events import (
     VehicleEvent,
     VehicleRebooted,
 )
+from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.protocols.external_position import ExternalPose, ExternalPositionError
+from mavlink_vehicle.protocols.rtcm import RtcmError
 from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
@@ -34,20 +37,24 @@ from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Output
 from navigation_bridge.goals.lifecycle import GoalEvent
 from navigation_bridge.goals.observation import (
     hold_setpoint_ned,
+    intended_ned,
     observe,
-    setpoint_ned,
     vehicle_mode,
     velocity_only,
 )
 from navigation_bridge.goals.operations import STREAMED, begin_operation, begin_upload
-from navigation_bridge.goals.requests import Request
+from navigation_bridge.goals.requests import Request, VelocityRequest
+from navigation_bridge.goals.velocity_commands import VelocityCommands
+from navigation_bridge.log_desk import LogDesk
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.scene import Scene
 from navigation_bridge.services import Service, ServiceDesk
+from navigation_bridge.storage.desk import StorageDesk
 from navigation_bridge.supervision.guard import Guard
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.position_watch import PositionWatch
+from navigation_bridge.supervision.station_rules import takes_vehicle
 from navigation_bridge.supervision.stations import Stations
 from navigation_bridge.tasks.admission import admit
 from navigation_bridge.tasks.registry import TASKS, task_of
@@ -66,15 +73,19 @@ from navigation_core.tasks.observation import (
     OperationStatus,
 )
 from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.velocity_command import VelocityCommand
 
 __all__ = ["Bridge", "BridgeConfig"]
 
-# MAV_STATE (common.xml): the first state of a restarted autopilot.
-_MAV_STATE_BOOT = 1
+# MAV_STATE (common.xml) of a restarted autopilot: BOOT, and CALIBRATING, which an ArduPilot reports
+# before it is ready.
+_STARTING = (1, 2)
 _PARAMETERS_MAX = 100
 _PARAMETER = re.compile("[A-Z0-9_]{1,16}")
 # Minimum interval of warnings about a late loop.
 _LATE_TOLD_S = 2.0
+# Beyond what a fast vehicle moves between the two.
+_EXTERNAL_OFF_M = 3.0
 _OF_ONE_MISSION = frozenset(
     {OperationKind.UPLOAD_MISSION, OperationKind.START_MISSION, OperationKind.CLEAR_MISSION}
 )
@@ -116,6 +127,7 @@ class Bridge:
         self._guard = Guard(vehicle, self._map_frame, config, self._obstacles.standing)
         self._positions = PositionWatch(self._report, config.safety.position_doubt_timeout_s)
         self._goal: ActiveGoal | None = None
+        self._commands = VelocityCommands()
         self._lateness = Lateness()
         self._late_told_s = -math.inf
         self.recorded_goal_id: str | None = None
@@ -123,12 +135,24 @@ class Bridge:
         self._parking = Parking(vehicle, config.setpoint_period_s)
         self._scene = Scene(vehicle, self._map_frame, self._guard, config)
         self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
+        self._storage = StorageDesk(vehicle, self._map_frame, self._report, self._occupied)
         self._stations = Stations(vehicle, self._report, self._parking)
+        self._logs = LogDesk(vehicle, self._report.put_out, self._log_refusal)
 
     @property
     def active_goal_id(self) -> str | None:
         """UUID of the active goal, live or in the recording, as hexadecimal digits."""
         return self.recorded_goal_id if self._goal is None else self._goal.goal_id
+
+    @property
+    def command_timeout_s(self) -> float:
+        """Age from which a velocity command counts no more."""
+        return self._config.commands.timeout_s
+
+    @property
+    def is_idle(self) -> bool:
+        """True without an active goal, those that commands have started included."""
+        return self._goal is None
 
     @property
     def vehicle(self) -> Vehicle:
@@ -146,6 +170,11 @@ class Bridge:
         return self._lateness
 
     @property
+    def map_origin(self) -> Geodetic | None:
+        """Latitude, longitude and altitude (above mean sea level) of the map's origin, or None."""
+        return self._map_frame.origin
+
+    @property
     def home_enu_m(self) -> Vector3 | None:
         """The launch point in the map frame, or None."""
         return self._map_frame.home_enu_m(self._vehicle.state)
@@ -161,9 +190,19 @@ class Bridge:
         return self._obstacles
 
     @property
+    def logs(self) -> LogDesk:
+        """The autopilot's own logs; takes requests."""
+        return self._logs
+
+    @property
     def scene(self) -> Scene:
         """Fence, flight volume, mission and rally points in the map frame."""
         return self._scene
+
+    @property
+    def storage(self) -> StorageDesk:
+        """Requests about fence, rally points and parameters of the autopilot."""
+        return self._storage
 
     @property
     def battery_for_return(self) -> float:
@@ -207,6 +246,7 @@ class Bridge:
             self._report.stillborn(goal_id, admitted)
             return
         previous = self._goal
+        self._logs.give_way("A goal was started.")
         goal = self._goal = self._new_goal(goal_id, admitted, now)
         self._desk.give_up("A new goal was started.", now)
         if previous is not None:
@@ -214,6 +254,8 @@ class Bridge:
             self._report.ended(previous, replaced, now)
         goal.apply(GoalEvent.EXECUTE)
         goal.kind = task_of(request, self._tasks).action
+        goal.follows_commands = isinstance(request, VelocityRequest)
+        self._commands.goal_began()
         self._positions.begin(goal)
         self._report.accepted(goal)
         if goal.plan is not None:
@@ -229,6 +271,46 @@ class Bridge:
             goal.begin_cancel(now)
             self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: cancel requested")
         return True
+
+    def command_velocity(self, command: VelocityCommand, goal_id: str, now: float) -> None:
+        """Process a velocity command of a client.
+
+        It is followed by a goal that follows commands; without a goal it may start one.
+
+        Args:
+            command: the command; its numbers need not be finite.
+            goal_id: UUID of the goal that it starts, if it does.
+            now: time in seconds.
+        """
+        fault = self._commands.take(command, self._config.commands.timeout_s)
+        if fault:
+            self._ignored(f"A velocity command cannot be used: {fault}", now)
+            return
+        goal = self._goal
+        if goal is not None and goal.follows_commands:
+            return
+        active = "" if goal is None else f"goal {goal.short_id} ({goal.kind})"
+        may_start = self._config.commands.start_goal
+        starts, why = self._commands.starts_goal(active, self._vehicle.in_control_mode, may_start)
+        if why:
+            self._ignored(f"Velocity commands are ignored: {why}.", now)
+        request = VelocityRequest()
+        if starts and self.check(request, now) is None:
+            self.start_goal(goal_id, request, now)
+
+    def reject_command(self, fault: str, now: float) -> None:
+        """Process a velocity command that cannot be used; the vehicle stops.
+
+        Args:
+            fault: why, as a sentence.
+            now: time in seconds.
+        """
+        self._commands.drop()
+        self._ignored(f"A velocity command cannot be used: {fault}", now)
+
+    def _ignored(self, text: str, now: float) -> None:
+        if self._commands.is_to_tell(now):
+            self._report.log(LogLevel.WARN, text)
 
     def pause(self, now: float) -> tuple[bool, str]:
         """Pause the active goal until :meth:`resume`; return success and a sentence."""
@@ -275,8 +357,8 @@ class Bridge:
             self._report.served(number, False, self._refusal.message)
             return
         goal = self._goal
-        if goal is not None and service is not Service.HOLD:
-            text = f"Goal {goal.goal_id} is active; cancel it first."
+        text = self._occupied()
+        if text is not None and service is not Service.HOLD:
             self._report.served(number, False, text)
             return
         if service is Service.ARM and not self._config.goto.may_leave_ground:
@@ -285,6 +367,7 @@ class Bridge:
             )
             self._report.served(number, False, text)
             return
+        self._logs.give_way(f"The {service.value} service was called.")
         if goal is not None:
             text = "The hold service was called."
             self._end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)
@@ -293,6 +376,13 @@ class Bridge:
         else:
             self._parking.give_up()
             self._desk.begin(number, service, now, mode)
+
+    def _occupied(self) -> str | None:
+        """Return why the vehicle is left alone, a sentence, or None."""
+        if self._refusal is not None:
+            return self._refusal.message
+        goal = self._goal
+        return None if goal is None else f"Goal {goal.goal_id} is active; cancel it first."
 
     def read_parameters(self, names: Sequence[str], now: float) -> list[float]:
         """Return parameters of the vehicle; those not known yet are NaN, and are asked for.
@@ -305,8 +395,41 @@ class Bridge:
         values = self._vehicle.read_parameters(names, now)
         return [math.nan if value is None else value for value in values]
 
+    def correct_gps(self, data: bytes, now: float) -> None:
+        """Send RTCM corrections to the vehicle.
+
+        Args:
+            data: whole RTCM 3 messages, one after the other.
+            now: time in seconds.
+
+        Raises:
+            RtcmError: they are not sent, and why.
+        """
+        if self._refusal is not None:
+            raise RtcmError(self._refusal.message)
+        if not self._vehicle.connected:
+            raise RtcmError("There is no connection to a vehicle.")
+        self._vehicle.rtcm.offer(data, now)
+
+    def take_external_pose(self, pose: ExternalPose, now: float) -> None:
+        """Send a pose from outside, such as a camera's, to the autopilot's estimator.
+
+        Args:
+            pose: of the vehicle, in the local frame.
+            now: time in seconds.
+
+        Raises:
+            ExternalPositionError: it is not sent, and why.
+        """
+        if self._refusal is not None:
+            raise ExternalPositionError(self._refusal.message)
+        if not self._vehicle.connected:
+            raise ExternalPositionError("There is no connection to a vehicle.")
+        self._vehicle.send_external_pose(pose, now)
+
     def shut_down(self, now: float) -> None:
         """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""
+        self._commands.goal_ended(OutcomeCode.SHUTTING_DOWN)  # so that no command starts another
         goal = self._goal
         if goal is None or goal.closing is not None:
             return
@@ -430,10 +553,28 @@ class Bridge:
         checked = self._guard.check(admitted, now)
         if isinstance(checked, Rejection) or checked.plan is None:
             return checked
+        if self._storage.writes_list:
+            text = "The vehicle's fence or rally points are being written; send the goal again."
+            return Rejection(OutcomeCode.BUSY, text)
+        off_m = self._vehicle.external_difference_m(now)
+        if off_m is not None and off_m > _EXTERNAL_OFF_M:
+            # A PX4 with EKF2_HGT_REF 3 counts these heights from sea level, not from the origin.
+            text = (
+                f"The vehicle's position is {off_m:.1f} m from that of external_odometry_topic; "
+                "check the autopilot's origin, its altitude included, and its estimator."
+            )
+            return Rejection(OutcomeCode.UNHEALTHY, text)
         doubt, note = self._positions.check(now)
         if doubt is not None:
             return doubt
         return replace(checked, warnings=(*checked.warnings, note)) if note else checked
+
+    def _log_refusal(self) -> Rejection | None:
+        """Return why logs are not transferred now."""
+        if self._refusal is not None or self._goal is None:
+            return self._refusal
+        text = f"Goal {self._goal.goal_id} is active; cancel it first."
+        return Rejection(OutcomeCode.BUSY, text)
 
     def _new_goal(self, goal_id: str, admitted: Admitted, now: float) -> ActiveGoal:
         """Create a goal that continues from the state of the active one, if any."""
@@ -551,8 +692,7 @@ class Bridge:
             self._close_when_sent = False
             if not self._vehicle.stream_open:
                 self._vehicle.open_stream(now)
-            setpoint = setpoint_ned(intent.setpoint, intent.by_velocity)
-            self._vehicle.send_setpoint(setpoint, now)
+            self._vehicle.send_setpoint(intended_ned(intent), now)
             goal.setpoint_s = goal.think_s = now
         except SetpointError as error:
             self._end(goal, Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None), now)
@@ -597,8 +737,7 @@ class Bridge:
         if not self._parking.begin(still, now):
             self._close_when_sent = True  # ending now would drop that setpoint
         goal.progress = goal.task.progress(self._observe(goal, now), now)
-        self._positions.conclude(goal, now)
-        self._report.ended(goal, outcome, now)
+        self._conclude(goal, outcome, now)
 
     def _abandon(self, code: OutcomeCode, text: str, now: float) -> None:
         """End the active goal because control was lost; send nothing."""
@@ -609,8 +748,13 @@ class Bridge:
         if goal.operation is not None:
             self._vehicle.cancel_operation(now)
         self._vehicle.close_stream()
+        self._conclude(goal, Outcome(code, text, None), now)
+
+    def _conclude(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
         self._positions.conclude(goal, now)
-        self._report.ended(goal, Outcome(code, text, None), now)
+        if goal.follows_commands:
+            self._commands.goal_ended(goal.end_of(outcome).code)
+        self._report.ended(goal, outcome, now)
 
     # --- events from the vehicle -------------------------------------------------------
 
@@ -629,12 +773,18 @@ class Bridge:
             elif isinstance(event, ModeChanged):
                 self._change_mode(event, now)
             elif isinstance(event, StationActed):
-                self._stations.take(event, self._goal, self._config.on_station_pause, now)
+                self._take_act(event, now)
             elif isinstance(event, VehicleRebooted):
                 self._report.log(LogLevel.WARN, "The autopilot restarted")
+                self._commands.lose_vehicle()
                 self._give_up_restarted(now)
-            else:
+            elif not (self._storage.take(event) or self._logs.take(event)):
                 self._report.vehicle(event)
+
+    def _take_act(self, acted: StationActed, now: float) -> None:
+        if takes_vehicle(acted):
+            self._commands.give_vehicle_away()
+        self._stations.take(acted, self._goal, self._config.on_station_pause, now)
 
     def _finish_operation(self, event: OperationFinished, now: float) -> None:
         self._report.operation(event)
@@ -658,11 +808,13 @@ class Bridge:
             return
         goal = self._goal
         mode = vehicle_mode(self._vehicle.profile, event.name)
+        if goal is None or not goal.task.accepts_mode(mode):
+            self._commands.lose_vehicle()
         if self._stations.change_mode(event, goal, now):
             return
         if goal is not None and goal.task.accepts_mode(mode):
             return
-        if self._vehicle.state.system_status == _MAV_STATE_BOOT:
+        if self._vehicle.state.system_status in _STARTING:
             self._give_up_restarted(now)
         elif goal is not None and goal.takeover is None:
             self._stations.take_away(goal, event, now)
@@ -683,6 +835,7 @@ class Bridge:
             goal.mission,
             self._lateness.recent_s(now),
             self._positions.reason(goal),
+            self._commands.current if goal.follows_commands else None,
         )
 
     def _progress(self, goal: ActiveGoal, now: float) -> Progress:

@@ -7,6 +7,8 @@ WAYPOINTS_ACTION_NAME = "navigate_waypoints"
 TAKEOFF_ACTION_NAME = "takeoff"
 LAND_ACTION_NAME = "land"
 RETURN_ACTION_NAME = "return_to_launch"
+# Not among those below: it is steered while it runs, and cannot be written down as a goal.
+VELOCITY_ACTION_NAME = "follow_velocity"
 ACTION_NAMES = (
     ACTION_NAME,
     WAYPOINTS_ACTION_NAME,
@@ -14,7 +16,9 @@ ACTION_NAMES = (
     LAND_ACTION_NAME,
     RETURN_ACTION_NAME,
 )
+DOWNLOAD_LOG_ACTION_NAME = "download_log"
 SERVER_NODE_NAME = "navigation_server"
 FRAME_MAP = "map"
+FRAME_ODOM = "odom"
 FRAME_BASE_LINK = "base_link"
 FRAME_WGS84 = "wgs84"

@@ -7,6 +7,8 @@ from collections import deque
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import (
+    ExternalPosesResumed,
+    ExternalPosesStopped,
     HeartbeatLost,
     HeartbeatRegained,
     OperationFinished,
@@ -161,6 +163,10 @@ class Reporter:
         """Answer a service request."""
         self._outputs.append(ServiceDone(number, success, message))
 
+    def put_out(self, output: Output) -> None:
+        """Add an output."""
+        self._outputs.append(output)
+
     @property
     def height_m(self) -> float | None:
         """The vehicle's height above the ground, or None while it is not known."""
@@ -225,3 +231,11 @@ class Reporter:
             self.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
         elif isinstance(event, HeartbeatRegained):
             self.log(LogLevel.INFO, "HEARTBEAT received again")
+        elif isinstance(event, ExternalPosesStopped):
+            self.log(
+                LogLevel.WARN,
+                f"No external pose for {event.silent_s:.1f} s; a vehicle without GPS loses its "
+                "position. Check the source of external_odometry_topic",
+            )
+        elif isinstance(event, ExternalPosesResumed):
+            self.log(LogLevel.INFO, f"External poses again, after {event.silent_s:.1f} s")

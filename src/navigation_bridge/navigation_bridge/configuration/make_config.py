@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from mavlink_vehicle.events import LogMeans
 from mavlink_vehicle.vehicle import VehicleConfig
 from navigation_bridge.configuration.known_obstacles import (
     KnownObstacles,
@@ -24,8 +25,10 @@ from navigation_bridge.configuration.sensor_poses import SensorPose, SensorPoseE
 from navigation_bridge.configuration.settings import (
     BatteryPolicy,
     BridgeConfig,
+    CommandConfig,
     MissedWaypoint,
     ObstacleConfig,
+    PublishTf,
     SafetyConfig,
     StationPause,
 )
@@ -63,6 +66,9 @@ class ServerConfig:
         vehicles: names of the vehicles; none: one vehicle without a namespace.
         gcs_links: links to ground stations.
         signing_key_file: path of the MAVLink 2 signing key, or None.
+        external_odometry_topic: topic of a position for the autopilot's estimator; empty: none.
+        log_directory: folder for logs downloaded from the autopilot.
+        publish_tf: which transforms are published.
         replay_speed: replay speed as a factor of real time; 0: as fast as possible.
     """
 
@@ -74,6 +80,9 @@ class ServerConfig:
     gcs_links: tuple[str, ...] = ()
     signing_key_file: str | None = None
     replay_speed: float = 1.0
+    log_directory: str = "autopilot_logs"
+    external_odometry_topic: str = ""
+    publish_tf: PublishTf = PublishTf.ALL
 
 
 def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
@@ -109,6 +118,7 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
         # Otherwise silence would be attributed to something other than a lost link.
         if number(name) <= number("heartbeat_timeout_s"):
             raise ConfigurationError(f"Parameter {name} must be above heartbeat_timeout_s.")
+    _check_texts(text)
     gcs_links = texts(merged["gcs_links"])
     check_links_apart(text("link_url"), gcs_links)
     return ServerConfig(
@@ -120,7 +130,17 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
         gcs_links=gcs_links,
         signing_key_file=text("signing_key_file") or None,
         replay_speed=number("replay_speed"),
+        log_directory=text("log_directory"),
+        external_odometry_topic=text("external_odometry_topic"),
+        publish_tf=PublishTf(text("publish_tf")),
     )
+
+
+def _check_texts(text: _Text) -> None:
+    if not text("log_directory"):
+        raise ConfigurationError("Parameter log_directory must name a folder.")
+    if text("external_origin") and not text("external_odometry_topic"):
+        raise ConfigurationError("Parameter external_origin needs external_odometry_topic.")
 
 
 def _vehicle_config(number: _Number, text: _Text) -> VehicleConfig:
@@ -135,7 +155,26 @@ def _vehicle_config(number: _Number, text: _Text) -> VehicleConfig:
         heartbeat_timeout_s=number("heartbeat_timeout_s"),
         message_rates_hz=rates_hz,
         optional_rates_hz={"OBSTACLE_DISTANCE": _RANGES_HZ, "DISTANCE_SENSOR": _RANGES_HZ},
+        external_origin=_origin(text("external_origin")),
+        log_means=LogMeans(text("log_transfer")),
     )
+
+
+def _origin(words: str) -> tuple[float, float, float] | None:
+    """Return latitude and longitude in degrees and altitude in m; None for an empty text."""
+    if not words.strip():
+        return None
+    try:
+        latitude_deg, longitude_deg, altitude_m = map(float, words.split())
+    except ValueError:
+        latitude_deg = longitude_deg = altitude_m = math.nan
+    # The bounds exclude NaN as well.
+    if not (abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0 and abs(altitude_m) < 20e3):
+        raise ConfigurationError(
+            f"Parameter external_origin is '{words}'; give latitude, longitude (degrees) and "
+            "altitude (metres above sea level), such as '47.3977 8.5456 488'."
+        )
+    return latitude_deg, longitude_deg, altitude_m
 
 
 def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
@@ -184,6 +223,11 @@ def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
         obstacles=_obstacle_config(number, text),
         on_station_pause=StationPause(text("on_station_pause")),
         on_missed_waypoint=MissedWaypoint(text("on_missed_waypoint")),
+        commands=CommandConfig(
+            timeout_s=number("cmd_vel_timeout_s"),
+            start_goal=text("cmd_vel_start") == "command",
+            stamped=text("cmd_vel_type") == "stamped",
+        ),
     )
 
 

@@ -67,6 +67,18 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "Path of a telemetry log of all MAVLink traffic in both directions. Empty: no recording.",
     ),
     ParameterSpec(
+        "log_directory",
+        "autopilot_logs",
+        "Folder for logs downloaded from the autopilot; it is made with the first one.",
+    ),
+    ParameterSpec(
+        "log_transfer",
+        "auto",
+        "Protocol for logs of the autopilot: log_request (LOG_REQUEST_*), ftp (MAVFTP), or auto "
+        "(MAVFTP if LOG_REQUEST_LIST is not answered).",
+        choices=("auto", "log_request", "ftp"),
+    ),
+    ParameterSpec(
         "replay_speed",
         1.0,
         "Replay speed with tlog:PATH, as a factor of real time; 0 is as fast as possible.",
@@ -123,6 +135,27 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "rest, then end with WAYPOINT_MISSED) or turn_back (fly to it again, at most twice). In"
         " a mission the autopilot always continues.",
         choices=("continue", "turn_back"),
+    ),
+    ParameterSpec(
+        "cmd_vel_start",
+        "goal",
+        "What lets velocity commands move the vehicle: goal (only a follow_velocity goal) or "
+        "command (also a first command while no goal is active).",
+        choices=("goal", "command"),
+    ),
+    ParameterSpec(
+        "cmd_vel_type",
+        "stamped",
+        "Type of the topic of velocity commands: stamped (geometry_msgs/TwistStamped, whose frame "
+        "is base_link or map) or plain (geometry_msgs/Twist, in base_link).",
+        choices=("stamped", "plain"),
+    ),
+    ParameterSpec(
+        "cmd_vel_timeout_s",
+        0.5,
+        "Silence of the velocity commands after which the vehicle stops and holds.",
+        0.1,
+        5.0,
     ),
     ParameterSpec(
         "setpoint_rate_hz", 20.0, "Rate of SET_POSITION_TARGET_LOCAL_NED while flying.", 2.0, 100.0
@@ -319,6 +352,25 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         "left, up) and degrees. Empty: at base_link.",
     ),
     ParameterSpec(
+        "publish_tf",
+        "all",
+        "Transforms published: all, vehicle (without the sensors of sensor_pose, where a robot "
+        "model has them) or none.",
+        choices=("all", "vehicle", "none"),
+    ),
+    ParameterSpec(
+        "external_odometry_topic",
+        "",
+        "Topic (nav_msgs/Odometry) of a position for the autopilot's estimator, from a camera or "
+        "motion capture. Empty: none.",
+    ),
+    ParameterSpec(
+        "external_origin",
+        "",
+        "Origin of external_odometry_topic's positions: 'latitude longitude altitude', degrees and "
+        "metres above sea level; set on an autopilot that has none. Empty: it is not set.",
+    ),
+    ParameterSpec(
         "obstacle_map_size_m",
         200.0,
         "Side length of the map of sensed obstacles, a square centred on the vehicle.",
@@ -336,14 +388,20 @@ FIXED = frozenset(
         "gcs_links",
         "signing_key_file",
         "record_tlog",
+        "log_directory",
+        "log_transfer",
         "target_system",
         "source_component",
         "heartbeat_type",
         "setpoint_rate_hz",
         "position_rate_hz",
         "heartbeat_timeout_s",
+        "cmd_vel_type",
         "scan_topic",
         "points_topic",
+        "publish_tf",
+        "external_odometry_topic",
+        "external_origin",
         "obstacle_map_size_m",
         "obstacle_cell_m",
     }

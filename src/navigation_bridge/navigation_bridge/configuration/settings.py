@@ -29,6 +29,17 @@ class StationPause(Enum):
     """The goal is paused until the ground station resumes it."""
 
 
+class PublishTf(Enum):
+    """Which transforms the server publishes."""
+
+    ALL = "all"
+    """The tree of the vehicle, and the sensors that have a pose among the parameters."""
+    VEHICLE = "vehicle"
+    """The same without these sensors, which a model of the robot has."""
+    NONE = "none"
+    """None: something else publishes the frames."""
+
+
 class MissedWaypoint(Enum):
     """Handling of a waypoint that was passed outside its radius."""
 
@@ -87,6 +98,21 @@ class ObstacleConfig:
 
 
 @dataclass(frozen=True)
+class CommandConfig:
+    """Settings of velocity commands.
+
+    Attributes:
+        timeout_s: age from which a command counts no more, so that the vehicle stops.
+        start_goal: whether a command may start a goal; otherwise only a client's goal does.
+        stamped: whether the topic has the type TwistStamped; otherwise Twist.
+    """
+
+    timeout_s: float = 0.5
+    start_goal: bool = False
+    stamped: bool = True
+
+
+@dataclass(frozen=True)
 class BridgeConfig:
     """Settings for goals.
 
@@ -102,6 +128,7 @@ class BridgeConfig:
         obstacles: settings of obstacle detection and avoidance.
         on_station_pause: effect of a pause by a ground station.
         on_missed_waypoint: handling of a waypoint that was passed outside its radius.
+        commands: settings of velocity commands.
     """
 
     goto: GotoConfig
@@ -115,3 +142,4 @@ class BridgeConfig:
     obstacles: ObstacleConfig = field(default_factory=ObstacleConfig)
     on_station_pause: StationPause = StationPause.CANCEL
     on_missed_waypoint: MissedWaypoint = MissedWaypoint.CONTINUE
+    commands: CommandConfig = CommandConfig()

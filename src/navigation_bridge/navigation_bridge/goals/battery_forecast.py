@@ -85,7 +85,8 @@ class BatteryReckoning:
         if battery_is_low(self._vehicle.state.battery):
             return _SAID_LOW
         goal_s = _BEGIN_S + plan.duration_s(start_enu_m) + _SETTLE_S
-        back_s = self._back_s(plan.targets_enu_m[-1], plan)
+        end_enu_m = plan.targets_enu_m[-1] if plan.targets_enu_m else start_enu_m
+        back_s = self._back_s(end_enu_m, plan)
         prediction = self._consumption.predict(goal_s, back_s)
         reserve = self._config.safety.battery_reserve
         if prediction is None or prediction.back >= reserve:

@@ -15,6 +15,7 @@ from navigation_bridge.goals.lifecycle import (
     next_state,
     terminal_event,
 )
+from navigation_bridge.goals.log_outputs import LogOutput
 from navigation_bridge.goals.mission_plan import MissionTracker
 from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.vehicle.map_frame import MapPose
@@ -184,6 +185,7 @@ Output: TypeAlias = (
     | LogLine
     | Annotation
     | ServiceDone
+    | LogOutput
 )
 
 
@@ -248,6 +250,7 @@ class ActiveGoal:
         paused_by_client: whether the pause service has paused it.
         yielded: set while the vehicle is left alone because a ground station made it hold.
         kind: name of its action.
+        follows_commands: whether it follows velocity commands.
         doubt: doubt about the vehicle's position.
     """
 
@@ -279,6 +282,7 @@ class ActiveGoal:
     paused_by_client: bool = False
     yielded: Yielded | None = None
     kind: str = ""
+    follows_commands: bool = False
     doubt: PositionDoubt = field(default_factory=PositionDoubt)
 
     @property

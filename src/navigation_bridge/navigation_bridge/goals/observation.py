@@ -12,8 +12,10 @@ from navigation_bridge.goals.mission_plan import MissionTracker
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_bridge.vehicle.traits import traits_of
-from navigation_core.tasks.intents import Setpoint
+from navigation_core.geometry import dot
+from navigation_core.tasks.intents import Fly, Setpoint
 from navigation_core.tasks.observation import Observation, OperationReport, VehicleMode
+from navigation_core.tasks.velocity_command import VelocityCommand
 
 _AIRBORNE: dict[LandedState, bool | None] = {
     LandedState.UNDEFINED: None,
@@ -55,6 +57,7 @@ def observe(
     mission: MissionTracker | None = None,
     late_s: float = 0.0,
     position_doubt: str = "",
+    command: VelocityCommand | None = None,
 ) -> Observation:
     """Build the observation of this moment."""
     state = vehicle.state
@@ -87,12 +90,26 @@ def observe(
         landing=state.landed_state is LandedState.LANDING,
         mission=None if mission is None else mission.report(state, vehicle.mission_change),
         obstacles=obstacles.obstacles,
+        obstacles_seen=obstacles.seen,
         obstacles_age_s=obstacles.age_s(now),
         obstacles_reach_m=obstacles.reach_m,
         moving=obstacles.moving,
         late_s=late_s,
         position_doubt=position_doubt,
+        fence=obstacles.standing.fence,
+        command=command,
     )
+
+
+def intended_ned(intent: Fly) -> SetpointNed:
+    """Convert what a task wants to be flown into the autopilot's frames."""
+    setpoint, rate_rad_s = intent.setpoint, intent.turn_rate_rad_s
+    if rate_rad_s is None:
+        return setpoint_ned(setpoint, intent.by_velocity)
+    nose = (math.cos(setpoint.yaw_enu_rad), math.sin(setpoint.yaw_enu_rad), 0.0)
+    forward_m_s = dot(setpoint.velocity_enu_m_s, nose)
+    # Seen from above, a positive rate is counter-clockwise in ENU and clockwise in NED.
+    return SetpointNed(drive_frd_m_s=(forward_m_s, 0.0, 0.0), yaw_rate_rad_s=-rate_rad_s)
 
 
 def setpoint_ned(setpoint: Setpoint, by_velocity: bool = False) -> SetpointNed:

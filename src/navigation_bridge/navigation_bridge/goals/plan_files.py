@@ -100,19 +100,36 @@ def read_waypoints(path: Path) -> PlannedRoute:
     return _read(path, _wpl_items)
 
 
-def _read(path: Path, reader: _Reader) -> PlannedRoute:
+def plan_document(path: Path) -> dict[str, Any]:
+    """Return the JSON object of a `.plan` file.
+
+    Raises:
+        PlanError: it is not one.
+    """
+    text = _text(path)
     try:
-        if path.stat().st_size > _SIZE_MAX_BYTES:
-            raise PlanError(f"{path}: larger than {_SIZE_MAX_BYTES // 1_000_000} MB.")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise PlanError(f"{path}: {error.strerror or error}.") from None
-    except UnicodeDecodeError:
-        raise PlanError(f"{path}: not a text file.") from None
+        return _document(text)
+    except PlanError as error:
+        raise PlanError(f"{path}: {error}") from None
+
+
+def _read(path: Path, reader: _Reader) -> PlannedRoute:
+    text = _text(path)
     try:
         return _parse(text, reader)
     except PlanError as error:
         raise PlanError(f"{path}: {error}") from None
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.stat().st_size > _SIZE_MAX_BYTES:
+            raise PlanError(f"{path}: larger than {_SIZE_MAX_BYTES // 1_000_000} MB.")
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise PlanError(f"{path}: {error.strerror or error}.") from None
+    except UnicodeDecodeError:
+        raise PlanError(f"{path}: not a text file.") from None
 
 
 def parse_plan(text: str) -> PlannedRoute:
@@ -136,23 +153,34 @@ def _parse(text: str, reader: _Reader) -> PlannedRoute:
 # --- the two formats ------------------------------------------------------------------
 
 
-def _plan_items(text: str) -> tuple[list[_Item], list[str], bool]:
+def _document(text: str) -> dict[str, Any]:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:  # also a number with thousands of digits
         line = f"line {error.lineno}: " if isinstance(error, json.JSONDecodeError) else ""
         raise PlanError(f"{line}not valid JSON.") from None
     mission = document.get("mission") if isinstance(document, dict) else None
-    if document is None or not isinstance(mission, dict) or document.get("fileType") != "Plan":
+    if not isinstance(mission, dict) or document.get("fileType") != "Plan":
         raise PlanError("not a QGroundControl plan (fileType 'Plan' with a mission).")
+    assert isinstance(document, dict)
+    return document
+
+
+def _plan_items(text: str) -> tuple[list[_Item], list[str], bool]:
+    document = _document(text)
+    mission = document["mission"]
     entries = mission.get("items")
     if not isinstance(entries, list):
         raise PlanError("the mission has no item list.")
     notes = []
-    for key, what in (("geoFence", ("polygons", "circles")), ("rallyPoints", ("points",))):
+    for key, what, command in (
+        ("geoFence", ("polygons", "circles"), "fence"),
+        ("rallyPoints", ("points",), "rally"),
+    ):
         part = document.get(key)
         if isinstance(part, dict) and any(part.get(name) for name in what):
-            notes.append(f"The plan's {key} is not sent to the vehicle.")
+            text = f"The plan's {key} is not sent to the vehicle; the command {command} does that."
+            notes.append(text)
     items: list[_Item] = []
     for number, entry in enumerate(entries, start=1):
         items += _entry(entry, f"item {number}")

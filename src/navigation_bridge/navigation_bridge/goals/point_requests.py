@@ -49,17 +49,9 @@ def check_request(request: NavigateRequest) -> Rejection | None:
         rejection = check_geodetic(request.position)
         if rejection is not None:
             return rejection
-    if request.max_speed_m_s < 0.0:
-        return Rejection(
-            OutcomeCode.NEGATIVE_SPEED,
-            f"max_speed is {request.max_speed_m_s:g} m/s; it must be positive, or 0 for the "
-            "configured default.",
-        )
-    if 0.0 < request.max_speed_m_s < SPEED_MIN_M_S:
-        return Rejection(
-            OutcomeCode.INVALID_NUMBER,
-            f"max_speed is {request.max_speed_m_s:g} m/s; the minimum is {SPEED_MIN_M_S:g} m/s.",
-        )
+    rejection = check_speed(request.max_speed_m_s)
+    if rejection is not None:
+        return rejection
     norm = math.sqrt(math.fsum(part * part for part in request.orientation_xyzw))
     if norm > _ZERO_QUATERNION and abs(norm - 1.0) > _NORM_TOLERANCE:
         return Rejection(
@@ -67,11 +59,31 @@ def check_request(request: NavigateRequest) -> Rejection | None:
             f"The orientation's norm is {norm:.3f}; send a unit quaternion, or all zeros to face "
             "the direction of travel.",
         )
-    if norm > _ZERO_QUATERNION and _yaw_enu_rad(request.orientation_xyzw) is None:
+    if norm > _ZERO_QUATERNION and yaw_enu_rad(request.orientation_xyzw) is None:
         return Rejection(
             OutcomeCode.INVALID_ORIENTATION,
             "The orientation points straight up or down and has no yaw; send a rotation "
             "about z, or all zeros to face the direction of travel.",
+        )
+    return None
+
+
+def check_speed(max_speed_m_s: float) -> Rejection | None:
+    """Return why a goal cannot have this highest speed, or None."""
+    if not math.isfinite(max_speed_m_s):
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER, f"max_speed is {max_speed_m_s}; it must be finite."
+        )
+    if max_speed_m_s < 0.0:
+        return Rejection(
+            OutcomeCode.NEGATIVE_SPEED,
+            f"max_speed is {max_speed_m_s:g} m/s; it must be positive, or 0 for the "
+            "configured default.",
+        )
+    if 0.0 < max_speed_m_s < SPEED_MIN_M_S:
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER,
+            f"max_speed is {max_speed_m_s:g} m/s; the minimum is {SPEED_MIN_M_S:g} m/s.",
         )
     return None
 
@@ -140,7 +152,7 @@ def resolve(
     Returns:
         The goal, or the reason for its rejection.
     """
-    yaw = _yaw_enu_rad(request.orientation_xyzw)
+    yaw = yaw_enu_rad(request.orientation_xyzw)
     position = request.position
     if request.frame_id == FRAME_WGS84:
         position = geodetic_to_enu(position)
@@ -166,7 +178,7 @@ def resolve(
     return GotoGoal(position_enu_m=position, yaw_enu_rad=yaw, max_speed_m_s=speed)
 
 
-def _yaw_enu_rad(orientation_xyzw: tuple[float, float, float, float]) -> float | None:
+def yaw_enu_rad(orientation_xyzw: tuple[float, float, float, float]) -> float | None:
     """Return the yaw of a quaternion; None if it is all zero or has no heading."""
     x, y, z, w = orientation_xyzw
     # Direction of the body's x axis in the horizontal plane, unnormalised.

@@ -97,6 +97,22 @@ class ReturnRequest:
     """A goal of ``custom_interfaces/action/ReturnToLaunch``."""
 
 
+@dataclass(frozen=True)
+class VelocityRequest:
+    """A goal of ``custom_interfaces/action/FollowVelocity``.
+
+    Attributes:
+        max_speed_m_s: highest ground speed; 0 = the configured default.
+    """
+
+    max_speed_m_s: float = 0.0
+
+
 Request: TypeAlias = (
-    NavigateRequest | WaypointsRequest | TakeoffRequest | LandRequest | ReturnRequest
+    NavigateRequest
+    | WaypointsRequest
+    | TakeoffRequest
+    | LandRequest
+    | ReturnRequest
+    | VelocityRequest
 )

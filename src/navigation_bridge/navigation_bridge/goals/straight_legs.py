@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 from navigation_core.geometry import Vector3, distance
@@ -13,7 +14,8 @@ class FlightPlan:
     """Targets of a goal and the straight legs between them.
 
     Attributes:
-        targets_enu_m: targets in the map frame, in order.
+        targets_enu_m: targets in the map frame, in order; none for a goal without one, which a
+            client steers.
         speeds_m_s: ground speed on the leg to each.
         laps: number of laps.
         hold_s: hold time in one lap.
@@ -30,8 +32,10 @@ class FlightPlan:
     def duration_s(self, start_enu_m: Vector3) -> float:
         """Return the flight time from a position, without starting and stopping."""
         targets, speeds = self.targets_enu_m, self.speeds_m_s
+        if not targets:
+            return self.hold_s
         approach_s = distance(start_enu_m, targets[0]) / speeds[0]
-        lap_s = sum(
+        lap_s = math.fsum(
             distance(a, b) / speed
             for (a, b), speed in zip(itertools.pairwise(targets), speeds[1:], strict=True)
         )

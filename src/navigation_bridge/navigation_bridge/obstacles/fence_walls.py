@@ -56,7 +56,7 @@ def _corners(area: Area) -> tuple[Point2, ...]:
         return tuple((x + radius_m * math.cos(a), y + radius_m * math.sin(a)) for a in angles)
     corners = area.corners_enu_m
     turned = corners[1:] + corners[:1]
-    twice = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(corners, turned, strict=True))
+    twice = math.fsum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(corners, turned, strict=True))
     return corners if twice >= 0.0 else corners[::-1]
 
 

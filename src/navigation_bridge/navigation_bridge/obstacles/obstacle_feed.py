@@ -6,7 +6,9 @@ of the vehicle's fence are added to it.
 
 from __future__ import annotations
 
+import functools
 import math
+import operator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -17,7 +19,7 @@ from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.positions.projections import Geodetic
 from mavlink_vehicle.ranges import RangeAxes, RangesMeasured, RangeSource
 from mavlink_vehicle.vehicle import Vehicle
-from navigation_bridge.configuration.sensor_poses import Carrier, carrier_at
+from navigation_bridge.configuration.sensor_poses import Carrier, SensorPose, carrier_at
 from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.obstacles.standing_obstacles import HEADROOM_M, StandingObstacles, drives
 from navigation_bridge.vehicle.map_frame import MapFrame
@@ -72,6 +74,21 @@ class SensorPoints:
     points_m: Array
 
 
+class _Kept:
+    """Obstacles joined from parts: the same object until a part is another one."""
+
+    def __init__(self) -> None:
+        self._parts: tuple[Obstacles, ...] = ()
+        self._made = NOTHING
+
+    def joined(self, *parts: Obstacles, endless: bool = False) -> Obstacles:
+        if len(parts) != len(self._parts) or any(map(operator.is_not, parts, self._parts)):
+            self._parts = parts
+            made = functools.reduce(Obstacles.joined, parts)
+            self._made = made.endless() if endless else made
+        return self._made
+
+
 class ObstacleFeed:
     """Obstacles of one vehicle, from all sources."""
 
@@ -88,9 +105,8 @@ class ObstacleFeed:
         self._taken_s: dict[str, float] = {}
         self._scans_until_s = -math.inf
         self._reach_m = math.inf
-        self._sensed_from = self._sensed_table = NOTHING
-        self._joined_from: tuple[Obstacles, ...] = ()
-        self._joined = NOTHING
+        self._sensed, self._seen = _Kept(), _Kept()
+        self._all, self._all_seen = _Kept(), _Kept()
 
     def start(self, now: float) -> None:
         """Start the silence timers of the configured sensors."""
@@ -111,13 +127,13 @@ class ObstacleFeed:
     @property
     def obstacles(self) -> Obstacles:
         """All obstacles: the same object until something changes."""
-        parts = (self._standing.known, self.sensed, self._standing.walls)
-        if len(self._joined_from) != len(parts) or any(
-            old is not new for old, new in zip(self._joined_from, parts, strict=True)
-        ):
-            self._joined_from = parts
-            self._joined = parts[0].joined(parts[1]).joined(parts[2])
-        return self._joined
+        return self._all.joined(self._standing.known, self.sensed, self._standing.walls)
+
+    @property
+    def seen(self) -> Obstacles:
+        """All obstacles where they are, without where something that moves is about to be."""
+        sensed = self._seen.joined(self._map.seen(), endless=drives(self._vehicle))
+        return self._all_seen.joined(self._standing.known, sensed, self._standing.walls)
 
     @property
     def standing(self) -> StandingObstacles:
@@ -127,11 +143,7 @@ class ObstacleFeed:
     @property
     def sensed(self) -> Obstacles:
         """Sensed obstacles."""
-        sensed = self._map.obstacles()
-        if sensed is not self._sensed_from:
-            self._sensed_from = sensed
-            self._sensed_table = sensed.endless() if drives(self._vehicle) else sensed
-        return self._sensed_table
+        return self._sensed.joined(self._map.obstacles(), endless=drives(self._vehicle))
 
     @property
     def moving(self) -> tuple[Moving, ...]:
@@ -147,6 +159,21 @@ class ObstacleFeed:
     def reach_m(self) -> float:
         """Range of the sensor that reported last; infinite if unknown."""
         return self._reach_m
+
+    @property
+    def map_size_and_cell_m(self) -> tuple[float, float]:
+        """Sides of the map of sensed obstacles and of its cells."""
+        return self._config.map_size_m, self._config.cell_m
+
+    @property
+    def sensor_pose(self) -> SensorPose:
+        """Pose of the sensors of ROS topics on the vehicle."""
+        return self._config.sensor_pose
+
+    @property
+    def clearance_m(self) -> float:
+        """Clearance that paths are planned with, from the vehicle's middle."""
+        return self._config.vehicle_radius_m + self._config.margin_m
 
     @property
     def timeout_s(self) -> float:

@@ -51,6 +51,14 @@ def consequence(
     return Consequence.CANCEL
 
 
+def takes_vehicle(acted: StationActed) -> bool:
+    """Whether the act makes the vehicle hold, or sends it elsewhere, in whatever mode.
+
+    An ArduPilot does both in the mode in which it follows setpoints.
+    """
+    return acted.act is StationAct.PAUSED or acted.command == mavlink.MAV_CMD_DO_REPOSITION
+
+
 def told(acted: StationActed) -> str:
     """Return a sentence with system, act and command."""
     who = "An unknown ground station"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from navigation_bridge.configuration.settings import MissedWaypoint
 from navigation_bridge.goals.admitted import Admitted, Situation
 from navigation_bridge.goals.obstacle_admission import avoidance_of, check_obstacles
@@ -91,7 +93,7 @@ def _plan(route: Route, speed_m_s: float, straight: bool = True) -> FlightPlan:
         tuple(waypoint.position_enu_m for waypoint in route.waypoints),
         tuple(waypoint.max_speed_m_s or speed_m_s for waypoint in route.waypoints),
         route.laps,
-        sum(waypoint.hold_time_s for waypoint in route.waypoints),
+        math.fsum(waypoint.hold_time_s for waypoint in route.waypoints),
         straight,
     )
 

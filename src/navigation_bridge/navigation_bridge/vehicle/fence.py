@@ -54,6 +54,31 @@ def has_areas(profile: Profile, parameters: Mapping[str, float]) -> bool:
     return bool(enabled) and bool(int(parameters.get("FENCE_TYPE", _POLYGON)) & _POLYGON)
 
 
+def uploaded_fence(
+    profile: Profile, parameters: Mapping[str, float], areas: tuple[Area, ...]
+) -> Fence:
+    """Return the fence that uploaded areas make once they are in force."""
+    is_px4 = "GF_ACTION" in profile.wanted_parameters
+    union = is_px4 or bool(int(parameters.get("FENCE_OPTIONS", 0)) & _UNION)
+    found, alternatives = _sorted(areas, union)
+    return Fence(areas=tuple(found), alternatives=alternatives)
+
+
+def enforcement(profile: Profile, parameters: Mapping[str, float]) -> str:
+    """Return whether uploaded areas are enforced, a sentence with the parameters that say it."""
+    names: tuple[str, ...] = ("GF_ACTION",)
+    if "GF_ACTION" not in profile.wanted_parameters:
+        names = ("FENCE_ENABLE", "FENCE_AUTOENABLE", "FENCE_TYPE")
+    if names[0] not in parameters:
+        return f"Whether the autopilot enforces it is unknown: {names[0]} was not read."
+    told = ", ".join(f"{name} {parameters[name]:g}" for name in names if name in parameters)
+    if has_areas(profile, parameters):
+        by_itself = parameters.get("FENCE_AUTOENABLE") and not parameters.get("FENCE_ENABLE")
+        when = ", once its own rule enables it" if by_itself else ""
+        return f"The autopilot enforces it{when} ({told})."
+    return f"The autopilot does not enforce it ({told})."
+
+
 def fence_of(
     profile: Profile,
     parameters: Mapping[str, float],

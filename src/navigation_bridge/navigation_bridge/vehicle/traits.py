@@ -84,6 +84,7 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             acceleration_m_s2=driving.acceleration_m_s2 or math.inf,
             brake_lag_s=_BOAT_LAG_S if boat else _ROVER_LAG_S,
             braking_m_s2=min(braking_m_s2, _BOAT_BRAKING_M_S2 if boat else math.inf),
+            drives_by_turn_rate=profile.drives_by_turn_rate,
             setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
         )
     accelerates = SetpointField.ACCELERATION in profile.setpoint_form
