@@ -14,6 +14,7 @@ from typing import Any
 from mavlink_vehicle.protocols.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.machine import Machine
 from mavlink_vehicle.protocols.message_rates import MessageRates
+from mavlink_vehicle.protocols.mission.list_operation import ListOperation
 from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
 from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
@@ -42,6 +43,7 @@ MACHINES: dict[str, type[Machine[Any]]] = {
     "Mission download": MissionDownload,
     "Mission clearing": MissionClear,
     "Stored mission": MissionOperation,
+    "Stored list": ListOperation,
     "HEARTBEAT": HeartbeatWatch,
     "Message rates": MessageRates,
     "Setpoint stream": SetpointStream,

@@ -16,10 +16,20 @@ from rclpy.utilities import remove_ros_args
 from drone_navigation.client.commands import run_command
 from drone_navigation.client.errands import make_errand
 from drone_navigation.client.keys import Keyboard
-from drone_navigation.client.options import SERVICE_COMMANDS, make_parser, parse_options
+from drone_navigation.client.logs import run_log_command
+from drone_navigation.client.options import (
+    LOG_COMMANDS,
+    SERVICE_COMMANDS,
+    make_command_parser,
+    make_parser,
+    parse_options,
+)
 from drone_navigation.client.session import NavigationClient
+from drone_navigation.client.storage import StorageCommand, prepare
+from drone_navigation.client.storage_options import STORAGE_COMMANDS
 from drone_navigation.client.view import make_view
 from navigation_bridge.goals.plan_files import PlanError
+from navigation_bridge.storage.parameter_files import ParameterFileError
 
 # DECTCEM, past what holds back output: the process ends in the middle of whatever it draws.
 _SHOW_CURSOR = b"\n\x1b[?25h"
@@ -31,6 +41,14 @@ def main(args: list[str] | None = None) -> int:
     options = parse_options(remove_ros_args(argv)[1:])
     if options.command in SERVICE_COMMANDS:
         return run_command(options, argv)
+    if options.command in STORAGE_COMMANDS:
+        try:
+            options.task = prepare(options)
+        except (PlanError, ParameterFileError) as error:
+            make_command_parser(options.command).error(str(error))
+        return run_command(options, argv, StorageCommand)
+    if options.command in LOG_COMMANDS:
+        return run_log_command(options, argv)
     try:
         errand = make_errand(options)
     except PlanError as error:

@@ -1,4 +1,7 @@
-"""Start the navigation server: ``ros2 launch drone_navigation navigation_server.launch.py``."""
+"""Start the navigation server: ``ros2 launch drone_navigation navigation_server.launch.py``.
+
+``nav2:=true`` also starts `navigation_nav2`, for clients of Nav2.
+"""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
@@ -15,6 +18,15 @@ def generate_launch_description() -> LaunchDescription:
         [
             DeclareLaunchArgument(
                 "config", default_value="", description="ROS parameter file of the server"
+            ),
+            DeclareLaunchArgument(
+                "nav2", default_value="false", description="serve clients of Nav2, too"
+            ),
+            Node(
+                package="drone_navigation",
+                executable="navigation_nav2",
+                output="screen",
+                condition=IfCondition(LaunchConfiguration("nav2")),
             ),
             Node(
                 package="drone_navigation",

@@ -13,7 +13,7 @@ from flight_logs.errors import LogError
 from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.progress import bytes_bar
 from flight_reports.analysis.flight import Flight, read_flights
-from flight_reports.analysis.log_reader import read_contents
+from flight_reports.analysis.log_reader import read_log
 from flight_reports.page.comparison import comparison_page
 from flight_reports.page.page import report_page
 
@@ -25,9 +25,10 @@ def make_parser() -> argparse.ArgumentParser:
         description="Write a report of a recorded flight as one HTML page that works offline: "
         "map, plots over time, goals, setpoint tracking, and warnings.",
         epilog="Accepts tlogs of navigation_server --tlog, MAVProxy, QGroundControl and Mission "
-        "Planner. The page lists what the log does not contain.",
+        "Planner, and the autopilots' own logs: .bin (ArduPilot) and .ulg (PX4). The page lists "
+        "what the log does not contain.",
     )
-    parser.add_argument("log", type=Path, nargs="?", metavar="LOG", help="the tlog")
+    parser.add_argument("log", type=Path, nargs="?", metavar="LOG", help="tlog, .bin or .ulg")
     parser.add_argument(
         "--compare", type=Path, nargs=2, metavar=("A", "B"), help="overlay two flights"
     )
@@ -70,7 +71,7 @@ def _read(log: Path, system: int | None) -> list[Flight]:
         LogError: it can't be read, or has no such vehicle.
     """
     with bytes_bar(f"Reading {log.name}") as progress:
-        contents = read_contents(log, progress)
+        contents = read_log(log, progress)
     vehicles = contents.vehicles()
     if not vehicles:
         raise LogError(

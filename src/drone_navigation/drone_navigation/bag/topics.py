@@ -89,6 +89,10 @@ class BagPublisher:
         """Write a message."""
         self._channel.write(message, self._clock.unix_ns)
 
+    def get_subscription_count(self) -> int:
+        """Return 0: nobody asks a bag for what is published on demand."""
+        return 0
+
 
 class BagNode:
     """The publishing part of a navigation server's node."""

@@ -31,7 +31,7 @@ from drone_navigation.client.servers import no_server
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 
-__all__ = ["run_command"]
+__all__ = ["Command", "run_command"]
 
 # An arming or a mode change may take 10 s (VehicleConfig.operation_timeout_s).
 _ANSWER_TIMEOUT_S = 20.0
@@ -40,14 +40,16 @@ _LOOK_S = 2.0
 _SPIN_S = 0.05
 
 
-def run_command(options: argparse.Namespace, argv: list[str]) -> int:
-    """Run the command and return the exit code."""
+def run_command(
+    options: argparse.Namespace, argv: list[str], kind: type[Command] | None = None
+) -> int:
+    """Run the command, of a kind of its own or with a single request; return the exit code."""
     with ExitStack() as on_exit:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
         on_exit.callback(rclpy.try_shutdown)
         node = Node("navigation_client", namespace=options.vehicle)
         on_exit.callback(node.destroy_node)
-        command = _Command(node, options)
+        command = (kind or Command)(node, options)
         on_exit.callback(command.close)
         try:
             return command.run()
@@ -56,7 +58,7 @@ def run_command(options: argparse.Namespace, argv: list[str]) -> int:
             return EXIT_CANCELED
 
 
-class _Command:
+class Command:
     """One command, from finding the server to the answer."""
 
     def __init__(self, node: Node, options: argparse.Namespace) -> None:
@@ -115,7 +117,9 @@ class _Command:
 
     def _without_server(self) -> int:
         offered = {"status": "vehicle_status", "mode": "set_mode"}
-        name = offered.get(self._options.command, self._options.command)
+        return self._no_server(offered.get(self._options.command, self._options.command))
+
+    def _no_server(self, name: str) -> int:
         text = no_server(self._node, f"{SERVER_NODE_NAME}/{name}")
         self._tell({"success": False, "message": text}, text)
         return EXIT_NO_SERVER

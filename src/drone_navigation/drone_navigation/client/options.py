@@ -7,6 +7,12 @@ import difflib
 import math
 from pathlib import Path
 
+from drone_navigation.client.storage_options import (
+    STORAGE_CODES,
+    STORAGE_COMMANDS,
+    add_storage,
+    check_storage,
+)
 from drone_navigation.client.updates import Update, UpdateError, parse_update
 from drone_navigation.client.watch import LOST_TIMEOUT_S, SILENCE_S
 from navigation_bridge.configuration.parameter_values import ConfigurationError, check_vehicle_names
@@ -33,7 +39,11 @@ SERVICE_COMMANDS = {
     "mode": "set the vehicle's mode",
     "status": "show vehicle, position, battery and active goal",
 }
-COMMANDS = ACTION_COMMANDS | SERVICE_COMMANDS
+LOG_COMMANDS = {
+    "logs": "list the autopilot's own logs",
+    "download": "download one of them to the server's machine",
+}
+COMMANDS = ACTION_COMMANDS | SERVICE_COMMANDS | STORAGE_COMMANDS | LOG_COMMANDS
 
 _DESCRIPTION = """\
 Send a goal to navigate_to_waypoint, or a route from a file to navigate_waypoints, show the
@@ -71,6 +81,18 @@ exit codes:
   2  invalid command line; nothing was sent
   3  rejected, with the reason
   5  no server, or it did not answer"""
+_DOWNLOAD_CODES = """\
+Ctrl-C cancels. What was downloaded is kept, and the same command resumes it.
+
+exit codes:
+  0  downloaded
+  1  ended early, or waiting was interrupted (a second Ctrl-C)
+  2  invalid command line; nothing was sent
+  3  rejected, with the reason
+  4  canceled
+  5  no server, or it did not answer"""
+LATEST_LOG = 65535
+"""DownloadLog.Goal.LATEST"""
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -79,7 +101,7 @@ def make_parser() -> argparse.ArgumentParser:
         prog="navigation_client",
         description=_DESCRIPTION,
         epilog=_EPILOG.format(
-            commands="\n".join(f"  {name:<8} {what}" for name, what in COMMANDS.items()),
+            commands="\n".join(f"  {name:<10} {what}" for name, what in COMMANDS.items()),
             codes=_CODES,
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -95,10 +117,15 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
     """Return the command line of ``navigation_client COMMAND``."""
     is_action = command in ACTION_COMMANDS
     what = COMMANDS[command]
+    codes = _CODES if is_action else _SERVICE_CODES
+    if command in STORAGE_COMMANDS:
+        codes = STORAGE_CODES
+    elif command == "download":
+        codes = _DOWNLOAD_CODES
     parser = argparse.ArgumentParser(
         prog=f"navigation_client {command}",
         description=f"{what[0].upper()}{what[1:]}.",
-        epilog=_CODES if is_action else _SERVICE_CODES,
+        epilog=codes,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(command=command, update=[], frame="map", laps=1, mission=False)
@@ -113,6 +140,17 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
         )
     elif command == "mode":
         parser.add_argument("mode", metavar="MODE", help="the firmware's own name: GUIDED, ...")
+    elif command in STORAGE_COMMANDS:
+        add_storage(parser, command)
+    elif command == "download":
+        parser.add_argument(
+            "log_id",
+            type=_log_id,
+            nargs="?",
+            default=LATEST_LOG,
+            metavar="LOG",
+            help="number of the log, as `logs` shows it (default: the newest)",
+        )
     if is_action:
         _add_following(parser)
     else:
@@ -233,6 +271,7 @@ def parse_options(arguments: list[str]) -> argparse.Namespace:
     if arguments and arguments[0] in COMMANDS:
         parser = make_command_parser(arguments[0])
         options = parser.parse_args(arguments[1:])
+        check_storage(parser, options)
     else:
         if arguments and not arguments[0].startswith("-"):
             near = difflib.get_close_matches(arguments[0], COMMANDS, 1)
@@ -264,6 +303,12 @@ def _height(text: str) -> float:
     if not 0.0 < height_m < math.inf:
         raise argparse.ArgumentTypeError(f"'{text}' is not a height above 0 m")
     return height_m
+
+
+def _log_id(text: str) -> int:
+    if not text.isdecimal() or int(text) >= LATEST_LOG:
+        raise argparse.ArgumentTypeError(f"'{text}' is not the number of a log")
+    return int(text)
 
 
 def _vehicle(text: str) -> str:

@@ -11,6 +11,9 @@ LOST_TIMEOUT_S = 30.0
 # Fast DDS forgets a participant that is not heard for its lease, 20 s (Fast DDS documentation,
 # "DiscoverySettings": leaseDuration). One that goes sooner said goodbye: it has ended.
 _GOODBYE_S = 15.0
+# While a server that starts is discovered in part, rmw_fastrtps takes the service for none: it
+# compares the numbers of request readers and response writers. On a busy machine that lasts.
+_GONE_S = 3.0
 
 
 class ServerWatch:
@@ -21,6 +24,7 @@ class ServerWatch:
         self._lost_timeout_s = lost_timeout_s
         self._heard_s = 0.0
         self._ready = True
+        self._changed_s = 0.0
         self._left = False
         self._silent = False
         self._ask_s = math.inf
@@ -43,6 +47,7 @@ class ServerWatch:
         silence_s = now_s - self._heard_s
         if ready is not self._ready:
             self._ready = ready
+            self._changed_s = now_s
             self._left = not ready and silence_s < _GOODBYE_S
             if ready and self._silent:
                 self._ask_s = (
@@ -67,7 +72,7 @@ class ServerWatch:
     def verdict(self, now_s: float) -> str:
         """Return why waiting is useless; empty otherwise."""
         silence_s = now_s - self._heard_s
-        if self._left and silence_s >= SILENCE_S:
+        if self._left and silence_s >= SILENCE_S and now_s - self._changed_s >= _GONE_S:
             return (
                 "The server has ended; the vehicle's own failsafe decides what it does now "
                 "(docs/navigate.md)."

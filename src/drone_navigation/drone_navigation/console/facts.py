@@ -218,6 +218,14 @@ def replay(message: ReplayStatus) -> dict[str, Any]:
 
 
 def obstacles(message: MarkerArray) -> dict[str, list[list[float]]]:
+    """Return obstacles as rows of rounded numbers, at most so many of each kind."""
+    return {
+        kind: [[round(value, 2) for value in row] for row in rows[:OBSTACLES_MAX]]
+        for kind, rows in obstacle_rows(message).items()
+    }
+
+
+def obstacle_rows(message: MarkerArray) -> dict[str, list[list[float]]]:
     """Return obstacles as rows of numbers.
 
     Returns:
@@ -240,7 +248,4 @@ def obstacles(message: MarkerArray) -> dict[str, list[list[float]]]:
             for spot in marker.points:
                 row = [spot.x, spot.y, 0.5 * size.x, spot.z - 0.5 * size.z, spot.z + 0.5 * size.z]
                 found["seen"].append(row)
-    return {
-        kind: [[round(value, 2) for value in row] for row in rows[:OBSTACLES_MAX]]
-        for kind, rows in found.items()
-    }
+    return found

@@ -25,9 +25,9 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import GoalEvent, ServerGoalHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.node import Node
 
 from custom_interfaces.action import (
+    FollowVelocity,
     Land,
     Navigate,
     NavigateWaypoints,
@@ -36,11 +36,8 @@ from custom_interfaces.action import (
 )
 from drone_navigation.presence import Presence
 from drone_navigation.server import conversions as convert
-from drone_navigation.server.frame_names import PLAIN, FrameNames
+from drone_navigation.server.bridge_access import BridgeAccess
 from mavlink_vehicle.errors import DriverError
-from mavlink_vehicle.io.clock import Clock
-from navigation_bridge.bridge import Bridge
-from navigation_bridge.fleet import DriverThread
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import (
@@ -49,6 +46,7 @@ from navigation_bridge.goals.requests import (
     Request,
     ReturnRequest,
     TakeoffRequest,
+    VelocityRequest,
     WaypointsRequest,
 )
 from navigation_bridge.tasks.registry import TASKS
@@ -111,6 +109,9 @@ _INTERFACES: dict[type[Request], _Interface] = {
     ),
     ReturnRequest: _Interface(
         ReturnToLaunch, convert.request_from_return, convert.height_feedback, convert.result_of
+    ),
+    VelocityRequest: _Interface(
+        FollowVelocity, convert.request_from_velocity, convert.velocity_feedback, convert.result_of
     ),
 }
 
@@ -186,30 +187,19 @@ class GoalServers:
 
     def __init__(
         self,
-        node: Node,
-        bridge: Bridge,
-        driver: DriverThread,
-        clock: Clock,
-        frames: FrameNames = PLAIN,
+        access: BridgeAccess,
         presence: Presence | None = None,
     ) -> None:
-        """Offer the actions on ``node``.
+        """Offer the actions.
 
         Args:
-            node: who offers them.
-            bridge: who flies.
-            driver: takes work for the bridge.
-            clock: the bridge's time.
-            frames: in which poses are told.
+            access: to node and bridge.
             presence: knows of other servers of the same name.
         """
         self._presence = presence
-        self._frames = frames
         self._closed = False
-        self._node = node
-        self._bridge = bridge
-        self._driver = driver
-        self._clock = clock
+        self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
+        self._driver, self._clock = access.driver, access.clock
         self._sessions: dict[str, _Session] = {}
         self._lock = threading.Lock()
         # Goal and cancel requests are taken in the order in which they came, of all actions;

@@ -9,7 +9,14 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 
-from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
+from custom_interfaces.action import (
+    FollowVelocity,
+    Land,
+    Navigate,
+    NavigateWaypoints,
+    ReturnToLaunch,
+    Takeoff,
+)
 from custom_interfaces.msg import GoalCode, Waypoint
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState
@@ -19,6 +26,7 @@ from navigation_bridge.goals.requests import (
     NavigateRequest,
     ReturnRequest,
     TakeoffRequest,
+    VelocityRequest,
     WaypointRequest,
     WaypointsRequest,
 )
@@ -92,6 +100,13 @@ def request_from_return(
     return request()
 
 
+def request_from_velocity(
+    goal: FollowVelocity.Goal, request: type[VelocityRequest] = VelocityRequest
+) -> VelocityRequest:
+    """Return the request that a FollowVelocity goal makes."""
+    return request(goal.max_speed)
+
+
 def code_number(code: OutcomeCode) -> int:
     """Return the number of GoalCode.msg for a code."""
     return int(getattr(GoalCode, code.value))
@@ -116,17 +131,31 @@ def _feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> A
     """Return a feedback with the fields that all have; an unknown battery is NaN."""
     message = make()
     message.current_pose = pose_stamped(feedback.pose, stamp)
-    message.distance_remaining = feedback.distance_remaining_m
-    message.estimated_time_remaining = feedback.time_remaining_s
     remaining = feedback.battery_remaining
     message.battery_percentage = math.nan if remaining is None else 100.0 * remaining
     message.current_status = feedback.status.value
     return message
 
 
+def _feedback_to_end(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+    """Return the feedback of a goal that has a target or an end."""
+    message = _feedback(make, feedback, stamp)
+    message.distance_remaining = feedback.distance_remaining_m
+    message.estimated_time_remaining = feedback.time_remaining_s
+    return message
+
+
+def velocity_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+    """Return the feedback of a goal that follows velocity commands."""
+    message = _feedback(make, feedback, stamp)
+    message.height = math.nan if feedback.height_m is None else feedback.height_m
+    message.setpoint_delay = feedback.late_s
+    return message
+
+
 def flown_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
     """Return the feedback of a flight that is led."""
-    message = _feedback(make, feedback, stamp)
+    message = _feedback_to_end(make, feedback, stamp)
     message.replans = feedback.replans
     message.setpoint_delay = feedback.late_s
     return message
@@ -134,7 +163,7 @@ def flown_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time)
 
 def height_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
     """Return the feedback of a climb or descent."""
-    message = _feedback(make, feedback, stamp)
+    message = _feedback_to_end(make, feedback, stamp)
     message.height = math.nan if feedback.height_m is None else feedback.height_m
     return message
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from navigation_bridge.names import FRAME_BASE_LINK, FRAME_MAP
+from navigation_bridge.names import FRAME_BASE_LINK, FRAME_MAP, FRAME_ODOM
+
+FRAME_EARTH = "earth"
+"""Earth-centred, earth-fixed: one for all vehicles."""
 
 _FRAME_GPS = "gps"
 
@@ -34,6 +37,11 @@ class FrameNames:
         return self.prefix + FRAME_MAP
 
     @property
+    def odom(self) -> str:
+        """The frame in which the vehicle never jumps."""
+        return self.prefix + FRAME_ODOM
+
+    @property
     def base_link(self) -> str:
         """FLU metres from the vehicle."""
         return self.prefix + FRAME_BASE_LINK
@@ -42,6 +50,10 @@ class FrameNames:
     def gps(self) -> str:
         """Frame of the GPS antenna."""
         return self.prefix + _FRAME_GPS
+
+    def is_own(self, frame_id: str) -> bool:
+        """Return whether a name is that of one of these frames."""
+        return frame_id in (FRAME_EARTH, self.map, self.odom, self.base_link, self.gps)
 
     def plain(self, frame_id: str) -> str:
         """Return a name without the prefix, which is optional in goals."""

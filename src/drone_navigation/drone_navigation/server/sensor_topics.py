@@ -28,6 +28,9 @@ _SENSOR_QOS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT
 )
 
+# One scanner and one camera; a source that names another frame each time fills no tree.
+_FRAMES_MAX = 4
+
 
 class Newest(Generic[ItemT]):
     """Passes items to another thread; if it is slower, only the newest."""
@@ -72,6 +75,7 @@ class SensorTopics:
         clock: Clock,
         config: ObstacleConfig,
         frames: FrameNames,
+        add_frame: Callable[[str], None],
     ) -> None:
         """Subscribe to what is configured.
 
@@ -82,11 +86,15 @@ class SensorTopics:
             clock: that tells when something was seen.
             config: names the topics.
             frames: names of the vehicle's frames.
+            add_frame: takes the name of each sensor's frame, on the driver's thread.
         """
         self._node = node
         self._clock = clock
         self._frames = frames
         self._told: set[str] = set()
+        self._driver = driver
+        self._add_frame = add_frame
+        self._added: set[str] = set()
         for topic, kind, decode, take in (
             (config.scan_topic, LaserScan, scan_of, feed.take_scan),
             (config.points_topic, PointCloud2, points_of, feed.take_points),
@@ -105,6 +113,9 @@ class SensorTopics:
         self, decode: Callable[[Any], Any], newest: Newest[tuple[Any, float]], message: Any
     ) -> None:
         now = self._clock.now()
+        if message.header.frame_id not in self._added and len(self._added) < _FRAMES_MAX:
+            self._added.add(message.header.frame_id)
+            self._driver.post(partial(self._add_frame, message.header.frame_id))
         message.header.frame_id = self._frames.plain(message.header.frame_id)
         try:
             newest.put((decode(message), now))

@@ -10,14 +10,11 @@ from functools import partial
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from custom_interfaces.srv import GetVehicleParameters, SetMode
+from drone_navigation.server.bridge_access import BridgeAccess
 from mavlink_vehicle.errors import DriverError
-from mavlink_vehicle.io.clock import Clock
-from navigation_bridge.bridge import Bridge
-from navigation_bridge.fleet import DriverThread
 from navigation_bridge.goals.goal import ServiceDone
 from navigation_bridge.services import Service
 from navigation_core.geometry import Vector3
@@ -30,11 +27,10 @@ _DONE_TIMEOUT_S = 25.0
 class ServiceServers:
     """Offers the services below the node's name: ``~/pause``, ``~/hold`` and so on."""
 
-    def __init__(self, node: Node, bridge: Bridge, driver: DriverThread, clock: Clock) -> None:
-        """Offer the services on ``node``: most are std_srvs/Trigger."""
-        self._bridge = bridge
-        self._driver = driver
-        self._clock = clock
+    def __init__(self, access: BridgeAccess) -> None:
+        """Offer the services: most are std_srvs/Trigger."""
+        node, bridge = access.node, access.bridge
+        self._bridge, self._driver, self._clock = bridge, access.driver, access.clock
         self._numbers = itertools.count(1)
         self._waiting: dict[int, threading.Event] = {}
         self._answers: dict[int, ServiceDone] = {}

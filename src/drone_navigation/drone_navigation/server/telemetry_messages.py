@@ -13,7 +13,8 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geographic_msgs.msg import GeoPoseStamped
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
 
@@ -22,6 +23,7 @@ from custom_interfaces.msg import HomePosition, VehicleStatus
 from drone_navigation.server.conversions import code_number, pose_stamped
 from drone_navigation.server.frame_names import PLAIN, FrameNames
 from mavlink_vehicle.positions import frames
+from mavlink_vehicle.protocols.external_position import FRESH_S
 from mavlink_vehicle.state.health import battery_is_low, estimator_faults
 from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.state.telemetry import GpsFix
@@ -49,9 +51,10 @@ def odometry(
 ) -> Odometry:
     """Return pose in ``map`` and velocity in ``base_link``.
 
-    The position's covariance is what the GPS receiver says of its accuracy, which the
-    estimator is about as good as. Where the vehicle says nothing, it is an assumption on the safe
-    side, never zero, which filters take for certainty.
+    The position's covariance is what the estimator says of its accuracy (ESTIMATOR_STATUS), or
+    else what the GPS receiver says, which the estimator is about as good as; that of the velocity
+    is the receiver's. Where the vehicle says nothing, it is an assumption on the safe side, never
+    zero, which filters take for certainty.
     """
     message = Odometry()
     message.header.stamp = stamp
@@ -59,8 +62,12 @@ def odometry(
     message.child_frame_id = names.base_link
     message.pose.pose = pose_stamped(pose, stamp).pose
     horizontal_m, vertical_m, _ = _accuracy_m(state.gps)
+    if state.estimator is not None:
+        horizontal_m = state.estimator.horizontal_accuracy_m or horizontal_m
+        vertical_m = state.estimator.vertical_accuracy_m or vertical_m
+    speed_m_s = None if state.gps is None else state.gps.speed_accuracy_m_s
     deviations = (horizontal_m, horizontal_m, vertical_m, _TILT_RAD, _TILT_RAD, _YAW_RAD)
-    rates = (_VELOCITY_M_S,) * 3 + (_RATE_RAD_S,) * 3
+    rates = (speed_m_s or _VELOCITY_M_S,) * 3 + (_RATE_RAD_S,) * 3
     for index in range(6):
         message.pose.covariance[7 * index] = deviations[index] ** 2
         message.twist.covariance[7 * index] = rates[index] ** 2
@@ -86,16 +93,32 @@ def _into_body(vector_enu: Vector3, orientation_xyzw: tuple[float, float, float,
     return turned[1], turned[2], turned[3]
 
 
-def transform(pose: MapPose, stamp: Time, names: FrameNames = PLAIN) -> TransformStamped:
-    """Return the transform from ``map`` to ``base_link``."""
-    message = TransformStamped()
+def geo_pose(
+    pose: MapPose,
+    state: VehicleState,
+    geoid_m: float | None,
+    stamp: Time,
+    names: FrameNames = PLAIN,
+) -> GeoPoseStamped:
+    """Return the geodetic pose; its orientation is that in ``map``.
+
+    Args:
+        pose: in the map.
+        state: with the global position.
+        geoid_m: height of mean sea level above the ellipsoid. The autopilot reports altitudes
+            above mean sea level; without it the altitude is NaN.
+        stamp: of the position.
+        names: of the frames.
+    """
+    message = GeoPoseStamped()
     message.header.stamp = stamp
     message.header.frame_id = names.map
-    message.child_frame_id = names.base_link
-    source = pose_stamped(pose, stamp).pose
-    translation = message.transform.translation
-    translation.x, translation.y, translation.z = pose.position_enu_m
-    message.transform.rotation = source.orientation
+    place, position = message.pose.position, state.global_position
+    place.latitude = place.longitude = place.altitude = math.nan
+    if position is not None:
+        place.latitude, place.longitude = position.latitude_deg, position.longitude_deg
+        place.altitude = position.altitude_amsl_m + (math.nan if geoid_m is None else geoid_m)
+    message.pose.orientation = pose_stamped(pose, stamp).pose.orientation
     return message
 
 
@@ -298,6 +321,18 @@ def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> 
         f"delays of {LATE_S:g} s or more": str(lateness.count),
     }
     return _diagnostic(f"{name}: control loop", hardware_id, judged, values)
+
+
+def external_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> Any:
+    """Return the state of the external poses; None while none are in use."""
+    silent_s = bridge.vehicle.external_silence_s(now)
+    if silent_s is None:
+        return None
+    judged = DiagnosticStatus.OK, "External poses arrive"
+    if silent_s > FRESH_S:
+        judged = DiagnosticStatus.WARN, f"No external pose for {silent_s:.1f} s"
+    values = {"age": f"{silent_s:.1f} s"}
+    return _diagnostic(f"{name}: external position", hardware_id, judged, values)
 
 
 def gps_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:

@@ -6,8 +6,10 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeAlias
 
 from diagnostic_msgs.msg import DiagnosticArray
+from geographic_msgs.msg import GeoPoseStamped
 from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Odometry, Path
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import String
@@ -20,20 +22,20 @@ from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from drone_navigation.server import telemetry_messages as messages
 from drone_navigation.server.conversions import pose_stamped
 from drone_navigation.server.frame_names import PLAIN, FrameNames
+from drone_navigation.server.obstacle_grid import ObstacleGrid
 from drone_navigation.server.obstacle_markers import ObstacleMarkers
 from drone_navigation.server.scene_topics import SceneTopics
+from drone_navigation.server.transforms import Transforms, geoid_height_m
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.settings import PublishTf
 from navigation_bridge.goals.goal import GoalHappened, GoalRejected, PlanChanged
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_bridge.vehicle.link_health import LinkHealth
+from navigation_bridge.vehicle.odom_frame import at_time_of_position
+from navigation_bridge.vehicle.sample_times import SampleTimes
 from navigation_bridge.vehicle.station_health import StationHealth
-
-try:  # The wheels of ROS have no tf2_msgs; an installed ROS does.
-    from tf2_msgs.msg import TFMessage
-except ImportError:
-    TFMessage = None
 
 _PERIOD_S = 1.0
 
@@ -64,8 +66,9 @@ class Topics:
         frames: FrameNames = PLAIN,
         stations: StationLinks | None = None,
         presence: Presence | None = None,
+        publish_tf: PublishTf = PublishTf.ALL,
     ) -> None:
-        """Advertise the topics, all but ``/diagnostics`` and ``/tf`` under the node's name.
+        """Advertise the topics; those without a slash are under the node's name.
 
         Args:
             node: who publishes.
@@ -75,6 +78,7 @@ class Topics:
             stations: returns URL and counts of the links to ground stations, if this is the
                 one that tells of them.
             presence: knows of other servers of the name; None in a bag.
+            publish_tf: which transforms are published.
         """
         self._presence = presence
         self._node = node
@@ -96,6 +100,7 @@ class Topics:
         )
         self._home = node.create_publisher(HomePosition, "~/home", LATCHED_QOS)
         self._pose = node.create_publisher(PoseStamped, "~/pose", STREAM_QOS)
+        self._geo_pose = node.create_publisher(GeoPoseStamped, "~/geo_pose", STREAM_QOS)
         self._odometry = node.create_publisher(Odometry, "~/odometry", STREAM_QOS)
         self._fix = node.create_publisher(NavSatFix, "~/fix", STREAM_QOS)
         self._battery = node.create_publisher(BatteryState, "~/battery", STREAM_QOS)
@@ -107,13 +112,18 @@ class Topics:
             node.create_publisher(MarkerArray, "~/obstacles", LATCHED_QOS), bridge, frames.map
         )
         self._scene = SceneTopics(node.create_publisher, bridge, frames.map)
-        self._tf = None if TFMessage is None else node.create_publisher(TFMessage, "/tf", 100)
+        grid = node.create_publisher(OccupancyGrid, "~/obstacle_grid", LATCHED_QOS)
+        self._grid = ObstacleGrid(grid, bridge, frames.map)
+        self.transforms = Transforms(node, frames, publish_tf)
+        self._times = SampleTimes()
 
     def begin_again(self) -> None:
         """Reset: the recording is played from its start."""
         self._health = LinkHealth()
         self._seen = self._status = self._known_home = None
         self._next_s = 0.0
+        self._times = SampleTimes()
+        self.transforms.begin_again()
 
     def publish_rejection(self, rejected: GoalRejected) -> None:
         """Publish the last rejection: as "CODE: sentence", and in fields."""
@@ -148,10 +158,16 @@ class Topics:
         self._seen = state
         stamp = self._stamp()
         self._obstacles.update(stamp, now)
+        self._grid.update(stamp, now)
+        for sample in (state.global_position, state.attitude):
+            if sample is not None and sample.time_s == now:
+                self._times.observe(state.boot_count, sample.time_boot_ms, now)
         if before is None or state.global_position is not before.global_position:
-            self._publish_pose(state, stamp)
+            self._publish_pose(state, now)
         if before is None or state.gps is not before.gps:
-            self._fix.publish(messages.nav_sat_fix(state, stamp, self._frames))
+            fixed_ms = None if state.gps is None else state.gps.time_boot_ms
+            measured = stamp if fixed_ms is None else self._measured(fixed_ms, now)
+            self._fix.publish(messages.nav_sat_fix(state, measured, self._frames))
         if before is None or state.battery is not before.battery:
             self._battery.publish(messages.battery_state(state, stamp))
         if state.home is not None and (before is None or state.home is not before.home):
@@ -164,16 +180,22 @@ class Topics:
         if periodic:
             self._next_s = now + _PERIOD_S
             self._scene.update(stamp)
+            bridge = self._bridge
+            sensor = bridge.obstacles.sensor_pose
+            self.transforms.publish_still(bridge.map_origin, state, sensor, stamp)
             self._publish_diagnostics(stamp, now)
 
-    def _publish_pose(self, state: VehicleState, stamp: Any) -> None:
-        pose = self._bridge.pose
-        if pose is None:
+    def _publish_pose(self, state: VehicleState, now: float) -> None:
+        pose, position = self._bridge.pose, state.global_position
+        if pose is None or position is None:
             return
-        self._pose.publish(pose_stamped(pose, stamp, self._frames.map))
-        self._odometry.publish(messages.odometry(pose, state, stamp, self._frames))
-        if self._tf is not None:
-            self._tf.publish(TFMessage(transforms=[messages.transform(pose, stamp, self._frames)]))
+        pose = at_time_of_position(pose, state)
+        stamp, frames = self._measured(position.time_boot_ms, now), self._frames
+        self._pose.publish(pose_stamped(pose, stamp, frames.map))
+        self._odometry.publish(messages.odometry(pose, state, stamp, frames))
+        geoid_m = geoid_height_m(state)
+        self._geo_pose.publish(messages.geo_pose(pose, state, geoid_m, stamp, frames))
+        self.transforms.publish(pose, state, stamp)
 
     def _publish_home(self, state: VehicleState, stamp: Any) -> None:
         home = messages.home_position(self._bridge, state, stamp, self._frames)
@@ -208,6 +230,9 @@ class Topics:
             messages.estimator_diagnostic(self._bridge, self._name, hardware),
             messages.battery_diagnostic(vehicle.state, self._name, hardware),
         ]
+        external = messages.external_diagnostic(self._bridge, self._name, hardware, now)
+        if external is not None:
+            message.status.append(external)
         for url, statistics in self._stations() if self._stations else ():
             health = self._station_health.setdefault(url, StationHealth())
             health.update(statistics)
@@ -216,6 +241,11 @@ class Topics:
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()
+
+    def _measured(self, time_boot_ms: int, now: float) -> Any:
+        """Return the stamp of a sample with the vehicle's own time."""
+        age_s = self._times.age_s(time_boot_ms, now)
+        return (self._node.get_clock().now() - Duration(seconds=age_s)).to_msg()
 
 
 def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:

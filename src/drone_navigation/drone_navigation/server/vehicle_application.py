@@ -9,6 +9,7 @@ from typing import Any
 
 from rclpy.node import Node
 
+from drone_navigation.logs.log_servers import LogServers
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.service_servers import ServiceServers
 from drone_navigation.server.topics import Topics
@@ -18,12 +19,13 @@ from mavlink_vehicle.io.tlog import TlogWriter
 from navigation_bridge import notes
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.goals import goal as outputs
+from navigation_bridge.goals import log_outputs
 from navigation_bridge.goals.goal import LogLevel, LogLine, Output
 from navigation_bridge.recording.noted_outputs import NotedOutputs
 from navigation_core.outcomes import OutcomeCode
 
 # What somebody waits for, whatever a recording does.
-_ANSWERS = (outputs.ServiceDone,)
+_ANSWERS = (outputs.ServiceDone, log_outputs.LogRequestDone)
 
 
 class VehicleApplication:
@@ -58,6 +60,11 @@ class VehicleApplication:
             LogLine: partial(_log, node),
         }
         self.attach_topics(topics)
+
+    def attach_logs(self, logs: LogServers) -> None:
+        """Set the sink of what is told of the autopilot's own logs."""
+        for kind in (log_outputs.LogsFound, log_outputs.LogBytes, log_outputs.LogRequestDone):
+            self._sinks[kind] = logs.take
 
     def attach_topics(self, topics: Topics) -> None:
         """Set the sink of what is published."""

@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
+from drone_navigation.logs.log_servers import LogServers
 from drone_navigation.presence import SERVER_ID, Presence
 from drone_navigation.server.actions import GoalServers
+from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.correction_topic import CorrectionTopic
+from drone_navigation.server.external_odometry import ExternalOdometry
 from drone_navigation.server.frame_names import FrameNames
 from drone_navigation.server.parameters import follow_changes
 from drone_navigation.server.sensor_topics import SensorTopics
 from drone_navigation.server.service_servers import ServiceServers
 from drone_navigation.server.spinning import Spinner
+from drone_navigation.server.storage.list_servers import ListServers
+from drone_navigation.server.storage.parameter_servers import ParameterServers
 from drone_navigation.server.topics import StationLinks, Topics
 from drone_navigation.server.vehicle_application import VehicleApplication
+from drone_navigation.server.velocity_topic import VelocityTopic
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.tlog import TlogWriter
@@ -80,6 +88,8 @@ class VehicleNode:
         self.member = Member(name, config.vehicle.target_system, self._application)
         self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
         self._server: GoalServers | None = None
+        self._closed = False
+        self._logs: LogServers | None = None
         self.told_ready = False
 
     def serve(
@@ -94,17 +104,28 @@ class VehicleNode:
         """
         node, bridge, member, clock = self.node, self._bridge, self.member, self._clock
         frames = FrameNames.of(node.get_namespace())
+        access = BridgeAccess(node, bridge, member, clock, frames, lambda: self._closed)
         self.presence = Presence(node, SERVER_ID)
-        server = self._server = GoalServers(node, bridge, member, clock, frames, self.presence)
+        server = self._server = GoalServers(access, self.presence)
         follow_changes(
             node,
             self._values,
             lambda changed: member.post(lambda: bridge.configure(changed.bridge)),
         )
-        services = ServiceServers(node, bridge, member, clock)
-        topics = Topics(node, bridge, statistics, frames, stations, self.presence)
+        services = ServiceServers(access)
+        ListServers(access)
+        ParameterServers(access)
+        folder = Path(self.config.log_directory).expanduser()
+        logs = self._logs = LogServers(node, lambda: bridge.logs, member, clock, folder)
+        which_tf = self.config.publish_tf
+        topics = Topics(node, bridge, statistics, frames, stations, self.presence, which_tf)
         self._application.attach(node, server, services, topics)
-        SensorTopics(node, bridge.obstacles, member, clock, self.config.bridge.obstacles, frames)
+        self._application.attach_logs(logs)
+        CorrectionTopic(access)
+        ExternalOdometry(access, self.config.external_odometry_topic)
+        sensors, add_frame = self.config.bridge.obstacles, topics.transforms.add_sensor
+        SensorTopics(node, bridge.obstacles, member, clock, sensors, frames, add_frame)
+        VelocityTopic(access, self.config.bridge.commands)
 
     def start(self, is_open: bool) -> None:
         """Start to accept requests.
@@ -146,10 +167,15 @@ class VehicleNode:
         """Reject new goals, stop the vehicle and end its goal."""
         if self._server is not None:
             self._server.close()
+        if self._logs is not None:
+            self._logs.close()
         self.member.post(lambda: self._bridge.shut_down(self._clock.now()))
 
     def is_idle(self) -> bool:
-        """True if no goal is open or can still end in order."""
+        """True if no goal is open, no list half written, or none can still end in order."""
+        works = self._bridge.storage.writes_list or not self._bridge.is_idle
+        if works and not self.member.given_up:
+            return False
         return self._server is None or self._server.is_idle()
 
     def abandon(self) -> None:
@@ -159,4 +185,5 @@ class VehicleNode:
 
     def stop(self, timeout_s: float) -> None:
         """Reject further requests."""
+        self._closed = True
         self._spinner.stop(timeout_s)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import itertools
+import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flight_logs.autopilot.as_tlog import is_autopilot_log, write_as_tlog
 from flight_logs.records import HEADERS, Records
 from flight_logs.tlog import Counts, Tlog, iterate_tlog
 from flight_reports.analysis.message_rates import MessageRate, count_messages
@@ -73,6 +75,7 @@ class LogContents:
         records: of those of them that are in `KEPT`.
         counts: what was met, beside the messages.
         times_mended: packets whose time can't be; they have that of the packet before.
+        is_autopilots: it is the autopilot's own log, retold as telemetry; there was no link.
     """
 
     path: Path
@@ -83,6 +86,7 @@ class LogContents:
     records: dict[str, Records]
     counts: Counts
     times_mended: int
+    is_autopilots: bool = False
 
     def sources(self) -> list[Source]:
         """Return all senders, in order."""
@@ -143,6 +147,20 @@ class LogContents:
             number = sequence[system, component] = (sequence.get((system, component), -1) + 1) % 256
             message._header.seq = number
             yield float(time_s[index]), message
+
+
+def read_log(path: Path, progress: Progress | None = None) -> LogContents:
+    """Read a tlog, or an autopilot's own log.
+
+    Raises:
+        LogError: it can't be read, or is neither.
+    """
+    if not is_autopilot_log(path):
+        return read_contents(path, progress)
+    with tempfile.TemporaryDirectory() as folder:
+        retold = Path(folder) / f"{path.name}.tlog"
+        write_as_tlog(path, retold, progress)
+        return replace(read_contents(retold), path=path, is_autopilots=True)
 
 
 def read_contents(path: Path, progress: Progress | None = None) -> LogContents:

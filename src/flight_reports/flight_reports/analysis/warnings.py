@@ -178,6 +178,11 @@ def lacking(flight: Flight) -> list[str]:
     """Return sentences about missing content of the log."""
     told = []
     noted, retold = flight.retold.noted, flight.retold
+    if flight.contents.is_autopilots:
+        told.append(
+            "This is the autopilot's own log: it has no commands, setpoints or acknowledgements "
+            "of a link, and message rates and packets are those of this report."
+        )
     if not len(flight.track.time_s):
         told.append("The log has no position of this vehicle; map and altitude are missing.")
     if flight.track.remark:

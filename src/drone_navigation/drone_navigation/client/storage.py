@@ -1,0 +1,317 @@
+"""Commands of ``navigation_client`` on what the autopilot stores: fence, rally, parameters."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.action import ActionClient
+
+from custom_interfaces.action import ListVehicleParameters, LoadVehicleParameters
+from custom_interfaces.msg import FenceArea, RallyPoint, VehicleParameter
+from custom_interfaces.srv import (
+    GetFence,
+    GetRallyPoints,
+    GetVehicleParameter,
+    SetFence,
+    SetRallyPoints,
+    SetVehicleParameter,
+)
+from drone_navigation.client.commands import Command
+from drone_navigation.client.options import (
+    EXIT_ABORTED,
+    EXIT_CANCELED,
+    EXIT_NO_SERVER,
+    EXIT_REJECTED,
+    EXIT_SUCCESS,
+)
+from drone_navigation.client.progress import counting_bar
+from mavlink_vehicle.events import Parameter
+from navigation_bridge.goals.requests import AltitudeReference
+from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_bridge.storage import parameter_files as files
+from navigation_bridge.storage.geographic import GeoArea
+from navigation_bridge.storage.geographic import RallyPoint as PlannedPoint
+from navigation_bridge.storage.plan_storage import read_plan_fence, read_plan_rally
+
+__all__ = ["StorageCommand", "prepare"]
+
+# The server ends each request itself before (ListServers, ParameterServers).
+_ANSWER_TIMEOUT_S = 180.0
+_STOP_TIMEOUT_S = 10.0
+_SILENCE_S = 90.0
+_ABOVE = {
+    RallyPoint.ABOVE_HOME: "above home",
+    RallyPoint.ABOVE_MEAN_SEA_LEVEL: "above mean sea level",
+    RallyPoint.ABOVE_GROUND: "above ground",
+}
+_REFERENCES = {
+    AltitudeReference.HOME: RallyPoint.ABOVE_HOME,
+    AltitudeReference.AMSL: RallyPoint.ABOVE_MEAN_SEA_LEVEL,
+    AltitudeReference.GROUND: RallyPoint.ABOVE_GROUND,
+}
+
+
+@dataclass(frozen=True)
+class Task:
+    """A request: its type, the name of its service or action, and its fields.
+
+    Attributes:
+        kind: generated type.
+        name: below the server's name.
+        fields: of the request or goal.
+        notes: sentences to show before.
+    """
+
+    kind: Any
+    name: str
+    fields: dict[str, Any]
+    notes: tuple[str, ...] = ()
+
+
+def prepare(options: argparse.Namespace) -> Task:
+    """Return the request of the command line; files are read and checked here.
+
+    Raises:
+        PlanError: the plan has no fence or rally points that can be sent.
+        ParameterFileError: the file holds no parameters, or cannot be written.
+    """
+    if options.command == "fence":
+        return _fence(options)
+    if options.command == "rally":
+        return _rally(options)
+    name = f"vehicle_parameters/{'list' if options.verb == 'save' else options.verb}"
+    if options.verb == "get":
+        return Task(GetVehicleParameter, name, {"name": options.name})
+    if options.verb == "set":
+        fields = {"name": options.name, "value": options.value}
+        return Task(SetVehicleParameter, name, {**fields, "while_armed": options.while_armed})
+    if options.verb == "load":
+        read = files.read_parameters(options.file)
+        wanted = [VehicleParameter(name=n, value=value) for n, value in read.values.items()]
+        fields = {"parameters": wanted, "while_armed": options.while_armed}
+        return Task(LoadVehicleParameters, name, fields, read.notes)
+    if options.verb == "save":
+        files.format_of(options.file)
+        if options.file.exists() and not options.force:
+            text = f"{options.file}: exists already; give --force to replace it."
+            raise files.ParameterFileError(text)
+    return Task(ListVehicleParameters, name, {})
+
+
+def _fence(options: argparse.Namespace) -> Task:
+    if options.plan is None:
+        return Task(SetFence, "set_fence", {}) if options.clear else Task(GetFence, "get_fence", {})
+    fence = read_plan_fence(options.plan)
+    fields = {
+        "areas": [_area(area) for area in fence.areas],
+        "return_point": list(fence.return_point_deg or ()),
+    }
+    return Task(SetFence, "set_fence", fields)
+
+
+def _rally(options: argparse.Namespace) -> Task:
+    if options.plan is not None:
+        points = [_point(point) for point in read_plan_rally(options.plan)]
+        return Task(SetRallyPoints, "set_rally_points", {"points": points})
+    if options.clear:
+        return Task(SetRallyPoints, "set_rally_points", {})
+    return Task(GetRallyPoints, "get_rally_points", {})
+
+
+def _area(area: GeoArea) -> FenceArea:
+    message = FenceArea(inclusion=area.inclusion, radius=area.radius_m or 0.0)
+    message.shape = FenceArea.POLYGON if area.radius_m is None else FenceArea.CIRCLE
+    message.latitudes = [latitude_deg for latitude_deg, _ in area.points_deg]
+    message.longitudes = [longitude_deg for _, longitude_deg in area.points_deg]
+    return message
+
+
+def _point(point: PlannedPoint) -> RallyPoint:
+    latitude_deg, longitude_deg = point.place_deg
+    return RallyPoint(
+        latitude=latitude_deg,
+        longitude=longitude_deg,
+        altitude=point.altitude_m,
+        altitude_reference=_REFERENCES[point.reference],
+    )
+
+
+class StorageCommand(Command):
+    """One of these commands, from finding the server to the answer."""
+
+    def run(self) -> int:
+        """Send the request and show the answer."""
+        task: Task = self._options.task
+        for note in task.notes:
+            print(note, file=sys.stderr)
+        name = f"{SERVER_NODE_NAME}/{task.name}"
+        if task.kind in (ListVehicleParameters, LoadVehicleParameters):
+            result = self._act(task, name)
+        else:
+            result = self._ask(task, name)
+        if isinstance(result, int):
+            return result
+        facts, text = _shown(result)
+        exit_code = _exit_code(result)
+        if self._options.command == "parameters" and self._options.verb == "save":
+            exit_code, text = self._save(result, exit_code)
+            facts = {"file": str(self._options.file), "parameters": len(result.parameters)}
+        message = {"success": exit_code == EXIT_SUCCESS, "message": result.message}
+        self._tell({**message, **facts}, text)
+        return EXIT_CANCELED if self._cancelled else exit_code
+
+    _cancelled = False
+
+    def _ask(self, task: Task, name: str) -> Any:
+        """Return the response of a service, or an exit code."""
+        client = self._node.create_client(task.kind, name)
+        if not self._wait(client.service_is_ready, self._options.server_timeout):
+            return self._without_server()
+        answer = client.call_async(task.kind.Request(**task.fields))
+        if not self._wait(answer.done, _ANSWER_TIMEOUT_S):
+            return self._unanswered(_ANSWER_TIMEOUT_S)
+        return answer.result()
+
+    def _act(self, task: Task, name: str) -> Any:
+        """Return the result of an action, or an exit code; Ctrl-C cancels it."""
+        client = ActionClient(self._node, task.kind, name)
+        if not self._wait(client.server_is_ready, self._options.server_timeout):
+            return self._without_server()
+        heard = [True]
+        with counting_bar(not (self._options.plain or self._options.json)) as tell:
+
+            def take(message: Any) -> None:
+                heard.append(True)
+                feedback = message.feedback
+                if isinstance(feedback, LoadVehicleParameters.Feedback):
+                    what = "changing parameters" if feedback.changing else "reading parameters"
+                    tell(what, feedback.done, feedback.total)
+                else:
+                    tell("reading parameters", feedback.received, feedback.total)
+
+            sent = client.send_goal_async(task.kind.Goal(**task.fields), take)
+            if not self._wait(sent.done, self._options.server_timeout):
+                return self._unanswered(self._options.server_timeout)
+            handle = sent.result()
+            result = handle.get_result_async()
+            try:
+                # Until the result, or a silence.
+                while heard:
+                    heard.clear()
+                    self._wait(lambda: bool(result.done() or heard), _SILENCE_S)
+                    if result.done():
+                        break
+            except KeyboardInterrupt:
+                self._cancelled = True
+                handle.cancel_goal_async()
+                self._wait(result.done, _STOP_TIMEOUT_S)
+        return result.result().result if result.done() else self._unanswered(_SILENCE_S)
+
+    def _unanswered(self, timeout_s: float) -> int:
+        text = f"The server did not answer within {timeout_s:g} s."
+        self._tell({"success": False, "message": text}, text)
+        return EXIT_CANCELED if self._cancelled else EXIT_NO_SERVER
+
+    def _without_server(self) -> int:
+        return self._no_server(self._options.task.name)
+
+    def _save(self, result: Any, exit_code: int) -> tuple[int, str]:
+        """Write the file; an incomplete list is not saved."""
+        path = self._options.file
+        if not result.success:
+            return exit_code, f"{result.message} Nothing was saved."
+        parameters = [Parameter(p.name, p.value, p.type) for p in result.parameters]
+        kind = files.format_of(path)
+        title = f"Parameters of vehicle {result.system_id}, saved by navigation_client"
+        try:
+            text = files.text_of(parameters, kind, result.system_id, title)
+            files.write_parameters(path, text)
+        except files.ParameterFileError as error:
+            return EXIT_REJECTED, str(error)
+        return EXIT_SUCCESS, f"{len(parameters)} parameters are saved in {path}."
+
+
+def _exit_code(result: Any) -> int:
+    if result.success:
+        return EXIT_SUCCESS
+    if isinstance(result, LoadVehicleParameters.Result) and (result.changed or result.unchanged):
+        return EXIT_ABORTED
+    return EXIT_REJECTED
+
+
+def _shown(result: Any) -> tuple[dict[str, Any], str]:
+    """Return a response as facts and as text."""
+    if isinstance(result, GetFence.Response):
+        facts = {"areas": [_area_facts(area) for area in result.areas]}
+        lines = [_area_line(area) for area in result.areas]
+        if result.return_point:
+            facts["return_point_deg"] = list(result.return_point)
+            lines.append(f"return point at {_place(*result.return_point)}")
+        return facts, "\n".join([*lines, result.message])
+    if isinstance(result, GetRallyPoints.Response):
+        points = [_rally_facts(point) for point in result.points]
+        lines = [
+            f"{_place(p.latitude, p.longitude)}, {p.altitude:g} m {_ABOVE[p.altitude_reference]}"
+            for p in result.points
+        ]
+        return {"points": points}, "\n".join([*lines, result.message])
+    if isinstance(result, GetVehicleParameter.Response):
+        value = result.parameter.value if result.success else math.nan
+        return {"value": _finite(value)}, result.message
+    if isinstance(result, ListVehicleParameters.Result):
+        values = {p.name: _finite(p.value) for p in result.parameters}
+        lines = [f"{p.name:<16} {p.value:.9g}" for p in result.parameters]
+        return {"parameters": values}, "\n".join([*lines, result.message])
+    if isinstance(result, LoadVehicleParameters.Result):
+        return _load_shown(result)
+    return {}, result.message
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _load_shown(result: Any) -> tuple[dict[str, Any], str]:
+    facts = {
+        "changed": list(result.changed),
+        "unchanged": list(result.unchanged),
+        "unknown": list(result.unknown),
+        "failed": dict(zip(result.failed, result.reasons, strict=True)),
+    }
+    lines = [f"changed  {name}" for name in result.changed]
+    lines += [f"unknown  {name}" for name in result.unknown]
+    lines += [f"failed   {reason}" for reason in result.reasons]
+    return facts, "\n".join([*lines, result.message])
+
+
+def _area_facts(area: Any) -> dict[str, Any]:
+    return {
+        "inclusion": area.inclusion,
+        "in_force": area.in_force,
+        "points_deg": [list(p) for p in zip(area.latitudes, area.longitudes, strict=True)],
+        "radius_m": area.radius if area.shape == FenceArea.CIRCLE else None,
+    }
+
+
+def _area_line(area: Any) -> str:
+    kind = "inclusion" if area.inclusion else "exclusion"
+    places = [_place(*p) for p in zip(area.latitudes, area.longitudes, strict=True)]
+    if area.shape == FenceArea.CIRCLE:
+        return f"{kind}  circle of {area.radius:g} m about {places[0]}"
+    return f"{kind}  polygon of {len(places)} corners: {'; '.join(places)}"
+
+
+def _rally_facts(point: Any) -> dict[str, Any]:
+    return {
+        "position_deg": [point.latitude, point.longitude],
+        "altitude_m": point.altitude,
+        "reference": _ABOVE[point.altitude_reference],
+    }
+
+
+def _place(latitude_deg: float, longitude_deg: float) -> str:
+    return f"{latitude_deg:.7f}, {longitude_deg:.7f}"

@@ -1,0 +1,85 @@
+"""``make demo-nav2``: a simulated vehicle for clients of Nav2, and a flight by Nav2's actions."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from drone_navigation.processes import Process, ProcessError, simulated_vehicle
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+_READY_TIMEOUT_S = 20.0
+_FILES = Path("bridge_config")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the command line of the demo."""
+    parser = argparse.ArgumentParser(
+        prog="python -m drone_navigation.demo_nav2",
+        description="Start a simulated vehicle, a navigation server and navigation_nav2, and fly "
+        "a pose and waypoints by Nav2's actions. Start it in the folder of the repository.",
+    )
+    parser.add_argument("--vehicle", choices=("copter", "rover", "boat", "plane"), default="copter")
+    firmwares = ("ardupilot", "px4")
+    parser.add_argument("--autopilot", choices=firmwares, default=firmwares[0])
+    parser.add_argument(
+        "--serve", action="store_true", help="fly nothing; wait for clients until Ctrl-C"
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("out/demo-nav2"), metavar="DIR", help="folder for the logs"
+    )
+    return parser
+
+
+def main(args: list[str] | None = None) -> int:
+    """Fly the demo; return 0 if both goals succeed."""
+    options = make_parser().parse_args(args)
+    config = _FILES / f"simulated/{options.autopilot}_{options.vehicle}.yaml"
+    if not config.exists():
+        print(f"{config} not found; start in the folder of the repository.", file=sys.stderr)
+        return EXIT_FAILED
+    out: Path = options.out
+    out.mkdir(parents=True, exist_ok=True)
+    server = ["--config", str(config), "--tlog", str(out / "flight.tlog")]
+    simulator = ["--vehicle", options.vehicle, "--autopilot", options.autopilot]
+    try:
+        with simulated_vehicle(server, simulator, out) as environment, _nav2(environment, out):
+            os.environ.update(environment)
+            domain = environment["ROS_DOMAIN_ID"]
+            print(f"Clients of Nav2 find this vehicle with ROS_DOMAIN_ID={domain}", flush=True)
+            if options.serve:
+                print("Ctrl-C ends it.", flush=True)
+                with contextlib.suppress(KeyboardInterrupt):
+                    signal.pause()
+                return EXIT_OK
+            # It needs nav2_msgs, which is built for this demo.
+            from drone_navigation.nav2.demo_flight import fly  # noqa: PLC0415
+
+            return EXIT_OK if fly() else EXIT_FAILED
+    except ProcessError as error:
+        print(f"The demo failed: {error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        print("The demo was interrupted.", file=sys.stderr)
+    return EXIT_FAILED
+
+
+@contextlib.contextmanager
+def _nav2(environment: Mapping[str, str], out: Path) -> Iterator[None]:
+    """Run navigation_nav2."""
+    words = ["python", "-m", "drone_navigation.navigation_nav2"]
+    process = Process("navigation_nav2", words, environment, out / "navigation_nav2.log")
+    try:
+        process.wait_for("Ready for clients", _READY_TIMEOUT_S)
+        yield
+    finally:
+        process.stop(_READY_TIMEOUT_S)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The autopilot's own logs in ROS: service and action of the server, and their files."""

@@ -1,0 +1,107 @@
+"""The node that Nav2's clients talk to."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from drone_navigation.nav2.behaviours import Behaviours
+from drone_navigation.nav2.flights import Flights
+from drone_navigation.nav2.navigators import Navigators, Preferences
+from drone_navigation.nav2.planners import Planners
+from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the_rest
+from drone_navigation.nav2.vehicle import Vehicle
+
+__all__ = ["StartError", "run"]
+
+# A vehicle brakes for cancel_timeout_s (10 s) at most.
+_STOP_TIMEOUT_S = 15.0
+_SPIN_S = 0.2
+_DISCOVERY_S = 2.0
+_HEAR_TIMEOUT_S = 3.0
+_ACTION = "navigate_to_pose"
+# One that was killed stays in the graph for the lease of its DDS participant, 20 s.
+_ALONE_TIMEOUT_S = 25.0
+
+
+class StartError(RuntimeError):
+    """The node cannot serve clients; the text is the reason."""
+
+
+def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
+    """Serve clients until a moment; goals under way are then cancelled.
+
+    Args:
+        stopped: set from outside.
+        defaults: of the parameters.
+
+    Raises:
+        StartError: a parameter is invalid, or others serve Nav2's clients.
+    """
+    node = Node("navigation_nav2")
+    preferences = _preferences(node, defaults)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    vehicle = Vehicle(node)
+    # Others are discovered meanwhile.
+    _spin_until(executor, stopped.is_set, _DISCOVERY_S)
+    # A client that does not ask whether it is active sends its goal at once.
+    _spin_until(executor, lambda: stopped.is_set() or not vehicle.why_not(), _HEAR_TIMEOUT_S)
+    _wait_until_alone(node, executor, stopped)
+    flights = Flights(node, vehicle)
+    navigators = Navigators(node, vehicle, flights, preferences)
+    Behaviours(node, vehicle, flights, navigators, preferences)
+    Planners(node, vehicle, navigators)
+    LifeCycle(node, vehicle, flights)
+    offer_clearing(node)
+    reject_the_rest(node)
+    node.get_logger().info("Ready for clients of Nav2")
+    while not stopped.is_set():
+        executor.spin_once(timeout_sec=_SPIN_S)
+    flights.stop()
+    _spin_until(executor, lambda: flights.is_idle, _STOP_TIMEOUT_S)
+    executor.shutdown(timeout_sec=1.0)
+    node.destroy_node()
+
+
+def _wait_until_alone(
+    node: Node, executor: SingleThreadedExecutor, stopped: threading.Event
+) -> None:
+    """Wait for the end of another server of the same names: both would execute each goal.
+
+    Raises:
+        StartError: it is still there.
+    """
+
+    def is_alone() -> bool:
+        return stopped.is_set() or not node.count_services(f"{_ACTION}/_action/send_goal")
+
+    if not is_alone():
+        node.get_logger().warning(f"Another node offers {_ACTION}; waiting for its end")
+        _spin_until(executor, is_alone, _ALONE_TIMEOUT_S)
+    if not is_alone():
+        raise StartError(
+            f"Another node offers {_ACTION} in this ROS domain and namespace: stop Nav2, or the "
+            "other navigation_nav2."
+        )
+
+
+def _spin_until(
+    executor: SingleThreadedExecutor, condition: Callable[[], bool], timeout_s: float
+) -> None:
+    until_s = time.monotonic() + timeout_s
+    while not condition() and time.monotonic() < until_s:
+        executor.spin_once(timeout_sec=_SPIN_S)
+
+
+def _preferences(node: Node, defaults: Mapping[str, float | bool]) -> Preferences:
+    values = {name: node.declare_parameter(name, value).value for name, value in defaults.items()}
+    for name, value in values.items():
+        if not isinstance(value, bool) and not (math.isfinite(value) and value >= 0.0):
+            raise StartError(f"{name} is {value}; it must be 0 or more.")
+    return Preferences(**values)

@@ -1,0 +1,71 @@
+"""Results of goals for Nav2's clients, from those of the server. No ROS calls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+
+from custom_interfaces.msg import GoalCode
+from drone_navigation.client.events import Ended
+
+__all__ = ["PREEMPTED", "SUCCEEDED", "Outcome", "aborted", "ended", "result"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The end of a goal of a Nav2 client.
+
+    Attributes:
+        status: STATUS_SUCCEEDED, STATUS_CANCELED or STATUS_ABORTED of GoalStatus.
+        code: for `error_code`: a number of GoalCode.msg, all below 100, or one of Nav2's own
+            for the action, all of which are 100 or more; 0 is success.
+        message: for `error_msg`: "CODE: sentence"; empty for success.
+        missed: indices of the waypoints that were missed.
+    """
+
+    status: int
+    code: int = 0
+    message: str = ""
+    missed: tuple[int, ...] = field(default=())
+
+
+SUCCEEDED = Outcome(GoalStatus.STATUS_SUCCEEDED)
+
+
+def aborted(message: str, code: int | None = None) -> Outcome:
+    """Return the end of a goal that is not executed; its code is that of the message if any."""
+    if code is None:
+        code = getattr(GoalCode, message.partition(":")[0], GoalCode.INTERNAL_ERROR)
+    return Outcome(GoalStatus.STATUS_ABORTED, code, message)
+
+
+PREEMPTED = aborted("PREEMPTED: A new goal replaced this one.")
+
+
+def ended(end: Ended, *, cancelled: bool) -> Outcome:
+    """Return the end for the client of a goal that the server has ended.
+
+    Args:
+        end: of the server's goal.
+        cancelled: whether the client asked for it. Only then is it CANCELED: a goal that a
+            ground station cancelled is ABORTED, as its client did not ask.
+    """
+    if end.state == "SUCCEEDED":
+        return SUCCEEDED
+    missed = end.waypoints_missed or ()
+    if cancelled and end.code in ("CANCELED", "PREEMPTED"):
+        return Outcome(GoalStatus.STATUS_CANCELED, GoalCode.CANCELED, end.message, missed)
+    code = getattr(GoalCode, end.code, GoalCode.INTERNAL_ERROR)
+    return Outcome(GoalStatus.STATUS_ABORTED, code, end.message, missed)
+
+
+def result(kind: Any, outcome: Outcome) -> Any:
+    """Return the result message of an action's type for an end."""
+    message = kind.Result()
+    message.error_code = outcome.code
+    message.error_msg = outcome.message
+    if hasattr(message, "success"):
+        message.success = outcome.status == GoalStatus.STATUS_SUCCEEDED
+    return message

@@ -1,0 +1,66 @@
+"""Nav2's actions and services for its clients: ``ros2 run drone_navigation navigation_nav2``."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import signal
+import sys
+import threading
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+_PARAMETERS = {
+    "least_height_m": 0.0,
+    "max_speed_m_s": 0.0,
+    "avoid_obstacles": True,
+    "waypoint_pause_s": 0.2,
+}
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the command line."""
+    return argparse.ArgumentParser(
+        prog="navigation_nav2",
+        description="Offer Nav2's actions, services and topics to its clients (BasicNavigator, "
+        "RViz's 2D Goal Pose) and fly their goals by a navigation_server. For a vehicle with a "
+        "namespace add --ros-args -r __ns:=/NAME.",
+        epilog="parameters (as --ros-args -p NAME:=VALUE): "
+        + ", ".join(f"{name} ({str(value).lower()})" for name, value in _PARAMETERS.items()),
+    )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Serve Nav2's clients until a signal; return the exit code."""
+    argv = list(sys.argv if args is None else ["navigation_nav2", *args])
+    make_parser().parse_args(remove_ros_args(argv)[1:])
+    if importlib.util.find_spec("nav2_msgs") is None:
+        print(
+            "nav2_msgs is not built: run scripts/setup.sh --with nav2_msgs, or install "
+            "ros-jazzy-nav2-msgs.",
+            file=sys.stderr,
+        )
+        return EXIT_FAILED
+    # What this imports needs nav2_msgs.
+    from drone_navigation.nav2.node import StartError, run  # noqa: PLC0415
+
+    rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+    stopped = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    try:
+        run(stopped, _PARAMETERS)
+    except StartError as error:
+        print(str(error), file=sys.stderr)
+        return EXIT_FAILED
+    finally:
+        rclpy.try_shutdown()
+    return EXIT_OK
+
+
+if __name__ == "__main__":
+    sys.exit(main())

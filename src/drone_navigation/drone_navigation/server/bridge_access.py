@@ -1,0 +1,34 @@
+"""What the topics, services and actions of one vehicle need of its server."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from rclpy.node import Node
+
+from drone_navigation.server.frame_names import PLAIN, FrameNames
+from mavlink_vehicle.io.clock import Clock
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.fleet import DriverThread
+
+
+@dataclass(frozen=True)
+class BridgeAccess:
+    """A vehicle's node, and the bridge behind it.
+
+    Attributes:
+        node: who offers and subscribes.
+        bridge: who flies; used on the driver's thread only, unless it says otherwise.
+        driver: takes work for that thread.
+        clock: the bridge's time.
+        frames: names of the vehicle's frames.
+        is_closed: returns whether the server is stopping.
+    """
+
+    node: Node
+    bridge: Bridge
+    driver: DriverThread
+    clock: Clock
+    frames: FrameNames = PLAIN
+    is_closed: Callable[[], bool] = lambda: False

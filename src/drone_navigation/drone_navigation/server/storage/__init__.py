@@ -1,0 +1,1 @@
+"""Services and actions on what the autopilot stores: fence, rally points, parameters."""

@@ -1,0 +1,192 @@
+"""Services on the fence and the rally points that the autopilot stores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+
+from custom_interfaces.msg import FenceArea
+from custom_interfaces.msg import RallyPoint as RallyPointMessage
+from custom_interfaces.srv import GetFence, GetRallyPoints, SetFence, SetRallyPoints
+from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.storage.waiting import STOPPED, Waiting
+from mavlink_vehicle.mission_items import MissionType
+from navigation_bridge.goals.requests import AltitudeReference
+from navigation_bridge.storage.desk import ListAnswer
+from navigation_bridge.storage.geographic import (
+    GeoArea,
+    GeoFence,
+    RallyPoint,
+    fence_problem,
+    rally_problem,
+)
+
+# The transfer ends by itself before (ListOperation).
+_TIMEOUT_S = 120.0
+_TIMEOUT_PER_ITEM_S = 1.0
+_REFERENCES = {
+    RallyPointMessage.ABOVE_HOME: AltitudeReference.HOME,
+    RallyPointMessage.ABOVE_MEAN_SEA_LEVEL: AltitudeReference.AMSL,
+    RallyPointMessage.ABOVE_GROUND: AltitudeReference.GROUND,
+}
+_NUMBERS = {reference: number for number, reference in _REFERENCES.items()}
+
+Request = Callable[[Callable[[ListAnswer], None]], object]
+
+
+class ListServers:
+    """Offers ``~/get_fence``, ``~/set_fence``, ``~/get_rally_points``, ``~/set_rally_points``.
+
+    A callback waits in its own thread of the executor. The bridge works on one list at a time and
+    rejects others at once, so that there is one such thread.
+    """
+
+    def __init__(self, access: BridgeAccess) -> None:
+        """Offer the services."""
+        self._desk = access.bridge.storage
+        self._driver, self._clock = access.driver, access.clock
+        self._closed = access.is_closed
+        group = ReentrantCallbackGroup()
+        for kind, name, callback in (
+            (GetFence, "get_fence", self._get_fence),
+            (SetFence, "set_fence", self._set_fence),
+            (GetRallyPoints, "get_rally_points", self._get_rally_points),
+            (SetRallyPoints, "set_rally_points", self._set_rally_points),
+        ):
+            access.node.create_service(kind, f"~/{name}", callback, callback_group=group)
+
+    # --- executor threads --------------------------------------------------------------
+
+    def _get_fence(self, _request: Any, response: Any) -> Any:
+        answer = self._ask(partial(self._read, MissionType.FENCE), response)
+        if answer.fence is not None:
+            response.areas = [area_message(area, answer.in_force) for area in answer.fence.areas]
+            response.return_point = list(answer.fence.return_point_deg or ())
+        return response
+
+    def _get_rally_points(self, _request: Any, response: Any) -> Any:
+        answer = self._ask(partial(self._read, MissionType.RALLY), response)
+        response.points = [rally_message(point) for point in answer.points]
+        return response
+
+    def _set_fence(self, request: Any, response: Any) -> Any:
+        try:
+            fence = fence_of(request)
+        except ValueError as error:
+            response.message = str(error)
+            return response
+        self._ask(partial(self._write_fence, fence), response, len(request.areas))
+        return response
+
+    def _set_rally_points(self, request: Any, response: Any) -> Any:
+        try:
+            points = rally_of(request)
+        except ValueError as error:
+            response.message = str(error)
+            return response
+        self._ask(partial(self._write_rally, points), response, len(points))
+        return response
+
+    def _ask(self, request: Request, response: Any, items: int = 0) -> ListAnswer:
+        waiting: Waiting[ListAnswer] = Waiting()
+        self._driver.post(lambda: request(waiting.take))
+        timeout_s = _TIMEOUT_S + _TIMEOUT_PER_ITEM_S * items
+        answer = waiting.wait(timeout_s, self._closed)
+        if answer is None:
+            text = STOPPED if self._closed() else f"No answer within {timeout_s:g} s."
+            answer = ListAnswer(False, f"{text} What the autopilot stores now is unknown.")
+        response.success, response.message = answer.success, answer.message
+        return answer
+
+    # --- driver thread -----------------------------------------------------------------
+
+    def _read(self, kind: MissionType, take: Callable[[ListAnswer], None]) -> None:
+        self._desk.read_list(kind, take, self._clock.now())
+
+    def _write_fence(self, fence: GeoFence, take: Callable[[ListAnswer], None]) -> None:
+        self._desk.write_fence(fence, take, self._clock.now())
+
+    def _write_rally(
+        self, points: tuple[RallyPoint, ...], take: Callable[[ListAnswer], None]
+    ) -> None:
+        self._desk.write_rally(points, take, self._clock.now())
+
+
+def fence_of(request: Any) -> GeoFence:
+    """Return the fence of a SetFence request.
+
+    Raises:
+        ValueError: why it is not sent, a sentence.
+    """
+    areas = tuple(_area(area, number) for number, area in enumerate(request.areas, start=1))
+    place = tuple(request.return_point)
+    if len(place) not in (0, 2):
+        raise ValueError("return_point is not a latitude and a longitude.")
+    fence = GeoFence(areas, (place[0], place[1]) if place else None)
+    problem = fence_problem(fence)
+    if problem is not None:
+        raise ValueError(problem)
+    return fence
+
+
+def _area(message: Any, number: int) -> GeoArea:
+    if len(message.latitudes) != len(message.longitudes):
+        raise ValueError(
+            f"Area {number}: {len(message.latitudes)} latitudes and {len(message.longitudes)} "
+            "longitudes."
+        )
+    if not message.latitudes and message.points:
+        raise ValueError(
+            f"Area {number}: give latitudes and longitudes; points in map are not read."
+        )
+    if message.shape not in (FenceArea.POLYGON, FenceArea.CIRCLE):
+        raise ValueError(f"Area {number}: shape {message.shape} is neither POLYGON nor CIRCLE.")
+    return GeoArea(
+        tuple(zip(message.latitudes, message.longitudes, strict=True)),
+        message.radius if message.shape == FenceArea.CIRCLE else None,
+        message.inclusion,
+    )
+
+
+def area_message(area: GeoArea, in_force: bool) -> FenceArea:
+    """Return an uploaded area."""
+    message = FenceArea(inclusion=area.inclusion, stored=True, in_force=in_force)
+    message.shape = FenceArea.POLYGON if area.radius_m is None else FenceArea.CIRCLE
+    message.radius = area.radius_m or 0.0
+    message.latitudes = [latitude_deg for latitude_deg, _ in area.points_deg]
+    message.longitudes = [longitude_deg for _, longitude_deg in area.points_deg]
+    return message
+
+
+def rally_of(request: Any) -> tuple[RallyPoint, ...]:
+    """Return the rally points of a SetRallyPoints request.
+
+    Raises:
+        ValueError: why they are not sent, a sentence.
+    """
+    points = []
+    for number, point in enumerate(request.points, start=1):
+        reference = _REFERENCES.get(point.altitude_reference)
+        if reference is None:
+            raise ValueError(
+                f"Rally point {number}: altitude_reference {point.altitude_reference} is unknown."
+            )
+        points.append(RallyPoint((point.latitude, point.longitude), point.altitude, reference))
+    problem = rally_problem(points)
+    if problem is not None:
+        raise ValueError(problem)
+    return tuple(points)
+
+
+def rally_message(point: RallyPoint) -> RallyPointMessage:
+    """Return a rally point as a message."""
+    latitude_deg, longitude_deg = point.place_deg
+    return RallyPointMessage(
+        latitude=latitude_deg,
+        longitude=longitude_deg,
+        altitude=point.altitude_m,
+        altitude_reference=_NUMBERS[point.reference],
+    )

@@ -1,0 +1,201 @@
+"""Services and actions on the parameters of the autopilot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+
+from custom_interfaces.action import ListVehicleParameters, LoadVehicleParameters
+from custom_interfaces.msg import VehicleParameter
+from custom_interfaces.srv import GetVehicleParameter, SetVehicleParameter
+from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.storage.waiting import STOPPED, Waiting
+from mavlink_vehicle.events import Parameter, ParameterChange
+from navigation_bridge.storage.desk import ParametersAnswer, TakeParameters
+from navigation_bridge.storage.parameter_files import NAME
+
+# Each step of the protocol ends by itself before.
+_TIMEOUT_S = 60.0
+_RESULT_TIMEOUT_S = 60
+_PARAMETERS_MAX = 5000
+
+Request = Callable[[TakeParameters], object]
+
+
+class ParameterServers:
+    """Offers ``~/vehicle_parameters/get``, ``set``, ``list`` and ``load``.
+
+    A callback waits in its own thread of the executor. The bridge has one request at a time and
+    rejects others at once, so that there is one such thread.
+    """
+
+    def __init__(self, access: BridgeAccess) -> None:
+        """Offer them."""
+        node, bridge = access.node, access.bridge
+        self._vehicle, self._desk = bridge.vehicle, bridge.storage
+        self._driver, self._clock = access.driver, access.clock
+        self._closed = access.is_closed
+        group = ReentrantCallbackGroup()
+        name = "~/vehicle_parameters"
+        node.create_service(GetVehicleParameter, f"{name}/get", self._get, callback_group=group)
+        node.create_service(SetVehicleParameter, f"{name}/set", self._set, callback_group=group)
+        self._actions = [
+            ActionServer(
+                node,
+                kind,
+                f"{name}/{verb}",
+                execute_callback=execute,
+                cancel_callback=lambda _handle: CancelResponse.ACCEPT,
+                callback_group=group,
+                result_timeout=_RESULT_TIMEOUT_S,
+            )
+            for kind, verb, execute in (
+                (ListVehicleParameters, "list", self._list),
+                (LoadVehicleParameters, "load", self._load),
+            )
+        ]
+
+    # --- executor threads --------------------------------------------------------------
+
+    def _get(self, request: Any, response: Any) -> Any:
+        problem = _problem([request.name])
+        if problem is not None:
+            response.message = problem
+            return response
+        answer = self._ask(partial(self._desk.read_parameter, request.name))
+        response.success, response.message = answer.success, answer.message
+        for outcome in answer.outcomes:
+            if outcome.new is not None:
+                response.parameter = _message(outcome.new)
+        return response
+
+    def _set(self, request: Any, response: Any) -> Any:
+        response.old_value = response.new_value = math.nan
+        problem = _problem([request.name], [request.value])
+        if problem is not None:
+            response.message = problem
+            return response
+        answer = self._ask(
+            partial(
+                self._desk.change_parameters, {request.name: request.value}, request.while_armed
+            )
+        )
+        response.success, response.message = answer.success, answer.message
+        for outcome in answer.outcomes:
+            response.old_value = math.nan if outcome.old is None else outcome.old.value
+            response.new_value = math.nan if outcome.new is None else outcome.new.value
+        return response
+
+    def _list(self, handle: ServerGoalHandle) -> Any:
+        def look(_changing: bool, done: int, total: int) -> None:
+            handle.publish_feedback(ListVehicleParameters.Feedback(received=done, total=total))
+
+        answer = self._act(handle, self._desk.list_parameters, look)
+        result = ListVehicleParameters.Result(success=answer.success, message=answer.message)
+        result.system_id = self._vehicle.state.system_id
+        result.parameters = [_message(parameter) for parameter in answer.parameters]
+        return result
+
+    def _load(self, handle: ServerGoalHandle) -> Any:
+        def look(changing: bool, done: int, total: int) -> None:
+            feedback = LoadVehicleParameters.Feedback(changing=changing, done=done, total=total)
+            handle.publish_feedback(feedback)
+
+        goal, result = handle.request, LoadVehicleParameters.Result()
+        wanted = {parameter.name: parameter.value for parameter in goal.parameters}
+        problem = _problem([p.name for p in goal.parameters], list(wanted.values()))
+        if problem is not None:
+            handle.abort()
+            result.message = problem
+            return result
+        change = partial(self._desk.change_parameters, wanted, goal.while_armed)
+        answer = self._act(handle, change, look)
+        result.success, result.message = answer.success, answer.message
+        lists = {
+            ParameterChange.CHANGED: result.changed,
+            ParameterChange.UNCHANGED: result.unchanged,
+            ParameterChange.UNKNOWN: result.unknown,
+            ParameterChange.FAILED: result.failed,
+        }
+        for outcome in answer.outcomes:
+            lists[outcome.change].append(outcome.name)
+            if outcome.change is ParameterChange.FAILED:
+                result.reasons.append(outcome.reason)
+        return result
+
+    def _act(
+        self,
+        handle: ServerGoalHandle,
+        request: Callable[[TakeParameters, float], object],
+        tell: Callable[[bool, int, int], None],
+    ) -> ParametersAnswer:
+        """Do what an action asks for, report its progress, and put it into its terminal state."""
+        told: tuple[bool, int, int] = (False, 0, 0)
+        stops = False
+        waiting: Waiting[ParametersAnswer] = Waiting()
+
+        def look() -> bool:
+            nonlocal told, stops
+            if handle.is_cancel_requested and not stops:
+                stops = True
+                self._driver.post(
+                    lambda: self._desk.stop_parameters(waiting.take, self._clock.now())
+                )
+            progress = self._desk.parameter_progress
+            if progress == told:
+                return False
+            told = progress
+            tell(*told)
+            return True
+
+        answer = self._ask(request, waiting, look)
+        if handle.is_cancel_requested:
+            handle.canceled()
+        elif answer.success:
+            handle.succeed()
+        else:
+            handle.abort()
+        return answer
+
+    def _ask(
+        self,
+        request: Callable[[TakeParameters, float], object],
+        waiting: Waiting[ParametersAnswer] | None = None,
+        look: Callable[[], bool] = lambda: False,
+    ) -> ParametersAnswer:
+        waiting = waiting or Waiting()
+        take = waiting.take
+        self._driver.post(lambda: request(take, self._clock.now()))
+        answer = waiting.wait(_TIMEOUT_S, self._closed, look)
+        if answer is None:
+            self._driver.post(lambda: self._desk.stop_parameters(take, self._clock.now()))
+            text = STOPPED if self._closed() else f"No answer within {_TIMEOUT_S:g} s."
+            return ParametersAnswer(False, f"{text} What was changed is unknown.")
+        return answer
+
+
+def _problem(names: list[str], values: list[float] | None = None) -> str | None:
+    """Return why a request is not passed on, a sentence, or None."""
+    if not names:
+        return "The request names no parameter."
+    if len(names) > _PARAMETERS_MAX:
+        return f"The request names {len(names)} parameters; at most {_PARAMETERS_MAX} are set."
+    for name in names:
+        if NAME.fullmatch(name) is None:
+            return f"{name[:40]!r} is not a parameter's name: 1 to 16 letters, digits and _."
+    if len(set(names)) < len(names):
+        return "The request names a parameter twice."
+    for name, value in zip(names, values or (), strict=False):
+        if not math.isfinite(value):
+            return f"{name}: {value} is not a finite number."
+    return None
+
+
+def _message(parameter: Parameter) -> VehicleParameter:
+    return VehicleParameter(name=parameter.name, value=parameter.value, type=parameter.type)

@@ -1,0 +1,87 @@
+"""The topic of velocity commands, passed to the driver thread newest first."""
+
+from __future__ import annotations
+
+import uuid
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.time import Time
+
+from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.sensor_topics import Newest
+from navigation_bridge.configuration.settings import CommandConfig
+from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
+
+__all__ = ["TOPIC", "VelocityTopic", "command_of"]
+
+TOPIC = "~/cmd_vel"
+# A best-effort subscriber also hears reliable publishers, as teleop_twist_keyboard is one; of
+# several commands only the last counts.
+_QOS = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT
+)
+# As of any twist, which is in the axes of the body unless it says otherwise.
+_FRAMES = {"": VelocityFrame.BODY, "base_link": VelocityFrame.BODY, "map": VelocityFrame.MAP}
+
+
+def command_of(twist: Twist, frame_id: str, now: float) -> VelocityCommand | str:
+    """Return a command, or the sentence that says why its frame is unknown.
+
+    Args:
+        twist: the message; its angular x and y have no effect.
+        frame_id: its frame without a vehicle's prefix; empty for base_link.
+        now: when it was received.
+    """
+    frame = _FRAMES.get(frame_id)
+    if frame is None:
+        return f"unknown frame '{frame_id}'; use 'base_link' or 'map'."
+    linear = (twist.linear.x, twist.linear.y, twist.linear.z)
+    return VelocityCommand(now, frame, linear, twist.angular.z)
+
+
+class VelocityTopic:
+    """Subscribes to the velocity commands of one vehicle."""
+
+    def __init__(self, access: BridgeAccess, config: CommandConfig) -> None:
+        """Subscribe; ``config`` has the type of the topic."""
+        self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
+        self._clock = access.clock
+        self._newest: Newest[VelocityCommand | str] = Newest(access.driver.post, self._take)
+        self._node.create_subscription(
+            TwistStamped if config.stamped else Twist,
+            TOPIC,
+            self._hear_stamped if config.stamped else self._hear,
+            _QOS,
+            callback_group=MutuallyExclusiveCallbackGroup(),
+        )
+
+    def _hear(self, message: Any) -> None:
+        self._newest.put(command_of(message, "", self._clock.now()))
+
+    def _hear_stamped(self, message: Any) -> None:
+        age_s = self._age_s(message.header.stamp)
+        if age_s > self._bridge.command_timeout_s:
+            self._newest.put(
+                f"its stamp is {age_s:.2f} s old; check the network and the clocks of both hosts."
+            )
+            return
+        frame_id = self._frames.plain(message.header.frame_id)
+        self._newest.put(command_of(message.twist, frame_id, self._clock.now()))
+
+    def _age_s(self, stamp: Any) -> float:
+        """Return the age of a stamp by the ROS clock; 0 for none, as some publishers leave it."""
+        if stamp.sec == 0 and stamp.nanosec == 0:
+            return 0.0
+        now = self._node.get_clock().now()
+        age = now - Time.from_msg(stamp, clock_type=now.clock_type)
+        return float(age.nanoseconds) * 1e-9
+
+    def _take(self, command: VelocityCommand | str) -> None:
+        now = self._clock.now()
+        if isinstance(command, str):
+            self._bridge.reject_command(command, now)
+        else:
+            self._bridge.command_velocity(command, uuid.uuid4().hex, now)

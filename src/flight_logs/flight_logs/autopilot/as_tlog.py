@@ -1,0 +1,69 @@
+"""Writes what an autopilot's own log tells as a telemetry log."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+from flight_logs.autopilot import dataflash, ulog
+from flight_logs.errors import EmptyLogError, LogError
+from mavlink_vehicle.codec import Codec
+
+__all__ = ["is_autopilot_log", "write_as_tlog"]
+
+_SYSTEM, _AUTOPILOT = 1, 1
+_STAMP = struct.Struct(">Q")
+_APART = 128
+
+
+def is_autopilot_log(path: Path) -> bool:
+    """Return whether a file begins as a DataFlash or ULog log.
+
+    Raises:
+        LogError: it cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            begin = file.read(len(ulog.MAGIC))
+    except OSError as error:
+        raise LogError(f"Cannot read {path}: {error.strerror or error}.") from error
+    return begin.startswith((dataflash.MAGIC, ulog.MAGIC))
+
+
+def write_as_tlog(
+    path: Path, out: Path, progress: Callable[[int, int], None] | None = None
+) -> None:
+    """Write modes, positions, texts and battery of an autopilot's log as a tlog.
+
+    Args:
+        path: a DataFlash or ULog log.
+        out: the tlog.
+        progress: called now and then with the bytes done and the size of the file.
+
+    Raises:
+        LogError: it cannot be read, or tells nothing of a flight.
+        OSError: the tlog cannot be written.
+    """
+    size = path.stat().st_size
+
+    def show(share: float) -> None:
+        if progress is not None:
+            progress(int(share * size), size)
+
+    with path.open("rb") as file:
+        is_ulog = file.read(len(ulog.MAGIC)) == ulog.MAGIC
+    read = ulog.read_ulog if is_ulog else dataflash.read_dataflash
+    told = read(path, show)
+    if not told:
+        raise EmptyLogError(f"{path} tells nothing of a flight.")
+    # Two codecs in turn, so that nobody can count losses by the sequence numbers.
+    codecs = [Codec(_SYSTEM, _AUTOPILOT) for _ in range(2)]
+    for _ in range(_APART):
+        codecs[1].encode(told[0][1])
+    latest_us = 0
+    with out.open("wb") as tlog:
+        for count, (time_s, message) in enumerate(told):
+            latest_us = max(latest_us, round(time_s * 1e6))
+            tlog.write(_STAMP.pack(latest_us) + codecs[count % 2].encode(message))
+    show(1.0)
