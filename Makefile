@@ -3,13 +3,13 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo demo-rover demo-video console plot report test test-all bench lint lock clean distclean
+.PHONY: help setup build setup-nav2 demo demo-rover demo-nav2 demo-video console plot report test test-all explore bench lint lock clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
 
 help: ## Show this list
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/\1\t\2/' | \
+	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9-]+):.*## (.*)/\1\t\2/' | \
 		while IFS=$$'\t' read -r name what; do printf 'make %-10s %s\n' "$$name" "$$what"; done
 
 setup: ## Set up .venv and build the workspace (PYTHON=python3.12 chooses the interpreter)
@@ -17,11 +17,17 @@ setup: ## Set up .venv and build the workspace (PYTHON=python3.12 chooses the in
 
 build: setup ## The same as setup
 
+setup-nav2: ## The same, and build the interfaces of Nav2 where ROS has none
+	@scripts/setup.sh --with nav2_msgs
+
 demo: setup ## Fly a copter round obstacles in the simulator; leaves out/demo/
 	@$(ENTER) python -m drone_navigation.demo
 
 demo-rover: setup ## The same with a rover; leaves out/demo-rover/
 	@$(ENTER) python -m drone_navigation.demo --vehicle rover --out out/demo-rover
+
+demo-nav2: setup-nav2 ## Offer a simulated vehicle to clients of Nav2 (ARGS="--vehicle rover")
+	@$(ENTER) python -m drone_navigation.demo_nav2 $(ARGS)
 
 demo-video: setup ## Make out/demo/flight.mp4 and .gif from the demo's recording (LOG=other.tlog)
 	@$(ENTER) python -m flight_reports.flight_video $(LOG)
@@ -45,8 +51,16 @@ test: setup ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
 	@$(ENTER) $(PYTEST) -m "not wide" tests
 
-test-all: test ## Run the tests, and the slow and broad ones, too (17 minutes on two cores)
+test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (25 minutes on two cores)
 	@$(ENTER) $(PYTEST) -m wide tests
+
+SEEDS ?= 200
+FIRST ?= 0
+WORKERS ?= 2
+
+explore: setup ## Fly SEEDS scenarios from FIRST on, with MINUTES at most that long, and check policies
+	@$(ENTER) python -m tests.explore --seeds $(SEEDS) --first $(FIRST) --workers $(WORKERS) \
+		$(if $(MINUTES),--minutes $(MINUTES))
 
 bench: setup ## Run the benchmarks; prints a table and writes out/bench.json
 	@$(ENTER) python tests/bench/run.py

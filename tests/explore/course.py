@@ -1,0 +1,364 @@
+"""The course of an exploration so far, as policies look at it: one `Craft` view per vehicle."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from mavlink_vehicle.codec import Message, mavlink
+from navigation_bridge.configuration.make_config import ServerConfig, make_config
+from navigation_bridge.goals.goal import (
+    GoalFeedback,
+    GoalFinished,
+    GoalHappened,
+    PlanChanged,
+    ServiceDone,
+)
+from navigation_bridge.goals.requests import LandRequest, Request, WaypointsRequest
+from navigation_core.tasks.progress import Status
+from tests.explore.log import Asked, Entry, Truth
+from tests.explore.scenario import Craft, Event, Scenario
+
+SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
+COMMANDS = ("COMMAND_LONG", "COMMAND_INT")
+_TAKERS = frozenset({"pilot_mode", "station_mode", "station_goto", "station_pause", "reboot"})
+_STORING = frozenset({"station_clear", "station_upload", "station_current"})
+_TROUBLE = frozenset(
+    {
+        *("link", "silence", "gps", "glitch", "battery", "radio", "wind", "reboot", "stall"),
+        *("kill", "noise", "pilot_throttle", "station_arm", "full", "stuck", "blind"),
+    }
+)
+_OVER: dict[str, Callable[[dict[str, Any]], bool]] = {
+    "link": lambda how: not how,
+    **dict.fromkeys(("silence", "full", "stuck", "blind"), lambda how: not how.get("on", True)),
+    **dict.fromkeys(("gps", "radio"), lambda how: not how.get("lost", True)),
+    "glitch": lambda how: not any(how.get("offset", (1.0,))),
+}
+"""Trouble that passes, and of the arguments of its event whether it is over"""
+
+
+@dataclass
+class Goal:
+    """A goal that was accepted.
+
+    Attributes:
+        goal_id: its id.
+        request: what was asked.
+        accepted_s: when.
+        ends: its results.
+        ended_s: time of the first; infinite before.
+        feedback: the last one.
+        feedback_s: its time.
+        cancel_s: when a client cancelled it; infinite if none did.
+        paused_s: since when a client has paused it; infinite if none has.
+        disturbed: whether anything but clients acted on the vehicle meanwhile.
+        happened: the events that were published about it.
+        begun: the true state at acceptance.
+        stored: whether a mission was sent for it.
+        cleared: whether the mission was removed for it.
+        paused: whether PAUSED was ever reported.
+    """
+
+    goal_id: str
+    request: Request
+    accepted_s: float
+    ends: list[GoalFinished] = field(default_factory=list)
+    ended_s: float = math.inf
+    feedback: GoalFeedback | None = None
+    feedback_s: float = -math.inf
+    cancel_s: float = math.inf
+    paused_s: float = math.inf
+    disturbed: bool = False
+    happened: list[str] = field(default_factory=list)
+    begun: Truth | None = None
+    stored: bool = False
+    cleared: bool = False
+    paused: bool = False
+
+    @property
+    def by_mission(self) -> bool:
+        """Whether the autopilot flies it."""
+        return isinstance(self.request, WaypointsRequest) and self.request.by_mission
+
+
+NO_GOAL = Goal("", LandRequest(), -math.inf, disturbed=True)
+UNSEEN = Truth((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, False, "", False, math.inf)
+
+
+@dataclass
+class View:
+    """What is known of one vehicle and its server at a moment.
+
+    Attributes:
+        craft: of the scenario.
+        config: of the server.
+        wind_m_s: steady wind.
+        gust_m_s: standard deviation of the gusts.
+        goals: all accepted goals of this server's life, by id.
+        active: the goal that is flown.
+        last: the goal that ended last.
+        truth: the last true state.
+        home_enu_m: where it was armed last, or a PX4 took off: its home from then on.
+        recent: true states of the last 3 s, with their times.
+        server: whether the server runs.
+        server_s: since when.
+        stalled_until_s: until when it stands still.
+        taken_before_s: when one of them had acted before that.
+        taken_s: when a pilot, a station or a restart acted last.
+        troubled: whether the link, a sensor or the battery is not as it should be.
+        trouble_s: when something went wrong, or right, last.
+        sent_s: times of the messages that were sent in the last second.
+        setpoint: the last setpoint.
+        setpoint_s: its time.
+        before: the one before, with its time in before_s.
+        shut_down_s: when the server was asked to end; infinite if it was not.
+        shows_path: whether a planned path is shown.
+        rebooted_s: when the autopilot restarted last.
+        mode_s: since when the vehicle is in its mode.
+        hit_s: when it hit an obstacle first; infinite if it has not.
+        asked_s: when a client asked for anything last.
+        served_s: when a service was called last.
+        items: latitude and longitude (1e7 degrees) of the mission that the server sent last.
+        stored_for: the request of the goal that this mission is of.
+        item_speed_m_s: the speed that this mission asks for first; infinite if none.
+        answered_s: when a service was answered last.
+    """
+
+    craft: Craft
+    config: ServerConfig
+    wind_m_s: float = 0.0
+    gust_m_s: float = 0.0
+    goals: dict[str, Goal] = field(default_factory=dict)
+    active: Goal | None = None
+    last: Goal | None = None
+    truth: Truth = UNSEEN
+    home_enu_m: tuple[float, float] = (0.0, 0.0)
+    recent: deque[tuple[float, Truth]] = field(default_factory=deque)
+    server: bool = False
+    server_s: float = math.inf
+    stalled_until_s: float = -math.inf
+    taken_s: float = -math.inf
+    taken_before_s: float = -math.inf
+    troubled: set[str] = field(default_factory=set)
+    trouble_s: float = -math.inf
+    sent_s: deque[float] = field(default_factory=deque)
+    setpoint: Message | None = None
+    setpoint_s: float = -math.inf
+    before: Message | None = None
+    before_s: float = -math.inf
+    mode_s: float = -math.inf
+    hit_s: float = math.inf
+    asked_s: float = -math.inf
+    served_s: float = -math.inf
+    answered_s: float = -math.inf
+    shut_down_s: float = math.inf
+    items: dict[int, tuple[int, int]] = field(default_factory=dict)
+    stored_for: Request | None = None
+    item_speed_m_s: float = math.inf
+    shows_path: bool = False
+    rebooted_s: float = -math.inf
+
+    @property
+    def copter(self) -> bool:
+        """Whether it is a multicopter."""
+        return self.craft.kind == "copter"
+
+    @property
+    def hovers(self) -> bool:
+        """Whether it can stand still."""
+        return self.craft.kind != "plane"
+
+    @property
+    def speed_m_s(self) -> float:
+        """True speed."""
+        return math.hypot(*self.truth.velocity_enu_m_s)
+
+    @property
+    def flown(self) -> Goal:
+        """The goal that is flown, or one that never was."""
+        return self.active or NO_GOAL
+
+    @property
+    def left_s(self) -> float:
+        """When the last goal ended, or the server began."""
+        ended_s = -math.inf if self.last is None else self.last.ended_s
+        return max(ended_s if math.isfinite(ended_s) else -math.inf, self.server_s)
+
+    def goal(self, goal_id: str) -> Goal:
+        """Return an accepted goal, or one that never was."""
+        return self.goals.get(goal_id, NO_GOAL)
+
+    def calm(self, now_s: float, for_s: float) -> bool:
+        """Whether nothing went wrong, and nobody took over, for a while."""
+        return (
+            not self.troubled
+            and now_s - self.trouble_s > for_s
+            and now_s - self.taken_s > for_s
+            and now_s >= self.stalled_until_s + for_s
+        )
+
+
+class Course:
+    """Keeps a view for each vehicle, entry by entry."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Begin."""
+        wind_m_s = math.hypot(*scenario.wind_ned_m_s)
+        self.views = [
+            View(
+                craft,
+                make_config({"arming": "auto", **craft.server}),
+                wind_m_s,
+                scenario.gust_m_s,
+            )
+            for craft in scenario.crafts
+        ]
+
+    def take(self, entry: Entry) -> View:
+        """Go on by an entry; return the view of its vehicle."""
+        view = self.views[entry.craft]
+        getattr(self, f"_{entry.kind}")(view, entry.value, entry.time_s)
+        return view
+
+    def _truth(self, view: View, truth: Truth, now_s: float) -> None:
+        rises = view.truth.on_ground and not truth.on_ground and view.craft.autopilot == "px4"
+        if truth.armed and (rises or not view.truth.armed):
+            view.home_enu_m = truth.position_enu_m[:2]
+        if truth.mode != view.truth.mode:
+            view.mode_s = now_s
+        if truth.collided:
+            view.hit_s = min(view.hit_s, now_s)
+        view.truth = truth
+        view.recent.append((now_s, truth))
+        while view.recent[0][0] < now_s - 3.0:
+            view.recent.popleft()
+        if view.active is not None and view.troubled:
+            view.active.disturbed = True
+
+    def _asked(self, view: View, asked: Asked, now_s: float) -> None:
+        view.asked_s = now_s
+        if asked.goal_id:
+            goal = view.goals[asked.goal_id] = Goal(asked.goal_id, asked.request, now_s)
+            goal.begun = view.truth
+            goal.disturbed = bool(view.troubled) or now_s - view.taken_s < 3.0
+            if view.active is not None:
+                view.last = view.active
+            view.active = goal
+
+    def _sent(self, view: View, message: Message, now_s: float) -> None:
+        view.sent_s.append(now_s)
+        while view.sent_s[0] < now_s - 1.0:
+            view.sent_s.popleft()
+        kind = message.get_type()
+        if view.active is not None:
+            view.active.stored |= kind == "MISSION_COUNT"
+            view.active.cleared |= kind == "MISSION_CLEAR_ALL"
+        if kind == "MISSION_COUNT" and message.mission_type == 0:
+            view.items, view.item_speed_m_s = {}, math.inf
+            view.stored_for = view.flown.request
+        elif kind == "MISSION_ITEM_INT" and message.mission_type == 0:
+            if message.command == mavlink.MAV_CMD_DO_CHANGE_SPEED and math.isinf(
+                view.item_speed_m_s
+            ):
+                view.item_speed_m_s = message.param2
+            view.items[message.seq] = (message.x, message.y)
+        elif kind in SETPOINTS:
+            view.before, view.before_s = view.setpoint, view.setpoint_s
+            view.setpoint, view.setpoint_s = message, now_s
+
+    def _output(self, view: View, output: Any, now_s: float) -> None:
+        if isinstance(output, GoalFinished):
+            goal = view.goals.get(output.goal_id)
+            if goal is not None:
+                goal.ends.append(output)
+                goal.ended_s = min(goal.ended_s, now_s)
+                if view.active is goal:
+                    view.last, view.active = goal, None
+        elif isinstance(output, GoalFeedback):
+            goal = view.goals.get(output.goal_id)
+            if goal is not None:
+                goal.feedback, goal.feedback_s = output, now_s
+                goal.paused |= output.status is Status.PAUSED
+        elif isinstance(output, GoalHappened):
+            goal = view.goals.get(output.goal_id)
+            if goal is not None:
+                goal.happened.append(output.event)
+        elif isinstance(output, ServiceDone):
+            view.answered_s = now_s
+        elif isinstance(output, PlanChanged):
+            view.shows_path = bool(output.path_enu_m)
+
+    def _happening(self, view: View, event: Event, now_s: float) -> None:
+        what, goal = event.what, view.active
+        if view.craft.signed and not event.how.get("signed", True):
+            return
+        if goal is not None and (what in _TAKERS | _TROUBLE | _STORING):
+            goal.disturbed = True
+        if what in _TAKERS:
+            view.taken_before_s, view.taken_s = view.taken_s, now_s
+        if what in _TROUBLE:
+            view.trouble_s = now_s
+            self._trouble(view, what, event.how, now_s)
+        if what == "mended":
+            if view.troubled & _OVER.keys():
+                view.trouble_s = now_s
+            view.troubled -= _OVER.keys()
+        elif what == "serve":
+            view.served_s = now_s
+        elif what == "shut_down":
+            view.shut_down_s = now_s
+        elif goal is not None:
+            _note_client(goal, what, now_s)
+
+    @staticmethod
+    def _trouble(view: View, what: str, how: dict[str, Any], now_s: float) -> None:
+        if what == "stall":
+            view.stalled_until_s = max(view.stalled_until_s, now_s + how["seconds"])
+            return
+        if what == "reboot":
+            view.rebooted_s = now_s
+        if what in ("noise", "station_arm", "reboot", "kill", "pilot_throttle"):
+            return
+        if what in _OVER and _OVER[what](how):
+            view.troubled.discard(what)
+        else:
+            view.troubled.add(what)
+
+    def _size(self, view: View, size: tuple[str, int], now_s: float) -> None:
+        """Nothing to keep."""
+
+    def _recorded(self, view: View, ends: dict[str, tuple[str, str]], now_s: float) -> None:
+        """Nothing to keep."""
+
+    def _server(self, view: View, what: str, now_s: float) -> None:
+        view.server = what == "started"
+        if view.server:
+            view.server_s = now_s
+            view.shut_down_s = math.inf
+        view.setpoint = view.before = None
+        view.shows_path = False
+        view.active = view.last = None
+        view.goals = {}
+        view.stalled_until_s = -math.inf
+        if what == "killed":
+            view.taken_s = now_s
+
+
+def _note_client(goal: Goal, what: str, now_s: float) -> None:
+    if what == "cancel":
+        goal.cancel_s = min(goal.cancel_s, now_s)
+    elif what == "pause":
+        goal.paused_s = now_s
+    elif what == "resume":
+        goal.paused_s = math.inf
+
+
+def speed_of(message: Message) -> float:
+    """The speed that a setpoint asks for; 0 where its mask ignores velocity."""
+    if message.type_mask & mavlink.POSITION_TARGET_TYPEMASK_VX_IGNORE:
+        return 0.0
+    return math.hypot(message.vx, message.vy, message.vz)

@@ -1,0 +1,357 @@
+"""Defects written by hand, each a mistake that a programmer makes. `mutants` hunts them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Mutant(NamedTuple):
+    """A defect.
+
+    Attributes:
+        name: what is wrong.
+        module: where.
+        sound: the source as it is; once in the module.
+        broken: what stands there instead.
+    """
+
+    name: str
+    module: str
+    sound: str
+    broken: str
+
+
+_BRIDGE = "navigation_bridge.bridge"
+_REPORT = "navigation_bridge.reporting"
+_GUARD = "navigation_bridge.supervision.guard"
+_FLIGHT = "navigation_core.tasks.flying.flight"
+_STOPPING = "navigation_core.tasks.flying.stopping"
+_ARRIVAL = "navigation_core.tasks.flying.arrival"
+_VEHICLE = "mavlink_vehicle.vehicle"
+_STREAM = "mavlink_vehicle.protocols.setpoint_stream"
+_POINTS = "navigation_bridge.goals.point_requests"
+_PLAN = "navigation_bridge.goals.mission_plan"
+_RULES = "navigation_bridge.supervision.station_rules"
+_STATIONS = "navigation_bridge.supervision.stations"
+_PARKING = "navigation_bridge.supervision.parking"
+_MISSION = "navigation_core.tasks.watching.mission"
+_LED = "navigation_core.tasks.watching.vehicle_led"
+
+MUTANTS: tuple[Mutant, ...] = (
+    Mutant("a cancel is forgotten", _BRIDGE, "            goal.begin_cancel(now)\n", ""),
+    Mutant(
+        "a goal goes on after its end", _BRIDGE,
+        "        self._goal = None\n        outcome = self._stations.name(outcome, now)",
+        "        outcome = self._stations.name(outcome, now)",
+    ),
+    Mutant(
+        "a replaced goal has no end", _BRIDGE,
+        "            self._report.ended(previous, replaced, now)\n", "            pass\n",
+    ),
+    Mutant("a pilot is not noticed", _BRIDGE,
+           "            self._stations.take_away(goal, event, now)",
+           "            pass"),
+    Mutant("a restart is not noticed", _BRIDGE,
+           '        self._abandon(OutcomeCode.VEHICLE_REBOOTED, text, now)', "        pass"),
+    Mutant("a lost link is waited for for ever", _BRIDGE,
+           "        elif silence_s >= self._config.link_lost_abort_s:", "        elif False:"),
+    Mutant("a lost link is not reported", _BRIDGE,
+           "            return replace(progress, status=Status.LINK_LOST)",
+           "            return progress"),
+    Mutant("a shut-down does nothing", _BRIDGE,
+           "        self._stop_for(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)",
+           "        pass"),
+    Mutant("a pause is not passed on", _BRIDGE, "        rejection = goal.task.pause(now)",
+           "        rejection = None"),
+    Mutant("arming is not asked about", _BRIDGE,
+           "        if service is Service.ARM and not self._config.goto.may_leave_ground:",
+           "        if False:"),
+    Mutant("a service lets the goal go on", _BRIDGE,
+           "            self._end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)",
+           "            pass"),
+    Mutant("the vehicle is left with a velocity", _BRIDGE,
+           "        if (moving or velocity_only(vehicle.profile)) and vehicle.stream_open:",
+           "        if False:"),
+    Mutant("feedback stops without positions", _BRIDGE,
+           "        if goal is not None and now >= self._feedback_deadline(goal):",
+           "        if False:"),
+    Mutant("steps are twice as long", _BRIDGE,
+           "goal.next_step_s, self._config.setpoint_period_s, now)",
+           "goal.next_step_s, 20.0 * self._config.setpoint_period_s, now)"),
+    Mutant("the setpoint goes on in another mode", _BRIDGE,
+           "        if goal.takeover is not None:\n            goal.takeover",
+           "        if False:\n            goal.takeover"),
+    Mutant("an end has no code", _REPORT, "        finished = goal.finish(outcome,",
+           "        outcome = Outcome(outcome.code, '', None)\n"
+           "        finished = goal.finish(outcome,"),
+    Mutant("the result comes twice", _REPORT, "        self._outputs.append(finished)\n",
+           "        self._outputs.append(finished)\n        self._outputs.append(finished)\n"),
+    Mutant("the time remaining is negative", _REPORT,
+           "time_remaining_s=progress.time_remaining_s,",
+           "time_remaining_s=progress.time_remaining_s - 5.0,"),
+    Mutant("the battery is in per cent", _REPORT,
+           "None if state.battery is None else state.battery.remaining,",
+           "None if state.battery is None or state.battery.remaining is None\n"
+           "                else 100.0 * state.battery.remaining,"),
+    Mutant("the path stays after the end", _REPORT, "        if goal.path_enu_m:\n"
+           "            self._outputs.append(PlanChanged(()))\n", ""),
+    Mutant("a service gets no answer", _REPORT,
+           "        self._outputs.append(ServiceDone(number, success, message))", "        pass"),
+    Mutant("a mode left is no end", _FLIGHT, "        if not observation.in_control:",
+           "        if False:"),
+    Mutant("a disarmed vehicle flies on", _FLIGHT, "        if not observation.armed:",
+           "        if False:"),
+    Mutant("a cancel is not obeyed", _FLIGHT,
+           "        if self._cancel_asked and self._phase not in _STOPPING:", "        if False:"),
+    Mutant("a pause is not obeyed", _FLIGHT,
+           "        elif self._pause_asked and self._phase in _PAUSABLE:", "        elif False:"),
+    Mutant("positions are not missed", _FLIGHT,
+           "        if not is_located(observation, self._config.position_stale_s):\n"
+           "            return self._lose_position(observation)\n"
+           "        if self._follower.is_stale or", "        if self._follower.is_stale or"),
+    Mutant("obstacles are not braked for", _FLIGHT,
+           "        elif self._avoider is not None and "
+           "not self._avoider.keeps_going(observation, now):", "        elif False:"),
+    Mutant("a cancel ends at speed", _STOPPING,
+           "        if still and commanded_m_s < _STANDS_M_S:", "        if True:"),
+    Mutant("arrived is anywhere", _ARRIVAL,
+           "        return error_m is not None and error_m <= self.radius_m",
+           "        return error_m is not None"),
+    Mutant("arrived is at any speed", _ARRIVAL,
+           "        there = self.is_near(observation) and turned",
+           "        there, slow = self.is_near(observation) and turned, True"),
+    Mutant("nothing must brake", "navigation_core.safety.braking",
+           "    if len(obstacles):", "    if False:"),
+    Mutant("no path is in conflict", "navigation_core.planning.conflicts",
+           "    if not len(obstacles) or not len(points_enu_m):", "    if True:"),
+    Mutant("a missing flight ends a comparison", "navigation_core.planning.replanner",
+           "        self.stop(place_enu_m, now)\n        self._planned_s",
+           "        self.not_found(place_enu_m, now)\n        self._planned_s"),
+    Mutant("disarming is forced", _VEHICLE, "ArmGoal(False, force)", "ArmGoal(False, True)"),
+    Mutant("setpoints in any mode", _VEHICLE,
+           "        if not self.in_control_mode and not profile.setpoints_outside_control_mode:",
+           "        if False:"),
+    Mutant("the yaw is not finite", _STREAM,
+           "        yaw=normalize_angle(setpoint.yaw_ned_rad) if",
+           "        yaw=math.nan * normalize_angle(setpoint.yaw_ned_rad) if"),
+    Mutant("velocities are doubled", _STREAM, "        vx=velocity[0],",
+           "        vx=2.0 * velocity[0],"),
+    Mutant("velocities climb", _STREAM, "        vz=velocity[2],", "        vz=velocity[2] - 4.0,"),
+    Mutant("the frame is another", _STREAM,
+           "        coordinate_frame=frame,", "        coordinate_frame=12,"),
+    Mutant("nobody is addressed", _STREAM,
+           "        target_system=address.target_system,", "        target_system=0,"),
+    Mutant("the stream is never closed", _STREAM,
+           "        return mask\n", "        return mask & ~IGNORE_ACCELERATION\n"),
+    Mutant("bad numbers are accepted", "navigation_bridge.tasks.admission",
+           "        if rejection is not None:\n            return rejection\n", ""),
+    Mutant("a rejection says nothing", "navigation_bridge.tasks.admission",
+           'is active and on_new_goal is \'reject\'; cancel it first.",', 'is active",'),
+    Mutant("the volume is not watched", _GUARD,
+           "        if memory.inside and left_m > _LEFT_M:", "        if False:"),
+    # --- guard and admission
+    Mutant("the fence is not checked", _GUARD,
+           "            rejection = self._check_fence(fence, plan, 0, margin_m, plan.laps > 1)",
+           "            rejection = None"),
+    Mutant("the volume is not checked", "navigation_core.safety.target_checks",
+           "    if radius_m > volume.radius_max_m:",
+           "    if False:"),
+    Mutant("two goals at once", "navigation_bridge.tasks.admission",
+           "    if active_goal_id is not None and not config.replace_active_goal:",
+           "    if False:"),
+    Mutant("a goal before the first position", "navigation_bridge.tasks.admission",
+           "    if pose is None or position is None:", "    if position is None:"),
+    Mutant("base_link is about the origin", _POINTS,
+           "            pose.position_enu_m[0] + offset[0],", "            offset[0],"),
+    Mutant("base_link is not turned back to ENU", _POINTS,
+           "            pose.position_enu_m[1] + offset[1],",
+           "            pose.position_enu_m[1] - offset[1],"),
+    Mutant("the goal's speed is not used", _POINTS,
+           "        speed = min(request.max_speed_m_s, speed_max_m_s)",
+           "        speed = speed_max_m_s"),
+    Mutant("the server's speed is no limit", _POINTS,
+           "        speed = min(request.max_speed_m_s, speed_max_m_s)",
+           "        speed = max(request.max_speed_m_s, speed_max_m_s)"),
+    Mutant("infinity is a number", _POINTS,
+           "for name, number in numbers.items() if not math.isfinite(number)]",
+           "for name, number in numbers.items() if math.isnan(number)]"),
+    Mutant("laps are counted from none", "navigation_bridge.tasks.navigate_waypoints",
+           "    route = Route(waypoints, max(request.laps, 1))",
+           "    route = Route(waypoints, request.laps)"),
+    # --- ground stations, take-overs, parking, positions
+    Mutant("a removed mission is only noted", _RULES,
+           "    return Consequence.CANCEL\n", "    return Consequence.NOTE\n"),
+    Mutant("a station's pause is not passed on", _STATIONS,
+           "        goal.paused_by = sentence\n        goal.task.pause(now)\n",
+           "        goal.paused_by = sentence\n"),
+    Mutant("a station cannot resume", _STATIONS, "            goal.task.unpause(now)\n",
+           "            pass\n"),
+    Mutant("the stream stays open for a pilot", _STATIONS,
+           "        self._vehicle.close_stream()\n        goal.next_step_s = "
+           "min(goal.next_step_s, now)\n\n    def _stopped(",
+           "        goal.next_step_s = min(goal.next_step_s, now)\n\n    def _stopped("),
+    Mutant("a take-over is never judged", "navigation_bridge.vehicle.takeover",
+           "        if now - self.seen_s < _JUDGE_S:", "        if now - self.seen_s >= 0.0:"),
+    Mutant("every pilot is a failsafe", "navigation_bridge.vehicle.takeover",
+           "        if failsafe is None and state.system_status < _MAV_STATE_CRITICAL:",
+           "        if failsafe is None and state.system_status > _MAV_STATE_CRITICAL:"),
+    Mutant("the stream ends before the vehicle holds", _PARKING,
+           "        return None if self._setpoint is None else self._next_s",
+           "        return None"),
+    Mutant("parking never lets go", _PARKING,
+           "        self.give_up()\n        self._vehicle.close_stream()\n        return True",
+           "        return True"),
+    Mutant("jumps of old goals count", "navigation_bridge.supervision.position_watch",
+           "        goal.doubt.jumps_ned_m = self._trust.jump_ned_m", "        pass"),
+    # --- missions
+    Mutant("latitude is longitude", _PLAN,
+           "        x, y = round(latitude_deg * 1e7), round(longitude_deg * 1e7)",
+           "        y, x = round(latitude_deg * 1e7), round(longitude_deg * 1e7)"),
+    Mutant("an altitude is that above the sea", _PLAN,
+           "            frame, altitude_m = RELATIVE_ALT, altitude_m - self._home_amsl_m",
+           "            frame = RELATIVE_ALT"),
+    Mutant("a mission does not wait", _PLAN,
+           "        stay_s = float(math.ceil(waypoint.hold_time_s))", "        stay_s = 0.0"),
+    Mutant("a mission has its own speed", _PLAN,
+           "            if wanted_m_s is not None and wanted_m_s != speed_m_s:",
+           "            if wanted_m_s is not None and wanted_m_s == speed_m_s:"),
+    Mutant("home is an item", _PLAN,
+           "        index = min(max(mission.current - offset, 0), count - 1)",
+           "        index = min(max(mission.current, 0), count - 1)"),
+    Mutant("a mission is not removed", _MISSION,
+           "        if not self._stored or changed:\n", "        if self._stored or changed:\n"),
+    Mutant("a mission cannot be paused", _MISSION,
+           "        if self._pause_asked or observation.position_doubt:\n"
+           "            self._go(MissionPhase.PAUSING, now)",
+           "        if observation.position_doubt:\n"
+           "            self._go(MissionPhase.PAUSING, now)"),
+    Mutant("a disarmed mission goes on", _MISSION,
+           '            text = "The vehicle was disarmed during its mission."\n'
+           "            return Outcome(OutcomeCode.DISARMED, text, None)",
+           "            return Wait()"),
+    Mutant("a mission is over anywhere",
+           "navigation_core.tasks.watching.mission_measures",
+           "        if report is None or not report.complete or error_m is None or error_m > "
+           "self._arrival_m():", "        if report is None or error_m is None:"),
+    Mutant("the last item is never asked for", "mavlink_vehicle.protocols.mission.mission_upload",
+           "        elif message.seq < len(self._items):",
+           "        elif message.seq < len(self._items) - 1:"),
+    Mutant("skipped waypoints count", "navigation_core.tasks.watching.mission_progress",
+           "        return tuple(i for i in range(self.current) if i not in self._reached)",
+           "        return tuple(range(self.current + 1))"),
+    # --- landing, return
+    Mutant("a landing is over in the air", _LED,
+           "        return not observation.armed and not is_airborne(",
+           "        return not is_airborne("),
+    Mutant("a return is over where it begins", _LED,
+           "        return slow and home_m <= self._arrival_m()", "        return slow"),
+    # --- obstacles and paths
+    Mutant("the last look at a path is left out", "navigation_core.planning.planner",
+           "    return path is not None and bool(obstacles.are_clear(path[:-1], path[1:], "
+           "clearance_m).all())", "    return path is not None"),
+    Mutant("the vehicle has no size", "navigation_bridge.goals.obstacle_admission",
+           "        vehicle_radius_m=config.vehicle_radius_m,\n        margin_m=config.margin_m,",
+           "        vehicle_radius_m=0.0,\n        margin_m=0.0,"),
+    Mutant("obstacles are always far", "navigation_core.planning.planner",
+           "    if not turns and obstacles.is_clear(start_enu_m, goal_enu_m, clearance_m):",
+           "    if not turns:"),
+    Mutant("a blocked path is waited at for ever", "navigation_core.planning.replanner",
+           "        if self.blocked_for_s(now) > self._rules.blocked_timeout_s:",
+           "        if self.blocked_for_s(now) < 0.0:"),
+    Mutant("a silent sensor is trusted", "navigation_core.tasks.leading.avoider",
+           "        self._is_silent = not age_s <= self._config.sensor_timeout_s",
+           "        self._is_silent = False"),
+    # --- the vehicle and its protocols
+    Mutant("east is north", "mavlink_vehicle.positions.frames",
+           "    east, north, up = vector_enu\n", "    north, east, up = vector_enu\n"),
+    Mutant("a stranger is the vehicle", "mavlink_vehicle.vehicle_core",
+           "        if header.srcComponent != before.component_id or (\n"
+           "            header.srcSystem != before.system_id and before.system_id != 0\n"
+           "        ):", "        if header.srcComponent != before.component_id:"),
+    Mutant("a command is sent once", "mavlink_vehicle.protocols.operations.command",
+           "        self._last_attempt = sent_before + timing.retries + 1",
+           "        self._last_attempt = sent_before + 1"),
+    Mutant("any answer is ours", "mavlink_vehicle.protocols.operations.command",
+           "        or message.command != command\n", ""),
+    Mutant("a rejection is an end at once", "mavlink_vehicle.protocols.operations.operations",
+           "        return (\n            self._connected\n            and heard_s is not None",
+           "        return (\n            heard_s is not None"),
+    Mutant("an operation never ends", "mavlink_vehicle.protocols.operations.operations",
+           "        elif now >= self._limit_s:\n", "        elif now < self._limit_s - 1e9:\n"),
+    Mutant("silence is never noticed", "mavlink_vehicle.protocols.heartbeat",
+           "        if now >= self._deadline:\n", "        if now > self._deadline + 1e9:\n"),
+    Mutant("a take-off is over on the ground",
+           "mavlink_vehicle.protocols.operations.takeoff_goal",
+           "        return height_m >= enough_m and slow", "        return slow"),
+    Mutant("a take-off is as high as the sea",
+           "mavlink_vehicle.protocols.operations.takeoff_goal",
+           "math.nan, math.nan, math.nan, ground_m + self.height_m)",
+           "math.nan, math.nan, math.nan, self.height_m)"),
+    Mutant("a heading is in degrees", _STREAM,
+           "        yaw=normalize_angle(setpoint.yaw_ned_rad) if",
+           "        yaw=math.degrees(setpoint.yaw_ned_rad) if"),
+)  # fmt: skip
+
+
+REASONS = {
+    "a pilot is not noticed": "the task sees the mode by itself and ends with the same code",
+    "arming is not asked about": "no seed calls the arm service with `arming` never and no goal",
+    "the vehicle is left with a velocity": "goals end at a stand or in another mode",
+    "the setpoint goes on in another mode": "the task sees the mode by itself",
+    "positions are not missed": "the doubt about a position has the vehicle hold before",
+    "obstacles are not braked for": "paths keep clear; the brake is behind them",
+    "nothing must brake": "paths keep clear; the brake is behind them",
+    "no path is in conflict": "the brake stops the vehicle, and another path is looked for",
+    "arrived is at any speed": "who stays within the radius for the dwell is slow",
+    "setpoints in any mode": "nobody offers a setpoint in another mode",
+    "the stream is never closed": "it adds an acceleration of zero, which changes no flight",
+    "the volume is not watched": "no seed has a vehicle carried out of its volume",
+    "the fence is not checked": "no seed has a target beyond its fence",
+    "a goal before the first position": "scenarios begin with a position",
+    "base_link is not turned back to ENU": "the truth has no heading; the distance is the same",
+    "the stream stays open for a pilot": "the vehicle's interlock refuses setpoints in other modes",
+    "the stream ends before the vehicle holds": "the hold mode comes before COM_OF_LOSS_T",
+    "parking never lets go": "the vehicle's interlock ends it with the mode",
+    "infinity is a number": "the check of the target rejects it with the same code",
+    "the volume is not checked": "the battery's forecast rejects what is far, with its own code",
+    "base_link is about the origin": "such goals begin near the origin in the seeds",
+    "a station's pause is not passed on": "no short seed pauses so with `on_station_pause` pause",
+    "a station cannot resume": "no short seed pauses so with `on_station_pause` pause",
+    "a mission has its own speed": "missions of the seeds are too short for their speed to show",
+    "a mission cannot be paused": "missions of the seeds end or are replaced before it shows",
+    "a disarmed mission goes on": "the vehicle led by its mission ends it with another code",
+    "a mission is over anywhere": "missions of the cheap seeds do not end by themselves",
+    "a return is over where it begins": "no seed ends a drive home",
+    "the last look at a path is left out": "searches keep clear by themselves",
+    "obstacles are always far": "straight paths that hit nothing are searched for, and found",
+    "a blocked path is waited at for ever": "no path is blocked for so long in the seeds",
+    "a silent sensor is trusted": "no sensor of the seeds falls silent beside obstacles",
+    "a command is sent once": "the task asks again",
+    "any answer is ours": "the state must show what was asked for, whatever is answered",
+    "a rejection is an end at once": "no operation ends while the link is lost in the seeds",
+    "an operation never ends": "the task has its own timeout",
+    "a take-off is over on the ground": "other conditions of a take-off hold it up",
+    "a stranger is the vehicle": "its frames do not change what is sent",
+    "east is north": "goals end TIMEOUT, which is judged only of a first one without settings",
+    "jumps of old goals count": "no seed has a goal after a jump that stays",
+    "a lost link is waited for for ever": "links of most short seeds come back before",
+    "a mode left is no end": "the bridge's own watch of the mode ends the goal before",
+    "home is an item": "the number of a waypoint is not compared with the vehicle's",
+    "the last item is never asked for": "the goal ends with a reason, as on a faulty link",
+    "skipped waypoints count": "missions that skip one were disturbed, and anything is right then",
+}
+"""Why some are not found."""
+
+
+def planted(source: str, mutant: Mutant) -> str:
+    """Return a source with a defect.
+
+    Raises:
+        ValueError: the sound text is not there exactly once.
+    """
+    if source.count(mutant.sound) != 1:
+        raise ValueError(
+            f"{mutant.name!r}: its text occurs {source.count(mutant.sound)} times in "
+            f"{mutant.module}; change it in tests/explore/defects.py."
+        )
+    return source.replace(mutant.sound, mutant.broken)

@@ -1,0 +1,322 @@
+"""Makes a scenario from one number."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+from tests.explore.scenario import Craft, Event, Post, Scenario
+
+_HOMES = (
+    (-35.363261, 149.165230, 584.0),
+    (47.397742, 8.545594, 488.0),
+    (0.002, -0.003, 12.0),
+    (-54.8, -68.3, 30.0),
+    (69.65, 18.95, 3.0),
+    (21.3, 179.9995, 5.0),
+)
+_CRAFTS = (
+    *(("copter", "ardupilot"),) * 5,
+    *(("copter", "px4"),) * 4,
+    *(("rover", "ardupilot"),) * 2,
+    ("rover", "px4"),
+    ("boat", "ardupilot"),
+    *(("plane", "ardupilot"),) * 2,
+    ("plane", "px4"),
+)
+_PILOT_MODES = {
+    ("copter", "ardupilot"): ("LOITER", "ALT_HOLD", "STABILIZE", "BRAKE", "RTL", "LAND", "GUIDED"),
+    ("copter", "px4"): ("POSCTL", "ALTCTL", "AUTO.LOITER", "AUTO.RTL", "AUTO.LAND"),
+    ("rover", "ardupilot"): ("MANUAL", "HOLD", "RTL", "GUIDED"),
+    ("boat", "ardupilot"): ("MANUAL", "HOLD", "LOITER", "RTL"),
+    ("rover", "px4"): ("MANUAL", "AUTO.LOITER", "AUTO.RTL"),
+    ("boat", "px4"): ("MANUAL", "AUTO.LOITER"),
+    ("plane", "ardupilot"): ("LOITER", "FLY_BY_WIRE_A", "RTL", "GUIDED"),
+    ("plane", "px4"): ("AUTO.LOITER", "AUTO.RTL", "POSCTL"),
+}
+_SERVER: tuple[tuple[str, tuple[Any, ...]], ...] = (
+    ("arming", ("auto", "auto", "pilot", "never", "never")),
+    ("on_new_goal", ("replace", "reject")),
+    ("on_missed_waypoint", ("continue", "turn_back")),
+    ("setpoint_rate_hz", (5.0, 10.0, 30.0, 50.0)),
+    ("feedback_rate_hz", (2.0, 5.0, 20.0)),
+    ("position_rate_hz", (5.0, 10.0, 50.0)),
+    ("speed_default_m_s", (0.5, 1.0, 5.0, 8.0)),
+    ("speed_max_m_s", (1.0, 4.0, 15.0)),
+    ("speed_up_m_s", (0.5, 3.0)),
+    ("speed_down_m_s", (0.5, 2.0)),
+    ("acceleration_horizontal_m_s2", (0.5, 1.0, 4.0)),
+    ("jerk_m_s3", (1.0, 20.0)),
+    ("yaw_rate_deg_s", (15.0, 120.0)),
+    ("arrival_radius_m", (0.3, 1.0, 3.0)),
+    ("link_lost_abort_s", (4.0, 20.0)),
+    ("position_doubt_timeout_s", (5.0, 20.0)),
+    ("cancel_timeout_s", (3.0, 20.0)),
+    ("takeoff_height_m", (2.0, 5.0)),
+    ("battery_policy", ("reject", "warn", "ignore")),
+    ("volume_radius_m", (60.0, 1000.0)),
+    ("volume_altitude_max_m", (30.0,)),
+    ("blocked_timeout_s", (5.0, 15.0)),
+)
+_LASTS_S = (15.0, 40.0, 80.0, 120.0)
+_ONBOARD: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]] = {
+    ("copter", "ardupilot"): (
+        ("WPNAV_SPEED", (100.0, 1500.0)), ("WPNAV_SPEED_UP", (60.0, 500.0)),
+        ("WPNAV_SPEED_DN", (60.0, 300.0)), ("RTL_ALT", (0.0, 3000.0)),
+        ("FENCE_ENABLE", (1.0,)), ("FENCE_RADIUS", (30.0, 60.0)), ("FS_GCS_ENABLE", (1.0,)),
+        ("BATT_LOW_MAH", (1500.0,)),
+    ),
+    ("copter", "px4"): (
+        ("MPC_XY_CRUISE", (2.0, 12.0)), ("MPC_XY_VEL_MAX", (3.0, 15.0)),
+        ("MPC_Z_VEL_MAX_UP", (1.0, 5.0)), ("RTL_RETURN_ALT", (5.0, 60.0)),
+        ("COM_OF_LOSS_T", (0.3, 5.0)), ("NAV_DLL_ACT", (0.0, 2.0)), ("GF_ACTION", (1.0, 2.0)),
+        ("GF_MAX_HOR_DIST", (30.0, 60.0)),
+    ),
+    ("rover", "ardupilot"): (
+        ("WP_SPEED", (0.5, 5.0)), ("WP_RADIUS", (0.5, 5.0)), ("FS_GCS_ENABLE", (1.0,)),
+    ),
+}  # fmt: skip
+_BAD_NUMBERS = (math.nan, math.inf, -math.inf, 1e9, -1e9, 1e-300)
+
+
+class _Author:
+    """Writes one scenario."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng = random.Random(seed)
+        self.seed = seed
+        self.events: list[Event] = []
+        self.crafts: list[Craft] = []
+        self.last_s = self.rng.choice(_LASTS_S)
+        self.mood = self.rng.choice(("clients", "stations", "trouble", "all", "all"))
+
+    def write(self) -> Scenario:
+        rng = self.rng
+        count = rng.choice((1, 1, 1, 1, 1, 2, 2, 3, 4))
+        home = rng.choice(_HOMES)
+        for index in range(count):
+            self.crafts.append(self._craft(home, index))
+        # A plane is guided by its own autopilot, around nothing.
+        alone = count == 1 and self.crafts[0].kind != "plane"
+        posts = self._posts() if rng.random() < 0.25 and alone else ()
+        for index in range(count):
+            self._people(index, bool(posts))
+            if self.mood in ("stations", "all"):
+                self._stations(index)
+            if self.mood in ("trouble", "all"):
+                self._trouble(index)
+        wind = rng.uniform(0.0, 7.0) if rng.random() < 0.4 else 0.0
+        angle = rng.uniform(0.0, math.tau)
+        return Scenario(
+            self.seed,
+            tuple(self.crafts),
+            tuple(sorted(self.events, key=lambda event: event.time_s)),
+            posts,
+            (round(wind * math.cos(angle), 2), round(wind * math.sin(angle), 2), 0.0),
+            round(rng.uniform(0.0, 1.5), 2) if wind else 0.0,
+        )
+
+    def _craft(self, home: tuple[float, float, float], index: int) -> Craft:
+        rng = self.rng
+        kind, autopilot = rng.choice(_CRAFTS)
+        server = {name: rng.choice(values) for name, values in _SERVER if rng.random() < 0.12}
+        if rng.random() < 0.4:
+            server["on_station_pause"] = "pause"
+        if kind == "plane":
+            server["volume_radius_m"] = 3000.0
+            server.pop("volume_altitude_max_m", None)
+        if server.get("speed_default_m_s", 3.0) > server.get("speed_max_m_s", 10.0):
+            server.pop("speed_max_m_s")
+        place = (home[0] + index * 3e-4, home[1], home[2])
+        battery = rng.choice((1.0, 1.0, 1.0, 0.6, 0.3)) if rng.random() < 0.4 else 1.0
+        search_s = rng.choice((0.0, 0.0, 0.1, 0.4, 1.5))
+        specs = _ONBOARD.get((kind, autopilot), ())
+        onboard = {name: rng.choice(values) for name, values in specs if rng.random() < 0.12}
+        if "FENCE_RADIUS" in onboard:
+            onboard["FENCE_ENABLE"] = 1.0
+        signed, chatty = rng.random() < 0.1, rng.random() < 0.25
+        return Craft(kind, autopilot, place, battery, onboard, server, search_s, signed, chatty)
+
+    def _posts(self) -> tuple[Post, ...]:
+        rng = self.rng
+        made = []
+        for _ in range(rng.randrange(3, 25)):
+            at = (round(rng.uniform(-30.0, 30.0), 1), round(rng.uniform(-30.0, 30.0), 1))
+            if math.hypot(*at) > 6.0:
+                made.append(Post(at, round(rng.uniform(0.2, 2.0), 1), 20.0))
+        return tuple(made)
+
+    def _add(self, time_s: float, craft: int, what: str, **how: Any) -> None:
+        self.events.append(Event(round(time_s, 2), craft, what, how))
+
+    def _place(self, craft: int) -> list[float]:
+        rng, kind = self.rng, self.crafts[craft].kind
+        reach_m = 700.0 if kind == "plane" else rng.choice((4.0, 15.0, 15.0, 30.0, 30.0, 90.0))
+        height = {"copter": rng.uniform(1.0, 12.0), "plane": rng.uniform(50.0, 100.0)}.get(
+            kind, 0.0
+        )
+        return [round(rng.uniform(-reach_m, reach_m), 1) for _ in range(2)] + [round(height, 1)]
+
+    def _people(self, craft: int, posts: bool) -> None:
+        rng = self.rng
+        t = rng.uniform(0.0, 3.0)
+        if self.crafts[craft].server.get("arming") == "never":
+            self._add(t, craft, "serve", service="arm", mode="")
+        while t < self.last_s:
+            self._ask(t, craft, posts)
+            if rng.random() < 0.15:
+                self._ask_away_from_home(t + rng.uniform(15.0, 50.0), craft)
+            if rng.random() < 0.3:
+                self._add(t + rng.expovariate(1 / 12.0), craft, "cancel")
+            if rng.random() < 0.2:
+                begun = t + rng.expovariate(1 / 8.0)
+                self._add(begun, craft, "pause")
+                self._add(begun + rng.uniform(0.0, 20.0), craft, "resume")
+            if rng.random() < 0.08:
+                service = rng.choice(("hold", "arm", "disarm", "set_mode"))
+                mode = rng.choice(_PILOT_MODES[self._kind(craft)]) if service == "set_mode" else ""
+                self._add(t + rng.uniform(0.0, 20.0), craft, "serve", service=service, mode=mode)
+            t += rng.choice((0.05, 3.0, 15.0, 40.0, 60.0)) * rng.uniform(0.5, 1.5)
+
+    def _kind(self, craft: int) -> tuple[str, str]:
+        return self.crafts[craft].kind, self.crafts[craft].autopilot
+
+    def _ask_away_from_home(self, t: float, craft: int) -> None:
+        rng = self.rng
+        what = rng.choice(("navigate", "go_home", "land"))
+        if what == "navigate":
+            place = [round(rng.uniform(-8.0, 8.0), 1), round(rng.uniform(-8.0, 8.0), 1), 0.5]
+            self._add(t, craft, what, place=place, frame="base_link")
+        else:
+            self._add(t, craft, what)
+
+    def _ask(self, t: float, craft: int, posts: bool) -> None:
+        rng = self.rng
+        draw = rng.random()
+        avoid = posts and rng.random() < 0.8
+        speed = rng.choice((0.0, 0.0, 0.5, 2.0, 6.0)) if self.crafts[craft].kind != "plane" else 0.0
+        if draw < 0.45:
+            self._add(t, craft, "navigate", place=self._place(craft), speed=speed, avoid=avoid)
+        elif draw < 0.52:
+            place = self._place(craft)
+            place[rng.randrange(3)] = rng.choice(_BAD_NUMBERS)
+            frame = rng.choice(("map", "wgs84", "moon"))
+            self._add(t, craft, "navigate", place=place, frame=frame)
+        elif draw < 0.57:
+            place = [rng.uniform(-8.0, 8.0), rng.uniform(-8.0, 8.0), rng.uniform(-1.0, 2.0)]
+            self._add(t, craft, "navigate", place=place, frame="base_link")
+        elif draw < 0.82:
+            places = [self._place(craft) for _ in range(rng.randrange(1, 5))]
+            mission = rng.random() < 0.4
+            self._add(
+                t, craft, "route", places=places, speed=speed, mission=mission,
+                hold_s=rng.choice((0.0, 0.0, 2.0)), laps=rng.choice((0, 0, 2)),
+                avoid=avoid and not mission,
+            )  # fmt: skip
+        elif draw < 0.88:
+            self._add(t, craft, "takeoff", height=rng.choice((0.0, 2.0, 5.0)))
+        elif draw < 0.94:
+            self._add(t, craft, "land")
+        else:
+            self._add(t, craft, "go_home")
+
+    def _stations(self, craft: int) -> None:
+        rng = self.rng
+        modes = _PILOT_MODES[self._kind(craft)]
+        for _ in range(rng.choice((0, 1, 1, 2, 4))):
+            t, seen = rng.uniform(2.0, self.last_s), rng.random() < 0.6
+            what = rng.choice(
+                ("station_mode", "station_mode", "pilot_mode", "station_pause", "station_clear",
+                 "station_upload", "station_goto", "station_current", "station_arm")
+            )  # fmt: skip
+            if what == "pilot_mode":
+                self._add(t, craft, what, mode=rng.choice(modes))
+            elif what == "station_mode":
+                signed = rng.random() < 0.8
+                self._add(t, craft, what, mode=rng.choice(modes), seen=seen, signed=signed)
+            elif what == "station_pause":
+                self._add(t, craft, what, go_on=False, seen=seen)
+                self._add(t + rng.uniform(1.0, 20.0), craft, what, go_on=True, seen=seen)
+            elif what == "station_upload":
+                self._add(t, craft, what, count=rng.randrange(1, 6), seen=seen)
+            elif what == "station_goto":
+                self._add(t, craft, what, north_m=rng.uniform(-20, 20), height_m=10.0, seen=seen)
+            elif what == "station_current":
+                self._add(t, craft, what, seq=rng.randrange(4), seen=seen)
+            elif what == "station_arm":
+                self._add(t, craft, what, arm=rng.random() < 0.5, seen=seen)
+            else:
+                self._add(t, craft, what, seen=seen)
+
+    def _trouble(self, craft: int) -> None:
+        rng = self.rng
+        for _ in range(rng.choice((0, 1, 1, 2, 3))):
+            t = rng.uniform(0.0, self.last_s)
+            last = t + rng.choice((0.3, 2.0, 6.0, 15.0, 40.0)) * rng.uniform(0.5, 1.5)
+            if rng.random() < 0.65:
+                self._trouble_that_passes(craft, t, last)
+            else:
+                self._trouble_at_once(craft, t)
+
+    def _trouble_that_passes(self, craft: int, t: float, last: float) -> None:
+        rng = self.rng
+        what = rng.choice(
+            ("link", "link", "silence", "gps", "glitch", "radio", "kill", "shut_down", "stuck",
+             "full", "blind")
+        )  # fmt: skip
+        if what == "link":
+            faults = {
+                "loss": rng.choice((0.0, 0.1, 0.3)), "duplicate": rng.choice((0.0, 0.3)),
+                "delay_s": rng.choice((0.0, 0.1, 0.6)), "jitter_s": rng.choice((0.0, 0.3)),
+                "corrupt": rng.choice((0.0, 0.1)),
+            }  # fmt: skip
+            self._add(t, craft, what, **faults)
+            self._add(last, craft, what)
+        elif what == "silence":
+            mute = rng.random() < 0.3
+            self._add(t, craft, what, on=True, mute=mute)
+            self._add(last, craft, what, on=False, mute=mute)
+        elif what in ("gps", "radio"):
+            self._add(t, craft, what, lost=True)
+            self._add(last, craft, what, lost=False)
+        elif what in ("stuck", "full", "blind"):
+            self._add(t, craft, what, on=True)
+            self._add(last, craft, what, on=False)
+        elif what == "glitch":
+            offset = [round(rng.uniform(-60, 60), 1), round(rng.uniform(-60, 60), 1), 0.0]
+            self._add(t, craft, what, offset=offset)
+            if rng.random() < 0.7:
+                self._add(last, craft, what, offset=[0.0, 0.0, 0.0])
+        else:
+            self._add(t, craft, what)
+            if what == "shut_down":
+                self._add(t + 15.0, craft, "kill")
+            begun = max(last, t + 15.5)
+            self._add(begun, craft, "start")
+            if rng.random() < 0.5:
+                self._ask(begun + rng.choice((0.0, 0.3, 3.0)), craft, False)
+
+    def _trouble_at_once(self, craft: int, t: float) -> None:
+        rng = self.rng
+        what = rng.choice(
+            ("battery", "wind", "reboot", "stall", "stall", "stall", "noise", "clock")
+        )
+        if what == "battery":
+            self._add(t, craft, what, share=rng.choice((0.05, 0.15, 0.4)))
+        elif what == "wind":
+            velocity = [round(rng.uniform(-6, 6), 1), round(rng.uniform(-6, 6), 1), 0.0]
+            self._add(t, craft, what, velocity=velocity)
+        elif what == "stall":
+            self._add(t, craft, what, seconds=round(rng.choice((0.3, 1.0, 4.0, 20.0)), 2))
+        elif what == "clock":
+            self._add(t, craft, what, seconds=rng.choice((-3600.0, -2.0, 5.0, 86400.0)))
+        elif what == "noise":
+            self._add(t, craft, what, seed=rng.randrange(1000), count=rng.randrange(1, 40))
+        else:
+            self._add(t, craft, what)
+
+
+def scenario_of(seed: int) -> Scenario:
+    """Make a scenario; the same number gives the same one."""
+    return _Author(seed).write()

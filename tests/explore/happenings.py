@@ -1,0 +1,300 @@
+"""What people do and what goes wrong: the actions that an event of a scenario names.
+
+Each takes the ship and the event's arguments. What takes a while ends with another event.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+
+from mavlink_sitl.links.faults import LinkFaults
+from mavlink_vehicle.codec import make, mavlink
+from navigation_bridge.goals.requests import (
+    LandRequest,
+    NavigateRequest,
+    ReturnRequest,
+    TakeoffRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
+from navigation_bridge.services import Service
+from tests.explore.exploration import Ship
+
+_FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
+
+Action = Callable[..., None]
+
+
+# --- ROS clients ---------------------------------------------------------------------------
+
+
+def navigate(
+    ship: Ship,
+    place: list[float],
+    speed: float = 0.0,
+    frame: str = "map",
+    avoid: bool = False,
+    orientation: list[float] | None = None,
+) -> None:
+    """A Navigate goal; the numbers may be anything."""
+    x, y, z = (float(v) for v in place)
+    a, b, c, d = orientation or _FACING_AHEAD
+    ship.ask(NavigateRequest(frame, (x, y, z), (a, b, c, d), avoid, float(speed)))
+
+
+def route(
+    ship: Ship,
+    places: list[list[float]],
+    speed: float = 0.0,
+    hold_s: float = 0.0,
+    radius: float = 0.0,
+    laps: int = 0,
+    mission: bool = False,
+    avoid: bool = False,
+) -> None:
+    """A NavigateWaypoints goal, flown by setpoints or as a mission."""
+    waypoints = tuple(
+        WaypointRequest(
+            (float(p[0]), float(p[1]), float(p[2])),
+            acceptance_radius_m=radius,
+            hold_time_s=hold_s,
+        )
+        for p in places
+    )
+    ship.ask(WaypointsRequest(waypoints, mission, laps, speed, avoid))
+
+
+def takeoff(ship: Ship, height: float = 0.0) -> None:
+    """A Takeoff goal."""
+    ship.ask(TakeoffRequest(float(height)))
+
+
+def land(ship: Ship) -> None:
+    """A Land goal."""
+    ship.ask(LandRequest())
+
+
+def go_home(ship: Ship) -> None:
+    """A ReturnToLaunch goal."""
+    ship.ask(ReturnRequest())
+
+
+def cancel(ship: Ship) -> None:
+    """Cancel the active goal."""
+    server = ship.server
+    if server is not None and server.active:
+        server.bridge.cancel_goal(server.active, ship.now_s)
+        server.collect()
+
+
+def pause(ship: Ship) -> None:
+    """Call the pause service."""
+    if ship.server is not None:
+        ship.server.bridge.pause(ship.now_s)
+        ship.server.collect()
+
+
+def resume(ship: Ship) -> None:
+    """Call the resume service."""
+    if ship.server is not None:
+        ship.server.bridge.resume(ship.now_s)
+        ship.server.collect()
+
+
+def serve(ship: Ship, service: str, mode: str = "") -> None:
+    """Call hold, arm, disarm or set_mode."""
+    if ship.server is not None:
+        ship.server.bridge.serve(ship.next_number(), Service(service), ship.now_s, mode)
+        ship.server.collect()
+
+
+# --- ground stations and the pilot -----------------------------------------------------------
+
+
+def _command(ship: Ship, command: int, *values: float, seen: bool, signed: bool = True) -> None:
+    fields = {f"param{place}": value for place, value in enumerate(values, start=1)}
+    message = make("COMMAND_LONG", **ship.address, command=command, **fields)
+    ship.hear_station(message, seen, signed)
+
+
+def station_mode(ship: Ship, mode: str, seen: bool = True, signed: bool = True) -> None:
+    """A ground station, with the key or without, changes the mode, through the server or not."""
+    parts = ship.mode_parameters(mode)
+    _command(ship, mavlink.MAV_CMD_DO_SET_MODE, 1.0, *parts, seen=seen, signed=signed)
+
+
+def station_pause(ship: Ship, go_on: bool = False, seen: bool = True) -> None:
+    """DO_PAUSE_CONTINUE."""
+    _command(ship, mavlink.MAV_CMD_DO_PAUSE_CONTINUE, float(go_on), seen=seen)
+
+
+def station_arm(ship: Ship, arm: bool, seen: bool = True) -> None:
+    """A ground station arms or disarms."""
+    _command(ship, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, float(arm), seen=seen)
+
+
+def station_clear(ship: Ship, seen: bool = True) -> None:
+    """MISSION_CLEAR_ALL."""
+    ship.hear_station(make("MISSION_CLEAR_ALL", **ship.address), seen)
+
+
+def station_current(ship: Ship, seq: int, seen: bool = True) -> None:
+    """MISSION_SET_CURRENT."""
+    ship.hear_station(make("MISSION_SET_CURRENT", **ship.address, seq=seq), seen)
+
+
+def station_upload(ship: Ship, count: int, seen: bool = True) -> None:
+    """Announce another mission, and send its items without waiting for requests."""
+    latitude, longitude, _ = ship.craft.home
+    ship.hear_station(make("MISSION_COUNT", **ship.address, count=count), seen)
+    for seq in range(count):
+        item = make(
+            "MISSION_ITEM_INT", **ship.address, seq=seq, frame=6, command=16, autocontinue=1,
+            param4=math.nan, x=round(latitude * 1e7) + 300 * seq, y=round(longitude * 1e7), z=20.0,
+        )  # fmt: skip
+        ship.hear_station(item, seen)
+
+
+def station_goto(ship: Ship, north_m: float, height_m: float, seen: bool = True) -> None:
+    """DO_REPOSITION."""
+    latitude, longitude, altitude = ship.craft.home
+    message = make(
+        "COMMAND_INT", **ship.address, frame=0, command=mavlink.MAV_CMD_DO_REPOSITION, param1=-1.0,
+        param2=1.0, param4=math.nan, x=round((latitude + north_m / 111_000.0) * 1e7),
+        y=round(longitude * 1e7), z=altitude + height_m,
+    )  # fmt: skip
+    ship.hear_station(message, seen)
+
+
+def pilot_mode(ship: Ship, mode: str) -> None:
+    """The pilot turns the mode switch."""
+    ship.sim.pilot_mode_change(mode)
+
+
+def pilot_throttle(ship: Ship, pulse_us: int) -> None:
+    """The pilot moves the throttle stick."""
+    ship.sim.pilot_throttle(pulse_us)
+
+
+# --- trouble ---------------------------------------------------------------------------------
+
+
+def link(ship: Ship, **faults: float) -> None:
+    """Make the link bad; no faults mend it."""
+    ship.sim.link.set_faults(LinkFaults(**faults) if faults else None)
+
+
+def silence(ship: Ship, on: bool, mute: bool = False) -> None:
+    """Cut the link, in one direction or both."""
+    if mute:
+        ship.sim.link.mute = on
+    else:
+        ship.sim.link.silent = on
+
+
+def full(ship: Ship, on: bool) -> None:
+    """The server's send buffer is full: what it sends is dropped."""
+    ship.full = on
+
+
+def stuck(ship: Ship, on: bool) -> None:
+    """The estimator is stuck: positions are repeated with new times."""
+    ship.stuck = {} if on else None
+
+
+def blind(ship: Ship, on: bool) -> None:
+    """The range sensors are silent."""
+    ship.blind = on
+
+
+def clock(ship: Ship, seconds: float) -> None:
+    """The clock of the server's computer is set, forward or back."""
+    ship.clock_off_s += seconds
+
+
+def gps(ship: Ship, lost: bool) -> None:
+    """Lose the satellites, or find them."""
+    if lost:
+        ship.sim.lose_gps("explored")
+    else:
+        ship.sim.restore_gps("explored")
+
+
+def glitch(ship: Ship, offset: list[float]) -> None:
+    """Let the receiver be wrong: north, east, down."""
+    north, east, down = (float(v) for v in offset)
+    ship.sim.shift_gps((north, east, down))
+
+
+def battery(ship: Ship, share: float) -> None:
+    """Let the battery have a share of its charge."""
+    ship.sim.set_battery_remaining(share)
+
+
+def radio(ship: Ship, lost: bool) -> None:
+    """Lose the pilot's radio, or find it."""
+    ship.sim.lose_radio(lost)
+
+
+def wind(ship: Ship, velocity: list[float]) -> None:
+    """Another wind on top of the world's: north, east, down."""
+    north, east, down = (float(v) for v in velocity)
+    ship.sim.blow((north, east, down))
+
+
+def reboot(ship: Ship) -> None:
+    """The autopilot restarts where it is."""
+    ship.sim.power_cycle()
+
+
+def stall(ship: Ship, seconds: float) -> None:
+    """The server's process stands still; what arrives waits."""
+    if ship.server is not None:
+        ship.server.stalled_until_s = ship.now_s + seconds
+
+
+def kill(ship: Ship) -> None:
+    """The server is killed."""
+    ship.kill_server()
+
+
+def start(ship: Ship) -> None:
+    """The server is started again."""
+    ship.start_server()
+
+
+def shut_down(ship: Ship) -> None:
+    """The server is asked to end."""
+    if ship.server is not None:
+        ship.server.bridge.shut_down(ship.now_s)
+        ship.server.collect()
+
+
+def noise(ship: Ship, seed: int, count: int) -> None:
+    """Bytes that are no frames, and frames of a stranger, arrive at the server."""
+    rng = random.Random(seed)
+    for _ in range(count):
+        if rng.random() < 0.5:
+            data = rng.randbytes(rng.randrange(1, 60))
+        else:
+            message = make(
+                "HEARTBEAT", type=rng.randrange(30), autopilot=rng.choice((3, 8, 12)),
+                base_mode=rng.randrange(256), custom_mode=rng.randrange(30),
+                system_status=rng.randrange(9), mavlink_version=3,
+            )  # fmt: skip
+            data = ship.hostile.encode(message)
+        ship.foreign.append(data)
+
+
+ACTIONS: dict[str, Action] = {
+    action.__name__: action
+    for action in (
+        *(navigate, route, takeoff, land, go_home, cancel, pause, resume, serve),
+        *(station_mode, station_pause, station_arm, station_clear, station_current),
+        *(station_upload, station_goto, pilot_mode, pilot_throttle),
+        *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),
+        *(clock, stall, kill, start, shut_down, noise),
+    )
+}

@@ -1,0 +1,284 @@
+"""Hunts defects: flies the seeds that reach the changed statement, until a policy is violated.
+
+Each defect has a process of its own, which parts from one that has imported all but the product.
+Its flights are compared with those of the sound sources: equal hashes mean that the defect changed
+nothing that was sent or reported.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import multiprocessing
+import signal
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from itertools import zip_longest
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import CodeType
+
+from tests.explore.coverage import Reached, import_what_stays, reach, statement_lines
+from tests.explore.generate import scenario_of
+from tests.explore.planting import plant, source_of
+from tests.explore.scenario import Scenario
+
+BUDGET = 12
+GROUNDS = 160
+_SHORT_S = 60.0
+_CALM_FROM = 6000
+_GOALS = ("navigate", "route", "takeoff", "land", "go_home")
+_LED = ("navigate", "route")
+_SOON_S = (3.0, 15.0)
+_ALONE_S = 13.0
+# A flight that takes this many times as long as the sound one is cut off.
+_PATIENCE = 4.0
+_PATIENCE_S = 3.0
+# What a line executed by another kind of vehicle is worth, and one elsewhere in the module.
+_KIND, _BESIDE, _LITTLE = 0.03, 0.01, 0.05
+_BY_TIME = "takes four times as long"
+_BY_IMPORT = "cannot be imported"
+
+
+@dataclass(frozen=True)
+class Defect:
+    """A changed module.
+
+    Attributes:
+        name: what is wrong.
+        module: where.
+        source: its whole source, changed.
+    """
+
+    name: str
+    module: str
+    source: str
+
+    @property
+    def line(self) -> int:
+        """The first line that differs, from 1."""
+        pairs = zip_longest(source_of(self.module).split("\n"), self.source.split("\n"))
+        return next(n for n, (sound, broken) in enumerate(pairs, start=1) if sound != broken)
+
+
+class Fate(Enum):
+    """What became of a defect."""
+
+    FOUND = "found"
+    TOLERATED = "has an effect within the policies' tolerances"
+    WITHOUT_EFFECT = "changes nothing that is sent or reported"
+    UNREACHED = "is never reached"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of a defect.
+
+    Attributes:
+        name: of the defect.
+        module: where it is.
+        fate: what became of it.
+        policy: what found it, or nothing.
+        flights: how many seeds were flown.
+        seed: the last one, or -1.
+        cpu_s: processor time.
+    """
+
+    name: str
+    module: str
+    fate: Fate
+    policy: str = ""
+    flights: int = 0
+    seed: int = -1
+    cpu_s: float = 0.0
+
+
+@cache
+def grounds(count: int = GROUNDS) -> tuple[int, ...]:
+    """Return short seeds in which as many different things as possible happen to goals.
+
+    Of the first seeds whose scenario has one vehicle and is over within a minute, each one is the
+    next that has the most coincidences that those before did not have; in the last third what
+    happens to a goal is left alone by everything else.
+    """
+    calm = count // 3
+    found = _various(range(_CALM_FROM), _coincidences, count - calm)
+    return (*found, *_various(range(_CALM_FROM, 36000), _calm_coincidences, calm))
+
+
+def _various(
+    seeds: Iterable[int], features: Callable[[Scenario], set[tuple[str, ...]]], count: int
+) -> list[int]:
+    left = {}
+    for seed in seeds:
+        scenario = scenario_of(seed)
+        times = [event.time_s for event in scenario.events]
+        if len(scenario.crafts) == 1 and max(times, default=0.0) <= _SHORT_S:
+            left[seed] = features(scenario)
+    found: list[int] = []
+    seen: set[tuple[str, ...]] = set()
+    while left and len(found) < count:
+        best = max(left, key=lambda seed: len(left[seed] - seen))
+        seen |= left.pop(best)
+        found.append(best)
+    return found
+
+
+def _calm_coincidences(scenario: Scenario) -> set[tuple[str, ...]]:
+    """Return what others do to goals that nothing else happens to for some time."""
+    craft, found = scenario.crafts[0], set()
+    for goal, event, after in zip(
+        scenario.events, scenario.events[1:], (*scenario.events[2:], None), strict=False
+    ):
+        soon = _SOON_S[0] < event.time_s - goal.time_s < _SOON_S[1]
+        alone = after is None or after.time_s - event.time_s > _ALONE_S
+        if goal.what in _LED and goal.how.get("frame", "map") == "map" and soon and alone:
+            details = [f"{k} {v}" for k, v in event.how.items() if isinstance(v, str | bool)]
+            if event.what not in (*_GOALS, "cancel", "pause", "resume", "start"):
+                found.add((craft.kind, craft.autopilot, event.what, *details))
+    return found
+
+
+def _coincidences(scenario: Scenario) -> set[tuple[str, ...]]:
+    """Return what happens soon after a goal, and which settings each kind of goal has."""
+    craft = scenario.crafts[0]
+    kind = f"{craft.kind} {craft.autopilot}"
+    settings = [f"{n} {v}" for n, v in (*craft.server.items(), *craft.onboard.items())]
+    found: set[tuple[str, ...]] = set()
+    for goal in scenario.events:
+        if goal.what not in _GOALS or goal.how.get("frame", "map") != "map":
+            continue
+        name = f"{goal.what} {goal.how.get('mission', '')}"
+        found |= {(name, setting) for setting in settings}
+        for event in scenario.events:
+            if _SOON_S[0] < event.time_s - goal.time_s < _SOON_S[1]:
+                details = [f"{k} {v}" for k, v in event.how.items() if isinstance(v, str | bool)]
+                found.add((kind, name, event.what, *details))
+    return found
+
+
+def sound_flights(count: int = GROUNDS) -> dict[int, Reached]:
+    """Return the flights of the sound sources that defects are hunted with."""
+    return {seed: r for seed, r in reach(grounds(count)).items() if not r.violations}
+
+
+def reaching(defect: Defect, flights: Mapping[int, Reached], count: int) -> list[Reached]:
+    """Return the flights that execute a defect, in the order in which they are worth flying.
+
+    The next is always the one that executes most of the function about the defect that those
+    before did not, for its price: what a defect leads to shows where that function ends otherwise.
+    """
+    sound = source_of(defect.module)
+    line = statement_lines(sound)[defect.line]
+    left = [f for f in flights.values() if defect.module in f.lines]
+    if line:
+        left = [f for f in left if line in f.lines[defect.module]]
+    first, last = function_about(sound, defect.line)
+    found: list[Reached] = []
+    seen: set[tuple[int, str]] = set()
+    while left and len(found) < count:
+        worth = {f: _worth(f, defect.module, first, last, seen) for f in left}
+        best = max(left, key=lambda f: worth[f])
+        if worth[best] < _LITTLE and seen:
+            seen = set()  # once more, with the others
+            continue
+        seen |= _seen(best, defect.module)
+        left.remove(best)
+        found.append(best)
+    return found
+
+
+def _seen(flight: Reached, module: str) -> set[tuple[int, str]]:
+    """The executed lines of a module, for the kind of vehicle, and for any."""
+    craft = scenario_of(flight.seed).crafts[0]
+    lines = flight.lines[module]
+    return {(line, kind) for line in lines for kind in ("", f"{craft.kind} {craft.autopilot}")}
+
+
+def _worth(
+    flight: Reached, module: str, first: int, last: int, seen: set[tuple[int, str]]
+) -> float:
+    new = _seen(flight, module) - seen
+    within = [kind for line, kind in new if first <= line <= last]
+    lines = within.count("")
+    return (lines + _KIND * (len(within) - lines) + _BESIDE * len(new)) / (flight.cpu_s + 1.0)
+
+
+def function_about(source: str, line: int) -> tuple[int, int]:
+    """Return the lines of the function that a line belongs to; of the module, if to none."""
+    found = (1, source.count("\n") + 1)
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef):
+            end = node.end_lineno or node.lineno
+            if node.lineno <= line <= end:
+                found = (node.lineno, end)
+    return found
+
+
+def hunt(
+    defects: Iterable[Defect], flights: Mapping[int, Reached], budget: int = BUDGET
+) -> Iterator[Verdict]:
+    """Hunt them one after another."""
+    import_what_stays()
+    context = multiprocessing.get_context("fork")
+    for defect in defects:
+        seeds = reaching(defect, flights, budget)
+        if not seeds:
+            yield Verdict(defect.name, defect.module, Fate.UNREACHED)
+            continue
+        ours, theirs = context.Pipe(duplex=False)
+        process = context.Process(target=_hunt_one, args=(defect, seeds, theirs))
+        process.start()
+        theirs.close()
+        try:
+            yield ours.recv()
+        finally:
+            process.join()
+            ours.close()
+
+
+class _TooLongError(BaseException):
+    """Nothing on the way may catch it."""
+
+
+def _give_up(*_: object) -> None:
+    raise _TooLongError
+
+
+def _hunt_one(defect: Defect, seeds: Sequence[Reached], pipe: Connection) -> None:
+    begun_s = time.process_time()
+    fate, policy, flown, seed = _fate(defect, seeds)
+    spent_s = time.process_time() - begun_s
+    pipe.send(Verdict(defect.name, defect.module, fate, policy, flown, seed, spent_s))
+
+
+def _fate(defect: Defect, seeds: Sequence[Reached]) -> tuple[Fate, str, int, int]:
+    def compiled(name: str, _: str, path: Path) -> tuple[CodeType, dict[str, object]] | None:
+        if name != defect.module:
+            return None
+        return compile(ast.parse(defect.source), str(path), "exec"), {}
+
+    plant(compiled)
+    try:
+        explorer = importlib.import_module("tests.explore.explorer")
+    except Exception:
+        return Fate.FOUND, _BY_IMPORT, 0, -1
+    signal.signal(signal.SIGPROF, _give_up)
+    same = True
+    for count, sound in enumerate(seeds, start=1):
+        signal.setitimer(signal.ITIMER_PROF, _PATIENCE * sound.cpu_s + _PATIENCE_S)
+        try:
+            flown = explorer.explore_scenario(explorer.scenario_of(sound.seed), True)
+        except _TooLongError:
+            return Fate.FOUND, _BY_TIME, count, sound.seed
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
+        if flown.violations:
+            return Fate.FOUND, flown.violations[0].policy, count, sound.seed
+        if flown.error:
+            return Fate.FOUND, flown.error.strip().splitlines()[-1][:60], count, sound.seed
+        same = same and flown.digest == sound.digest
+    return Fate.WITHOUT_EFFECT if same else Fate.TOLERATED, "", len(seeds), seeds[-1].seed

@@ -1,0 +1,120 @@
+"""The exploration itself: it repeats, it finds, it shrinks, and what it found stays mended."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.explore.__main__ import policy_table
+from tests.explore.check import Checker
+from tests.explore.coverage import Reached, compile_marked, statement_lines
+from tests.explore.defects import MUTANTS, Mutant, planted
+from tests.explore.explorer import explore_seed
+from tests.explore.generate import scenario_of
+from tests.explore.hunt import Fate, hunt
+from tests.explore.mutants import defect_of
+from tests.explore.planting import source_of
+from tests.explore.policies import ON_TRIAL, POLICIES
+from tests.explore.run import fly
+from tests.explore.scenario import Craft, Event, Scenario
+from tests.explore.shrink import shrink
+
+SCENARIOS = sorted((Path(__file__).parents[1] / "scenarios").glob("*.json"))
+FLIGHT = Scenario(
+    1,
+    (Craft(),),
+    (
+        Event(0.0, 0, "navigate", {"place": [8.0, 4.0, 3.0]}),
+        Event(6.0, 0, "pause"),
+        Event(9.0, 0, "resume"),
+        Event(20.0, 0, "cancel"),
+    ),
+)
+
+
+def test_the_same_scenario_gives_the_same_log() -> None:
+    assert fly(FLIGHT).digest == fly(FLIGHT).digest
+
+
+@pytest.mark.parametrize("seed", [4, 6])
+def test_the_same_seed_gives_the_same_scenario_and_no_violation(seed: int) -> None:
+    assert scenario_of(seed) == scenario_of(seed)
+    flown = explore_seed(seed)
+    assert not flown.error
+    assert not flown.violations
+
+
+def test_policies_have_names_sentences_and_sources() -> None:
+    assert len({policy.name for policy in POLICIES}) == len(POLICIES) >= 60
+    assert all(policy.text.endswith(".") and policy.source for policy in POLICIES)
+    assert {policy.name for policy in POLICIES} >= ON_TRIAL
+
+
+def test_the_page_has_all_policies() -> None:
+    page = (Path(__file__).parents[2] / "docs/policies.md").read_text("utf-8")
+    kept = "".join(line for line in page.splitlines(keepends=True) if line.startswith("|"))
+    assert kept == policy_table() + "\n", "write docs/policies.md from --policies again"
+
+
+def test_a_scenario_survives_its_file(tmp_path: Path) -> None:
+    for seed in range(30):
+        scenario = scenario_of(seed)
+        scenario.save(tmp_path / "one.json")
+        # NaN is not equal to itself.
+        assert repr(Scenario.load(tmp_path / "one.json")) == repr(scenario)
+
+
+def test_a_file_that_is_no_scenario_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "bad.json"
+    path.write_text('{"seed": 1}')
+    with pytest.raises(ValueError, match=r"bad\.json is not a scenario"):
+        Scenario.load(path)
+
+
+def test_shrinking_keeps_what_fails_and_drops_the_rest() -> None:
+    whole = scenario_of(8)
+    culprit = whole.events[len(whole.events) // 2]
+
+    def fails(scenario: Scenario) -> bool:
+        return any(e.what == culprit.what and e.how == culprit.how for e in scenario.events)
+
+    small, _ = shrink(whole, fails)
+    assert [event.what for event in small.events] == [culprit.what]
+    assert len(small.crafts) == 1
+    assert not small.posts
+
+
+@pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: str(path.stem))
+def test_what_was_found_stays_mended(path: Path) -> None:
+    scenario = Scenario.load(path)
+    checker = Checker(scenario)
+    fly(scenario, checker.take)
+    assert not checker.found
+
+
+@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
+def test_a_planted_defect_fits_the_source(mutant: Mutant) -> None:
+    source = planted(source_of(mutant.module), mutant)
+    compile(source, mutant.module, "exec")
+
+
+def test_a_planted_defect_is_found() -> None:
+    mutant = next(m for m in MUTANTS if m.name == "the result comes twice")
+    defect = defect_of(mutant)
+    line = statement_lines(source_of(defect.module))[defect.line]
+    sound = Reached(1419, "", 5.0, (), {defect.module: frozenset({line})})
+    (verdict,) = hunt([defect], {sound.seed: sound})
+    assert verdict.fate is Fate.FOUND
+    assert verdict.policy == "a_goal_ends_once"
+
+
+def test_marks_tell_which_statements_were_executed() -> None:
+    source = "def f(x):\n    if x:\n        return 1\n    return (\n        2)\n"
+    marks = bytearray(8)
+    names: dict[str, Any] = {"__reached__": marks}
+    exec(compile_marked(source, Path("f.py")), names)
+    assert names["f"](0) == 2
+    assert [line for line, mark in enumerate(marks) if mark] == [2, 4]
+    assert statement_lines(source) == (0, 0, 2, 3, 4, 4, 0)
