@@ -45,6 +45,7 @@ FILES = frozenset(
         "ros/test_link.py",
         "ros/test_lost_server.py",
         "ros/test_missed_waypoint.py",
+        "ros/test_nav2.py",
         "ros/test_phases.py",
         "ros/test_replay.py",
         "ros/test_set_ups.py",
@@ -58,6 +59,21 @@ FILES = frozenset(
 """Of these, all tests."""
 
 PARTS = {
+    "pair/test_odom.py": ("test_a_jump_of_the_estimate_is_none_in_odom[rover-px4",),
+    "pair/test_storage.py": (
+        "test_lists_are_written_read_back_replaced_and_removed[px4-bad radio",
+    ),
+    "pair/test_velocity.py": (
+        "test_it_stops_in_front_of_what_its_sensor_sees[copter-px4",
+        "test_it_stops_in_front_of_what_its_sensor_sees[rover-ardupilot",
+        "test_when_the_commands_stop_the_vehicle_stops_and_the_goal_ends[copter-px4",
+        "test_it_stops_inside_the_vehicles_own_fence[copter-px4",
+        "test_it_stops_inside_the_flight_volume[copter-px4",
+    ),
+    "ros/test_navigate.py": ("test_base_link_is_relative_to_the_vehicle",),
+    "ros/test_actions.py": ("test_a_place_on_earth_and_a_return_that_is_cancelled",),
+    "ros/test_velocity.py": ("test_a_key_starts_a_goal_where_that_is_allowed",),
+    "ros/test_storage.py": ("test_the_commands_of_the_client",),
     "pair/test_driving.py": (
         "test_nor_by_a_rover_that_may_only_turn_slowly[target0-45.0",
         "test_nor_by_a_rover_that_may_only_turn_slowly[target1-30.0",

@@ -8,7 +8,8 @@ from types import MappingProxyType
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.config import Underway, VehicleConfig
+from mavlink_sitl.world.model import MoverPath, Obstacle, RangeSensor, World
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.vehicle.driving import driving_of
@@ -213,3 +214,34 @@ def test_corners_are_met_within_half_a_metre(autopilot: str) -> None:
     assert end.code.value == "SUCCESS", end.message
     assert end.waypoints_reached == 4
     assert max(nearest) < 0.7
+
+
+TROUGH = Obstacle("trough", (-1.66, -3.26), size_m=(1.2, 3.0), yaw_rad=math.radians(15.0))
+# Comes up to the trough, and cuts the rover off.
+TRACTOR = Obstacle(
+    "tractor",
+    (-0.16, 4.44),
+    size_m=(2.0, 3.5),
+    path=MoverPath(((-0.16, 4.44), (-0.16, -3.76), (-0.16, 10.24)), 0.35),
+)
+
+
+def test_a_rover_that_was_stopped_before_an_obstacle_does_not_hit_it_when_it_goes_on() -> None:
+    """It cannot reverse, and what comes near from the side is no reason to go on ahead."""
+    vehicle = VehicleConfig(
+        vehicle="rover",
+        ready_after_s=1.0,
+        heading_deg=171.0,
+        underway=Underway((0.0, 0.0, 0.0), (-0.88, 0.13, 0.0)),
+    )
+    world = World("yard", obstacles=(TROUGH, TRACTOR), range_sensor=RangeSensor(reach_m=10.0))
+    drive = SimulatedFlight(
+        185, vehicle, world, obstacle_margin_m=1.5, acceleration_horizontal_m_s2=1.0
+    ).ready()
+    goal_id = drive.start(drive.request(-14.8, -9.2, 0.0, speed=1.5, avoid=True))
+    while not drive.ends(goal_id) and drive.now < 15.0:
+        drive.run_for(0.15)
+        drive.hang_for(0.12)
+    assert not [hit for hit in drive.ground_truth.hits if not hit.moves]
+    assert drive.ground_truth.nearest is not None
+    assert drive.ground_truth.nearest.distance_m < 1.0

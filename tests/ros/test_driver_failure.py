@@ -17,6 +17,7 @@ from rclpy.executors import MultiThreadedExecutor
 from custom_interfaces.action import Navigate
 from drone_navigation.processes import Process, free_udp_port, ros_environment
 from drone_navigation.server.actions import GoalServers
+from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.service_servers import ServiceServers
 from drone_navigation.server.topics import Topics
 from drone_navigation.server.vehicle_application import VehicleApplication
@@ -52,8 +53,9 @@ class _Server:
         link = open_link(f"udpin://127.0.0.1:{port}")
         router = Router([link], lambda: Codec(1, 191))
         self.driver = Driver(application, router, clock)
-        self.server = GoalServers(self.node, self.bridge, self.driver, clock)
-        services = ServiceServers(self.node, self.bridge, self.driver, clock)
+        access = BridgeAccess(self.node, self.bridge, self.driver, clock)
+        self.server = GoalServers(access)
+        services = ServiceServers(access)
         topics = Topics(self.node, self.bridge, lambda: router.statistics.of_system(0))
         application.attach(self.node, self.server, services, topics)
         self.client = ActionClient(self.node, Navigate, ACTION_NAME)

@@ -10,8 +10,10 @@ from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from nav_msgs.msg import OccupancyGrid
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from drone_navigation.qos import LATCHED_QOS
@@ -107,6 +109,43 @@ def test_a_scan_is_turned_with_the_vehicle_and_its_sensor(
 
     seeing.wait(gone, 15.0, "the end of what has moved away")
     assert is_seen(arrays, -5.0, 0.0)
+
+
+def test_the_sensor_is_in_the_tree_where_its_parameter_puts_it(seeing: Flight) -> None:
+    still: dict[str, Any] = {}
+
+    def take(message: TFMessage) -> None:
+        still.update({one.child_frame_id: one for one in message.transforms})
+
+    scan = LaserScan(angle_increment=0.1, range_max=30.0, ranges=[math.inf])
+    scan.header.frame_id = "laser"
+    publisher = seeing.advertise(LaserScan, "/scan", qos_profile_sensor_data)
+    seeing.subscribe(TFMessage, "/tf_static", take, LATCHED_QOS)
+
+    def there() -> bool:
+        publisher.publish(scan)
+        return "laser" in still
+
+    seeing.wait(there, 10.0, "the frame of the sensor")
+    mounted = still["laser"]
+    assert mounted.header.frame_id == "base_link"
+    assert mounted.transform.translation.z == 0.3
+    turn = mounted.transform.rotation
+    assert (turn.z, turn.w) == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
+
+
+def test_the_grid_has_the_known_obstacles_at_the_height_of_the_vehicle(seeing: Flight) -> None:
+    grids: list[OccupancyGrid] = []
+    seeing.subscribe(OccupancyGrid, f"{SERVER_NODE_NAME}/obstacle_grid", grids.append, LATCHED_QOS)
+    seeing.wait(lambda: bool(grids), 10.0, "a grid")
+    info = grids[-1].info
+    east, north = (
+        int((at - start) / info.resolution)
+        for at, start in ((6.0, info.origin.position.x), (12.0, info.origin.position.y))
+    )
+    assert grids[-1].header.frame_id == "map"
+    assert grids[-1].data[north * info.width + east] == 100  # the mast
+    assert grids[-1].data.count(-1) > 0.9 * info.width * info.height
 
 
 def test_a_cloud_in_the_map_frame_is_taken_as_it_is(

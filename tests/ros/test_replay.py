@@ -6,7 +6,7 @@ import math
 import os
 import struct
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -68,21 +68,32 @@ class Heard:
         return [(*_xyz(p.position), p.orientation.z, p.orientation.w) for p in found]
 
     def statuses(self) -> list[tuple[Any, ...]]:
-        """Without those that are like the one before."""
-        told = [
+        """What the vehicle says, without those that are like the one before."""
+        return _changes(
             (
                 s.mode, s.armed, s.in_control, s.landed_state, s.position_valid, s.failsafe,
-                s.active_goal, s.connected, s.autopilot, s.last_status_text,
+                s.connected, s.autopilot, s.last_status_text,
             )
             for s in self.messages["vehicle_status"]
-        ]  # fmt: skip
-        return [one for one, before in zip(told, [None, *told], strict=False) if one != before]
+        )  # fmt: skip
+
+    def active_goals(self) -> list[str]:
+        """Apart from the statuses: packets read at once are all recorded before what came of them.
+
+        So a goal that ends with the first of them, on a machine that hung, is noted after the last.
+        """
+        return _changes(s.active_goal for s in self.messages["vehicle_status"])
 
     def events(self) -> list[tuple[str, ...]]:
         return [(e.goal_id, e.event, e.what, e.message) for e in self.messages["goal_events"]]
 
     def plans(self) -> list[list[tuple[float, ...]]]:
         return [[_xyz(p.pose.position) for p in m.poses] for m in self.messages["plan"]]
+
+
+def _changes(told: Iterable[Any]) -> list[Any]:
+    values = list(told)
+    return [one for one, before in zip(values, [None, *values], strict=False) if one != before]
 
 
 def _seconds(stamp: Any) -> float:
@@ -212,6 +223,7 @@ def test_subscribers_see_what_they_saw_when_it_was_flown(flown: Flown, replay: R
     assert contains(heard.poses(), live.poses())
     assert len(live.statuses()) > 3
     assert follows(heard.statuses(), live.statuses())
+    assert follows(heard.active_goals(), live.active_goals())
     assert len(heard.plans()) == len(live.plans()) > 1
     for again, first in zip(heard.plans(), live.plans(), strict=True):
         assert again == [pytest.approx(point, abs=1e-5) for point in first]

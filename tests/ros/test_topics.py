@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geographic_msgs.msg import GeoPoseStamped
 from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Odometry, Path
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
+from tf2_msgs.msg import TFMessage
 
 from custom_interfaces.msg import GoalEvent, VehicleStatus
 from drone_navigation.qos import LATCHED_QOS
+from mavlink_vehicle.positions.earth import earth_position_m
 from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.ros.ros_flight import Flight, navigate_goal
 
@@ -66,3 +70,56 @@ def test_the_vehicle_the_plan_and_the_goal_can_be_watched(flight: Flight) -> Non
     values = {item.key: item.value for item in status.values}
     assert float(values["messages per second"]) > 20.0
     assert values["round trip"].endswith(" ms")
+
+
+def _nanoseconds(stamp: Any) -> int:
+    return int(stamp.sec * 10**9 + stamp.nanosec)
+
+
+def test_the_tree_of_frames_is_connected_and_places_the_vehicle_in_map(flight: Flight) -> None:
+    moving: list[Any] = []
+    still: list[Any] = []
+    poses: list[PoseStamped] = []
+    geodetic: list[GeoPoseStamped] = []
+    grids: list[OccupancyGrid] = []
+    flight.subscribe(TFMessage, "/tf", lambda item: moving.extend(item.transforms), 100)
+    flight.subscribe(
+        TFMessage, "/tf_static", lambda item: still.extend(item.transforms), LATCHED_QOS
+    )
+    flight.subscribe(PoseStamped, f"{SERVER_NODE_NAME}/pose", poses.append, 10)
+    flight.subscribe(GeoPoseStamped, f"{SERVER_NODE_NAME}/geo_pose", geodetic.append, 10)
+    flight.subscribe(OccupancyGrid, f"{SERVER_NODE_NAME}/obstacle_grid", grids.append, LATCHED_QOS)
+    flight.wait(lambda: len(poses) > 20 and len(grids) > 2 and len(moving) > 40, 20.0, "the tree")
+
+    parents: dict[str, set[str]] = {}
+    for one in (*moving, *still):
+        parents.setdefault(one.child_frame_id, set()).add(one.header.frame_id)
+    assert parents == {
+        "map": {"earth"}, "odom": {"map"}, "base_link": {"odom"}, "gps": {"base_link"},
+    }  # fmt: skip
+
+    # The tree at the stamp of a pose is that pose, and the stamp is not that of its arrival.
+    pairs: dict[int, dict[str, Any]] = {}
+    for one in moving:
+        pairs.setdefault(_nanoseconds(one.header.stamp), {})[one.child_frame_id] = one.transform
+    placed = [pose for pose in poses if len(pairs.get(_nanoseconds(pose.header.stamp), ())) == 2]
+    assert len(placed) > 10
+    for pose in placed:
+        tree = pairs[_nanoseconds(pose.header.stamp)]
+        odom, inner, place = tree["odom"], tree["base_link"], pose.pose.position
+        assert odom.rotation.w == pytest.approx(1.0)
+        found = [getattr(odom.translation, a) + getattr(inner.translation, a) for a in "xyz"]
+        assert found == pytest.approx([place.x, place.y, place.z], abs=1e-6)
+        assert inner.rotation == pose.pose.orientation
+    stamps = [_nanoseconds(pose.header.stamp) for pose in poses]
+    assert all(earlier < later for earlier, later in pairwise(stamps))
+
+    place = geodetic[-1].pose.position
+    assert (place.latitude, place.longitude) == pytest.approx((-35.363262, 149.165237), abs=1e-4)
+    (earth,) = {one.child_frame_id: one for one in still if one.child_frame_id == "map"}.values()
+    moved = earth.transform.translation
+    origin = earth_position_m(place.latitude, place.longitude, place.altitude)
+    assert math.dist((moved.x, moved.y, moved.z), origin) < 50.0
+    info = grids[-1].info
+    assert len(grids[-1].data) == info.width * info.height
+    assert info.width * info.resolution == pytest.approx(200.0)

@@ -24,6 +24,7 @@ from drone_navigation.client.options import COMMANDS
 from drone_navigation.client.options import make_parser as client_parser
 from drone_navigation.console.options import make_parser as console_parser
 from drone_navigation.demo import make_parser as demo_parser
+from drone_navigation.navigation_nav2 import make_parser as nav2_parser
 from drone_navigation.server.options import make_parser as server_parser
 from drone_navigation.tlog2mcap import make_parser as bag_parser
 from flight_logs.export_command import make_parser as export_parser
@@ -59,6 +60,7 @@ PROGRAMS: dict[str, Callable[[], ArgumentParser | ClientParser]] = {
     "navigation_server": server_parser,
     "navigation_client": ClientParser,
     "navigation_console": console_parser,
+    "navigation_nav2": nav2_parser,
     "navigation_report": report_parser,
     "tlog_export": export_parser,
     "tlog2mcap": bag_parser,
@@ -80,8 +82,8 @@ def test_links_lead_somewhere(page: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_make_targets_modules_and_files_exist(page: Path) -> None:
     text = page.read_text("utf-8")
-    targets = set(re.findall(r"^([a-z-]+):", MAKEFILE, re.MULTILINE))
-    for target in re.findall(r"(?:^|`)make ([a-z-]+)", text, re.MULTILINE):
+    targets = set(re.findall(r"^([a-z0-9-]+):", MAKEFILE, re.MULTILINE))
+    for target in re.findall(r"(?:^|`)make ([a-z0-9-]+)", text, re.MULTILINE):
         assert target in targets, f"{page.name}: make {target}"
     for module in re.findall(
         r"python -m ((?:drone_navigation|flight_reports|mavlink_sitl)[\w.]*)", text
@@ -147,6 +149,7 @@ def test_the_page_of_the_architecture_leads_to_the_files_of_ten_changes() -> Non
     there = [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.glob("src/**/*.py")]
     there += [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.glob("sitl/**/*.py")]
     there += [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.glob("bridge_config/*")]
+    there += [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.glob("tests/explore/*.py")]
     for change, places in rows:
         named = re.findall(r"`([\w./]+)`", places)
         assert named, change

@@ -137,6 +137,28 @@ def test_missing_venv_module_is_named(
         setup_environment.check_prerequisites("system")
 
 
+def test_interfaces_on_demand_are_built_once_and_not_where_ros_has_them(
+    setup_environment: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps: list[str] = []
+    ros = tmp_path / "ros"
+    monkeypatch.setattr(setup_environment, "INSTALL", tmp_path)
+    monkeypatch.setattr(
+        setup_environment, "base_environment", lambda _ros: {"AMENT_PREFIX_PATH": str(ros)}
+    )
+    monkeypatch.setattr(setup_environment, "run", lambda name, *_: steps.append(name))
+    monkeypatch.setattr(setup_environment, "record_environment", lambda *_: None)
+    (name,) = setup_environment.ON_DEMAND
+    assert setup_environment.build_on_demand("wheels", name)
+    assert not setup_environment.build_on_demand("wheels", name)
+    monkeypatch.setattr(setup_environment, "hash_of", lambda _paths: "another definition")
+    assert setup_environment.build_on_demand("wheels", name)
+    (tmp_path / f"{name}.stamp").unlink()
+    (ros / "share" / name).mkdir(parents=True)
+    assert not setup_environment.build_on_demand("system", name)
+    assert steps == [name, name]
+
+
 @pytest.mark.parametrize(
     ("log", "doing"),
     [

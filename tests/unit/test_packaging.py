@@ -76,6 +76,7 @@ def test_installed_packages_are_those_of_the_lock() -> None:
                 "navigation_server",
                 "navigation_client",
                 "navigation_console",
+                "navigation_nav2",
                 "navigation_report",
                 "tlog2mcap",
             },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import selectors
 import socket
 import threading
@@ -19,6 +20,9 @@ class Relay:
 
     The vehicle sends to :attr:`vehicle_port`; the server listens on ``server_port``. A
     ground station of the test's own may talk to the vehicle (:meth:`send_to_vehicle`).
+
+    Attributes:
+        loss: share of datagrams that are lost, 0 to 1.
     """
 
     def __init__(self, server_port: int) -> None:
@@ -38,6 +42,8 @@ class Relay:
         self._sent: list[Message] = []
         self._from_vehicle = Codec(_GROUND_STATION_SYSTEM, _GROUND_STATION_COMPONENT)
         self._from_server = Codec(_GROUND_STATION_SYSTEM, _GROUND_STATION_COMPONENT)
+        self.loss = 0.0
+        self._random = random.Random(1)
         self._cut = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="relay", daemon=True)
@@ -107,7 +113,7 @@ class Relay:
                 self._sent += self._from_server.decode(data)
         if from_vehicle:
             self._vehicle = address
-        if self._cut.is_set():
+        if self._cut.is_set() or self._random.random() < self.loss:
             return
         try:
             if from_vehicle:

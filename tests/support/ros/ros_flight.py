@@ -170,6 +170,11 @@ class Flight:
             self._clients[kind.name] = client
         return self._clients[kind.name]
 
+    @property
+    def node(self) -> Any:
+        """The client's node."""
+        return self._node
+
     def subscribe(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: Any) -> None:
         """Hear a topic from now on."""
         self._node.create_subscription(kind, topic, callback, qos)

@@ -493,6 +493,27 @@ def test_cancel_while_climbing_stops_in_the_air() -> None:
     assert flight.setpoints
 
 
+def test_cancel_after_a_take_off_waits_for_the_autopilot_to_end_the_climb() -> None:
+    """A PX4 calls its take-off over while it still rises, in a mode of its own."""
+    vehicle, task = PointMass(delays={OperationKind.TAKE_CONTROL: 30.0}), goto()
+    rising_m_s = 0.6
+
+    def climb_on(_: float) -> None:
+        nonlocal rising_m_s
+        if task.phase is Phase.TAKING_OFF:
+            vehicle.in_control = False
+        elif vehicle.airborne:
+            rising_m_s = max(0.0, rising_m_s - 0.01)
+            vehicle.velocity = (0.0, 0.0, rising_m_s)
+            task.cancel(vehicle.now)
+
+    flight = fly(task, vehicle, climb_on)
+    assert flight.outcome.code is OutcomeCode.CANCELED
+    assert "has stopped" in flight.outcome.message
+    assert not flight.setpoints
+    assert vehicle.speed < CONFIG.stop_speed_m_s
+
+
 def test_a_vehicle_that_lifts_off_instead_of_disarming_is_stopped_in_the_air() -> None:
     vehicle = PointMass(delays={OperationKind.TAKE_OFF: 3.0, OperationKind.DISARM: 5.0})
     task = goto()

@@ -22,20 +22,21 @@ from tests.support.models.point_mass import Flight, PointMass, fly
 CONFIG = GotoConfig(may_arm=True)
 AVOIDANCE = AvoidanceConfig(heights_m=(1.0, 20.0), blocked_timeout_s=10.0)
 PERIOD_S = 0.05
+FAR = GotoGoal((40.0, 0.0, 5.0))
 WALL = Obstacles.of((Box("wall", (22.0, 1.0), (1.0, 12.0)),))
 
 
 class Searched:
     """A flight whose searches take their time."""
 
-    def __init__(self, takes_s: float, lead_s: float) -> None:
-        """Prepare a copter in the air, 40 m from its goal."""
+    def __init__(self, takes_s: float, lead_s: float, goal: GotoGoal = FAR) -> None:
+        """Prepare a copter in the air."""
         self.vehicle = PointMass(
             position=(0.0, 0.0, 5.0), armed=True, in_control=True, airborne=True
         )
         self.searcher = LateSearcher(lambda: self.vehicle.now, takes_s, lead_s)
         avoidance = dataclasses.replace(AVOIDANCE, searcher=self.searcher)
-        self.task = fly_to(GotoGoal((40.0, 0.0, 5.0)), FlightTerms(CONFIG, avoidance=avoidance))
+        self.task = fly_to(goal, FlightTerms(CONFIG, avoidance=avoidance))
         self.told: list[Progress] = []
         self.nearest_m = math.inf
 
@@ -72,6 +73,16 @@ def test_the_first_search_is_not_reported_as_a_blocked_path() -> None:
     searched = Searched(0.3, 0.1)
     assert searched.fly(0.0, WALL).outcome.code is OutcomeCode.SUCCESS
     assert Status.BLOCKED not in {progress.status for progress in searched.told}
+
+
+def test_a_goal_close_by_is_flown_to_and_turned_to_whenever_its_path_is_found() -> None:
+    goal = GotoGoal((0.3, 0.0, 5.0), yaw_enu_rad=2.0)
+    searched = Searched(0.3, 0.1, goal)
+    assert CONFIG.arrival_radius_m > 0.3
+    flight = searched.fly(math.inf, Obstacles())
+    assert flight.outcome.code is OutcomeCode.SUCCESS
+    assert abs(searched.vehicle.yaw - 2.0) <= CONFIG.arrival_yaw_rad
+    assert distance(searched.vehicle.position, goal.position_enu_m) < 0.05
 
 
 def test_a_setpoint_goes_out_in_every_step_of_a_search() -> None:

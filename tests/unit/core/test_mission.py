@@ -343,7 +343,8 @@ def test_a_pause_holds_and_goes_on_with_the_same_mission() -> None:
             mission.task.unpause(mission.now)
 
     assert vehicle.run(each).code is OutcomeCode.SUCCESS
-    assert vehicle.asked == [UPLOAD, START, HOLD, START]
+    # An ArduCopter forgets its speed in a pause.
+    assert vehicle.asked == [UPLOAD, START, HOLD, START, OperationKind.CHANGE_SPEED]
     assert Status.PAUSED in vehicle.statuses
 
 

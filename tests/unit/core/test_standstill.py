@@ -101,3 +101,18 @@ def test_a_px4_that_holds_has_stopped_although_its_velocity_says_otherwise() -> 
     assert sum(verdicts) > 0.55 * len(verdicts)
     waits = "".join("#" if verdict else "." for verdict in verdicts).split("#")
     assert max(map(len, waits)) < 13, "at 5 Hz: never more than 2.5 s"
+
+
+def test_a_rover_that_rolls_back_does_not_stand_at_its_turning_point() -> None:
+    """Place and velocity every 0.1 s, as explored; at the end it rolls at 0.36 m/s."""
+    rolled = (
+        (10.60, 0.89), (10.68, 0.77), (10.75, 0.64), (10.81, 0.51), (10.85, 0.38), (10.88, 0.25),
+        (10.90, 0.12), (10.91, 0.01), (10.90, -0.10), (10.89, -0.19), (10.87, -0.26),
+        (10.854, -0.34), (10.82, -0.36),
+    )  # fmt: skip
+    observations = [
+        at(0.1 * step, (place_m, 0.0, 0.0), (velocity_m_s, 0.0, 0.0))
+        for step, (place_m, velocity_m_s) in enumerate(rolled)
+    ]
+    assert any(seen(standstill(), *observations)[-3:])
+    assert not any(seen(Standstill(0.3, 1.0, 0.0), *observations)[-2:])

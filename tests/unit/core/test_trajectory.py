@@ -46,6 +46,14 @@ def test_another_speed_changes_what_goes_with_it() -> None:
     assert LIMITS.with_speed(0.0) is LIMITS
 
 
+def test_what_is_faster_than_a_slow_goal_brakes_as_usual() -> None:
+    slow = LIMITS.with_speed(0.5)
+    brake = slow.slowing_from(5.0, LIMITS)
+    assert brake == dataclasses.replace(slow, acceleration_horizontal_m_s2=2.0, jerk_m_s3=4.0)
+    assert slow.slowing_from(0.5, LIMITS) is slow
+    assert LIMITS.slowing_from(50.0, LIMITS) == LIMITS
+
+
 def test_limits_along_a_direction() -> None:
     up = LIMITS.along((0.0, 0.0, 1.0))
     assert (up.speed_forward_m_s, up.speed_backward_m_s) == (2.0, 1.5)

@@ -82,12 +82,38 @@ def test_an_armed_vehicle_on_the_ground_is_not_asked(goal: VehicleLedGoal) -> No
 @pytest.mark.parametrize("goal", [LAND, RETURN_TO_LAUNCH])
 def test_on_the_ground_and_disarmed_is_success(goal: VehicleLedGoal) -> None:
     task = under_way(goal)
-    standing = replace(FLYING, airborne=False)
+    place = (0.5, 0.5, 2.0) if goal is RETURN_TO_LAUNCH else FLYING.position_enu_m
+    standing = replace(FLYING, position_enu_m=place, airborne=False)
     assert isinstance(task.step(standing, 2.0), Wait)  # still armed
     answer = task.step(replace(standing, armed=False), 3.0)
     assert isinstance(answer, Outcome)
     assert answer.code is OutcomeCode.SUCCESS
     assert task.step(FLYING, 4.0) == answer  # the end is the end
+
+
+def test_a_return_that_comes_down_where_it_began_is_none() -> None:
+    """It was asked for as the vehicle touched down: in its return mode it just disarmed."""
+    landed = replace(FLYING, position_enu_m=(30.0, 41.0, 2.0), armed=False, airborne=False)
+    answer = under_way(RETURN_TO_LAUNCH).step(landed, 3.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.LANDED
+    assert "50.8 m from the launch point" in answer.message
+    # A rally point elsewhere is as good as the launch point.
+    at_rally = replace(landed, position_enu_m=(90.0, 40.0, 2.0))
+    answer = under_way(RETURN_TO_LAUNCH).step(at_rally, 60.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.SUCCESS
+
+
+@pytest.mark.parametrize("goal", [LAND, RETURN_TO_LAUNCH])
+def test_who_is_disarmed_at_speed_has_not_landed(goal: VehicleLedGoal) -> None:
+    """A PX4 that has hit something on its return says that it is on the ground."""
+    task = under_way(goal)
+    task.step(replace(FLYING, velocity_enu_m_s=(4.5, 0.0, 0.0)), 2.0)
+    answer = task.step(replace(FLYING, armed=False, airborne=False), 2.1)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.DISARMED
+    assert "at 4.5 m/s" in answer.message
 
 
 def test_what_is_left_shrinks_to_nothing() -> None:

@@ -32,7 +32,7 @@ def test_command_lines_without_a_command_still_work() -> None:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_takes_the_options_of_all(command: str) -> None:
-    words = ["MODE"] if command == "mode" else []
+    words = {"mode": ["MODE"], "parameters": ["list"]}.get(command, [])
     common = ["--vehicle", "a/b", "--json", "--server-timeout", "3"]
     options = parse_options([command, *words, *common])
     assert (options.command, options.vehicle, options.json) == (command, "a/b", True)
@@ -86,5 +86,6 @@ def test_invalid_options_are_rejected_with_a_message(
 
 def test_the_help_names_every_command() -> None:
     text = make_parser().format_help()
+    width = max(map(len, COMMANDS))
     for command, what in COMMANDS.items():
-        assert f"{command:<8} {what}" in text
+        assert f"{command:<{width}} {what}" in text

@@ -35,6 +35,19 @@ def test_a_server_that_said_goodbye_is_not_waited_for() -> None:
     assert watch.verdict(5.0).startswith("The server has ended;")
 
 
+def test_a_server_that_starts_anew_and_is_known_in_part_for_a_moment_has_not_ended() -> None:
+    watch = ServerWatch(90.0)
+    watch.hear(0.0)
+    watch.look(5.0, ready=True)
+    watch.look(8.0, ready=False)
+    assert watch.verdict(10.9) == ""
+    watch.look(10.9, ready=True)
+    watch.look(11.0, ready=False)
+    assert watch.verdict(13.9) == ""
+    watch.look(13.9, ready=True)
+    assert watch.verdict(30.0) == ""
+
+
 def test_a_server_that_ros_forgets_after_its_lease_may_be_cut_off_and_is_waited_for() -> None:
     watch = ServerWatch(60.0)
     watch.hear(0.0)

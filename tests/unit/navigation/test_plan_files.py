@@ -113,7 +113,8 @@ def test_a_survey_is_flown_by_the_items_it_contains(plan_file: Path) -> None:
 
 def test_fence_and_rally_points_are_reported_as_not_sent(plan_file: Path) -> None:
     text = plan(simple(), geoFence={"circles": [1]}, rallyPoints={"points": []})
-    assert read(plan_file, text).notes == ("The plan's geoFence is not sent to the vehicle.",)
+    note = "The plan's geoFence is not sent to the vehicle; the command fence does that."
+    assert read(plan_file, text).notes == (note,)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -24,9 +25,12 @@ from mavlink_vehicle.state.telemetry import (
     GlobalPosition,
     GpsFix,
     Home,
+    LocalPosition,
+    Origin,
 )
+from navigation_bridge.configuration.sensor_poses import turn
 from navigation_bridge.goals.goal import GoalRejected
-from navigation_bridge.vehicle.map_frame import MapPose
+from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
 from navigation_bridge.vehicle.station_health import StationHealth
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -75,6 +79,52 @@ def test_a_covariance_is_that_of_the_receiver_and_never_zero() -> None:
         pose, VehicleState(gps=gps, global_position=_moving(0.0, 0.0, 0.0).global_position), STAMP
     )
     assert [known.pose.covariance[i] for i in (0, 7, 14)] == pytest.approx([0.25, 0.25, 4.0])
+
+
+def test_a_covariance_of_the_estimator_goes_before_that_of_the_receiver() -> None:
+    pose = MapPose((0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0, 1.0))
+    gps = GpsFix(0.0, 3, 9, 0.8, 1.2, 47.0, 8.0, 547.0, 0.5, 2.0, speed_accuracy_m_s=0.4)
+    estimator = EstimatorReport(0.0, 0, True, False, 0.3, 0.1)
+    state = VehicleState(gps=gps, estimator=estimator)
+    message = messages.odometry(pose, state, STAMP)
+    assert [message.pose.covariance[i] for i in (0, 7, 14)] == pytest.approx([0.09, 0.09, 0.01])
+    assert [message.twist.covariance[i] for i in (0, 7, 14)] == pytest.approx([0.16] * 3)
+
+
+@pytest.mark.parametrize(
+    ("roll", "pitch", "heading"),
+    [(0.0, 0.0, 0.0), (0.4, 0.0, 1.0), (0.0, -0.6, 2.0), (-0.3, 0.5, -2.5), (3.0, 0.2, 3.1)],
+)
+def test_rep_103_holds_at_any_attitude(roll: float, pitch: float, heading: float) -> None:
+    velocity_ned, rates_frd = np.array([4.0, -2.0, 1.0]), (0.1, 0.2, -0.3)
+    place = GlobalPosition(0.0, 0, 47.0, 8.0, 500.0, 10.0, tuple(velocity_ned), None)
+    state = VehicleState(
+        autopilot=mavlink.MAV_AUTOPILOT_PX4,
+        global_position=place,
+        local_position=LocalPosition(0.0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        attitude=Attitude(0.0, 0, roll, pitch, heading, rates_frd),
+        origin=Origin(0.0, 47.0, 8.0, 500.0),
+        estimator=EstimatorReport(0.0, 0, True),
+    )
+    frame = MapFrame()
+    frame.update(state)
+    pose = frame.pose(state)
+    assert pose is not None
+    message = messages.odometry(pose, state, STAMP)
+    # MAVLink's own definition, as matrices: yaw, then pitch, then roll, from NED to FRD.
+    frd_to_ned = turn(roll, pitch, heading)
+    flip = np.diag([1.0, -1.0, -1.0])
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+    found = [linear.x, linear.y, linear.z]
+    assert found == pytest.approx((flip @ frd_to_ned.T @ velocity_ned).tolist())
+    assert [angular.x, angular.y, angular.z] == pytest.approx(flip @ rates_frd)
+    x, y, z, w = pose.orientation_xyzw
+    forward_enu = [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]
+    north, east, down = frd_to_ned[:, 0]
+    assert forward_enu == pytest.approx([east, north, -down])
+    up_enu = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+    north, east, down = -frd_to_ned[:, 2]
+    assert up_enu == pytest.approx([east, north, -down])
 
 
 def test_a_fix_has_its_altitude_above_the_ellipsoid() -> None:

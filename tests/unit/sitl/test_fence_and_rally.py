@@ -12,6 +12,7 @@ from tests.support.stations.ground_station import (
     GUIDED,
     LAND,
     POSITION,
+    POSITION_VELOCITY,
     RTL,
     VELOCITY,
     GroundStation,
@@ -55,6 +56,18 @@ def test_a_velocity_towards_the_fence_ends_inside() -> None:
     assert station.last("FENCE_STATUS").breach_count == 0
     station.stream(5.0, 5.0, lambda: station.setpoint(VELOCITY, velocity=(-2.0, 0.0, 0.0)))
     assert station.position[0] < 24.0, "the way back is free"
+
+
+def test_a_velocity_with_a_position_inside_is_not_held_up() -> None:
+    """As mode_guided.cpp has it: AC_Avoid looks at velocities without a position alone."""
+    station = flying(FENCE)
+    station.stream(
+        20.0,
+        5.0,
+        lambda: station.setpoint(POSITION_VELOCITY, (29.0, 0.0, -10.0), velocity=(0.1, 0.0, 0.0)),
+    )
+    assert station.position[0] > 28.5, "nearer than FENCE_MARGIN"
+    assert station.last("FENCE_STATUS").breach_count == 0
 
 
 def breach(parameters: dict[str, float]) -> GroundStation:

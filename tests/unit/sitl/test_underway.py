@@ -96,3 +96,4 @@ def test_streams_are_silenced_but_the_heartbeat(autopilot: str) -> None:
     kinds = {int.from_bytes(frame[7:10], "little") for frame in simulation.link.read_datagrams()}
     assert 0 in kinds
     assert not kinds & {30, 32, 33, 24, 147}
+    assert (42 in kinds) is (autopilot == "px4")  # nobody can stop it there

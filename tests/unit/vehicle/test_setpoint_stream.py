@@ -186,3 +186,34 @@ def test_whatever_is_offered_only_finite_numbers_are_encoded(position: Vector3, 
     values = (message.x, message.y, message.z, message.yaw)
     assert all(math.isfinite(value) for value in values)
     assert abs(message.yaw) <= math.pi + 1e-6
+
+
+def test_a_speed_along_the_nose_goes_out_in_the_axes_of_the_vehicle() -> None:
+    """As observed on ArduRover: BODY_NED, mask 0x05C7, x = -1 reverses."""
+    stream = open_stream()
+    backwards = SetpointNed(drive_frd_m_s=(-1.0, 0.0, 0.0), yaw_rate_rad_s=0.5)
+    stream.offer(backwards, 0.0, profile=ROVER, address=ADDRESS, time_boot_ms=5)
+    (message,) = stream.messages_to_send()
+    assert (message.coordinate_frame, message.type_mask) == (8, 0x05C7)
+    assert (message.vx, message.vy, message.vz, message.yaw_rate) == (-1.0, 0.0, 0.0, 0.5)
+
+
+@pytest.mark.parametrize("profile", [COPTER, PX4_COPTER, PX4_ROVER], ids=lambda p: p.name)
+def test_only_what_follows_turn_rates_gets_them(profile: Profile) -> None:
+    drive = SetpointNed(drive_frd_m_s=(1.0, 0.0, 0.0), yaw_rate_rad_s=0.0)
+    with pytest.raises(SetpointError, match="turn rate"):
+        legal_setpoint(drive, profile)
+
+
+@pytest.mark.parametrize(
+    "setpoint",
+    [
+        SetpointNed(drive_frd_m_s=(1.0, 0.0, 0.0)),
+        SetpointNed(drive_frd_m_s=(1.0, 0.0, 0.0), yaw_rate_rad_s=0.1, velocity_ned_m_s=HERE),
+        SetpointNed(drive_frd_m_s=(math.nan, 0.0, 0.0), yaw_rate_rad_s=0.1),
+        SetpointNed(drive_frd_m_s=(1.0, 0.0, 0.0), yaw_rate_rad_s=math.inf),
+    ],
+)
+def test_a_speed_along_the_nose_needs_a_turn_rate_and_sound_numbers(setpoint: SetpointNed) -> None:
+    with pytest.raises(SetpointError):
+        legal_setpoint(setpoint, ROVER)

@@ -115,7 +115,7 @@ def test_unknown_markers_become_none(autopilot: AutopilotMessages) -> None:
     )  # fmt: skip
     assert state.global_position is not None
     assert state.global_position.heading_ned_rad is None
-    assert state.gps == (101.0 + 1, 1, *[None] * 8)
+    assert state.gps == (101.0 + 1, 1, *[None] * 11)
     battery = state.battery
     assert battery is not None
     assert (battery.remaining, battery.voltage_v, battery.current_a) == (None, None, None)

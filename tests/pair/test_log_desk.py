@@ -1,0 +1,113 @@
+"""Requests for logs at the bridge: what ends them, and what rejects them."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavlink_sitl.config import VehicleConfig
+from mavlink_vehicle.events import StoredLog
+from navigation_bridge.goals.log_outputs import LogBytes, LogRequestDone, LogsFound
+from navigation_bridge.services import Service
+from navigation_core.outcomes import OutcomeCode, Rejection
+from tests.support.flights.simulated_flight import SimulatedFlight
+
+
+def logged(autopilot: str) -> SimulatedFlight:
+    """A vehicle with one log, longer than what is sent in a second."""
+    flight = SimulatedFlight(simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0))
+    flight.ready()
+    copter = flight.simulation.vehicles[0]
+    copter.copter.arm(force=True)
+    flight.run_for(2.0)
+    copter.copter.disarm(force=True)
+    flight.run_until(lambda: not flight.vehicle.state.armed)
+    copter.logbook.logs[0].data += bytes(300_000)
+    return flight
+
+
+def done(flight: SimulatedFlight, number: int) -> LogRequestDone:
+    flight.run_until(lambda: any(end.number == number for end in flight.all(LogRequestDone)), 30.0)
+    (end,) = [end for end in flight.all(LogRequestDone) if end.number == number]
+    return end
+
+
+def found(flight: SimulatedFlight) -> LogsFound:
+    flight.bridge.logs.list_logs(1, flight.now)
+    assert done(flight, 1).code is OutcomeCode.SUCCESS
+    (listed,) = flight.all(LogsFound)
+    return listed
+
+
+def downloading(autopilot: str) -> SimulatedFlight:
+    flight = logged(autopilot)
+    log = found(flight).newest
+    assert log is not None
+    flight.bridge.logs.download(2, log, 0, flight.now)
+    flight.run_until(lambda: bool(flight.all(LogBytes)), 5.0)
+    return flight
+
+
+@pytest.mark.parametrize(("autopilot", "suffix"), [("ardupilot", ".bin"), ("px4", ".ulg")])
+def test_the_newest_log_and_its_format_are_told(autopilot: str, suffix: str) -> None:
+    listed = found(logged(autopilot))
+    assert listed.newest is not None
+    assert listed.newest in listed.logs
+    assert (listed.system_id, listed.suffix) == (1, suffix)
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_a_goal_ends_a_download_before_it_arms(autopilot: str) -> None:
+    flight = downloading(autopilot)
+    flight.send(5.0, 0.0, 5.0)
+    end = done(flight, 2)
+    assert (end.code, end.message) == (OutcomeCode.PREEMPTED, "A goal was started.")
+    flight.run_until(lambda: flight.vehicle.state.armed, 30.0)
+    names = [message.get_type() for _, message in flight.sent]
+    assert "LOG_REQUEST_DATA" not in names[names.index("LOG_REQUEST_END") :]
+    armed = [
+        place
+        for place, (_, message) in enumerate(flight.sent)
+        if message.get_type() == "COMMAND_LONG" and message.command == 400
+    ]
+    assert names.index("LOG_REQUEST_END") < armed[0]
+    # The flight is logged.
+    flight.run_for(3.0)
+    assert len(flight.simulation.vehicles[0].logbook.logs) == 2
+
+
+@pytest.mark.parametrize("service", [Service.ARM, Service.HOLD])
+def test_a_service_that_commands_ends_a_download(service: Service) -> None:
+    flight = downloading("ardupilot")
+    flight.bridge.serve(9, service, flight.now)
+    assert done(flight, 2).code is OutcomeCode.PREEMPTED
+
+
+def test_a_request_is_rejected_while_it_would_disturb() -> None:
+    flight = downloading("ardupilot")
+    flight.bridge.logs.list_logs(3, flight.now)
+    assert done(flight, 3).code is OutcomeCode.BUSY
+    flight.bridge.logs.stop(3)  # not the one under way
+    flight.bridge.logs.stop(2)
+    end = done(flight, 2)
+    assert (end.code, end.message) == (OutcomeCode.CANCELED, "The download was canceled.")
+
+    flight.send(5.0, 0.0, 5.0)
+    flight.bridge.logs.list_logs(4, flight.now)
+    assert done(flight, 4).message.startswith("Goal ")
+    flight.bridge.shut_down(flight.now)
+
+    flight = logged("px4")
+    flight.simulation.vehicles[0].copter.arm(force=True)
+    flight.run_until(lambda: flight.vehicle.state.armed)
+    flight.bridge.logs.download(5, StoredLog(0, 100, 0), 0, flight.now)
+    assert done(flight, 5).message.startswith("The vehicle is armed;")
+
+    flight.bridge.refuse(Rejection(OutcomeCode.NO_VEHICLE, "a recording"))
+    flight.bridge.logs.list_logs(6, flight.now)
+    assert done(flight, 6).message == "a recording"
+
+
+def test_without_a_vehicle_nothing_is_asked() -> None:
+    flight = SimulatedFlight()
+    flight.bridge.logs.list_logs(1, flight.now)
+    assert done(flight, 1).code is OutcomeCode.NO_VEHICLE

@@ -1,0 +1,171 @@
+"""The autopilot's own logs over ROS: listed, downloaded, resumed, cancelled, refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pymavlink.DFReader import DFReader_binary
+from rclpy.action import ActionClient
+
+from custom_interfaces.action import DownloadLog
+from custom_interfaces.msg import GoalCode
+from custom_interfaces.srv import ListLogs
+from drone_navigation.processes import Process
+from tests.support.ros.ros_flight import Flight
+
+pytestmark = [pytest.mark.xdist_group("ros_logs"), pytest.mark.timeout(400)]
+CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
+ANSWER_S = 30.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("logs")
+
+
+@pytest.fixture(scope="module")
+def flight(folder: Path) -> Iterator[Flight]:
+    """A vehicle that was armed for a while; a fifth of all datagrams is lost from then on."""
+    parameter = f"log_directory:={folder / 'stored'}"
+    flight = Flight(folder, "--ros-args", "-p", parameter, "--")
+    try:
+        assert flight.call("arm").success
+        flight.spin_for(4.0)
+        assert flight.call("disarm").success
+        flight.relay.loss = 0.2
+        yield flight
+    finally:
+        flight.close()
+
+
+def begun(flight: Flight, log_id: int = DownloadLog.Goal.LATEST) -> tuple[Any, list[Any]]:
+    """Send a goal; return its handle, and the list its feedback goes to."""
+    client = ActionClient(flight._node, DownloadLog, "download_log")
+    assert client.wait_for_server(timeout_sec=ANSWER_S)
+    feedback: list[Any] = []
+    sent = client.send_goal_async(
+        DownloadLog.Goal(log_id=log_id), lambda message: feedback.append(message.feedback)
+    )
+    flight.wait(sent.done, ANSWER_S, "an answer to the goal")
+    return sent.result(), feedback
+
+
+def ended(flight: Flight, handle: Any) -> Any:
+    answer = handle.get_result_async()
+    flight.wait(answer.done, 60.0, "the end of the download")
+    return answer.result().result
+
+
+def downloaded(flight: Flight, log_id: int = DownloadLog.Goal.LATEST) -> Any:
+    return ended(flight, begun(flight, log_id)[0])
+
+
+def asked_offsets(flight: Flight) -> list[int]:
+    return [message.ofs for message in flight.relay.from_server("LOG_REQUEST_DATA")]
+
+
+def test_a_log_is_listed_downloaded_and_readable(flight: Flight, folder: Path) -> None:
+    service = flight._node.create_client(ListLogs, "navigation_server/list_logs")
+    assert service.wait_for_service(timeout_sec=ANSWER_S)
+    answer = service.call_async(ListLogs.Request())
+    flight.wait(answer.done, ANSWER_S, "the list")
+    listed = answer.result()
+    assert listed.success, listed.message
+    (log,) = listed.logs
+    assert log.log_id == 1
+    assert log.size > 5000
+    assert log.stamp.sec > 1_000_000_000
+
+    handle, feedback = begun(flight)
+    result = ended(flight, handle)
+    assert result.success, result.message
+    assert result.error_code == GoalCode.SUCCESS
+    assert result.bytes_stored == result.size == log.size
+    path = Path(result.path)
+    assert path.parent == folder / "stored"
+    assert path.stat().st_size == log.size
+    assert [item.name for item in path.parent.iterdir()] == [path.name]
+    assert feedback
+    assert feedback[-1].log_id == 1
+    reader = DFReader_binary(str(path))
+    types = set()
+    while (message := reader.recv_msg()) is not None:
+        types.add(message.get_type())
+    reader.close()
+    assert {"PARM", "POS", "ATT", "MODE", "MSG"} <= types
+
+
+def test_a_download_is_resumed_and_another_log_of_that_name_is_not(flight: Flight) -> None:
+    path = Path(downloaded(flight).path)
+    whole = path.read_bytes()
+    asked = len(asked_offsets(flight))
+    assert downloaded(flight).success  # it is there already
+    assert len(asked_offsets(flight)) == asked
+
+    part = path.with_name(path.name + ".part")
+    path.rename(part)
+    part.write_bytes(whole[:7000])
+    result = downloaded(flight)
+    assert result.success, result.message
+    assert path.read_bytes() == whole
+    assert min(asked_offsets(flight)[asked:]) == 7000 - 4096
+
+    asked = len(asked_offsets(flight))
+    path.unlink()
+    part.write_bytes(bytes(7000))
+    result = downloaded(flight)
+    assert result.success, result.message
+    assert path.read_bytes() == whole
+    assert min(asked_offsets(flight)[asked:]) == 0
+    assert not part.exists()
+
+
+def test_what_cannot_be_downloaded_is_refused_with_a_sentence(flight: Flight) -> None:
+    result = downloaded(flight, 9)
+    assert result.error_code == GoalCode.INVALID_NUMBER
+    assert result.message == "INVALID_NUMBER: The autopilot has no log 9; it has 1."
+    assert result.path == ""
+
+    flight.relay.loss = 0.0
+    assert flight.call("arm").success
+    result = downloaded(flight)
+    assert flight.call("disarm").success
+    flight.relay.loss = 0.2
+    assert result.error_code == GoalCode.BUSY
+    assert result.message.startswith("BUSY: The vehicle is armed;")
+
+
+def test_one_download_at_a_time_and_a_cancel_ends_it(flight: Flight) -> None:
+    flight.relay.cut()
+    first, _ = begun(flight)
+    second = downloaded(flight)
+    assert second.error_code == GoalCode.BUSY
+    cancel = first.cancel_goal_async()
+    flight.wait(cancel.done, ANSWER_S, "an answer to the cancel")
+    result = ended(flight, first)
+    flight.relay.join()
+    assert result.error_code in (GoalCode.CANCELED, GoalCode.LINK_LOST), result.message
+
+
+def test_the_client_lists_and_downloads(flight: Flight) -> None:
+    def run(*arguments: str) -> tuple[int | None, list[dict[str, Any]]]:
+        shown = Process("client", [*CLIENT, *arguments, "--json"], flight.environment)
+        code = shown.wait(90.0)
+        return code, [json.loads(line) for line in shown.text.splitlines()]
+
+    flight.relay.loss = 0.0
+    flight.spin_for(2.0)
+    code, lines = run("logs")
+    assert code == 0, lines
+    assert [log["log_id"] for log in lines[-1]["logs"]] == [1, 2]
+    code, lines = run("download", "2")
+    assert code == 0, lines
+    assert lines[-1]["event"] == "download"
+    assert Path(lines[-1]["path"]).stat().st_size == lines[-1]["size"]
+    assert any(line["event"] == "progress" for line in lines)
+    code, lines = run("download", "77")
+    assert code == 3, lines
