@@ -336,9 +336,15 @@ def test_those_who_wait_are_told_that_it_has_stopped(bench: Bench) -> None:
 
 
 def test_an_application_that_hangs_is_named_when_stopping(bench: Bench) -> None:
-    hold = threading.Event()
+    hold, hangs = threading.Event(), threading.Event()
+
+    def hang() -> None:
+        hangs.set()
+        hold.wait(LIMIT_S)
+
     bench.driver.start()
-    bench.driver.post(lambda: hold.wait(LIMIT_S))
+    bench.driver.post(hang)
+    assert hangs.wait(LIMIT_S)  # A driver that is stopped first drops what it was asked to do.
     with pytest.raises(DriverError, match=r"did not end within 0\.05 s"):
         bench.driver.stop(timeout_s=0.05)
     hold.set()
