@@ -73,8 +73,8 @@ class MavlinkServer:
     corrections_class: type[Corrections] = Corrections
     external_class: type[ExternalPositionReceiver] = ExternalPositionReceiver
     ftp_class: type[FtpServer] = FtpServer
-    steady: frozenset[int] = frozenset({0})
-    """Messages that come whatever anybody asks for: HEARTBEAT"""
+    steady: frozenset[int] = frozenset({0, _OBSTACLE_DISTANCE})
+    """Messages that come whatever anybody asks for: HEARTBEAT, a companion's scan"""
     builders = telemetry.BUILDERS
     """By message id: what can be streamed and requested"""
 

@@ -9,6 +9,7 @@ import pytest
 from mavlink_sitl.config import ConfigurationError, Underway, VehicleConfig
 from mavlink_sitl.options import parse
 from mavlink_sitl.simulation import Simulation
+from mavlink_sitl.world.model import Obstacle, RangeSensor, World
 
 IN_AIR = Underway((30.0, -20.0, -12.0), (3.0, 0.0, 0.0))
 KINDS = [("copter", "ardupilot", "GUIDED"), ("copter", "px4", "AUTO.LOITER")]
@@ -97,3 +98,16 @@ def test_streams_are_silenced_but_the_heartbeat(autopilot: str) -> None:
     assert 0 in kinds
     assert not kinds & {30, 32, 33, 24, 147}
     assert (42 in kinds) is (autopilot == "px4")  # nobody can stop it there
+
+
+def test_a_companion_scanner_is_not_silenced_with_the_streams_of_an_ardupilot() -> None:
+    world = World(obstacles=(Obstacle("post", (8.0, 0.0), 1.0),), range_sensor=RangeSensor())
+    simulation = Simulation([VehicleConfig()], world=world)
+    simulation.run_for(4.0)
+    simulation.vehicles[0].silence_streams()
+    simulation.run_for(1.0)
+    simulation.link.read()
+    simulation.run_for(3.0)
+    kinds = [int.from_bytes(frame[7:10], "little") for frame in simulation.link.read_datagrams()]
+    assert kinds.count(330) >= 20
+    assert 132 not in kinds
