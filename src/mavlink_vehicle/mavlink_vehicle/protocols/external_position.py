@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import ExternalPosesResumed, ExternalPosesStopped
 from mavlink_vehicle.positions.frames import Quaternion, Vector3
+from mavlink_vehicle.protocols.outbox import Outbox
 
 __all__ = ["FRESH_S", "ExternalPose", "ExternalPositionError", "ExternalPositionSender", "Origin"]
 
@@ -66,7 +67,7 @@ class ExternalPose:
     twist_variance: tuple[float, ...] | None = None
 
 
-class ExternalPositionSender:
+class ExternalPositionSender(Outbox):
     """Checks poses and sends them.
 
     Attributes:
@@ -75,11 +76,11 @@ class ExternalPositionSender:
 
     def __init__(self, origin: Origin | None = None) -> None:
         """Prepare; `origin` is set where the autopilot has none."""
+        super().__init__()
         self.resets = 0
         self._origin = origin
         self._origin_s = -math.inf
         self._last: ExternalPose | None = None
-        self._outbox: list[Message] = []
         self._sent_s: float | None = None
         self._has_stopped = False
         self._event: ExternalPosesStopped | ExternalPosesResumed | None = None
@@ -168,11 +169,6 @@ class ExternalPositionSender:
         """Return and remove what has changed."""
         event, self._event = self._event, None
         return event
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
 
 def _check(pose: ExternalPose, now: float) -> None:

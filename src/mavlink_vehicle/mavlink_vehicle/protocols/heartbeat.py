@@ -16,20 +16,21 @@ from typing import ClassVar
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
 from mavlink_vehicle.protocols.machine import Machine, Table
+from mavlink_vehicle.protocols.outbox import Outbox
 
 PATIENCE = 3.0
 """How many times longer HEARTBEAT may be missing while other messages of the autopilot come."""
 
 
-class HeartbeatSender:
+class HeartbeatSender(Outbox):
     """Sends our HEARTBEAT at a fixed rate, the first one at once."""
 
     def __init__(self, interval_s: float, mav_type: int) -> None:
         """Send as `mav_type` (such as MAV_TYPE_ONBOARD_CONTROLLER) every `interval_s`."""
+        super().__init__()
         self._interval_s = interval_s
         self.mav_type = mav_type
         self._deadline: float | None = None
-        self._outbox: list[Message] = []
 
     def start(self, now: float) -> None:
         """Send the first one."""
@@ -57,11 +58,6 @@ class HeartbeatSender:
                 mavlink_version=3,
             )
         )
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_event(self) -> None:
         """There are none."""

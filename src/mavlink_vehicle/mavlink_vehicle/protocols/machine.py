@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Generic, TypeVar
 
-from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import ProtocolError
+from mavlink_vehicle.protocols.outbox import Outbox
 
 EventT = TypeVar("EventT")
 
@@ -17,7 +17,7 @@ Table = Mapping[tuple[enum.Enum, enum.Enum], tuple[enum.Enum, "Action | None"]]
 """(state, input) -> (next state, what to do on the way). A missing key is an error."""
 
 
-class Machine(Generic[EventT]):
+class Machine(Outbox, Generic[EventT]):
     """A state, moved by a transition table only.
 
     The state is set before the action runs, so an action may fire the next input.
@@ -27,8 +27,8 @@ class Machine(Generic[EventT]):
 
     def __init__(self, state: enum.Enum) -> None:
         """Begin in `state`."""
+        super().__init__()
         self.state = state
-        self._outbox: list[Message] = []
         self._events: deque[EventT] = deque()
         self._deadline: float | None = None
 
@@ -45,13 +45,6 @@ class Machine(Generic[EventT]):
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""
         return self._deadline
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent out of the outbox."""
-        if not self._outbox:
-            return []
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_event(self) -> EventT | None:
         """Return and remove the next event."""

@@ -26,6 +26,7 @@ from mavlink_vehicle.protocols.operations.command import (
     CommandRequest,
     ack_result,
 )
+from mavlink_vehicle.protocols.outbox import Outbox
 
 _ANSWER_S = 1.0
 _FIRST_RETRY_S = 1.0
@@ -36,7 +37,7 @@ _REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
-class MessageRequests:
+class MessageRequests(Outbox):
     """Asks for each missing message, more and more rarely, until it is there or rejected."""
 
     def __init__(
@@ -51,6 +52,7 @@ class MessageRequests:
         Raises:
             MessageError: there is no such message.
         """
+        super().__init__()
         self._wanted = tuple(message_id(name) for name in names)
         self._has_position = has_position
         self._missing: list[int] = []
@@ -62,7 +64,6 @@ class MessageRequests:
         self._retry_s = _FIRST_RETRY_S
         self._next_round_s = math.inf
         self._unsure_until_s = -math.inf
-        self._outbox: list[Message] = []
 
     @property
     def missing(self) -> frozenset[int]:
@@ -143,11 +144,6 @@ class MessageRequests:
         else:
             self._asked = None
             self._deadline = max(self._next_round_s, now) if self._missing else None
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_event(self) -> None:
         """There are none."""

@@ -19,8 +19,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
+from mavlink_vehicle.protocols.outbox import Outbox
 
 _MARGIN_S = 0.1
 _BUFFERED_S = 1.5
@@ -29,13 +30,13 @@ _ASK_AFTER_S, _ASK_EVERY_S = 0.15, 0.3
 _REQUEST = CommandRequest(mavlink.MAV_CMD_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 
 
-class OwnGap:
+class OwnGap(Outbox):
     """Knows whether the mode has been seen since we last stood still."""
 
     def __init__(self, address: Callable[[], Address]) -> None:
         """Begin without a gap; `address` tells those of a request."""
+        super().__init__()
         self._address = address
-        self._outbox: list[Message] = []
         self._ran_s: float | None = None
         self._ran_boot_ms: int | None = None
         self._before: tuple[float, int | None] | None = None
@@ -72,11 +73,6 @@ class OwnGap:
         if self._before is not None and now >= self._ask_s:
             self._ask_s = now + _ASK_EVERY_S
             self._outbox.append(_REQUEST.message(self._address(), 0))
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def see_mode(self, now: float, boot_time_ms: int | None) -> None:
         """Process a HEARTBEAT; `boot_time_ms` is the newest time since boot that came before it."""

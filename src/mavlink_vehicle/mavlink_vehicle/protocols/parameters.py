@@ -16,6 +16,7 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import Outbox
 
 _VALUE = mavlink.MAVLink_param_value_message
 _RETRY_S = 1.0
@@ -48,11 +49,12 @@ def decode_value(message: Message, bytewise: bool) -> float:
     return float(struct.unpack(layout, struct.pack("<f", message.param_value))[0])
 
 
-class ParameterReader:
+class ParameterReader(Outbox):
     """Reads the wanted parameters, and again every 30 s."""
 
     def __init__(self) -> None:
         """Want nothing."""
+        super().__init__()
         self._address: Address | None = None
         self._bytewise = False
         self._wanted: tuple[str, ...] = ()
@@ -62,7 +64,6 @@ class ParameterReader:
         self._asked_s: dict[str, float] = {}
         self._attempts = 0
         self._deadline: float | None = None
-        self._outbox: list[Message] = []
 
     @property
     def values(self) -> Mapping[str, float]:
@@ -165,11 +166,6 @@ class ParameterReader:
                 param_index=-1,
             )
         )
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_event(self) -> None:
         """There are none."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import deque
 
 from mavlink_vehicle.codec import Message, make
+from mavlink_vehicle.protocols.outbox import Outbox
 
 __all__ = ["LONGEST_BYTES", "RtcmError", "RtcmSender", "fragments", "rtcm_messages"]
 
@@ -88,15 +89,15 @@ def _piece(data: bytes, flags: int) -> Message:
     return make("GPS_RTCM_DATA", flags=flags, len=len(data), data=padded)
 
 
-class RtcmSender:
+class RtcmSender(Outbox):
     """Sends RTCM messages in their order."""
 
     def __init__(self) -> None:
         """Begin with nothing to send."""
+        super().__init__()
         self._waiting: deque[bytes] = deque()
         self._sequence = 0
         self._free_s = 0.0
-        self._outbox: list[Message] = []
 
     def offer(self, data: bytes, now: float) -> None:
         """Send RTCM messages: all of them, or none.
@@ -140,8 +141,3 @@ class RtcmSender:
             self._outbox += fragments(message, self._sequence)
             self._sequence = (self._sequence + 1) % 32
             self._free_s = now + max(_PAUSE_S, len(message) / RATE_BYTES_S)
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages

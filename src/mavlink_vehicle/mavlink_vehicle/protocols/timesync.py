@@ -14,6 +14,7 @@ from collections import deque
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import Outbox
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
 _NANOSECONDS = 1_000_000_000
@@ -23,17 +24,17 @@ _KEPT = 10
 _FORGOTTEN_S = 5.0
 
 
-class Timesync:
+class Timesync(Outbox):
     """Asks at an interval, and keeps the last round trips."""
 
     def __init__(self, interval_s: float) -> None:
         """Prepare; 0 never asks."""
+        super().__init__()
         self._interval_s = interval_s
         self._identity = 0
         self._deadline: float | None = None
         self._asked: dict[int, float] = {}
         self._round_trips_s: deque[float] = deque(maxlen=_KEPT)
-        self._outbox: list[Message] = []
 
     @property
     def round_trip_s(self) -> float | None:
@@ -74,8 +75,3 @@ class Timesync:
         ts1 = int(now * _NANOSECONDS) & ~_IDENTITY_BITS | self._identity
         self._asked[ts1] = now
         self._outbox.append(make("TIMESYNC", tc1=0, ts1=ts1))
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages

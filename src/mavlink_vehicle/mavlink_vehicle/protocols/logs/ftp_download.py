@@ -22,6 +22,7 @@ from mavlink_vehicle.protocols.logs.ftp import (
     FtpQuestion,
 )
 from mavlink_vehicle.protocols.logs.log_download import RATE_BYTES_S
+from mavlink_vehicle.protocols.logs.log_parts import LogDownloader
 
 # An ArduPilot keeps 5 requests, and drops what comes while it has as many.
 _WINDOW = 4
@@ -52,13 +53,8 @@ class _Read:
     deadline: float
 
 
-class FtpLogDownload:
-    """Downloads one log, or the remainder of one.
-
-    Attributes:
-        problem: a sentence if it was given up; empty otherwise.
-        done: whether all bytes were given out.
-    """
+class FtpLogDownload(LogDownloader):
+    """Downloads one log by MAVFTP."""
 
     def __init__(self, line: FtpLine, log: StoredLog, offset_bytes: int = 0) -> None:
         """Prepare; `start` asks.
@@ -68,11 +64,9 @@ class FtpLogDownload:
             log: as MAVFTP listed it.
             offset_bytes: where to begin, 0 to the log's size.
         """
-        self.problem = ""
-        self.done = False
-        self._log = log
+        super().__init__(log, offset_bytes)
         self._line = line
-        self._base = self._next = offset_bytes
+        self._next = offset_bytes
         self._opening: FtpQuestion | None = None
         self._is_open = False
         self._busy = self._opened = 0
@@ -85,8 +79,6 @@ class FtpLogDownload:
         self._failures = 0
         self._order = 0
         self._round_trip_s = 0.0
-        self._outbox: list[Message] = []
-        self._chunks: list[tuple[int, bytes]] = []
 
     def start(self, now: float) -> None:
         """Open the file."""
@@ -144,15 +136,6 @@ class FtpLogDownload:
             # Twice, as a file that stays open is in the way of the next download.
             self._outbox = [self._line.request(FtpOp.TERMINATE)[1] for _ in range(2)]
         self._is_open, self._opening = False, None
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
-
-    def next_chunk(self) -> tuple[int, bytes] | None:
-        """Return and remove the next bytes with their offset; they follow one another."""
-        return self._chunks.pop(0) if self._chunks else None
 
     def _give_up(self, problem: str) -> None:
         self.end()

@@ -20,6 +20,7 @@ from mavlink_vehicle.protocols.logs.ftp import (
     FtpOp,
     FtpQuestion,
 )
+from mavlink_vehicle.protocols.logs.log_parts import LogLister
 
 FOLDERS = ("/APM/LOGS", "/logs", "/fs/microsd/log", "/log")
 _ENTRIES_MAX = 5000
@@ -30,18 +31,12 @@ _DAY = re.compile(r"(?P<y>\d{4})-(?P<m>\d{2})-(?P<d>\d{2})|sess\d+")
 _TIME = re.compile(r"(\d{2})_(\d{2})_(\d{2})")
 
 
-class FtpLogList:
-    """Lists until it is complete.
-
-    Attributes:
-        logs: the complete list by `StoredLog.log_id`; None before.
-        problem: a sentence if it was given up; empty otherwise.
-    """
+class FtpLogList(LogLister):
+    """Lists until it is complete."""
 
     def __init__(self, line: FtpLine) -> None:
         """Prepare; `start` asks."""
-        self.logs: dict[int, StoredLog] | None = None
-        self.problem = ""
+        super().__init__()
         self._line = line
         self._open = deque(FOLDERS)
         self._has_root = False
@@ -50,7 +45,6 @@ class FtpLogList:
         self._entries = 0
         self._folder = ""
         self._question: FtpQuestion | None = None
-        self._outbox: list[Message] = []
 
     def start(self, now: float) -> None:
         """Ask for the first folder."""
@@ -81,11 +75,6 @@ class FtpLogList:
         if question.gave_up:
             self._question = None
             self.problem = f"The autopilot did not list {self._folder} over MAVFTP."
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def _next_folder(self, now: float) -> None:
         if not self._open or self._visited >= _FOLDERS_MAX:

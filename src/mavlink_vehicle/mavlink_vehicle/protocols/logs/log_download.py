@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import StoredLog
+from mavlink_vehicle.protocols.logs.log_parts import LogDownloader
 from mavlink_vehicle.protocols.operations.command import Address
 
 _DATA = mavlink.MAVLink_log_data_message
@@ -30,13 +31,8 @@ _BACKED_OFF = 4.0
 _ATTEMPTS = 20
 
 
-class LogDownload:
-    """Downloads one log, or the remainder of one.
-
-    Attributes:
-        problem: a sentence if it was given up; empty otherwise.
-        done: whether all bytes were given out.
-    """
+class LogDownload(LogDownloader):
+    """Downloads one log by LOG_REQUEST_DATA."""
 
     def __init__(self, address: Address, log: StoredLog, offset_bytes: int = 0) -> None:
         """Prepare; `start` asks.
@@ -46,11 +42,8 @@ class LogDownload:
             log: as it was listed.
             offset_bytes: where to begin, 0 to the log's size.
         """
-        self.problem = ""
-        self.done = False
+        super().__init__(log, offset_bytes)
         self._address = address
-        self._log = log
-        self._base = offset_bytes
         self._missing = [(offset_bytes, log.size_bytes)] if offset_bytes < log.size_bytes else []
         self._held = bytearray(_SPAN_BYTES)
         self._asked = (offset_bytes, offset_bytes)
@@ -62,8 +55,6 @@ class LogDownload:
         self._round_trip_s: float | None = None
         self._quiet_s, self._longest_s = _FIRST_QUIET_S, _LONGEST_QUIET_S
         self._deadline: float | None = None
-        self._outbox: list[Message] = []
-        self._chunks: list[tuple[int, bytes]] = []
 
     def start(self, now: float) -> None:
         """Ask for the first span."""
@@ -115,15 +106,6 @@ class LogDownload:
         """Tell the autopilot that nothing more is wanted; the rest of an answer is ignored."""
         self._deadline = None
         self._outbox = [self._to_autopilot("LOG_REQUEST_END")]
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
-
-    def next_chunk(self) -> tuple[int, bytes] | None:
-        """Return and remove the next bytes with their offset; they follow one another."""
-        return self._chunks.pop(0) if self._chunks else None
 
     def _go_on(self, now: float) -> None:
         """Give out what is complete, and ask for the first gap."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import StoredLog
+from mavlink_vehicle.protocols.logs.log_parts import LogLister
 from mavlink_vehicle.protocols.operations.command import Address
 
 _ENTRY = mavlink.MAVLink_log_entry_message
@@ -18,24 +19,17 @@ _ATTEMPTS = 8
 _TO_THE_LAST = 0xFFFF
 
 
-class LogList:
-    """Asks for the list until it is complete.
-
-    Attributes:
-        logs: the complete list by `StoredLog.log_id`; None before.
-        problem: a sentence if it was given up; empty otherwise.
-    """
+class LogList(LogLister):
+    """Asks for the list until it is complete."""
 
     def __init__(self, address: Address) -> None:
         """Prepare; `start` asks."""
-        self.logs: dict[int, StoredLog] | None = None
-        self.problem = ""
+        super().__init__()
         self._address = address
         self._found: dict[int, StoredLog] = {}
         self._count: int | None = None
         self._attempts = 0
         self._deadline: float | None = None
-        self._outbox: list[Message] = []
 
     def start(self, now: float) -> None:
         """Ask for the list."""
@@ -87,8 +81,3 @@ class LogList:
             f"The autopilot did not list its logs ({known} after {_ATTEMPTS} requests). "
             "A PX4 without logs does not answer."
         )
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages

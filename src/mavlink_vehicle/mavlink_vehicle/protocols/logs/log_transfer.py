@@ -21,7 +21,9 @@ from mavlink_vehicle.protocols.logs.ftp_download import FtpLogDownload
 from mavlink_vehicle.protocols.logs.ftp_list import FtpLogList
 from mavlink_vehicle.protocols.logs.log_download import LogDownload
 from mavlink_vehicle.protocols.logs.log_list import LogList
+from mavlink_vehicle.protocols.logs.log_parts import LogDownloader, LogLister
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import Outbox
 
 LOG_MESSAGES = frozenset(
     {mavlink.MAVLink_log_entry_message, mavlink.MAVLink_log_data_message, FTP_MESSAGE}
@@ -29,15 +31,15 @@ LOG_MESSAGES = frozenset(
 _Part: TypeAlias = LogList | FtpLogList | LogDownload | FtpLogDownload
 
 
-class LogTransfer:
+class LogTransfer(Outbox):
     """Lists and downloads logs; each transfer ends in one `LogTransferEnded`."""
 
     def __init__(self, address: Callable[[], Address], means: LogMeans = LogMeans.AUTO) -> None:
         """Prepare; `address` returns the addresses of the conversation."""
+        super().__init__()
         self._address = address
         self._means = means
         self._part: _Part | None = None
-        self._outbox: list[Message] = []
         self._events: deque[LogEvent] = deque()
 
     @property
@@ -66,7 +68,7 @@ class LogTransfer:
 
     def stop(self, reason: str, result: OperationResult = OperationResult.CANCELLED) -> None:
         """End the transfer under way, if any."""
-        if isinstance(self._part, (LogDownload, FtpLogDownload)):
+        if isinstance(self._part, LogDownloader):
             self._part.end()
         if self._part is not None:
             self._end(result, reason)
@@ -90,8 +92,7 @@ class LogTransfer:
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent."""
         self._collect()
-        messages, self._outbox = self._outbox, []
-        return messages
+        return super().messages_to_send()
 
     def next_event(self) -> LogEvent | None:
         """Return and remove the next event."""
@@ -112,10 +113,10 @@ class LogTransfer:
         if isinstance(part, LogList) and part.problem and self._means is LogMeans.AUTO:
             self._part = part = self._ftp_list(now)
             part.start(now)
-        if isinstance(part, (LogList, FtpLogList)) and part.logs is not None:
+        if isinstance(part, LogLister) and part.logs is not None:
             self._events.append(LogsListed(tuple(part.logs.values())))
             self._end(OperationResult.ACHIEVED, f"The autopilot has {len(part.logs)} logs.")
-        elif isinstance(part, (LogDownload, FtpLogDownload)):
+        elif isinstance(part, LogDownloader):
             while (chunk := part.next_chunk()) is not None:
                 self._events.append(LogChunkReceived(*chunk))
             if part.done:

@@ -18,6 +18,7 @@ from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
 from mavlink_vehicle.protocols.mission.transfer import TransferResult, TransferTiming
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.state.telemetry import MissionProgress
 
 _AGAIN_S = 60.0
@@ -48,11 +49,12 @@ def lists_taken(answer: Message) -> tuple[MissionType, ...]:
     return tuple(kind for kind in _ORDER if every or answer.mission_type == kind)
 
 
-class StoredLists:
+class StoredLists(Outbox):
     """Reads the three lists."""
 
     def __init__(self, timing: TransferTiming, may_read: Callable[[], bool]) -> None:
         """Prepare; `may_read` says whether no other transfer is under way."""
+        super().__init__()
         self._items: dict[MissionType, tuple[MissionItem, ...]] = {}
         self._timing = timing
         self._may_read = may_read
@@ -63,7 +65,6 @@ class StoredLists:
         self._due_s: dict[MissionType, float] = {}
         self._free_s = 0.0
         self._put_s: dict[MissionType, float] = {}
-        self._outbox: list[Message] = []
 
     def of(self, kind: MissionType) -> tuple[MissionItem, ...] | None:
         """Return a list as it is stored, with ArduPilot's home; None while it is unknown."""
@@ -163,7 +164,7 @@ class StoredLists:
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
+        messages = super().messages_to_send()
         if self._download is not None:
             messages += self._download.messages_to_send()
         return messages

@@ -14,13 +14,14 @@ from mavlink_vehicle.events import (
     ParametersFinished,
 )
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.parameter_service.listing import ParameterListing
 from mavlink_vehicle.protocols.parameter_service.one_parameter import OneParameter
 
 _DONE = (ParameterChange.READ, ParameterChange.CHANGED, ParameterChange.UNCHANGED)
 
 
-class ParameterChanges:
+class ParameterChanges(Outbox):
     """Parameters that are to have values; ends in one `ParametersFinished`.
 
     With a reading of all before, only what differs is asked for. Names that are unknown are tried
@@ -44,6 +45,7 @@ class ParameterChanges:
             objection: asked before each change: why there must be no more, as part of a sentence.
             list_first: whether all are read first.
         """
+        super().__init__()
         self._wanted = dict(wanted)
         self._address = address
         self._bytewise = bytewise
@@ -55,7 +57,6 @@ class ParameterChanges:
         self._second = False
         self._one: OneParameter | None = None
         self._outcomes: dict[str, ParameterOutcome] = {}
-        self._outbox: list[Message] = []
         self._events: deque[ParametersFinished] = deque()
 
     @property
@@ -92,11 +93,6 @@ class ParameterChanges:
         if part is not None:
             part.handle_timer(now)
             self._go_on(now)
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_event(self) -> ParametersFinished | None:
         """Return and remove the end."""

@@ -14,6 +14,7 @@ from collections import deque
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import OperationResult, Parameter, ParametersFinished
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.parameter_service.values import parameter_of
 
 _VALUE = mavlink.MAVLink_param_value_message
@@ -26,7 +27,7 @@ _RESTARTS = 3
 _NOTHING_NEW_S = 20.0
 
 
-class ParameterListing:
+class ParameterListing(Outbox):
     """One reading of all parameters; ends in one `ParametersFinished`."""
 
     def __init__(self, address: Address, bytewise: bool) -> None:
@@ -36,6 +37,7 @@ class ParameterListing:
             address: who talks with whom.
             bytewise: whether integers stand in the float as their bytes.
         """
+        super().__init__()
         self._address = address
         self._bytewise = bytewise
         self._found: dict[int, Parameter] = {}
@@ -46,7 +48,6 @@ class ParameterListing:
         self._streams = True
         self._new_s = 0.0
         self._deadline: float | None = None
-        self._outbox: list[Message] = []
         self._events: deque[ParametersFinished] = deque()
         self.total = 0
         """How many there are; 0 while that is unknown."""
@@ -103,11 +104,6 @@ class ParameterListing:
             self.start(now)
         else:
             self._finish(OperationResult.TIMED_OUT, "the autopilot does not answer")
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def next_event(self) -> ParametersFinished | None:
         """Return and remove the end."""

@@ -13,6 +13,7 @@ import enum
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import Parameter, ParameterChange, ParameterOutcome
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.parameter_service.values import (
     encode_value,
     parameter_of,
@@ -48,7 +49,7 @@ class _Step(enum.Enum):
     FINISHED = "ended"
 
 
-class OneParameter:
+class OneParameter(Outbox):
     """One parameter; ends in one `ParameterOutcome`."""
 
     def __init__(
@@ -68,6 +69,7 @@ class OneParameter:
             bytewise: whether integers stand in the float as their bytes.
             known: what was just read of it.
         """
+        super().__init__()
         self._name = name
         self._wanted = wanted
         self._address = address
@@ -78,7 +80,6 @@ class OneParameter:
         self._reads = self._sets = 0
         self._differs = False
         self._deadline: float | None = None
-        self._outbox: list[Message] = []
         self.outcome: ParameterOutcome | None = None
         """How it ended; None before."""
 
@@ -125,11 +126,6 @@ class OneParameter:
             text = f"{self._name} was set, but could not be read back; its value is unknown."
             self._new = None
             self._end(ParameterChange.FAILED, text)
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages, self._outbox = self._outbox, []
-        return messages
 
     def stop(self, reason: str) -> None:
         """End it for this reason, part of a sentence."""
