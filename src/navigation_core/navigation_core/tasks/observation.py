@@ -110,7 +110,8 @@ class Observation:
         landing: whether it says that it is landing.
         mission: how the uploaded mission stands, or None.
         obstacles: the known obstacles; the same object until something about it is new.
-        obstacles_seen: those, without where something that moves is about to be; None for the same.
+        obstacles_seen: those, without where something that moves is about to be, for what drives;
+            None for the same.
         obstacles_age_s: time since the sensor that tells about them was last heard; 0 when none
             is expected to be heard.
         obstacles_reach_m: how far the sensor sees that tells about them; infinite without one.
@@ -146,3 +147,8 @@ class Observation:
     position_doubt: str = ""
     fence: Fence | None = None
     command: VelocityCommand | None = None
+
+    @property
+    def obstacles_now(self) -> Obstacles:
+        """The obstacles where they are, not where they are about to be."""
+        return self.obstacles if self.obstacles_seen is None else self.obstacles_seen

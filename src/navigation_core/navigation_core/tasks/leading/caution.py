@@ -161,11 +161,10 @@ class Caution:
         yaw, here = observation.yaw_enu_rad, observation.position_enu_m
         if self._avoidance is None or yaw is None or here is None:
             return math.inf
-        seen = observation.obstacles_seen
         return safe_speed_m_s(
             measured_state(observation).position_enu_m,
             (speed_m_s * math.cos(yaw), speed_m_s * math.sin(yaw), 0.0),
-            observation.obstacles if seen is None else seen,
+            observation.obstacles_now,
             self._limits,
             self._avoidance.brake_clearance_m,
             self._traits.brake_lag_s + observation.late_s,

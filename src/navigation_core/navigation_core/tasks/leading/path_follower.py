@@ -235,7 +235,7 @@ class PathFollower:
             return None
         yaw = observation.yaw_enu_rad or 0.0
         start, points = KinematicState(position_enu_m), self._points
-        planner, known, seen = self.planner, observation.obstacles, observation.obstacles_seen
+        planner, known, seen = self.planner, observation.obstacles, observation.obstacles_now
         return self._avoidance.searcher.begin(
             lambda is_wanted: planner.plan(start, yaw, points, known, seen, is_wanted)
         )
@@ -319,7 +319,7 @@ class PathFollower:
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
         planner, yaw = self.planner, observation.yaw_enu_rad or 0.0
-        known, seen = observation.obstacles, observation.obstacles_seen
+        known, seen = observation.obstacles, observation.obstacles_now
         search = searcher.begin(
             lambda is_wanted: planner.plan(start, yaw, points, known, seen, is_wanted)
         )
