@@ -155,8 +155,8 @@ def test_an_end_of_the_server_is_told_with_its_code_and_sentence(
 
 
 def test_a_rejection_has_the_code_of_its_sentence_or_one_of_nav2() -> None:
-    assert aborted("OUTSIDE_VOLUME: Too far.").code == GoalCode.OUTSIDE_VOLUME
-    assert aborted("NO_PATH: None.", 208).code == 208
+    assert aborted("OUTSIDE_VOLUME", "Too far.").code == GoalCode.OUTSIDE_VOLUME
+    assert aborted("NO_PATH", "None.", 208).code == 208
     codes = [v for k, v in vars(type(GoalCode)).items() if k.isupper() and isinstance(v, int)]
     assert all(code < 100 for code in codes), "Nav2's own begin at 100"
 
@@ -166,7 +166,7 @@ def test_a_result_carries_code_and_sentence() -> None:
         class Result:
             error_code, error_msg, success = 0, "", True
 
-    message = result(Kind, aborted("BUSY: Busy."))
+    message = result(Kind, aborted("BUSY", "Busy."))
     assert (message.error_code, message.error_msg) == (GoalCode.BUSY, "BUSY: Busy.")
     assert not message.success
     assert not hasattr(Navigate.Result(), "error_msg"), "the server's own is called message"

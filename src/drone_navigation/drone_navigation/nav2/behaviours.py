@@ -58,15 +58,17 @@ class Behaviours:
         self._navigators.present()
         kind = self._vehicle.kind
         if kind not in kinds:
-            raise TargetError(f"UNSUPPORTED_VEHICLE: A {kind.value} cannot {what}.")
+            raise TargetError("UNSUPPORTED_VEHICLE", f"A {kind.value} cannot {what}.")
         if kind is VehicleKind.COPTER and not self._vehicle.flies_now:
-            raise TargetError("NOT_FLYING: The vehicle is not in the air; send it to a pose first.")
+            raise TargetError(
+                "NOT_FLYING", "The vehicle is not in the air; send it to a pose first."
+            )
 
     async def _spin(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
         turn_rad = handle.request.target_yaw
         self._check("turn on the spot", (VehicleKind.COPTER,))
         if not math.isfinite(turn_rad) or abs(turn_rad) > _SPIN_MAX_RAD:
-            raise TargetError(f"INVALID_NUMBER: target_yaw is {turn_rad}.")
+            raise TargetError("INVALID_NUMBER", f"target_yaw is {turn_rad}.")
         present = self._navigators.present()
         height_m = self._navigators.rule().height_m(0.0, present)
         place = (*present.position_enu_m[:2], height_m)
@@ -80,7 +82,7 @@ class Behaviours:
             handle.publish_feedback(Spin.Feedback(angular_distance_traveled=abs(turned_rad)))
 
         started_s = time.monotonic()
-        outcome = aborted("INTERNAL_ERROR: no turn")
+        outcome = aborted("INTERNAL_ERROR", "no turn")
         for to_rad in turns(present.yaw_enu_rad, turn_rad):
             outcome = await self._move(handle, Target(place, to_rad), 0.0, started_s, tell)
             if outcome.code:
@@ -100,8 +102,8 @@ class Behaviours:
             kinds += [VehicleKind.ROVER, VehicleKind.BOAT]
         self._check("move straight" if request.target.x > 0.0 else "reverse", tuple(kinds))
         if (request.target.x > 0.0) != (request.speed > 0.0):
-            text = "INVALID_NUMBER: Speed and distance must have the same sign."
-            return aborted(text, DriveOnHeading.Result.INVALID_INPUT), None
+            text = "Speed and distance must have the same sign."
+            return aborted("INVALID_NUMBER", text, DriveOnHeading.Result.INVALID_INPUT), None
         return await self._straight(handle, DriveOnHeading, request.target.x, abs(request.speed))
 
     async def _straight(
@@ -109,8 +111,8 @@ class Behaviours:
     ) -> tuple[Outcome, Any]:
         target = handle.request.target
         if target.y or target.z or not math.isfinite(forward_m) or not math.isfinite(speed_m_s):
-            text = "INVALID_NUMBER: Only target.x may be set, to a finite number."
-            return aborted(text, kind.Result.INVALID_INPUT), None
+            text = "Only target.x may be set, to a finite number."
+            return aborted("INVALID_NUMBER", text, kind.Result.INVALID_INPUT), None
         present = self._navigators.present()
         here = present.position_enu_m
         there = frames.body_flu_to_enu((forward_m, 0.0, 0.0), present.yaw_enu_rad)

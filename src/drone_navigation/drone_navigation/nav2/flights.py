@@ -15,15 +15,16 @@ from typing import Any
 
 from rclpy.action import ActionClient
 from rclpy.node import Node
-from std_msgs.msg import String
 
 from custom_interfaces.action import Navigate, NavigateWaypoints
+from custom_interfaces.msg import GoalRejected
 from drone_navigation.client.errands import Errand
 from drone_navigation.client.events import Telemetry
 from drone_navigation.client.goals import GoalStage, SentGoal
 from drone_navigation.client.servers import no_server
 from drone_navigation.client.watch import ServerWatch
 from drone_navigation.nav2.outcomes import PREEMPTED, Outcome, aborted, ended
+from drone_navigation.nav2.targets import Refusal
 from drone_navigation.nav2.vehicle import Vehicle
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME, WAYPOINTS_ACTION_NAME
@@ -82,9 +83,9 @@ class Flights:
             ACTION_NAME: ActionClient(node, Navigate, ACTION_NAME),
             WAYPOINTS_ACTION_NAME: ActionClient(node, NavigateWaypoints, WAYPOINTS_ACTION_NAME),
         }
-        self._rejections: list[str] = []
+        self._rejections: list[Refusal] = []
         node.create_subscription(
-            String, f"{SERVER_NODE_NAME}/last_rejection", self._take_rejection, LATCHED_QOS
+            GoalRejected, f"{SERVER_NODE_NAME}/goal_rejected", self._take_rejection, LATCHED_QOS
         )
         self._timer = node.create_timer(_PERIOD_S, lambda: None)
         self._timer.cancel()
@@ -94,8 +95,8 @@ class Flights:
         self._goal: SentGoal | None = None
         self._stopping = False
 
-    def _take_rejection(self, message: String) -> None:
-        self._rejections.append(message.data)
+    def _take_rejection(self, message: GoalRejected) -> None:
+        self._rejections.append(Refusal(message.code, message.message))
 
     @property
     def is_idle(self) -> bool:
@@ -109,10 +110,10 @@ class Flights:
     async def fly(self, order: Order) -> Outcome:
         """Send a goal and follow it to its end, unless a newer one replaces it."""
         why = self._vehicle.why_not()
-        if not why and not self._clients[order.errand.name].server_is_ready():
-            why = f"NO_VEHICLE: {no_server(self._node, order.errand.name)}"
-        if why:
-            return aborted(why)
+        if why is None and not self._clients[order.errand.name].server_is_ready():
+            why = Refusal("NO_VEHICLE", no_server(self._node, order.errand.name))
+        if why is not None:
+            return aborted(*why)
         self._turning += 1
         self._timer.reset()
         try:
@@ -159,7 +160,7 @@ class Flights:
                     goal.ask_again()
                 if lost := watch.verdict(now_s):
                     goal.cancel(now_s)
-                    return aborted(f"NO_VEHICLE: {lost}")
+                    return aborted("NO_VEHICLE", lost)
             elif goal.stage is not GoalStage.SENT:
                 break
         return await self._end(goal, before, order, late=late)
@@ -178,21 +179,24 @@ class Flights:
             end = goal.end(replaced=False)
             if late and end.state == "CANCELED":
                 return aborted(
-                    "TIMEOUT: Not done within the time allowance; the vehicle has stopped."
+                    "TIMEOUT", "Not done within the time allowance; the vehicle has stopped."
                 )
             return ended(end, cancelled=order.is_cancelled())
         if goal.stage is GoalStage.REFUSED:
             until_s = goal.since_s + _REASON_TIMEOUT_S
             while not self._rejections and time.monotonic() < until_s:
                 await _Turn()
-            why = self._rejections[-1] if self._rejections else "INTERNAL_ERROR: No reason given."
+            why = Refusal("INTERNAL_ERROR", "No reason given.")
+            if self._rejections:
+                why = self._rejections[-1]
         elif goal.stage is GoalStage.FORGOTTEN:
-            why = "NO_VEHICLE: The server was restarted and does not know the goal any more."
+            text = "The server was restarted and does not know the goal any more."
+            why = Refusal("NO_VEHICLE", text)
         else:
-            why = "NO_VEHICLE: The server did not answer to the goal."
+            why = Refusal("NO_VEHICLE", "The server did not answer to the goal.")
         if before is not None:
             await self._halt(before)
-        return aborted(why)
+        return aborted(*why)
 
     async def _halt(self, goal: SentGoal) -> None:
         """Stop a goal that was replaced, for its client, by one that the server rejects.

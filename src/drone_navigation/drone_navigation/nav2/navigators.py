@@ -103,7 +103,7 @@ class Navigators:
             TargetError: it is not known.
         """
         if why := self._vehicle.why_not():
-            raise TargetError(why)
+            raise TargetError(*why)
         return self._vehicle.present()
 
     def targets(self, poses: Sequence[PoseStamped], present: Present) -> list[Target]:
@@ -130,7 +130,8 @@ class Navigators:
             except TargetError as error:
                 if len(poses) == 1:
                     raise
-                raise TargetError(f"{error} (pose {number} of {len(poses)})") from None
+                code, text = error.refusal
+                raise TargetError(code, f"{text} (pose {number} of {len(poses)})") from None
         return found
 
     # --- one pose -------------------------------------------------------------------------
@@ -211,8 +212,9 @@ class Navigators:
         fix = self._vehicle.last(NavSatFix)
         if fix is None or not math.isfinite(fix.altitude):
             raise TargetError(
-                "NO_POSITION: The vehicle does not report its altitude above the ellipsoid, which "
-                "GPS waypoints count from; send an altitude of 0 to keep the height."
+                "NO_POSITION",
+                "The vehicle does not report its altitude above the ellipsoid, which "
+                "GPS waypoints count from; send an altitude of 0 to keep the height.",
             )
         return float(self._vehicle.present().position_enu_m[2] + altitude_m - fix.altitude)
 
@@ -240,13 +242,14 @@ class Navigators:
         count = len(waypoints)
         if request.goal_index >= max(count, 1):
             raise TargetError(
-                f"INVALID_WAYPOINTS: goal_index is {request.goal_index}, but there are {count} "
-                "waypoints."
+                "INVALID_WAYPOINTS",
+                f"goal_index is {request.goal_index}, but there are {count} waypoints.",
             )
         if (1 + request.number_of_loops) * count > _WAYPOINTS_MAX:
             raise TargetError(
-                f"INVALID_WAYPOINTS: {1 + request.number_of_loops} laps of {count} waypoints are "
-                f"more than {_WAYPOINTS_MAX}."
+                "INVALID_WAYPOINTS",
+                f"{1 + request.number_of_loops} laps of {count} waypoints are "
+                f"more than {_WAYPOINTS_MAX}.",
             )
         laps = range(1 + request.number_of_loops)
         order = [i for lap in laps for i in range(0 if lap else request.goal_index, count)]
@@ -274,7 +277,7 @@ class Navigators:
         tell: Callable[[Telemetry], None],
     ) -> Outcome:
         if not waypoints:
-            return aborted("INVALID_WAYPOINTS: There are no poses.")
+            return aborted("INVALID_WAYPOINTS", "There are no poses.")
         goal = NavigateWaypoints.Goal(
             execution=NavigateWaypoints.Goal.EXECUTION_SETPOINTS,
             waypoints=list(waypoints),

@@ -34,14 +34,20 @@ class Outcome:
 SUCCEEDED = Outcome(GoalStatus.STATUS_SUCCEEDED)
 
 
-def aborted(message: str, code: int | None = None) -> Outcome:
-    """Return the end of a goal that is not executed; its code is that of the message if any."""
-    if code is None:
-        code = getattr(GoalCode, message.partition(":")[0], GoalCode.INTERNAL_ERROR)
-    return Outcome(GoalStatus.STATUS_ABORTED, code, message)
+def aborted(code: str, text: str, number: int | None = None) -> Outcome:
+    """Return the end of a goal that is not executed.
+
+    Args:
+        code: a name of GoalCode.msg.
+        text: a sentence.
+        number: one of Nav2's own, for `error_code`; None for that of the code.
+    """
+    if number is None:
+        number = getattr(GoalCode, code, GoalCode.INTERNAL_ERROR)
+    return Outcome(GoalStatus.STATUS_ABORTED, number, f"{code}: {text}")
 
 
-PREEMPTED = aborted("PREEMPTED: A new goal replaced this one.")
+PREEMPTED = aborted("PREEMPTED", "A new goal replaced this one.")
 
 
 def ended(end: Ended, *, cancelled: bool) -> Outcome:

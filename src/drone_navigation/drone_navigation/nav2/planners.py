@@ -92,7 +92,7 @@ class Planners:
         goals = handle.request.goals
         if not goals:
             code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
-            return aborted("INVALID_WAYPOINTS: There are no poses.", code), None
+            return aborted("INVALID_WAYPOINTS", "There are no poses.", code), None
         return self._compute(ComputePathThroughPoses, handle.request, goals)
 
     def _compute(
@@ -103,21 +103,21 @@ class Planners:
         codes = kind.Result
         if not self._settings:
             return aborted(
-                "NO_VEHICLE: The server has not reported its parameters.", codes.UNKNOWN
+                "NO_VEHICLE", "The server has not reported its parameters.", codes.UNKNOWN
             ), None
         stops = [*([request.start] if request.use_start else []), *goals]
         points = [target.position_enu_m for target in self._navigators.targets(stops, present)]
         if not request.use_start:
             points.insert(0, present.position_enu_m)
         if not all(map(math.isfinite, itertools.chain(*points))):
-            return aborted("INVALID_NUMBER: A coordinate is not finite.", codes.UNKNOWN), None
+            return aborted("INVALID_NUMBER", "A coordinate is not finite.", codes.UNKNOWN), None
         low_m, high_m = (
             present.ground_m + self._settings[f"volume_altitude_{end}_m"] for end in ("min", "max")
         )
         for number, point in enumerate(points[1:], start=1):
             if math.hypot(*point[:2]) > self._settings["volume_radius_m"]:
-                text = f"OUTSIDE_VOLUME: Pose {number} is outside volume_radius_m."
-                return aborted(text, codes.GOAL_OUTSIDE_MAP), None
+                text = f"Pose {number} is outside volume_radius_m."
+                return aborted("OUTSIDE_VOLUME", text, codes.GOAL_OUTSIDE_MAP), None
         drives = self._navigators.rule().drives
         limits = PlanLimits(
             clearance_m=self._settings["vehicle_radius_m"] + self._settings["obstacle_margin_m"],
@@ -129,7 +129,7 @@ class Planners:
         for goal in points[1:]:
             found = plan(corners[-1], goal, obstacles, limits)
             if isinstance(found, NoPath):
-                return aborted(f"NO_PATH: {found.reason}", codes.NO_VALID_PATH), None
+                return aborted("NO_PATH", found.reason, codes.NO_VALID_PATH), None
             corners += found.points_enu_m[1:]
         message = result(kind, SUCCEEDED)
         message.path = path(corners, self._vehicle.pose().header)
@@ -143,7 +143,7 @@ class Planners:
     ) -> GetCostmap.Response:
         why = self._vehicle.why_not()
         if why or not self._settings:
-            self._node.get_logger().warning(f"An empty cost map: nothing is known yet. {why}")
+            self._node.get_logger().warning(f"An empty cost map: nothing is known yet. {why or ''}")
             return response
         radius_m = self._settings["vehicle_radius_m"]
         radii_m = (radius_m, radius_m + self._settings["obstacle_margin_m"])

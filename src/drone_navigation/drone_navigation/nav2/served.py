@@ -40,10 +40,10 @@ def serve(node: Node, kind: Any, name: str, run: Run) -> None:
         try:
             outcome, message = await run(handle)
         except TargetError as error:
-            outcome, message = aborted(str(error)), None
+            outcome, message = aborted(*error.refusal), None
         except Exception as error:  # a goal must end, whatever happens
             node.get_logger().error(f"{name} failed: {error!r}")
-            outcome, message = aborted(f"INTERNAL_ERROR: {error!r}"), None
+            outcome, message = aborted("INTERNAL_ERROR", repr(error)), None
         if message is None:
             message = result(kind, outcome)
         if outcome.status == GoalStatus.STATUS_SUCCEEDED:

@@ -51,7 +51,7 @@ def reject_the_rest(node: Node) -> None:
 
     def reject(kind: Any, name: str, why: str) -> None:
         code = getattr(kind.Result, "UNKNOWN", 0)
-        outcome = aborted(f"UNSUPPORTED: {name} is not offered. {why}", code)
+        outcome = aborted("UNSUPPORTED", f"{name} is not offered. {why}", code)
 
         async def run(_handle: ServerGoalHandle) -> tuple[Outcome, Any]:
             return outcome, None
@@ -120,8 +120,9 @@ class LifeCycle:
         return response
 
     def _is_active(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.message = self._vehicle.why_not()
-        response.success = not response.message
+        why = self._vehicle.why_not()
+        response.success = why is None
+        response.message = str(why or "")
         return response
 
     def _manage(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles.profile import VehicleKind
@@ -19,6 +20,7 @@ __all__ = [
     "LEAST_HEIGHTS_M",
     "HeightRule",
     "Present",
+    "Refusal",
     "Target",
     "TargetError",
     "map_target",
@@ -37,8 +39,33 @@ _NORM_TOLERANCE = 0.1
 _TURN_MAX_RAD = 2.0 * math.pi / 3.0
 
 
+class Refusal(NamedTuple):
+    """Why something is not done.
+
+    Attributes:
+        code: a name of GoalCode.msg.
+        text: a sentence for people.
+    """
+
+    code: str
+    text: str
+
+    def __str__(self) -> str:
+        """Return "CODE: sentence"."""
+        return f"{self.code}: {self.text}"
+
+
 class TargetError(ValueError):
-    """A pose cannot be flown to; the text is for the client."""
+    """A pose cannot be flown to.
+
+    Attributes:
+        refusal: why.
+    """
+
+    def __init__(self, code: str, text: str) -> None:
+        """Say why, as in `Refusal`."""
+        self.refusal = Refusal(code, text)
+        super().__init__(str(self.refusal))
 
 
 @dataclass(frozen=True)
@@ -126,15 +153,17 @@ def map_target(
     """
     if frame_id not in (FRAME_MAP, FRAME_BASE_LINK, ""):
         raise TargetError(
-            f"UNKNOWN_FRAME: Frame '{frame_id}' is not known here; send poses in '{FRAME_MAP}' or "
-            f"'{FRAME_BASE_LINK}'."
+            "UNKNOWN_FRAME",
+            f"Frame '{frame_id}' is not known here; send poses in '{FRAME_MAP}' or "
+            f"'{FRAME_BASE_LINK}'.",
         )
     norm = math.hypot(*orientation_xyzw)
     yaw = yaw_enu_rad(orientation_xyzw)
     if not norm <= _UNSET_M and (not abs(norm - 1.0) <= _NORM_TOLERANCE or yaw is None):
         raise TargetError(
-            "INVALID_ORIENTATION: The orientation is not a unit quaternion with a heading; send a "
-            "rotation about z, or all zeros to face the direction of travel."
+            "INVALID_ORIENTATION",
+            "The orientation is not a unit quaternion with a heading; send a "
+            "rotation about z, or all zeros to face the direction of travel.",
         )
     if frame_id == FRAME_BASE_LINK:
         here = present.position_enu_m

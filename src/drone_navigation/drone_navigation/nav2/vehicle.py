@@ -13,7 +13,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import NavSatFix
 
 from custom_interfaces.msg import Fence, HomePosition, VehicleStatus
-from drone_navigation.nav2.targets import Present
+from drone_navigation.nav2.targets import Present, Refusal
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.profiles import profile_for
@@ -89,16 +89,19 @@ class Vehicle:
         """When the server was last heard, on the monotonic clock."""
         return max(self._heard_s.values(), default=-math.inf)
 
-    def why_not(self) -> str:
-        """Return why no goal can be sent, as "CODE: sentence"; empty if one can."""
+    def why_not(self) -> Refusal | None:
+        """Return why no goal can be sent; None if one can."""
         status = self.last(VehicleStatus)
         if status is None or not self._is_fresh(VehicleStatus):
-            return "NO_VEHICLE: No navigation_server is heard in this ROS domain and namespace."
+            text = "No navigation_server is heard in this ROS domain and namespace."
+            return Refusal("NO_VEHICLE", text)
         if not status.connected:
-            return "NO_VEHICLE: The navigation server receives no HEARTBEAT of a vehicle."
+            text = "The navigation server receives no HEARTBEAT of a vehicle."
+            return Refusal("NO_VEHICLE", text)
         if not status.position_valid or not self._is_fresh(Odometry):
-            return "NO_POSITION: The navigation server has no valid position of the vehicle."
-        return ""
+            text = "The navigation server has no valid position of the vehicle."
+            return Refusal("NO_POSITION", text)
+        return None
 
     @property
     def kind(self) -> VehicleKind:
@@ -119,7 +122,7 @@ class Vehicle:
         return "" if status is None else str(status.active_goal)
 
     def present(self) -> Present:
-        """Return the vehicle's pose; only if :meth:`why_not` is empty."""
+        """Return the vehicle's pose; only if :meth:`why_not` is None."""
         pose, home = self.last(Odometry).pose.pose, self.last(HomePosition)
         position, q = pose.position, pose.orientation
         ground_m = 0.0 if home is None else home.position.z
