@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,9 +15,9 @@ from geometry_msgs.msg import Point, PoseWithCovarianceStamped
 from sensor_msgs.msg import NavSatFix
 
 from custom_interfaces.msg import GoalCode
-from drone_navigation.processes import Process
+from drone_navigation.processes import Process, ros_environment
 from drone_navigation.qos import STREAM_QOS
-from tests.support.ros.ros_flight import Flight, navigate_goal
+from tests.support.ros.ros_flight import Flight, navigate_goal, new_domain
 
 pytest.importorskip("nav2_msgs", reason="nav2_msgs is not built: run make setup-nav2")
 
@@ -59,10 +60,30 @@ def test_a_second_one_ends_with_the_reason(nav2: Nav2Client, flight: Flight) -> 
     words = ["python", "-m", "drone_navigation.navigation_nav2"]
     second = Process("second", words, flight.environment)
     try:
-        assert second.wait(60.0) == 1, second.text
+        assert second.wait(120.0) == 1, second.text
     finally:
         second.stop()
     assert "Another node offers navigate_to_pose in this ROS domain" in second.text
+
+
+def test_one_that_discovers_another_late_ends_with_the_reason() -> None:
+    environment = ros_environment(new_domain())
+    words = ["python", "-m", "drone_navigation.navigation_nav2"]
+    first = Process("first", words, environment)
+    second = None
+    try:
+        first.wait_for("Ready for clients of Nav2", 60.0)
+        first.signal(signal.SIGSTOP)  # It does not answer, as on an overloaded machine.
+        second = Process("second", words, environment)
+        second.wait_for("Ready for clients of Nav2", 60.0)
+        first.signal(signal.SIGCONT)
+        assert second.wait(90.0) == 1, second.text
+        assert "Another node offers navigate_to_pose in this ROS domain" in second.text
+    finally:
+        first.signal(signal.SIGCONT)
+        for each in (first, second):
+            if each is not None:
+                each.stop()
 
 
 def test_a_pose_without_a_height_takes_a_copter_off_and_keeps_its_height(nav2: Nav2Client) -> None:

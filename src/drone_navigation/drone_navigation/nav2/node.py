@@ -27,6 +27,11 @@ _HEAR_TIMEOUT_S = 3.0
 _ACTION = "navigate_to_pose"
 # One that was killed stays in the graph for the lease of its DDS participant, 20 s.
 _ALONE_TIMEOUT_S = 25.0
+_NEW_S = 60.0
+_SEVERAL = (
+    f"Another node offers {_ACTION} in this ROS domain and namespace: stop Nav2, or the other "
+    "navigation_nav2."
+)
 
 
 class StartError(RuntimeError):
@@ -61,12 +66,37 @@ def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
     offer_clearing(node)
     reject_the_rest(node)
     node.get_logger().info("Ready for clients of Nav2")
+    try:
+        _serve(node, executor, stopped)
+    finally:
+        flights.stop()
+        _spin_until(executor, lambda: flights.is_idle, _STOP_TIMEOUT_S)
+        executor.shutdown(timeout_sec=1.0)
+        node.destroy_node()
+
+
+def _serve(node: Node, executor: SingleThreadedExecutor, stopped: threading.Event) -> None:
+    """Serve until a moment.
+
+    A loaded machine discovers others late. Of two servers the one that is still new ends; both,
+    if both are.
+
+    Raises:
+        StartError: another one was found, and it does not end.
+    """
+    new_until_s, alone_s = time.monotonic() + _NEW_S, time.monotonic()
     while not stopped.is_set():
         executor.spin_once(timeout_sec=_SPIN_S)
-    flights.stop()
-    _spin_until(executor, lambda: flights.is_idle, _STOP_TIMEOUT_S)
-    executor.shutdown(timeout_sec=1.0)
-    node.destroy_node()
+        now_s = time.monotonic()
+        if alone_s < new_until_s:
+            if _servers(node) <= 1:
+                alone_s = now_s
+            elif now_s - alone_s > _ALONE_TIMEOUT_S:
+                raise StartError(_SEVERAL)
+
+
+def _servers(node: Node) -> int:
+    return int(node.count_services(f"{_ACTION}/_action/send_goal"))
 
 
 def _wait_until_alone(
@@ -79,16 +109,13 @@ def _wait_until_alone(
     """
 
     def is_alone() -> bool:
-        return stopped.is_set() or not node.count_services(f"{_ACTION}/_action/send_goal")
+        return stopped.is_set() or not _servers(node)
 
     if not is_alone():
         node.get_logger().warning(f"Another node offers {_ACTION}; waiting for its end")
         _spin_until(executor, is_alone, _ALONE_TIMEOUT_S)
     if not is_alone():
-        raise StartError(
-            f"Another node offers {_ACTION} in this ROS domain and namespace: stop Nav2, or the "
-            "other navigation_nav2."
-        )
+        raise StartError(_SEVERAL)
 
 
 def _spin_until(
