@@ -11,8 +11,10 @@ import pytest
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.tlog import TlogReader
 from navigation_core.geometry import Vector3
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.traits import Traits
 from tests.support.models.point_mass import PointMass
 
 PX4_HOLD = Path(__file__).resolve().parents[2] / "replay/data/px4_mission_clear.tlog"
@@ -114,5 +116,7 @@ def test_a_rover_that_rolls_back_does_not_stand_at_its_turning_point() -> None:
         at(0.1 * step, (place_m, 0.0, 0.0), (velocity_m_s, 0.0, 0.0))
         for step, (place_m, velocity_m_s) in enumerate(rolled)
     ]
-    assert any(seen(standstill(), *observations)[-3:])
-    assert not any(seen(Standstill(0.3, 1.0, 0.0), *observations)[-2:])
+    config = GotoConfig(stop_speed_m_s=0.3, stop_dwell_s=1.0)
+    rover = Traits("rover", flies=False)
+    assert any(seen(Standstill.of_stop(config, Traits()), *observations)[-3:])
+    assert not any(seen(Standstill.of_stop(config, rover), *observations)[-2:])

@@ -146,9 +146,9 @@ class Stations:
         self, goal: ActiveGoal, observation: Observation, config: GotoConfig, now: float
     ) -> bool:
         """Return whether a ground station made the vehicle hold, so that it is left alone."""
-        if goal.yielded is None and self._is_taken(goal, observation, config):
-            still = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
-            goal.yielded = Yielded(now, still)
+        profile = self._vehicle.profile
+        if goal.yielded is None and profile and self._is_taken(goal, observation, config):
+            goal.yielded = Yielded(now, Standstill.of_stop(config, traits_of(profile)))
             self._let_go(goal, now)
         return goal.yielded is not None
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections import deque
 
 from navigation_core.geometry import Vector3, distance
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.measurement import measured_speed
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traits import Traits
 
 # A PX4 v1.17 that held reported 0.2 to 0.7 m/s for half a minute, while its position, and the
 # vehicle, moved by less than 0.25 m in a second (observed on its own simulator).
@@ -47,6 +49,16 @@ class Standstill:
         self._places: deque[tuple[float, Vector3]] = deque()
         self.speed_m_s: float | None = None
         """Measured over the last window; None while there is no whole one."""
+
+    @classmethod
+    def of_stop(cls, config: GotoConfig, traits: Traits) -> Standstill:
+        """Return what judges whether a vehicle that was told to stop has done so.
+
+        What drives and rolls back after its stop has hardly moved on the whole: there the reported
+        velocity counts as it is.
+        """
+        error_m_s = HOVERING_VELOCITY_ERROR_M_S if traits.flies else 0.0
+        return cls(config.stop_speed_m_s, config.stop_dwell_s, error_m_s)
 
     def reset(self) -> None:
         """Forget what was seen."""

@@ -9,7 +9,7 @@ from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Wait
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import can_move, is_located
 from navigation_core.tasks.observation import Observation, OperationKind
-from navigation_core.tasks.standstill import HOVERING_VELOCITY_ERROR_M_S, Standstill
+from navigation_core.tasks.standstill import Standstill
 
 # A setpoint slower than this has come to its end.
 _STANDS_M_S = 0.01
@@ -25,10 +25,7 @@ class Stopping:
             parts: of the flight that is stopped.
         """
         self._parts = parts
-        config = parts.config
-        # A rover that rolls back after its stop has hardly moved on the whole: its velocity counts.
-        error_m_s = HOVERING_VELOCITY_ERROR_M_S if parts.traits.flies else 0.0
-        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s, error_m_s)
+        self._stopped = Standstill.of_stop(parts.config, parts.traits)
         self._watched_s: float | None = None
         self.ending: Outcome | None = None
         """The outcome that the vehicle is stopped for; None while it is not stopped."""

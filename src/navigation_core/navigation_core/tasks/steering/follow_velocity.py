@@ -17,7 +17,7 @@ from navigation_core.tasks.measurement import can_move, is_located
 from navigation_core.tasks.observation import Observation, OperationKind
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
-from navigation_core.tasks.standstill import HOVERING_VELOCITY_ERROR_M_S, Standstill
+from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.steering.steersman import Steersman, VelocityTerms
 from navigation_core.tasks.velocity_command import VelocityCommand
 
@@ -52,8 +52,7 @@ class FollowVelocity(PhasedTask[Phase]):
         self._traits = traits
         self._timeout_s = terms.command_timeout_s
         self._steersman = Steersman(terms)
-        error_m_s = HOVERING_VELOCITY_ERROR_M_S if traits.flies else 0.0
-        self._still = Standstill(config.stop_speed_m_s, config.stop_dwell_s, error_m_s)
+        self._still = Standstill.of_stop(config, traits)
         self._landed = Dwell(config.landed_timeout_s)
         self._last_step_s = self._dt_s = 0.0
         self._command_s = 0.0  # of the last command that counted

@@ -86,7 +86,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         self._headway = Headway(_ASTRAY_S)
         self._headed_for = 0
         self._arrival = Dwell(config.arrival_dwell_s)
-        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
+        self._stopped = Standstill.of_stop(config, traits)
         self._handlers = {
             MissionPhase.HALTING: self._halt,
             MissionPhase.UPLOADING: self._upload,

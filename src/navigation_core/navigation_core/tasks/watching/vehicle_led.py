@@ -102,7 +102,7 @@ class VehicleLed(PhasedTask[_Phase]):
         self._headway = Headway(_ASTRAY_S if traits.flies else _STUCK_S)
         self._circling = Circling(traits.circle_radius_m)
         self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_S)
-        self._stopped = Standstill(config.stop_speed_m_s, config.stop_dwell_s)
+        self._stopped = Standstill.of_stop(config, traits)
 
     # --- the task protocol -----------------------------------------------------------
 
