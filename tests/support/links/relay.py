@@ -43,6 +43,8 @@ class Relay:
         self._from_vehicle = Codec(_GROUND_STATION_SYSTEM, _GROUND_STATION_COMPONENT)
         self._from_server = Codec(_GROUND_STATION_SYSTEM, _GROUND_STATION_COMPONENT)
         self.loss = 0.0
+        self.withheld: frozenset[str] = frozenset()
+        """Names of messages of the vehicle that are lost, with all of their datagram"""
         self._random = random.Random(1)
         self._cut = threading.Event()
         self._stop = threading.Event()
@@ -107,13 +109,12 @@ class Relay:
         except OSError:
             return  # the other side is not there (yet, or any more)
         with self._lock:
-            if from_vehicle:
-                self._seen += self._from_vehicle.decode(data)
-            else:
-                self._sent += self._from_server.decode(data)
+            messages = (self._from_vehicle if from_vehicle else self._from_server).decode(data)
+            (self._seen if from_vehicle else self._sent).extend(messages)
         if from_vehicle:
             self._vehicle = address
-        if self._cut.is_set() or self._random.random() < self.loss:
+        withheld = from_vehicle and any(each.get_type() in self.withheld for each in messages)
+        if self._cut.is_set() or withheld or self._random.random() < self.loss:
             return
         try:
             if from_vehicle:
