@@ -86,6 +86,25 @@ def test_one_that_discovers_another_late_ends_with_the_reason() -> None:
                 each.stop()
 
 
+def test_of_several_that_start_at_once_one_stays() -> None:
+    environment = ros_environment(new_domain())
+    words = ["python", "-m", "drone_navigation.navigation_nav2"]
+    all_three = [Process(name, words, environment) for name in ("first", "second", "third")]
+    try:
+        until_s = time.monotonic() + 120.0
+        while sum(each.returncode is None for each in all_three) > 1 and time.monotonic() < until_s:
+            time.sleep(0.1)
+        time.sleep(5.0)  # A further end would come at the same moment.
+        ended = [each for each in all_three if each.returncode is not None]
+        assert len(ended) == 2, [each.text for each in all_three]
+        for each in ended:
+            assert each.wait(1.0) == 1
+            assert "Another node offers navigate_to_pose in this ROS domain" in each.text
+    finally:
+        for each in all_three:
+            each.stop()
+
+
 def test_a_pose_without_a_height_takes_a_copter_off_and_keeps_its_height(nav2: Nav2Client) -> None:
     record = nav2.flown(action.NavigateToPose.Goal(pose=pose(5.0, 2.0)))
     assert near(nav2.place, (5.0, 2.0, LEAST_M))

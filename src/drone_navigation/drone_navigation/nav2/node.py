@@ -13,6 +13,7 @@ from rclpy.node import Node
 from drone_navigation.nav2.behaviours import Behaviours
 from drone_navigation.nav2.flights import Flights
 from drone_navigation.nav2.navigators import Navigators, Preferences
+from drone_navigation.nav2.others import ACTION, Others
 from drone_navigation.nav2.planners import Planners
 from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the_rest
 from drone_navigation.nav2.vehicle import Vehicle
@@ -24,12 +25,11 @@ _STOP_TIMEOUT_S = 15.0
 _SPIN_S = 0.2
 _DISCOVERY_S = 2.0
 _HEAR_TIMEOUT_S = 3.0
-_ACTION = "navigate_to_pose"
 # One that was killed stays in the graph for the lease of its DDS participant, 20 s.
 _ALONE_TIMEOUT_S = 25.0
 _NEW_S = 60.0
 _SEVERAL = (
-    f"Another node offers {_ACTION} in this ROS domain and namespace: stop Nav2, or the other "
+    f"Another node offers {ACTION} in this ROS domain and namespace: stop Nav2, or the other "
     "navigation_nav2."
 )
 
@@ -52,12 +52,13 @@ def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
     preferences = _preferences(node, defaults)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    others = Others(node)
     vehicle = Vehicle(node)
     # Others are discovered meanwhile.
     _spin_until(executor, stopped.is_set, _DISCOVERY_S)
     # A client that does not ask whether it is active sends its goal at once.
     _spin_until(executor, lambda: stopped.is_set() or not vehicle.why_not(), _HEAR_TIMEOUT_S)
-    _wait_until_alone(node, executor, stopped)
+    _wait_until_alone(node, others, executor, stopped)
     flights = Flights(node, vehicle)
     navigators = Navigators(node, vehicle, flights, preferences)
     Behaviours(node, vehicle, flights, navigators, preferences)
@@ -67,7 +68,7 @@ def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
     reject_the_rest(node)
     node.get_logger().info("Ready for clients of Nav2")
     try:
-        _serve(node, executor, stopped)
+        _serve(others, executor, stopped)
     finally:
         flights.stop()
         _spin_until(executor, lambda: flights.is_idle, _STOP_TIMEOUT_S)
@@ -75,11 +76,11 @@ def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
         node.destroy_node()
 
 
-def _serve(node: Node, executor: SingleThreadedExecutor, stopped: threading.Event) -> None:
+def _serve(others: Others, executor: SingleThreadedExecutor, stopped: threading.Event) -> None:
     """Serve until a moment.
 
-    A loaded machine discovers others late. Of two servers the one that is still new ends; both,
-    if both are.
+    A loaded machine discovers others late. Of ours the one that started last ends. Nav2's own
+    server does not, so while this node is still new it does.
 
     Raises:
         StartError: another one was found, and it does not end.
@@ -88,19 +89,14 @@ def _serve(node: Node, executor: SingleThreadedExecutor, stopped: threading.Even
     while not stopped.is_set():
         executor.spin_once(timeout_sec=_SPIN_S)
         now_s = time.monotonic()
-        if alone_s < new_until_s:
-            if _servers(node) <= 1:
-                alone_s = now_s
-            elif now_s - alone_s > _ALONE_TIMEOUT_S:
-                raise StartError(_SEVERAL)
-
-
-def _servers(node: Node) -> int:
-    return int(node.count_services(f"{_ACTION}/_action/send_goal"))
+        if not (others.earlier or (others.foreign and alone_s < new_until_s)):
+            alone_s = now_s
+        elif now_s - alone_s > _ALONE_TIMEOUT_S:
+            raise StartError(_SEVERAL)
 
 
 def _wait_until_alone(
-    node: Node, executor: SingleThreadedExecutor, stopped: threading.Event
+    node: Node, others: Others, executor: SingleThreadedExecutor, stopped: threading.Event
 ) -> None:
     """Wait for the end of another server of the same names: both would execute each goal.
 
@@ -109,10 +105,10 @@ def _wait_until_alone(
     """
 
     def is_alone() -> bool:
-        return stopped.is_set() or not _servers(node)
+        return stopped.is_set() or not others.servers
 
     if not is_alone():
-        node.get_logger().warning(f"Another node offers {_ACTION}; waiting for its end")
+        node.get_logger().warning(f"Another node offers {ACTION}; waiting for its end")
         _spin_until(executor, is_alone, _ALONE_TIMEOUT_S)
     if not is_alone():
         raise StartError(_SEVERAL)
