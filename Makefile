@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build setup-nav2 demo demo-rover demo-nav2 demo-video console plot report test test-all explore bench lint lock clean distclean
+.PHONY: help setup build setup-nav2 demo demo-rover demo-nav2 demo-video console plot report test test-all explore bench lint lock wheels version clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -80,8 +80,14 @@ lock: setup ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgrade t
 	@$(ENTER) $(LOCK) --group ros-wheels -o requirements/wheels.txt
 	@$(ENTER) $(LOCK) --group ros-system -o requirements/system.txt
 
+wheels: setup ## Build the packages that need no ROS as wheels in dist/ (mavlink-sitl, flight-logs)
+	@$(ENTER) python scripts/make_wheels.py
+
+version: ## Write the version in VERSION to all packages
+	@python3 scripts/set_version.py
+
 clean: ## Remove build results and outputs; keeps the installed packages
-	rm -rf build install log out .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	rm -rf build dist install log out .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 
 distclean: clean ## Remove everything that the set-up made
 	rm -rf .venv

@@ -14,6 +14,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from mavlink_sitl.command_version import PrintVersion
 from mavlink_sitl.recordings.aspects import ASPECTS
 from mavlink_sitl.recordings.meant import (
     FOR_INFORMATION,
@@ -90,6 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         epilog="Exit codes: 0 if there are no unexpected differences, 1 if there are, 2 if the "
         "recording cannot be replayed.",
     )
+    parser.add_argument("--version", action=PrintVersion, help="print the version and exit")
     parser.add_argument("recording", type=Path, help="a tlog with the messages of both directions")
     parser.add_argument(
         "--param",

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import NoReturn
 
 from mavlink_sitl.autopilot.parameters import Parameters, UnknownParameterError
+from mavlink_sitl.command_version import PrintVersion
 from mavlink_sitl.config import (
     DEFAULT_HEADING_DEG,
     DEFAULT_HOME,
@@ -286,6 +287,7 @@ def make_parser() -> argparse.ArgumentParser:
         help="begin there, metres from home: armed, and hovering if it flies; not for planes",
     )
     add("--quiet", action="store_true", help="print errors only")
+    add("--version", action=PrintVersion, help="print the version and exit")
     return parser
 
 

@@ -115,7 +115,7 @@ def test_every_command_line_that_is_shown_can_be_given(page: Path) -> None:
         arguments = words[len(name.split()) :]
         if "--ros-args" in arguments:
             arguments = arguments[: arguments.index("--ros-args")]
-        if {"--help", "..."} & set(arguments):
+        if {"--help", "--version", "..."} & set(arguments):
             continue
         try:
             PROGRAMS[name]().parse_args(arguments)

@@ -16,6 +16,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from custom_interfaces.action import Navigate
+from scripts.set_version import files, with_version
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -82,6 +83,7 @@ def test_installed_packages_are_those_of_the_lock() -> None:
             },
         ),
         ("flight_logs", {"tlog_export"}),
+        ("mavlink_sitl", {"mavlink-sitl"}),
     ],
 )
 def test_entry_points_can_be_called(package: str, commands: set[str]) -> None:
@@ -170,6 +172,49 @@ def test_modules_named_by_the_import_contracts_exist() -> None:
     # A contract about a misspelt optional layer would hold for ever.
     for module in contract_modules():
         assert importlib.util.find_spec(module) is not None, module
+
+
+def test_all_packages_have_the_version_that_is_in_one_file() -> None:
+    version = (ROOT / "VERSION").read_text("utf-8").strip()
+    found = files()
+    assert len(found) == 2 * 8 + 4
+    for path in found:
+        text = path.read_text("utf-8")
+        assert with_version(text, version) == text, f"make version: {path}"
+        assert with_version(text, "9.8.7").count("9.8.7") == 1, path
+
+
+def test_the_newest_changes_are_those_of_the_version() -> None:
+    version = (ROOT / "VERSION").read_text("utf-8").strip()
+    sections = re.findall(
+        r"^## \[(.*?)\]", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE
+    )
+    assert sections[:2] == ["Unreleased", version]
+
+
+@pytest.mark.parametrize(
+    ("command", "package"),
+    [
+        ("navigation_server", "drone_navigation"),
+        ("navigation_client", "drone_navigation"),
+        ("navigation_console", "drone_navigation"),
+        ("navigation_nav2", "drone_navigation"),
+        ("tlog2mcap", "drone_navigation"),
+        ("navigation_report", "flight_reports"),
+        ("tlog_export", "flight_logs"),
+        ("python -m mavlink_sitl", "mavlink_sitl"),
+        ("python -m mavlink_sitl.compare", "mavlink_sitl"),
+        ("python -m flight_reports.flight_plot", "flight_reports"),
+        ("python -m flight_reports.flight_video", "flight_reports"),
+        ("python -m drone_navigation.demo", "drone_navigation"),
+        ("python -m drone_navigation.demo_nav2", "drone_navigation"),
+    ],
+)
+def test_every_command_reports_its_version(command: str, package: str) -> None:
+    words = [*command.split(), "--version"]
+    said = subprocess.run(words, capture_output=True, text=True, check=True, timeout=50).stdout
+    assert said.split()[-1] == importlib.metadata.version(package)
+    assert said.startswith((command, package))
 
 
 def test_make_lists_its_targets() -> None:

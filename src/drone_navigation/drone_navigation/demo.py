@@ -16,6 +16,7 @@ from pathlib import Path
 
 from drone_navigation.demo_report import DemoError, Nearest, report
 from drone_navigation.processes import ProcessError, run_in_terminal, simulated_vehicle
+from flight_logs.command_version import add_version
 from flight_reports.flight_plot import plot_flight
 from flight_reports.flight_recording import NoFlightError
 
@@ -69,6 +70,7 @@ def make_parser() -> argparse.ArgumentParser:
         "server and replace the goal in flight; check and draw the flight. Start it in the "
         "folder of the repository.",
     )
+    add_version(parser, "drone_navigation")
     parser.add_argument("--vehicle", choices=sorted(SCENARIOS), default="copter")
     parser.add_argument(
         "--autopilot",

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from drone_navigation.processes import Process, ProcessError, simulated_vehicle
+from flight_logs.command_version import add_version
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -25,6 +26,7 @@ def make_parser() -> argparse.ArgumentParser:
         description="Start a simulated vehicle, a navigation server and navigation_nav2, and fly "
         "a pose and waypoints by Nav2's actions. Start it in the folder of the repository.",
     )
+    add_version(parser, "drone_navigation")
     parser.add_argument("--vehicle", choices=("copter", "rover", "boat", "plane"), default="copter")
     firmwares = ("ardupilot", "px4")
     parser.add_argument("--autopilot", choices=firmwares, default=firmwares[0])

@@ -12,6 +12,8 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from flight_logs.command_version import add_version
+
 EXIT_OK = 0
 EXIT_FAILED = 1
 _PARAMETERS = {
@@ -24,7 +26,7 @@ _PARAMETERS = {
 
 def make_parser() -> argparse.ArgumentParser:
     """Return the command line."""
-    return argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog="navigation_nav2",
         description="Offer Nav2's actions, services and topics to its clients (BasicNavigator, "
         "RViz's 2D Goal Pose) and fly their goals by a navigation_server. For a vehicle with a "
@@ -32,6 +34,8 @@ def make_parser() -> argparse.ArgumentParser:
         epilog="parameters (as --ros-args -p NAME:=VALUE): "
         + ", ".join(f"{name} ({str(value).lower()})" for name, value in _PARAMETERS.items()),
     )
+    add_version(parser, "drone_navigation")
+    return parser
 
 
 def main(args: list[str] | None = None) -> int:

@@ -13,6 +13,7 @@ from drone_navigation.bag.mcap_bag import open_bag
 from drone_navigation.bag.message_definitions import DefinitionError
 from drone_navigation.bag.topics import BagClock, BagError
 from drone_navigation.bag.vehicle import RecordedFleet, RecordedVehicle
+from flight_logs.command_version import add_version
 from flight_logs.errors import LogError
 from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.packets import iterate_packets
@@ -112,6 +113,7 @@ def make_parser() -> argparse.ArgumentParser:
         description="Convert a recorded flight (a tlog) to an MCAP file of ROS messages "
         "for ROS 2 tools and Foxglove.",
     )
+    add_version(parser, "drone_navigation")
     parser.add_argument("log", type=Path, metavar="LOG", help="the tlog")
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help="the MCAP file (default: beside the log)"

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from flight_logs.command_version import add_version
 from flight_logs.errors import ExportError, LogError
 from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.export import Exported, Format, export_tlog
@@ -19,6 +20,7 @@ def make_parser() -> argparse.ArgumentParser:
         prog="tlog_export",
         description="Export the messages of a telemetry log (tlog), one file per message type.",
     )
+    add_version(parser, "flight_logs")
     parser.add_argument("log", type=Path, metavar="LOG", help="the tlog")
     parser.add_argument("--to", type=Path, required=True, metavar="DIR", help="folder to write to")
     parser.add_argument(

@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
+from flight_logs.command_version import add_version
 from flight_reports.flight_recording import FlightRecording, NoFlightError, read_recording
 from flight_reports.pictures import labels, scene
 from flight_reports.pictures.scene import ABOVE, Viewpoint
@@ -212,6 +213,7 @@ def make_parser() -> argparse.ArgumentParser:
         description="Plot the flight in a tlog of navigation_server --tlog, QGroundControl, "
         "MAVProxy or Mission Planner.",
     )
+    add_version(parser, "flight_reports")
     parser.add_argument("log", type=Path, help="the tlog")
     parser.add_argument("-o", "--output", type=Path, help="picture file (default: beside the log)")
     parser.add_argument("--system", type=int, metavar="ID", help="system id (default: the first)")

@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from PIL import Image
 
+from flight_logs.command_version import add_version
 from flight_reports.flight_recording import NoFlightError, read_recording
 from flight_reports.pictures import scene
 from flight_reports.pictures.film import SIZE_PX, Film, Picture, make_pace
@@ -131,6 +132,7 @@ def make_parser() -> argparse.ArgumentParser:
         prog="python -m flight_reports.flight_video",
         description="Render the flight in a tlog as MP4 and GIF.",
     )
+    add_version(parser, "flight_reports")
     parser.add_argument(
         "log", type=Path, nargs="?", default=_LOG, help=f"the tlog (default: {_LOG})"
     )

@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from flight_logs.command_version import add_version
 from flight_logs.errors import LogError
 from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.progress import bytes_bar
@@ -28,6 +29,7 @@ def make_parser() -> argparse.ArgumentParser:
         "Planner, and the autopilots' own logs: .bin (ArduPilot) and .ulg (PX4). The page lists "
         "what the log does not contain.",
     )
+    add_version(parser, "flight_reports")
     parser.add_argument("log", type=Path, nargs="?", metavar="LOG", help="tlog, .bin or .ulg")
     parser.add_argument(
         "--compare", type=Path, nargs=2, metavar=("A", "B"), help="overlay two flights"

@@ -15,6 +15,7 @@ from drone_navigation.client.storage_options import (
 )
 from drone_navigation.client.updates import Update, UpdateError, parse_update
 from drone_navigation.client.watch import LOST_TIMEOUT_S, SILENCE_S
+from flight_logs.command_version import add_version
 from navigation_bridge.configuration.parameter_values import ConfigurationError, check_vehicle_names
 from navigation_bridge.goals.requests import LAPS_MAX
 
@@ -106,6 +107,7 @@ def make_parser() -> argparse.ArgumentParser:
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    add_version(parser, "drone_navigation")
     parser.set_defaults(command="")
     _add_goal(parser)
     _add_course(parser)

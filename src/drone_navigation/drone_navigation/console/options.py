@@ -7,6 +7,7 @@ import secrets
 from pathlib import Path
 
 from drone_navigation.console.access import TOKEN_LENGTH_MIN
+from flight_logs.command_version import add_version
 
 __all__ = ["LOOPBACK", "TokenError", "is_loopback", "make_parser", "token_of"]
 
@@ -26,6 +27,7 @@ def make_parser() -> argparse.ArgumentParser:
         description="Show the vehicles of this ROS domain on a page in the browser, and fly them "
         "from there. Start it beside a navigation_server; Ctrl-C ends it.",
     )
+    add_version(parser, "drone_navigation")
     parser.add_argument(
         "--port", type=_port, default=0, metavar="N", help="TCP port (default: a free one)"
     )

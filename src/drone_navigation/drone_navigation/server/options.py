@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 
+from flight_logs.command_version import add_version
 from navigation_bridge.configuration.parameter_table import PARAMETERS, ParameterValue
 
 CHECK_TIMEOUT_S = 15.0
@@ -26,6 +27,7 @@ def make_parser() -> argparse.ArgumentParser:
         epilog="parameters (in a --config file, or as --ros-args -p NAME:=VALUE):\n" + listing,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    add_version(parser, "drone_navigation")
     parser.add_argument("--config", metavar="FILE", help="ROS parameter file (YAML)")
     parser.add_argument("--link", metavar="URL", help="parameter link_url")
     parser.add_argument("--arming", choices=("auto", "pilot", "never"), help="parameter arming")
