@@ -61,7 +61,7 @@ class Environment:
         seed: of gusts, noise and drop-outs.
 
     Attributes:
-        collided: shape (N,), who has hit something.
+        collided: shape (N,), who has hit something; replaced when it changes.
     """
 
     def __init__(
@@ -181,13 +181,18 @@ class Environment:
             )[index]
             hits.append(Hit(int(index), found.names[which], float(np.linalg.norm(velocity))))
         for hit in hits:
-            self.collided[hit.lane] = True
+            self._mark(hit.lane, True)
             self._physics.stop_dead(hit.lane)
         return hits
 
+    def _mark(self, lane: int, collided: bool) -> None:
+        """Another array: snapshots of the truth keep the old one."""
+        self.collided = self.collided.copy()
+        self.collided[lane] = collided
+
     def recover(self, index: int) -> None:
         """Somebody has mended the vehicle; what it still leans on does not count."""
-        self.collided[index] = False
+        self._mark(index, False)
         self._excused[index] = True
 
     def clearance(self, index: int) -> TrueClearance:

@@ -20,10 +20,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mavlink_sitl.config import ConfigurationError, VehicleConfig
 from mavlink_sitl.environment import Environment
@@ -31,40 +30,18 @@ from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.links.tlog import TlogWriter
 from mavlink_sitl.physics.copter_pipeline import DT_S
 from mavlink_sitl.physics.fleets import make_fleets
+from mavlink_sitl.truth import Estimate, FleetState, Truth
 from mavlink_sitl.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import load_world
 from mavlink_sitl.world.model import World
 
-__all__ = ["SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
+__all__ = ["Estimate", "SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
 
 TICK_US = round(DT_S * 1e6)
 THINK_US = 50_000
 SENSOR_US = 200_000
 EPOCH_US = 1_767_225_600_000_000
 """Simulated time 0 in logs and GPS time: 1 January 2026, UTC"""
-TRUE_FIELDS = (
-    "north_m", "east_m", "down_m",
-    "velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s",
-    "yaw_rad", "on_ground",
-)  # fmt: skip
-
-
-class Truth(NamedTuple):
-    """The true state of the vehicles. Row i is vehicle i.
-
-    Attributes:
-        position_ned_m: shape (N, 3), from each vehicle's home.
-        velocity_ned_m_s: shape (N, 3).
-        yaw_rad: shape (N,), clockwise from North.
-        on_ground: shape (N,).
-        collided: shape (N,), who has hit an obstacle and flies no more.
-    """
-
-    position_ned_m: NDArray[np.float64]
-    velocity_ned_m_s: NDArray[np.float64]
-    yaw_rad: NDArray[np.float64]
-    on_ground: NDArray[np.bool_]
-    collided: NDArray[np.bool_]
 
 
 class Simulation:
@@ -123,8 +100,12 @@ class Simulation:
             Environment(self.world, fleet.physics, fleet.rows, frames, seed)
             for fleet in self._fleets
         ]
-        for fleet, environment in zip(self._fleets, self._environments, strict=True):
-            for row in fleet.rows:
+        self._berths = [
+            (fleet.rows, fleet.physics, environment)
+            for fleet, environment in zip(self._fleets, self._environments, strict=True)
+        ]
+        for rows, _, environment in self._berths:
+            for row in rows:
                 self.vehicles[row].enter(environment)
 
     @property
@@ -144,31 +125,21 @@ class Simulation:
 
     @property
     def truth(self) -> Truth:
-        """The true state of the vehicles."""
-        fields = np.empty((len(self.vehicles), len(TRUE_FIELDS)))
-        for fleet in self._fleets:
-            fields[fleet.rows] = fleet.physics.table(*TRUE_FIELDS)
-        offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
-        collided = np.zeros(len(self.vehicles), dtype=np.bool_)
-        for fleet, environment in zip(self._fleets, self._environments, strict=True):
-            collided[fleet.rows] = environment.collided
-        return Truth(
-            fields[:, 0:3] + offsets,
-            fields[:, 3:6],
-            fields[:, 6].copy(),
-            fields[:, 7] > 0.5,
-            collided,
-        )
+        """The true state of the vehicles now: a snapshot, which does not change with time."""
+        fleets = [
+            FleetState(rows, physics.body, physics.o.unpack, environment.collided)
+            for rows, physics, environment in self._berths
+        ]
+        return Truth(fleets, [vehicle.offset_ned_m for vehicle in self.vehicles])
 
     @property
-    def estimate(self) -> Truth:
+    def estimate(self) -> Estimate:
         """The estimated state of the vehicles, in the same form; `collided` is still the truth."""
-        truth = self.truth
         motions = np.array([vehicle.copter.motion for vehicle in self.vehicles], dtype=np.float64)
         offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
         landed = np.array([vehicle.copter.landed for vehicle in self.vehicles], dtype=np.bool_)
-        return Truth(
-            motions[:, 0:3] + offsets, motions[:, 3:6], motions[:, 8], landed, truth.collided
+        return Estimate(
+            motions[:, 0:3] + offsets, motions[:, 3:6], motions[:, 8], landed, self.truth.collided
         )
 
     def run_for(self, seconds: float) -> None:
@@ -195,7 +166,8 @@ class Simulation:
         while not condition():
             if self._now_us >= limit_us:
                 return False
-            self.run_to_us(min(limit_us, (self._tick + 1) * self._tick_us))
+            next_us = (self._tick + 1) * self._tick_us
+            self.run_to_us(next_us if next_us < limit_us else limit_us)  # noqa: FURB136 - faster
         return True
 
     def run_to_us(self, time_us: int) -> None:

@@ -16,19 +16,23 @@ import math
 import subprocess
 import sys
 import time
+from collections import deque
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import Simulation, VehicleConfig
+from mavlink_sitl import Simulation, Truth, VehicleConfig
 from tests.bench.rows import row
 from tests.support.messages.hostile_frames import frames
 
 ROOT = Path(__file__).resolve().parents[2]
 PLOT = ROOT / "out" / "sitl_growth.png"
 ONE_GOAL, MANY_GOAL, MEMORY_GOAL_MB = 200.0, 1.0, 600.0
+LOCKSTEP_GOAL = 400.0
 FUZZ_GOAL = 0.2
 """Of pymavlink's parser alone, which acts on nothing"""
 COUNTS = (1, 2, 5, 10, 30, 100, 300, 1000)
@@ -51,8 +55,16 @@ def measures() -> list[dict[str, Any]]:
     alone, many = found[1], found[COUNTS[-1]]
     each_ms, alone_ms = 1e3 / many["speed"] / COUNTS[-1], 1e3 / alone["speed"]
     rate, parsed, survived = _fuzz(FUZZ_FRAMES)
+    lockstep = _in_a_process("ardupilot", 1, "lockstep")
     return [
         _speed("Simulated ArduPilot copter with usual streams", one, ONE_GOAL),
+        row(
+            "A test of a copter that reads the truth at each tick, times real time",
+            (lockstep["speed"], "x"),
+            ("the same flight unwatched", lockstep["reference"]),
+            f">= {LOCKSTEP_GOAL:g} x",
+            lockstep["speed"] >= LOCKSTEP_GOAL,
+        ),
         _speed("Simulated PX4 copter with its own streams", px4, ONE_GOAL),
         _speed("1,000 copters with four streams at 4 Hz", many, MANY_GOAL),
         row(
@@ -118,6 +130,50 @@ def fly(autopilot: str, count: int, streams: str) -> dict[str, float]:
     memory_mb = _peak_memory_mb()
     packing = seconds / min(_packing_s(sent) for _ in range(ROUNDS))
     return {"speed": max(speeds), "packing_speed": packing, "memory_mb": memory_mb}
+
+
+def fly_in_lockstep() -> dict[str, float]:
+    """Speed of a test that reads the truth at each tick, and of the same flight unwatched."""
+    watched, unwatched = [], []
+    for _ in range(2 * ROUNDS):
+        durations: deque[float] = deque()
+        watched.append(_lockstep(partial(_watch, durations)))
+        unwatched.append(_lockstep(partial(_wait, durations)))
+    return {"speed": max(watched), "reference": max(unwatched), "memory_mb": _peak_memory_mb()}
+
+
+Condition = Callable[[Truth], Any]
+Wait = Callable[[Simulation, Condition], None]
+
+
+def _watch(durations: deque[float], simulation: Simulation, condition: Condition) -> None:
+    """Wait until something is true, and note how long it took."""
+    from_s = simulation.time_s
+    if not simulation.run_until(lambda: bool(condition(simulation.truth)), 60.0):
+        raise RuntimeError("the copter of the test does not fly")
+    durations.append(simulation.time_s - from_s)
+
+
+def _wait(durations: deque[float], simulation: Simulation, _condition: Condition) -> None:
+    """Wait as long as it took."""
+    simulation.run_for(durations.popleft())
+
+
+def _lockstep(wait: Wait) -> float:
+    """10 m up, 40 m north, and down; returns simulated seconds per second of the processor."""
+    simulation = Simulation(seed=1)
+    simulation.run_for(3.0)
+    ground = mav.MAVLink(simulation.link, srcSystem=255, srcComponent=190)
+    from_s, begin_s = simulation.time_s, time.process_time()
+    for command, *params in _orders("ardupilot", ()):
+        ground.command_long_send(1, 1, int(command), 0, *params, *[0.0] * (7 - len(params)))
+    wait(simulation, lambda truth: truth.position_ned_m[0, 2] < -9.5)
+    target = (40.0, 0.0, -10.0, *[0.0] * 8)
+    ground.set_position_target_local_ned_send(0, 1, 1, mav.MAV_FRAME_LOCAL_NED, 0xDF8, *target)
+    wait(simulation, lambda truth: truth.position_ned_m[0, 0] > 39.0)
+    ground.command_long_send(1, 1, mav.MAV_CMD_NAV_LAND, 0, *[0.0] * 7)
+    wait(simulation, lambda truth: truth.on_ground[0])
+    return (simulation.time_s - from_s) / (time.process_time() - begin_s)
 
 
 def _orders(autopilot: str, streams: tuple[int, ...]) -> list[tuple[float, ...]]:
@@ -209,4 +265,6 @@ def _plot(found: dict[int, dict[str, float]]) -> None:
 
 
 if __name__ == "__main__":
-    print(json.dumps(fly(sys.argv[1], int(sys.argv[2]), sys.argv[3])))
+    kind, vehicles, what = sys.argv[1], int(sys.argv[2]), sys.argv[3]
+    measured = fly_in_lockstep() if what == "lockstep" else fly(kind, vehicles, what)
+    print(json.dumps(measured))

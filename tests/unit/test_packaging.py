@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.util
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -16,7 +17,6 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from custom_interfaces.action import Navigate
-from scripts.set_version import files, with_version
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -176,7 +176,8 @@ def test_modules_named_by_the_import_contracts_exist() -> None:
 
 def test_all_packages_have_the_version_that_is_in_one_file() -> None:
     version = (ROOT / "VERSION").read_text("utf-8").strip()
-    found = files()
+    script = runpy.run_path(str(ROOT / "scripts/set_version.py"))
+    found, with_version = script["files"](), script["with_version"]
     assert len(found) == 2 * 8 + 4
     for path in found:
         text = path.read_text("utf-8")

@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl import ConfigurationError, GeoPoint, LinkFaults, Simulation, VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.links.tlog import read_records
+from mavlink_sitl.world.model import Obstacle, World
 from tests.support.stations.ground_station import GUIDED, POSITION, GroundStation, copter
 
 Script = list[tuple[float, bytes]]
@@ -184,6 +185,44 @@ def test_truth_has_a_row_for_each_vehicle() -> None:
     assert truth.position_ned_m.shape == truth.velocity_ned_m_s.shape == (2, 3)
     assert truth.yaw_rad[0] == pytest.approx(math.pi / 2)
     assert truth.on_ground.tolist() == [True, True]
+
+
+def rise(simulation: Simulation, seconds: float) -> None:
+    """All copters take off to 10 m; some time passes."""
+    for number, vehicle in enumerate(simulation.vehicles):
+        station = GroundStation(simulation, number)
+        for command, *params in ((176, 1, GUIDED), (400, 1), (22, 0, 0, 0, 0, 0, 0, 10)):
+            assert station.command(command, *params, system=vehicle.system_id) == 0
+    simulation.run_for(seconds)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_truth_is_a_snapshot_even_if_it_is_read_later(count: int) -> None:
+    simulation = Simulation([VehicleConfig()] * count, seed=1)
+    simulation.run_for(4.0)
+    rise(simulation, 4.0)
+    at_once, later = simulation.truth, simulation.truth
+    position, velocity = at_once.position_ned_m.copy(), at_once.velocity_ned_m_s.copy()
+    simulation.run_for(8.0)
+    now = simulation.truth
+    assert (now.position_ned_m[:, 2] < position[:, 2] - 1.0).all()
+    for snapshot in (at_once, later):
+        assert (snapshot.position_ned_m == position).all()
+        assert (snapshot.velocity_ned_m_s == velocity).all()
+    assert position.shape == velocity.shape == (count, 3)
+    assert later.yaw_rad.shape == (count,)
+    assert not later.on_ground.any()
+    assert f"position_ned_m={position!r}" in repr(later)
+
+
+def test_truth_keeps_who_had_not_yet_collided() -> None:
+    ceiling = Obstacle("ceiling", (0.0, 0.0), radius_m=3.0, bottom_m=4.0, top_m=5.0)
+    simulation = Simulation(seed=1, world=World(obstacles=(ceiling,)))
+    simulation.run_for(4.0)
+    before = simulation.truth
+    rise(simulation, 1.0)
+    assert simulation.run_until(lambda: bool(simulation.truth.collided[0]), 30.0)
+    assert before.collided.tolist() == [False]
 
 
 def test_a_silent_link_passes_nothing_and_the_vehicle_goes_on() -> None:

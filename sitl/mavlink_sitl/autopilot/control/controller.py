@@ -32,6 +32,7 @@ HorizontalLaw = Callable[
 """Like `horizontal`: from what is remembered, wanted and believed to two leans"""
 OVERSPEED_GAIN = 2.0
 """POSCONTROL_OVERSPEED_GAIN_Z of the firmware"""
+_LOOK_AHEAD, _RATE = float(YawMode.LOOK_AHEAD), float(YawMode.RATE)  # as the lanes have them
 
 
 def sqrt_approach(error: Lane, gain: Lane, limit: Lane, o: Ops) -> Lane:
@@ -71,7 +72,9 @@ def step(
     own = free * (1.0 - targets.direct_lean)
     law = over_ground or horizontal
     most_level, most_upright = _along_the_line(state, targets, o)
-    along = targets._replace(speed_xy_m_s=most_level)
+    along = targets
+    if most_level is not targets.speed_xy_m_s:  # one vehicle nearly always saves the copy
+        along = targets._replace(speed_xy_m_s=most_level)
     level, lean_n, lean_e = law(state.horizontal, along, belief, own, dt, gains, o)
     lean_n = lean_n * own + targets.lean_north * targets.direct_lean * free
     lean_e = lean_e * own + targets.lean_east * targets.direct_lean * free
@@ -82,7 +85,7 @@ def step(
     thrust = thrust + targets.manual * targets.throttle * gains.max_thrust_m_s2
     speed = o.hypot(level.velocity_north_m_s, level.velocity_east_m_s)
     course = o.atan2(level.velocity_east_m_s, level.velocity_north_m_s)
-    ahead = (targets.yaw_mode == YawMode.LOOK_AHEAD) * (speed > 0.05 * targets.speed_xy_m_s)
+    ahead = (targets.yaw_mode == _LOOK_AHEAD) * (speed > 0.05 * targets.speed_xy_m_s)
     wanted = o.where(ahead, course, state.yaw_rad)
     yaw_rad, yaw_rate = _yaw(wanted, targets, belief, free, dt, gains, o)
     state = ControllerState(level, vertical, yaw_rad, spool)
@@ -256,7 +259,7 @@ def _yaw(
     wanted: Lane, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
 ) -> tuple[Lane, Lane]:
     """Turn towards the wanted yaw; returns that yaw, turned on in rate mode, and the rate."""
-    turning = t.yaw_mode == YawMode.RATE
+    turning = t.yaw_mode == _RATE
     wanted = o.where(turning, wanted + t.yaw_rate_rad_s * dt, wanted)
     wanted = o.where(free, wanted, b.yaw_rad)
     error = o.wrap_pi(wanted - b.yaw_rad)
