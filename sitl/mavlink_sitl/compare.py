@@ -62,6 +62,9 @@ def report(flight: Conversation, verdict: ComparisonVerdict) -> list[str]:
     lines = [f"{config.vehicle} with {config.autopilot}, system {config.system_id}"]
     lines += [f"      {note}" for note in flight.start.notes]
     for aspect, (title, _) in ASPECTS.items():
+        if aspect in verdict.not_compared:
+            lines.append(f"not compared: {title}: {verdict.not_compared[aspect]}")
+            continue
         unlisted, meant = verdict.unlisted[aspect], verdict.meant[aspect]
         word = "DIFFERENT" if unlisted else "meant" if meant else "same"
         if unlisted and aspect == FOR_INFORMATION:

@@ -72,6 +72,30 @@ def test_three_vehicles_in_one_recording_are_compared_one_by_one(
     assert "rover with ardupilot, system 3" in said
 
 
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("rover_guided", "no limit is known that fits a rover"),
+        ("plane_guided", "no limit is known that fits a plane"),
+        ("px4_probe_ground", "the recorded copter did not fly in these modes"),
+    ],
+)
+def test_a_position_that_is_not_compared_is_not_called_the_same(
+    name: str, reason: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(DATA / f"{name}.tlog")]) == 0
+    said = capsys.readouterr().out
+    assert f"not compared: position in GUIDED and OFFBOARD, within 1.5 m: {reason}" in said
+    assert "same      position" not in said
+
+
+def test_the_position_of_a_copter_is_compared(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(DATA / "copter_guided.tlog")]) == 0
+    said = capsys.readouterr().out
+    assert "same      position in GUIDED and OFFBOARD, within 1.5 m" in said
+    assert "not compared" not in said
+
+
 def broken_files() -> dict[str, bytes]:
     rng = random.Random(1)
     whole = (DATA / "rover_auto.tlog").read_bytes()

@@ -13,6 +13,7 @@ import jsonschema
 import yaml
 
 from mavlink_sitl.recordings.aspects import ASPECTS, Difference
+from mavlink_sitl.recordings.motion import why_position_is_not_compared
 from mavlink_sitl.recordings.replay import Conversation
 
 ANY = object()
@@ -77,10 +78,12 @@ class ComparisonVerdict:
     Attributes:
         meant: differences with their lines of the file, by aspect.
         unlisted: those without, by aspect.
+        not_compared: why an aspect was not compared, by aspect.
     """
 
     meant: Mapping[str, list[tuple[Difference, Meant]]]
     unlisted: Mapping[str, list[Difference]]
+    not_compared: Mapping[str, str]
 
     @property
     def equal(self) -> bool:
@@ -146,7 +149,8 @@ def judge(flight: Conversation, name: str) -> ComparisonVerdict:
                 unlisted[aspect].append(difference)
             else:
                 meant[aspect].append((difference, line))
-    return ComparisonVerdict(meant, unlisted)
+    position = why_position_is_not_compared(flight)
+    return ComparisonVerdict(meant, unlisted, {"position": position} if position else {})
 
 
 def stale(name: str, verdicts: Sequence[ComparisonVerdict]) -> list[Meant]:

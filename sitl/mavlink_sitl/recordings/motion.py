@@ -87,13 +87,23 @@ def rms_distance_m(flight: Conversation, from_s: float, to_s: float) -> float:
     return float(np.sqrt(np.mean(apart_m**2)))
 
 
+def why_position_is_not_compared(flight: Conversation) -> str:
+    """The reason why `position_differences` has nothing to say of a flight; empty if it has."""
+    kind = flight.start.config.vehicle
+    if kind != "copter":
+        return f"no limit is known that fits a {kind}"
+    if not spans(flight):
+        return "the recorded copter did not fly in these modes"
+    return "" if len(track(flight.real)) else "the recording has no LOCAL_POSITION_NED"
+
+
 def position_differences(flight: Conversation) -> Iterator[Found]:
     """Spans in which a copter was elsewhere."""
-    if flight.start.config.vehicle != "copter":
+    if why_position_is_not_compared(flight):
         return
     for from_s, to_s in spans(flight):
         distance_m = rms_distance_m(flight, from_s, to_s)
-        if not distance_m <= RMS_LIMIT_M and len(track(flight.real)):
+        if not distance_m <= RMS_LIMIT_M:
             said = f"{distance_m:.2f} m away (root mean square)"
             yield f"position until {to_s:.1f} s", "there", said, from_s
 
