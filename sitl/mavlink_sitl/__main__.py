@@ -40,6 +40,10 @@ class ConsoleReporter:
             self._quiet = True
             sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115 - until the end
 
+    def warn(self, text: str) -> None:
+        """Print what is probably not meant."""
+        self.line(f"warning: {text}")
+
     def watch(self) -> None:
         """Print what is not as it was."""
         for vehicle, seen in zip(self._simulation.vehicles, self._seen, strict=True):
@@ -76,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 if summary is not None:
                     summary.watch()
 
-            runner = Runner(simulation, options.link, options.speedup, watch)
+            runner = Runner(simulation, options.link, options.speedup, watch, reporter.warn)
         except LinkError as error:
             print(f"mavlink_sitl: {error}", file=sys.stderr)
             return 2

@@ -20,7 +20,7 @@ from mavlink_sitl.config import (
 )
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
-from mavlink_sitl.links.addresses import AddressError, parse_address
+from mavlink_sitl.links.addresses import AddressError, LinkAddress, parse_address
 from mavlink_sitl.links.faults import LinkFaults
 from mavlink_sitl.world.loader import WorldError, load_world
 from mavlink_sitl.world.model import Wind, World, wind_from
@@ -30,6 +30,7 @@ DEFAULT_LINK = "udpout://127.0.0.1:14550"
 DEFAULT_PX4_LINKS = (DEFAULT_LINK, "udpout://127.0.0.1:14540")
 ONBOARD_PORTS = range(14540, 14550)
 """PX4 speaks to companion computers on these, with other streams than to ground stations"""
+ROLES = ("gcs", "onboard")
 
 _DESCRIPTION = """\
 A simulated MAVLink autopilot: a copter, rover, boat or plane that behaves like ArduPilot or PX4.
@@ -136,9 +137,16 @@ def _parameter(text: str) -> tuple[str, float]:
         raise argparse.ArgumentTypeError(f"write NAME=NUMBER, not {text!r}") from None
 
 
-def _address(text: str) -> object:
+def _link(text: str) -> tuple[str, LinkAddress]:
+    """[ROLE@]ADDRESS: the role, empty where none is given, and the address."""
+    role, at, address = text.rpartition("@")
+    if at and role not in ROLES:
+        raise argparse.ArgumentTypeError(
+            f"{role!r} is no role of a link; roles are {' and '.join(ROLES)}, as in "
+            f"onboard@{DEFAULT_LINK}"
+        )
     try:
-        return parse_address(text)
+        return role, parse_address(address)
     except AddressError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
@@ -167,13 +175,13 @@ def make_parser() -> argparse.ArgumentParser:
     add(
         "--link",
         action="append",
-        type=_address,
-        metavar="ADDRESS",
+        type=_link,
+        metavar="[ROLE@]ADDRESS",
         help="link to use: udpout://HOST:PORT (send), udpin://HOST:PORT (listen), "
         "tcpin://HOST:PORT (TCP server) or tcpout://HOST:PORT (TCP client); pymavlink's "
         f"form udpout:HOST:PORT is accepted, too; may be repeated (default: {DEFAULT_LINK}; "
-        "with px4 also port 14540; with px4, ports 14540 to 14549 are links to companion "
-        "computers)",
+        "with px4 also port 14540). ROLE is gcs or onboard, which PX4 has other streams for "
+        "(default: onboard for ports 14540 to 14549, else gcs)",
     )
     add(
         "--speedup",
@@ -353,10 +361,13 @@ def vehicle_configs(options: argparse.Namespace) -> list[VehicleConfig]:
 
 
 def _roles(options: argparse.Namespace) -> tuple[str, ...]:
-    """What the links are for, which PX4 cares about; there the port decides."""
+    """What the links are for, which PX4 alone cares about: as given, or by the port."""
     if options.autopilot != "px4":
         return ("gcs",) * len(options.link)
-    return tuple("onboard" if link.port in ONBOARD_PORTS else "gcs" for link in options.link)
+    return tuple(
+        role or ("onboard" if link.port in ONBOARD_PORTS else "gcs")
+        for role, link in zip(options.roles, options.link, strict=True)
+    )
 
 
 def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
@@ -369,9 +380,10 @@ def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
     options = parser.parse_args(_joined(arguments))
     if options.wind is not None:
         options.world = replace(options.world, wind=options.wind)
-    if not options.link:
-        defaults = DEFAULT_PX4_LINKS if options.autopilot == "px4" else (DEFAULT_LINK,)
-        options.link = [parse_address(link) for link in defaults]
+    defaults = DEFAULT_PX4_LINKS if options.autopilot == "px4" else (DEFAULT_LINK,)
+    links = options.link or [_link(link) for link in defaults]
+    options.roles = [role for role, _ in links]
+    options.link = [address for _, address in links]
     try:
         options.vehicles = vehicle_configs(options)
         return options, options.vehicles[0]

@@ -15,6 +15,7 @@ from collections.abc import Callable
 
 from mavlink_sitl.links.addresses import LinkAddress
 from mavlink_sitl.links.endpoints import LinkError, OpenLink, open_endpoint
+from mavlink_sitl.links.senders import Senders
 from mavlink_sitl.simulation import TICK_US, Simulation
 
 __all__ = ["LinkError", "Runner"]
@@ -34,6 +35,7 @@ class Runner:
             one link, any number, and it says the same on all of them.
         speedup: simulated seconds per second.
         after_each: called after each piece of simulated time, to watch it.
+        warn: called with a sentence when two ground stations have one system id.
 
     Raises:
         LinkError: a link cannot be opened.
@@ -45,10 +47,13 @@ class Runner:
         addresses: list[LinkAddress],
         speedup: float,
         after_each: Callable[[], None],
+        warn: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._simulation = simulation
         self._speedup = speedup
         self._after_each = after_each
+        self._warn = warn
+        self._senders = Senders([vehicle.system_id for vehicle in simulation.vehicles])
         self._stop_requested = False
         self._selector = selectors.DefaultSelector()
         self._wake_in, self._wake_out = socket.socketpair()
@@ -87,8 +92,11 @@ class Runner:
     def _next_tick_us(self) -> int:
         return (self._simulation.time_us // TICK_US + 1) * TICK_US
 
-    def _receive(self, place: int, data: bytes) -> None:
+    def _receive(self, place: int, data: bytes, peer: str) -> None:
         simulation = self._simulation
+        warning = self._senders.hear(data, peer, time.monotonic())
+        if warning is not None:
+            self._warn(warning)
         simulation.run_to_us(min(self._due_us(), simulation.time_us + TICK_US))
         for vehicle in simulation.vehicles:  # who is not meant keeps silent
             links = vehicle.links

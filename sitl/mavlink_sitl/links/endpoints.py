@@ -17,7 +17,8 @@ DATAGRAM = 65536
 PEER_EXPIRY_S = 10.0
 MOST_PEERS = 32
 """Who asks first is answered; a flood of senders must not fill the memory"""
-Receive = Callable[[bytes], None]
+Receive = Callable[[bytes, str], None]
+"""Takes a datagram, or a frame of a stream, and the address that it came from"""
 
 
 class LinkError(OSError):
@@ -105,7 +106,7 @@ class UdpEndpoint(OpenLink):
                 return  # nothing more to read
             if self._address.listens and not self._remember(peer):
                 continue
-            self._receive(data)
+            self._receive(data, _shown(peer))
 
     def _remember(self, peer: tuple[str, int]) -> bool:
         now_s = time.monotonic()
@@ -186,8 +187,12 @@ class TcpEndpoint(OpenLink):
         if not data:
             self._drop(client)
             return
+        try:
+            peer = _shown(client.getpeername())
+        except OSError:
+            peer = "a client that has gone"
         for message in self._clients[client].feed(data):
-            self._receive(bytes(message.get_msgbuf()))
+            self._receive(bytes(message.get_msgbuf()), peer)
 
     def _drop(self, client: socket.socket) -> None:
         del self._clients[client]
@@ -212,6 +217,10 @@ class TcpEndpoint(OpenLink):
         self._clients.clear()
         if self._listener is not None:
             self._listener.close()
+
+
+def _shown(peer: tuple[str, int]) -> str:
+    return f"{peer[0]}:{peer[1]}"
 
 
 def _resolve(address: LinkAddress, kind: int) -> tuple[int, tuple[str, int]]:

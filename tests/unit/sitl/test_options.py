@@ -39,6 +39,21 @@ def test_everything_at_once() -> None:
 
 
 @pytest.mark.parametrize(
+    ("line", "roles"),
+    [
+        ("", ("gcs", "onboard")),
+        ("--link udpout://127.0.0.1:14545 --link tcpin::5760", ("onboard", "gcs")),
+        ("--link gcs@udpout://127.0.0.1:14545 --link onboard@tcpin::5760", ("gcs", "onboard")),
+    ],
+)
+def test_the_role_of_a_link_is_given_or_follows_from_its_port(
+    line: str, roles: tuple[str, ...]
+) -> None:
+    _, config = parse(["--autopilot", "px4", *line.split()])
+    assert config.links == roles
+
+
+@pytest.mark.parametrize(
     ("line", "words"),
     [
         (
@@ -48,6 +63,7 @@ def test_everything_at_once() -> None:
         ("--autopilot inav", "copter with inav is not supported"),
         ("--link nonsense", "'nonsense' is not a link: write KIND://HOST:PORT"),
         ("--link udpout://127.0.0.1:0", "no usable port"),
+        ("--link boss@udpout://127.0.0.1:1", "'boss' is no role of a link; roles are gcs and onb"),
         ("--link serial:///dev/ttyACM0:57600", "is not a link"),
         ("--speedup 0", "the speedup must be a number from 0.01 to 1000, not '0'"),
         ("--speedup fast", "the speedup must be a number"),
