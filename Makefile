@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build setup-nav2 demo demo-rover demo-nav2 demo-video console plot report test test-all explore bench lint lock wheels version clean distclean
+.PHONY: help setup build setup-nav2 demo demo-rover demo-nav2 demo-video console plot report test test-all explore bench lint lock pages wheels version clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -79,6 +79,9 @@ LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-
 lock: setup ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgrade takes the newest)
 	@$(ENTER) $(LOCK) --group ros-wheels -o requirements/wheels.txt
 	@$(ENTER) $(LOCK) --group ros-system -o requirements/system.txt
+
+pages: setup ## Write the pages that list what the simulated firmwares know
+	@$(ENTER) python scripts/list_simulated.py
 
 wheels: setup ## Build the packages that need no ROS as wheels in dist/ (mavlink-sitl, flight-logs)
 	@$(ENTER) python scripts/make_wheels.py
