@@ -7,11 +7,14 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v20 import all as mav
 
+from mavlink_sitl.links.tlog import read_records
 from tests.support.links.sitl_process import environment, simulator
 
 WAIT_S = 80.0
@@ -21,7 +24,7 @@ MISSION = """QGC WPL 110
 2 0 3 16 0 0 0 0 -35.3630813 149.1652300 10.0 1
 3 0 3 16 0 0 0 0 -35.3630813 149.1654503 12.0 1
 """.replace(" ", "\t").replace("QGC\tWPL\t", "QGC WPL ")
-MODULES = "mode,arm,wp,cmdlong,param,link,misc"
+MODULES = "mode,arm,wp,cmdlong,param,link,misc,log,ftp"
 
 
 class MavProxy:
@@ -121,3 +124,39 @@ def test_mode_arm_takeoff_mission_guided_and_rtl(tmp_path: Path) -> None:
         console.say("rtl")
         console.hear("Mode RTL")
         console.hear("DISARMED")
+
+
+def sent_types(log: Path) -> Counter[str]:
+    """How often MAVProxy has sent each message, by its own recording."""
+    parser = mav.MAVLink(None)
+    frames = [frame for _, frame in read_records(log.read_bytes())]
+    messages = [parser.decode(bytearray(frame)) for frame in frames]
+    return Counter(m.get_type() for m in messages if m.get_srcSystem() == 255)
+
+
+@pytest.mark.timeout(300)
+def test_parameters_come_at_once_and_logs_and_files_are_listed(tmp_path: Path) -> None:
+    with simulator("--speedup", "4") as port, mavproxy(port, tmp_path) as console:
+        console.hear("Saved ")
+        console.say("log list")
+        console.hear("No logs")
+        console.say("ftp list")
+        console.hear("D APM")
+        console.hear("Total size")
+        console.say("mode guided")
+        console.hear("Mode GUIDED")
+        console.say("arm throttle")
+        console.hear("ARMED")
+        console.say("disarm")
+        console.hear("DISARMED")
+        console.say("log list")
+        console.hear("Log 1  numLogs 1 lastLog 1")
+        console.say("ftp list /APM/LOGS")
+        console.hear("00000001.BIN")
+        console.say(f"log download 1 {tmp_path / 'flight.bin'}")
+        console.hear("Finished downloading")
+    # Asked for once: nothing was missing that would have been asked for again, seconds later.
+    sent = sent_types(tmp_path / "mav.tlog")
+    assert sent["PARAM_REQUEST_LIST"] <= 1
+    assert sent["PARAM_REQUEST_READ"] == 0
+    assert (tmp_path / "flight.bin").read_bytes()[:2] == b"\xa3\x95"

@@ -61,7 +61,7 @@ def run(*words: str | Path, folder: Path | None = None) -> str:
 @pytest.fixture(scope="module")
 def wheels(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("dist")
-    build = [sys.executable, ROOT / "scripts/make_wheels.py", "--out", folder]
+    build = [sys.executable, str(ROOT / "scripts/make_wheels.py"), "--out", str(folder)]
     subprocess.run(build, check=True, timeout=55)
     return folder
 
@@ -113,7 +113,14 @@ def test_the_command_runs_a_vehicle(python: Path) -> None:
         ground.bind(("127.0.0.1", 0))
         ground.settimeout(STARTS_IN_S)
         link = f"udpout://127.0.0.1:{ground.getsockname()[1]}"
-        command = [python.parent / "mavlink-sitl", "--quiet", "--autopilot", "px4", "--link", link]
+        command = [
+            str(python.parent / "mavlink-sitl"),
+            "--quiet",
+            "--autopilot",
+            "px4",
+            "--link",
+            link,
+        ]
         program = subprocess.Popen(command, env=outside())
         try:
             assert ground.recv(300)[0] == 0xFD

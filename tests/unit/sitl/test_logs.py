@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import struct
 from pathlib import Path
 from typing import Any
 
 import pytest
 from pymavlink.DFReader import DFReader_binary
+from pymavlink.dialects.v20 import all as mav
 from pyulog import ULog
 
 from mavlink_sitl import Simulation
@@ -15,6 +17,7 @@ from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.exchange import Severity
 from mavlink_sitl.mavlink.logs import logbook
 from mavlink_sitl.vehicle import SimulatedVehicle
+from tests.support.stations.ground_station import GroundStation
 
 
 def armed_for(autopilot: str, seconds: float, kind: str = "copter") -> SimulatedVehicle:
@@ -123,3 +126,28 @@ def test_a_restart_in_flight_ends_the_log_and_a_long_one_ends_by_itself(
     vehicle.copter.say(Severity.INFO, "not armed")
     simulation.run_for(3.0)
     assert len(vehicle.logbook.logs[-1].data) == size
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "path", "entries"),
+    [
+        ("ardupilot", b"/", [b"D.", b"D..", b"DAPM"]),
+        ("ardupilot", b"", [b"D.", b"D..", b"DAPM"]),
+        ("ardupilot", b"/APM", [b"D.", b"D..", b"DLOGS"]),
+        ("px4", b"/", [b"D.", b"D..", b"Dfs"]),
+        ("px4", b"/fs/microsd", [b"D.", b"D..", b"Dlog"]),
+    ],
+)
+def test_folders_are_listed_from_the_root_on(
+    autopilot: str, path: bytes, entries: list[bytes]
+) -> None:
+    station = GroundStation(Simulation([VehicleConfig(autopilot=autopilot)], seed=1))
+    station.run(3.0)
+    request = struct.pack("<HBBBBBxI", 1, 0, 3, len(path), 0, 0, 0) + path
+    payload = request.ljust(251, b"\0")
+    station.send(mav.MAVLink_file_transfer_protocol_message(0, 1, 1, payload))
+    station.run(0.5)
+    answer = bytes(station.last("FILE_TRANSFER_PROTOCOL").payload)
+    given = answer[12 : 12 + answer[4]]
+    assert answer[3] == 128
+    assert [entry for entry in given.split(b"\0") if entry] == entries

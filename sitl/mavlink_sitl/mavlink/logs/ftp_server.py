@@ -9,7 +9,7 @@ from __future__ import annotations
 import posixpath
 import struct
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from datetime import datetime, timezone
 
 from mavlink_sitl.mavlink.codec import Message, dialect
@@ -97,7 +97,8 @@ class FtpServer:
         return {f"/APM/LOGS/{number:08}.BIN": log.data for number, log in logs}
 
     def _list(self, path: str, skipped: int) -> bytes | int:
-        files, folders = self._files(), set(self._folders())
+        files, folders = self._files(), _with_those_above(self._folders())
+        path = path or "/"  # the root has both names (AP_Filesystem::opendir)
         if path not in folders:
             return _NOT_FOUND
         entries = ["D.", "D.."]
@@ -113,7 +114,7 @@ class FtpServer:
         return given or _END
 
     def _folders(self) -> list[str]:
-        return ["/APM", "/APM/LOGS"]
+        return ["/APM/LOGS"]
 
     def _begin(self, path: str) -> bytes | int:
         if self._open is not None:
@@ -156,5 +157,15 @@ class Px4FtpServer(FtpServer):
         return super()._read(offset, _DATA_BYTES)
 
 
+def _with_those_above(folders: Iterable[str]) -> set[str]:
+    found = set(folders)
+    for folder in folders:
+        above = folder
+        while above != "/":
+            above = posixpath.dirname(above)
+            found.add(above)
+    return found
+
+
 def _is_in(path: str, folder: str) -> bool:
-    return posixpath.dirname(path) == folder
+    return path != "/" and posixpath.dirname(path) == folder
