@@ -1,0 +1,145 @@
+"""Runs the examples of MAVSDK-Python with the simulated PX4 in place of the real one.
+
+    python -m tests.interop.mavsdk_examples CHECKOUT --python PYTHON [NAME ...]
+
+CHECKOUT is a clone of mavlink/MAVSDK-Python; PYTHON an interpreter with `mavsdk` before version 4,
+whose interface the examples use. Nothing of it is in this repository, and nothing is downloaded;
+docs/sitl_suites.md has the results.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+from tests.support.links.sitl_process import simulator
+
+ADAPTER = Path(__file__).with_name("mavsdk_adapter.py")
+LIMIT_S = 180.0
+ENDLESS_S = 40.0
+ENDLESS = {
+    "goto", "manual_control",
+    "highres_imu", "mavlink_direct_receive", "telemetry", "telemetry_flight_mode",
+    "telemetry_is_armed_is_in_air", "telemetry_status_text",
+}  # fmt: skip
+"""These go on until somebody stops them"""
+NOT_RUN = {
+    "camera": "needs a camera",
+    "camera_params": "needs a camera and a keyboard",
+    "gimbal": "needs a gimbal",
+    "gripper": "needs a gripper",
+    "px4_ev_automation": "a demonstration of an electric vehicle's site",
+    "px4_ev_automation_keyboard": "needs a keyboard",
+    "rtk_base_ublox": "needs a receiver on a serial port",
+    "transponder": "needs other aircraft",
+    "winch": "needs a winch",
+    "upload_params": "needs a file of parameters",
+    "offboard_from_csv": "needs the package anyio",
+    "show_debug_output": "connects to nothing",
+}
+EXPECTED_TO_FAIL: dict[str, str] = {
+    "calibration": "the texts of a calibration are not simulated",
+    "do_orbit": "DO_ORBIT is for planes only",
+    "follow_me_example": "AUTO.FOLLOW_TARGET is not simulated",
+    "ftp_download_file": "the file that it names is not there",
+}
+"""By name of the example: why it stays out"""
+
+
+class Outcome(NamedTuple):
+    """What became of an example; `why` is the last line that it printed."""
+
+    passed: bool
+    why: str
+    output: str
+    took_s: float
+
+
+def examples_of(checkout: Path) -> list[Path]:
+    """The programs among the examples."""
+    folder = checkout / "examples"
+    return sorted([*folder.glob("*.py"), *folder.glob("offboard_from_csv/*.py")])
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def run(example: Path, python: str) -> Outcome:
+    """Run one example against a copter of its own, in its own folder of results."""
+    begun_s = time.monotonic()
+    endless = example.stem in ENDLESS
+    with tempfile.TemporaryDirectory() as home, simulator("--autopilot", "px4", "--quiet") as port:
+        command = [python, "-u", str(ADAPTER), str(example), str(port), str(_free_port())]
+        with (Path(home) / "output").open("w+b") as stream:
+            process = subprocess.Popen(
+                command,
+                cwd=example.parent,
+                env={**os.environ, "HOME": home, "PYTHONPATH": "", "PYTHONWARNINGS": "ignore"},
+                stdin=subprocess.DEVNULL,
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,  # its server goes with it
+            )
+            try:
+                code: int | None = process.wait(ENDLESS_S if endless else LIMIT_S)
+            except subprocess.TimeoutExpired:
+                code = None
+            finally:
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+            stream.seek(0)
+            output = stream.read().decode("utf-8", "replace")
+    lines = output.strip().splitlines() or [""]
+    passed = "Traceback" not in output and (code == 0 or (endless and code is None and output > ""))
+    why = "did not end" if code is None and not passed else lines[-1]
+    return Outcome(passed, why, output, time.monotonic() - begun_s)
+
+
+def main() -> int:
+    """Run the examples; 0 when all is as expected, 1 when not, 2 for no checkout."""
+    parser = argparse.ArgumentParser(description="Run MAVSDK-Python's examples on the simulator.")
+    parser.add_argument("checkout", type=Path, help="a clone of mavlink/MAVSDK-Python")
+    parser.add_argument("names", nargs="*", help="only examples whose name contains one of these")
+    parser.add_argument("--python", default=sys.executable, help="one that has mavsdk before 4")
+    parser.add_argument("--verbose", action="store_true", help="print what failing ones print")
+    options = parser.parse_intermixed_args()
+    found = examples_of(options.checkout.resolve())
+    if not found:
+        print(f"{options.checkout} is no checkout of MAVSDK-Python.", file=sys.stderr)
+        return 2
+    surprises = passed = counted = 0
+    for example in found:
+        name = example.stem
+        if options.names and not any(part in name for part in options.names):
+            continue
+        if name in NOT_RUN:
+            print(f"not run          {name}: {NOT_RUN[name]}", flush=True)
+            continue
+        outcome = run(example, options.python)
+        counted, passed = counted + 1, passed + outcome.passed
+        reason = EXPECTED_TO_FAIL.get(name)
+        surprises += outcome.passed is (reason is not None)
+        note = "" if outcome.passed else f": {reason or outcome.why}"
+        word = "passed" if outcome.passed else "failed"
+        print(f"{word} {outcome.took_s:5.1f} s  {name}{note}", flush=True)
+        if options.verbose and not outcome.passed:
+            print(outcome.output)
+    print(f"{passed} of {counted} passed; {surprises} not as expected")
+    return 1 if surprises else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
