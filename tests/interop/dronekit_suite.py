@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import re
+import signal
 import socket
 import subprocess
 import sys
@@ -122,6 +123,8 @@ def main() -> int:
     parser.add_argument("--speedup", type=float, default=1.0, help="of the simulator (default: 1)")
     parser.add_argument("--verbose", action="store_true", help="print what failing tests print")
     options = parser.parse_intermixed_args()
+    # Whoever ends this also ends what it has started.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     found = tests_of(options.checkout)
     if not found:
         print(f"{options.checkout} is no checkout of dronekit-python.", file=sys.stderr)

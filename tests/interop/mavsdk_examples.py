@@ -117,6 +117,8 @@ def main() -> int:
     parser.add_argument("--python", default=sys.executable, help="one that has mavsdk before 4")
     parser.add_argument("--verbose", action="store_true", help="print what failing ones print")
     options = parser.parse_intermixed_args()
+    # Whoever ends this also ends what it has started.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     found = examples_of(options.checkout.resolve())
     if not found:
         print(f"{options.checkout} is no checkout of MAVSDK-Python.", file=sys.stderr)
