@@ -111,7 +111,7 @@ class Failures:
         self._followed: dict[tuple[str, ...], list[float]] = {
             names: [vehicle.parameters.specs[name].default for name in names]
             for names in self._followers
-            if all(name in vehicle.parameters for name in names)
+            if all(map(vehicle.parameters.acts, names))
         }
 
     def inject(self, unit: int, kind: int, instance: int) -> Result:
@@ -199,7 +199,7 @@ class Failures:
             return
         self._revision = parameters.revision
         for names, follow in self._followers.items():
-            values = [parameters[name] for name in names if name in parameters]
+            values = [parameters[name] for name in names if parameters.acts(name)]
             if len(values) == len(names) and values != self._followed.get(names):
                 self._followed[names] = values
                 follow(*values)

@@ -326,7 +326,7 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
             faults=faults,
             links=_roles(options),
         )
-        Parameters(config.personality().parameters, config.parameters)
+        Parameters(config.personality().parameter_table, config.parameters)
     except UnknownParameterError as error:
         raise ConfigurationError(str(error)) from None
     except ConfigurationError:

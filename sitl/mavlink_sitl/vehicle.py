@@ -75,9 +75,9 @@ class SimulatedVehicle(VehicleBody):
         self.system_id = system_id
         personality = config.personality()
         values = dict(config.parameters)
-        if any(spec.name == "BATT_CAPACITY" for spec in personality.parameters):
+        if "BATT_CAPACITY" in personality.parameter_table.acting:
             values.setdefault("BATT_CAPACITY", config.battery.capacity_mah)
-        self.parameters = Parameters(personality.parameters, values)
+        self.parameters = Parameters(personality.parameter_table, values)
         self.plans = Plans()
         self.logbook = make_logbook(personality)
         self.offset_ned_m = (0.0, 0.0, 0.0)
@@ -109,6 +109,7 @@ class SimulatedVehicle(VehicleBody):
         if self._boot_at_us is not None:
             self._move_origin()
         self._boot_at_us = None
+        self.parameters.power_up()
         self._boot_us = self.now_us
         self._snapshot_cache = None
         self._resets = 0

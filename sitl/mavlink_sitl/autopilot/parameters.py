@@ -1,9 +1,14 @@
-"""The parameters of a vehicle: name, value, type. Each of them has an effect."""
+"""The parameters of a vehicle: name, value, type; the firmware's whole list.
+
+Those that act here have their own place in each vehicle; all others are stored only, and their
+defaults are shared by all vehicles of a personality.
+"""
 
 from __future__ import annotations
 
+import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -35,6 +40,10 @@ class ParameterSpec:
     listed: bool = True
 
 
+NAMED_AT_MOST = 20
+"""An unknown name is answered with all existing ones, where they are no more"""
+
+
 class UnknownParameterError(KeyError):
     """No parameter has this name."""
 
@@ -45,31 +54,77 @@ class UnknownParameterError(KeyError):
         super().__init__(name)
 
     def __str__(self) -> str:
-        """One sentence."""
-        return f"no parameter {self.name!r}; there are: {', '.join(self.known)}"
+        """One sentence, with the existing ones, or of many those with similar names."""
+        if len(self.known) <= NAMED_AT_MOST:
+            return f"no parameter {self.name!r}; there are: {', '.join(self.known)}"
+        similar = difflib.get_close_matches(self.name, self.known)
+        if not similar:
+            return f"no parameter {self.name!r} among {len(self.known)}"
+        return f"no parameter {self.name!r}; similar are: {', '.join(similar)}"
+
+
+class ParameterTable:
+    """What parameters a personality has; shared by its vehicles, and never changed.
+
+    Args:
+        acting: those that have an effect here.
+        whole: the firmware's list; of those that act too, the specs in `acting` count.
+
+    Attributes:
+        specs: by name, in the order of the names.
+        acting: the defaults of those that act.
+        listed: the names in the list, in the order of their indices. (The firmware's own order
+            is that of its code; it was not recorded.)
+        place: the index of each of these.
+    """
+
+    def __init__(
+        self, acting: Iterable[ParameterSpec], whole: Iterable[ParameterSpec] = ()
+    ) -> None:
+        given = {spec.name: spec for spec in acting}
+        self.acting = {name: given[name].default for name in sorted(given)}
+        specs = {**{spec.name: spec for spec in whole}, **given}
+        self.specs = {name: specs[name] for name in sorted(specs)}
+        self.listed = tuple(name for name, spec in self.specs.items() if spec.listed)
+        self.place = {name: place for place, name in enumerate(self.listed)}
+
+    def inert(self) -> list[str]:
+        """The names of those that are stored and have no effect."""
+        return [name for name in self.specs if name not in self.acting]
+
+
+class _Values(dict[str, float]):
+    """The values of one vehicle: of those that act, and of others that were changed."""
+
+    def __init__(self, table: ParameterTable) -> None:
+        super().__init__(table.acting)
+        self._specs = table.specs
+
+    def __missing__(self, name: str) -> float:
+        return self._specs[name].default
 
 
 class Parameters:
     """The values, kept over a reboot as the firmware keeps them in storage.
 
     Args:
-        specs: the personality's parameters.
+        table: the personality's parameters.
         values: values other than the defaults.
+
+    Attributes:
+        table: the personality's parameters.
+        revision: grows with every change.
 
     Raises:
         UnknownParameterError: a value for a parameter that does not exist.
         ValueError: a value that is not finite.
     """
 
-    def __init__(
-        self, specs: tuple[ParameterSpec, ...], values: Mapping[str, float] | None = None
-    ) -> None:
-        self.specs = {spec.name: spec for spec in sorted(specs, key=lambda spec: spec.name)}
-        listed = [name for name, spec in self.specs.items() if spec.listed]
-        self._listed = {name: place for place, name in enumerate(listed)}
-        self._values = {name: spec.default for name, spec in self.specs.items()}
+    def __init__(self, table: ParameterTable, values: Mapping[str, float] | None = None) -> None:
+        self.table = table
+        self._values = _Values(table)
+        self._erased: dict[str, float] | None = None
         self.revision = 0
-        """Grows with every change"""
         for name, value in (values or {}).items():
             self.set(name, value)
 
@@ -79,19 +134,32 @@ class Parameters:
 
     def __contains__(self, name: str) -> bool:
         """Whether there is such a parameter."""
-        return name in self._values
+        return name in self.table.specs
 
     def __len__(self) -> int:
         """How many are listed."""
-        return len(self._listed)
+        return len(self.table.listed)
 
-    def names(self) -> list[str]:
+    @property
+    def specs(self) -> Mapping[str, ParameterSpec]:
+        """All parameters by name."""
+        return self.table.specs
+
+    def acts(self, name: str) -> bool:
+        """Whether there is such a parameter, and it has an effect."""
+        return name in self.table.acting
+
+    def of_interest(self) -> list[str]:
+        """The names of those that act, and of all others that were changed."""
+        return sorted(self._values)
+
+    def names(self) -> tuple[str, ...]:
         """All that are listed, in the order of their indices."""
-        return list(self._listed)
+        return self.table.listed
 
     def index(self, name: str) -> int | None:
         """The place of a parameter in the list, or None for one that is not in it."""
-        return self._listed.get(name)
+        return self.table.place.get(name)
 
     def set(self, name: str, value: float) -> None:
         """Change a value; integers are rounded.
@@ -100,10 +168,30 @@ class Parameters:
             UnknownParameterError: there is no such parameter.
             ValueError: the value is not finite.
         """
-        spec = self.specs.get(name)
+        spec = self.table.specs.get(name)
         if spec is None:
-            raise UnknownParameterError(name, list(self.specs))
+            raise UnknownParameterError(name, list(self.table.specs))
         if not math.isfinite(value):
             raise ValueError(f"parameter {name} must be a finite number, not {value}")
         self.revision += 1
-        self._values[name] = value if spec.type is ParameterType.REAL32 else float(round(value))
+        stored = value if spec.type is ParameterType.REAL32 else float(round(value))
+        self._values[name] = stored
+        if self._erased is not None:
+            self._erased[name] = stored
+
+    def reset(self) -> None:
+        """All have their defaults again."""
+        self.revision += 1
+        self._erased = None
+        self._values = _Values(self.table)
+
+    def erase(self) -> None:
+        """The storage is emptied: at the next start all have their defaults, or what is set yet."""
+        self._erased = {}
+
+    def power_up(self) -> None:
+        """The firmware starts, with what is in its storage."""
+        stored = self._erased
+        if stored is not None:
+            self.reset()
+            self._values.update(stored)

@@ -180,6 +180,15 @@ def _terminate(server: CommandServer, command: ReceivedCommand) -> Result:
     return server.vehicle.disarm(force=True)
 
 
+def _store(server: CommandServer, command: ReceivedCommand) -> Result:
+    """PREFLIGHT_STORAGE: only 2, which empties the storage; it shows at the next start."""
+    if command.params[0] != 2.0:
+        return Result.DENIED
+    server.vehicle.parameters.erase()
+    server.vehicle.say(Severity.WARNING, "All parameters reset, reboot board")
+    return Result.ACCEPTED
+
+
 def inject_failure(server: CommandServer, command: ReceivedCommand) -> Result:
     """INJECT_FAILURE."""
     unit, kind, instance = (int(value) for value in command.params[:3])
@@ -200,6 +209,7 @@ _HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
+    dialect.MAV_CMD_PREFLIGHT_STORAGE: (_store, 1),
     dialect.MAV_CMD_MISSION_START: (_mission_start, 2),
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),

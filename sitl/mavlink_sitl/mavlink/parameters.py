@@ -7,13 +7,14 @@ with index 65535; values travel as floats whatever their type.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.exchange import ParameterSaved
 from mavlink_sitl.mavlink.codec import Message, dialect
 
-LIST_PER_TICK = 4
-"""A full list is sent in portions, so that it does not swamp a link"""
+LIST_PER_TICK = 20
+"""A full list is sent in portions: 1,343 were recorded in 0.7 s, a tick is 10 ms"""
 ECHO_INDEX = 65535
 
 
@@ -27,9 +28,11 @@ def saved_parameter(saved: ParameterSaved, parameters: Parameters) -> Message:
 class ParameterServer:
     """Answers for one vehicle's parameters."""
 
+    per_tick = LIST_PER_TICK
+
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
-        self._to_list: list[str] = []
+        self._to_list: Sequence[str] = ()
 
     @property
     def busy(self) -> bool:
@@ -42,8 +45,8 @@ class ParameterServer:
 
     def take_portion(self) -> list[Message]:
         """The next part of a list under way."""
-        portion = self._to_list[:LIST_PER_TICK]
-        del self._to_list[:LIST_PER_TICK]
+        portion = self._to_list[: self.per_tick]
+        self._to_list = self._to_list[self.per_tick :]
         return [self._indexed(name) for name in portion]
 
     def read(self, name: str, index: int) -> Message | None:

@@ -13,6 +13,7 @@ from mavlink_sitl.autopilot.control.straight_profile import LineProfile
 from mavlink_sitl.autopilot.parameters import (
     Parameters,
     ParameterSpec,
+    ParameterTable,
     ParameterType,
     UnknownParameterError,
 )
@@ -297,8 +298,8 @@ def test_one_unit_of_latitude_is_what_was_recorded() -> None:
 
 def test_parameters_know_their_types_and_names() -> None:
     specs = (ParameterSpec("B", 1.5), ParameterSpec("A", 2.0, ParameterType.INT8))
-    parameters = Parameters(specs, {"A": 3.4})
-    assert parameters.names() == ["A", "B"]
+    parameters = Parameters(ParameterTable(specs), {"A": 3.4})
+    assert parameters.names() == ("A", "B")
     assert parameters["A"] == 3.0
     with pytest.raises(UnknownParameterError, match="no parameter 'C'; there are: A, B"):
         parameters.set("C", 1.0)

@@ -353,6 +353,16 @@ def test_mission_start_arms_but_not_right_after_the_upload() -> None:
     assert ground.custom_mode == px4.MISSION
 
 
+def test_whoever_arms_after_the_upload_may_start_the_mission_at_once() -> None:
+    """The commander looks at the mission whenever it is to arm, not only ten times a second."""
+    ground = ready_px4()
+    assert upload(ground, near_home([item(22, up_m=10.0), waypoint(10.0, 0.0)])) == 0
+    assert ground.arm() == ACCEPTED
+    ground.run(0.03, step_s=0.01)
+    assert ground.command_results(mav.MAV_CMD_DO_SET_MODE, 1, 4, 4) == [ACCEPTED, ACCEPTED]
+    assert ground.custom_mode == px4.MISSION
+
+
 def test_a_mission_uploaded_in_flight_is_entered_at_the_old_number_and_rtl_changes_the_mode() -> (
     None
 ):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterType
+from mavlink_sitl.autopilot.parameters import ParameterSpec, ParameterTable, ParameterType
+from mavlink_sitl.autopilot.personality.parameters import whole_list
 from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS, PlanRules
 from mavlink_sitl.geodesy import ARDUPILOT, Projection
 
@@ -88,6 +90,7 @@ class Personality:
         flight_custom_version: AUTOPILOT_VERSION.flight_custom_version, 8 characters.
         modes: by number.
         parameters: those that do something here.
+        whole: the list of all that the firmware has (`whole_list`); empty for no others.
         boot: what it says while starting, in time.
         ready_s: when the estimator uses GPS in the real firmware; `boot` and the times below
             are scaled down when a shorter time is configured.
@@ -145,3 +148,9 @@ class Personality:
     aloft_texts: tuple[str, ...] = ()
     saved: tuple[SavedStep, ...] = ()
     estimators: tuple[str, ...] = ()
+    whole: str = ""
+
+    @cached_property
+    def parameter_table(self) -> ParameterTable:
+        """All its parameters, those that do nothing among them."""
+        return ParameterTable(self.parameters, whole_list(self.whole) if self.whole else ())

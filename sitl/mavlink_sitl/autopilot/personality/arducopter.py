@@ -43,6 +43,7 @@ ARDUCOPTER = Personality(
     flight_custom_version="cef8bcef",
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
+    whole="ardupilot_copter",
     boot=shared.boot("arducopter"),
     ready_s=41.64,
     gps_fix_s=9.9,

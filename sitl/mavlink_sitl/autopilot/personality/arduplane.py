@@ -47,6 +47,7 @@ ARDUPLANE = replace(
     capabilities=0xF36F & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
+    whole="ardupilot_plane",
     boot=shared.boot("arduplane"),
     saved=(*shared.saved(1.75, 2.76), SavedStep(3.42, "ARSPD_OFFSET", 2013.95)),
     ready_s=20.51,

@@ -49,6 +49,7 @@ ARDUROVER = replace(
     capabilities=0xF1EF & ~NOT_MODELLED,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
+    whole="ardupilot_rover",
     boot=shared.boot("ardurover"),
     saved=shared.saved(1.73, 3.40, calibrations_s=(1.85, 2.37)),
     ready_s=42.10,

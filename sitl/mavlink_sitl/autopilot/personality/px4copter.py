@@ -25,6 +25,7 @@ PX4COPTER = Personality(
     flight_custom_version="d6f12ad1",
     modes=flown_modes(needs_position=True),
     parameters=in_order(_PARAMETERS),
+    whole="px4_copter",
     boot=(),
     ready_s=4.4,
     gps_fix_s=0.5,

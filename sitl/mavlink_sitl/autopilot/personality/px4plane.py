@@ -24,6 +24,7 @@ PX4PLANE = replace(
     mav_type=1,
     modes=flown_modes(needs_position=False),
     available_modes=available_modes(posctl=3),
+    whole="px4_plane",
     parameters=in_order(
         (*COMMON_PARAMETERS, *table("px4plane")),
         COM_DISARM_PRFLT=-1.0,

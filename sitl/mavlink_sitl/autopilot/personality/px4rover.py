@@ -36,6 +36,7 @@ PX4ROVER = replace(
     mav_type=10,
     modes=flown_modes(needs_position=False),
     available_modes=available_modes(altctl=0, posctl=0, orbit=0),
+    whole="px4_rover",
     parameters=_parameters(0.5),
 )
 PX4BOAT = replace(

@@ -35,6 +35,7 @@ class Px4Arming(Arming):
         copter = self._vehicle
         if self.armed:
             return Result.ACCEPTED
+        copter.feasibility.hear()
         if not force and not copter.can_arm():
             text = "Arming denied: Resolve system health failures first"
             copter.say(Severity.CRITICAL, text)

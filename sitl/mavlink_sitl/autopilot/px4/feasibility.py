@@ -36,11 +36,17 @@ class Feasibility:
         self._vehicle = vehicle
         self._judged: tuple[int, int, bool] | None = None
         self._judged_at_s = -math.inf
+        self._heard = False
         self._holds = False
 
     def known(self) -> bool:
         """Whether the commander has heard of the latest judgement."""
-        return self._vehicle.now_s - self._judged_at_s >= KNOWN_AFTER_S
+        return self._heard or self._vehicle.now_s - self._judged_at_s >= KNOWN_AFTER_S
+
+    def hear(self) -> None:
+        """The commander looks at once, as whenever it is to arm."""
+        self.holds()
+        self._heard = True
 
     def holds(self) -> bool:
         """Whether the mission may be flown; says where it violates the fence, the first time."""
@@ -49,6 +55,7 @@ class Feasibility:
         judged = (plans.mission.changes, plans.fence.changes, home is not None)
         if judged != self._judged:
             self._judged, self._judged_at_s = judged, vehicle.now_s
+            self._heard = False
             self._holds = bool(plans.mission.items) and home is not None and self._check(home)
         return self._holds
 

@@ -74,6 +74,9 @@ class FeasibilityView(Protocol):
     def holds(self) -> bool:
         """Whether it can be flown."""
 
+    def hear(self) -> None:
+        """The commander looks at the result at once."""
+
 
 class Px4View(VehicleView, Protocol):
     """The members are those of `vehicle.Px4Vehicle`."""

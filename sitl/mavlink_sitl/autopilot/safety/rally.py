@@ -15,12 +15,12 @@ def nearest_rally_ned_m(copter: VehicleView) -> tuple[float, float, float] | Non
     point is within RALLY_LIMIT_KM (0: at any distance).
     """
     parameters = copter.parameters
-    if "RALLY_LIMIT_KM" not in parameters:
+    if not parameters.acts("RALLY_LIMIT_KM"):
         return None
     home = copter.navigator.home_ned_m()
     here = copter.motion[:2]
     best_m = parameters["RALLY_LIMIT_KM"] * 1000.0 or math.inf
-    if "RALLY_INCL_HOME" not in parameters or parameters["RALLY_INCL_HOME"]:
+    if not parameters.acts("RALLY_INCL_HOME") or parameters["RALLY_INCL_HOME"]:
         best_m = min(best_m, math.dist(here, home[:2]))
     best = None
     for item in copter.plans.rally.items:

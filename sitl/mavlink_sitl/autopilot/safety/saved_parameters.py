@@ -2,7 +2,7 @@
 
 Recorded in every flight in `tlogs/ardupilot`: calibrations while it starts, MIS_TOTAL with each
 item of an upload and when home is set, STAT_FLTTIME and STAT_RUNTIME twice a minute and at
-disarming. They are told, not offered: PARAM_REQUEST_READ does not find them here.
+disarming.
 """
 
 from __future__ import annotations
@@ -75,4 +75,6 @@ class Saved:
         self._tell("STAT_RUNTIME", int(now_s - self._vehicle.boot_s), ParameterType.INT32)
 
     def _tell(self, name: str, value: float, kind: ParameterType) -> None:
+        if name in self._vehicle.parameters:
+            self._vehicle.parameters.set(name, value)
         self._vehicle.events.append(ParameterSaved(name, float(value), int(kind)))

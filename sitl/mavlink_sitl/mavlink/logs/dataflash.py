@@ -65,8 +65,9 @@ class DataFlashLog(FlightLog):
             length = _STRUCTS[name].size + len(_HEAD) + 1
             self._add("FMT", number, length, name.encode(), form.encode(), columns.encode("ascii"))
         parameters = s.vehicle.parameters
-        for name, spec in parameters.specs.items():
-            self._add("PARM", s.time_boot_us, name.encode(), parameters[name], spec.default)
+        for name in parameters.of_interest():
+            default = parameters.specs[name].default
+            self._add("PARM", s.time_boot_us, name.encode(), parameters[name], default)
         self._add_version(s)
 
     def _add_version(self, s: Snapshot) -> None:

@@ -71,8 +71,8 @@ class ULog(FlightLog):
         for name, fields in _FIELDS.items():
             self._add("F", f"{name}:{fields}".encode("ascii"))
         parameters = s.vehicle.parameters
-        for name, spec in parameters.specs.items():
-            is_float = spec.type is ParameterType.REAL32
+        for name in parameters.of_interest():
+            is_float = parameters.specs[name].type is ParameterType.REAL32
             key = f"{'float' if is_float else 'int32_t'} {name}"
             value = parameters[name]
             packed = struct.pack("<f", value) if is_float else struct.pack("<i", int(value))

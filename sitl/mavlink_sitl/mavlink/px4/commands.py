@@ -223,6 +223,16 @@ def _reboot(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     return Result.DENIED if server.vehicle.armed else server.vehicle.reboot()
 
 
+def _store(server: Px4CommandServer, command: ReceivedCommand) -> Result | None:
+    """PREFLIGHT_STORAGE: reads, writes or resets; what it sets it saves by itself at once."""
+    if server.vehicle.armed:
+        return Result.TEMPORARILY_REJECTED
+    what = int(command.params[0])
+    if what in (RESET_ALL, RESET_EVERYTHING):
+        server.vehicle.parameters.reset()
+    return Result.ACCEPTED if READ_ALL <= what <= RESET_EVERYTHING else None
+
+
 def _terminate(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     if command.params[0] <= 0.5:
         return Result.DENIED
@@ -236,6 +246,8 @@ def _accept_place(_: Px4CommandServer, command: ReceivedCommand) -> Result:
 
 
 FIGURE_EIGHT = 35
+READ_ALL, RESET_ALL, RESET_EVERYTHING = 0, 2, 4
+"""PREFLIGHT_STORAGE.param1; 1 writes, 3 restores the factory's calibration, which there is not"""
 UNANSWERED = (
     dialect.MAV_CMD_DO_DIGICAM_CONTROL,
     dialect.MAV_CMD_DO_MOUNT_CONTROL,
@@ -263,6 +275,7 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SET_ROI_NONE: (lambda *_: Result.ACCEPTED, 0),
     **dict.fromkeys(UNANSWERED, (_ignore, 0)),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
+    dialect.MAV_CMD_PREFLIGHT_STORAGE: (_store, 1),
     dialect.MAV_CMD_MISSION_START: (lambda s, c: s.vehicle.start_mission(c.params[0]), 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 1),
     dialect.MAV_CMD_GET_MESSAGE_INTERVAL: (_get_interval, 1),

@@ -41,15 +41,18 @@ def parameter_hash(parameters: Parameters) -> int:
 class Px4ParameterServer(ParameterServer):
     """Answers for one vehicle's parameters on one link."""
 
+    per_tick = 10
+    """887 messages were recorded in 0.9 s"""
+
     def request_list(self) -> None:
         """PARAM_REQUEST_LIST: the hash and all of them."""
         super().request_list()
-        self._to_list.insert(0, HASH_CHECK)
+        self._to_list = (HASH_CHECK, *self._to_list)
 
     def take_portion(self) -> list[Message]:
         """The next part of a list under way."""
         if self._to_list and self._to_list[0] == HASH_CHECK:
-            del self._to_list[0]
+            self._to_list = self._to_list[1:]
             return [self._hash()]
         return super().take_portion()
 
@@ -62,7 +65,7 @@ class Px4ParameterServer(ParameterServer):
     def set_typed(self, name: str, value: float, kind: int) -> Message | None:
         """PARAM_SET; of _HASH_CHECK: the asker knows all values and wants no list."""
         if name == HASH_CHECK:
-            self._to_list.clear()
+            self._to_list = ()
             return None
         spec = self._parameters.specs.get(name)
         if spec is None or int(spec.type) != kind:
