@@ -17,6 +17,7 @@ from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
 from mavlink_sitl.autopilot.px4.battery import Px4Battery
+from mavlink_sitl.autopilot.px4.calibration import Calibration
 from mavlink_sitl.autopilot.px4.failsafe import Px4Failsafes
 from mavlink_sitl.autopilot.px4.feasibility import Feasibility
 from mavlink_sitl.autopilot.px4.geofence import Px4Geofence
@@ -52,6 +53,7 @@ class Px4Vehicle(Commander):
     Attributes:
         intention: the mode that people want (CURRENT_MODE.intended_custom_mode).
         battery: the simulated pack, which follows SIM_BAT_* and not the motors.
+        calibration: of its sensors.
         manual: the sticks, or None before any were heard.
         setpoint_at_s: when the latest usable offboard setpoint came.
         in_flight: from "Takeoff detected" to "Landing detected".
@@ -70,6 +72,7 @@ class Px4Vehicle(Commander):
         self.took_off_at_s = -math.inf
         self.battery = Px4Battery(start.parameters)
         self.feasibility = Feasibility(self)
+        self.calibration = Calibration(self)
         self.after_disarming = px4.LOITER
         self._refused_at_s = -math.inf
         super().__init__(start)
@@ -85,9 +88,11 @@ class Px4Vehicle(Commander):
 
     @property
     def system_status(self) -> SystemStatus:
-        """UNINIT when the chosen mode cannot run, CRITICAL in a failsafe."""
+        """UNINIT when the chosen mode cannot run, CRITICAL in a failsafe, CALIBRATING."""
         if self.armed:
             return SystemStatus.CRITICAL if self.failsafe.active else SystemStatus.ACTIVE
+        if self.calibration.busy:
+            return SystemStatus.CALIBRATING
         return SystemStatus.STANDBY if self.can_arm() else SystemStatus.UNINIT
 
     @property
@@ -136,6 +141,7 @@ class Px4Vehicle(Commander):
         """Whether the health and arming checks pass in the chosen mode."""
         return (
             self.damage is None
+            and not self.calibration.busy
             and self.mode.spec.armable
             and self.estimator.position_ok
             and not self.fence.breached
@@ -151,6 +157,7 @@ class Px4Vehicle(Commander):
         self.battery.update(observation.time_s, self.armed)
         super().update(observation)
         self.feasibility.holds()
+        self.calibration.update()
         self._detect_flight()
         self._drift_home()
 

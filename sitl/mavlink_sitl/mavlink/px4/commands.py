@@ -162,8 +162,9 @@ def _standard_mode(server: Px4CommandServer, command: ReceivedCommand) -> Result
     return Result.FAILED if number is None else server.vehicle.set_mode(number)
 
 
-def _calibrate(server: Px4CommandServer, _: ReceivedCommand) -> Result:
-    return Result.TEMPORARILY_REJECTED if server.vehicle.armed else Result.ACCEPTED
+def _calibrate(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+    params = (*command.params[:4], command.x, command.y, command.z)
+    return server.vehicle.calibration.command(tuple(v if usable(v) else 0.0 for v in params))
 
 
 def _ignore(_server: Px4CommandServer, _: ReceivedCommand) -> None:

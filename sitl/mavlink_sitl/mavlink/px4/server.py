@@ -52,6 +52,8 @@ TAKE_NEUTRAL_RELEASE = (
 """DO_GIMBAL_MANAGER_CONFIGURE, _PITCHYAW and _CONFIGURE as recorded; only the first is repeated"""
 HANDED_ON = ("HEARTBEAT", "SET_MODE")
 """What one link says and the others get, too"""
+CALIBRATES = "[cal]"
+"""How texts of a calibration begin"""
 ONBOARD, GCS = "onboard", "gcs"
 _HOME_POSITION, _OBSTACLE_DISTANCE, _CURRENT_MODE = 242, 330, 436
 STATUS_US = 500_000
@@ -230,7 +232,9 @@ class Px4Server(MavlinkServer):
         """Report to this link."""
         if isinstance(event, StatusText):
             if self._gcs_connected():
-                text = StatusText(event.severity, event.text.rstrip("\t") + "\t")
+                # A tab marks what is also an event; calibrations have none.
+                end = "" if event.text.startswith(CALIBRATES) else "\t"
+                text = StatusText(event.severity, event.text.rstrip("\t") + end)
                 for message in self._texts.messages(text):
                     self.send(message)
         elif isinstance(event, HomeChanged):
