@@ -128,6 +128,17 @@ def test_an_ardupilot_has_the_defaults_again_after_a_reset_and_a_restart() -> No
     assert [values[name] for name in names] == [1500.0, 0.0, 60.0]
 
 
+def test_an_ardupilot_counts_its_starts() -> None:
+    station = GroundStation(Simulation([VehicleConfig()]))
+    station.run(2.0)
+    counts = [station.vehicle.parameters["STAT_BOOTCNT"]]
+    for _ in range(2):
+        assert station.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1.0) == ACCEPTED
+        station.run(5.0)
+        counts.append(station.vehicle.parameters["STAT_BOOTCNT"])
+    assert counts == [1.0, 2.0, 3.0]
+
+
 def test_a_px4_has_the_defaults_again_at_once_but_not_while_armed() -> None:
     station = GroundStation(Simulation([VehicleConfig(autopilot="px4")]))
     station.run(4.0)

@@ -31,6 +31,9 @@ class Saved:
         self._flown_told_s = 0
         self._flying_since_s: float | None = None
         self._statistics_at_s = firmware.boot_s + STATISTICS_S
+        if firmware.boot_s > 0.0 and "STAT_BOOTCNT" in firmware.parameters:
+            boots = firmware.parameters["STAT_BOOTCNT"] + 1.0  # by which programs see a reboot
+            firmware.parameters.set("STAT_BOOTCNT", boots)
 
     def update(self) -> None:
         """Look what there is to save; called at the autopilot's rate."""
