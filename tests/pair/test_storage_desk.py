@@ -173,8 +173,9 @@ def test_arming_ends_the_changes_and_names_what_was_not_done() -> None:
     names = [name for name in parameters.names() if name.startswith(("FENCE", "WPNAV", "RTL"))]
     wanted = {name: parameters[name] + 1.0 for name in names}
     answers: list[ParametersAnswer] = []
-    flight.vehicle.arm(flight.now)
     flight.bridge.storage.change_parameters(wanted, False, answers.append, flight.now)
+    flight.run_until(lambda: parameters[names[1]] == wanted[names[1]], 30.0)
+    flight.vehicle.arm(flight.now)
     flight.run_until(lambda: bool(answers), 30.0)
     (answer,) = answers
     assert not answer.success

@@ -165,6 +165,18 @@ def test_many_missing_ones_are_asked_for_a_few_at_a_time() -> None:
     assert talk.asked()[0] == "PARAM_REQUEST_READ 17", "at once, without a wait"
 
 
+def test_one_that_is_lost_does_not_hold_up_the_others() -> None:
+    talk = Conversation(ParameterListing(ADDRESS, bytewise=False))
+    talk.tell(value("P0", 1.0, 0, 20))
+    talk.wait()
+    talk.asked()
+    talk.now += 0.5
+    talk.tell(value("P3", 1.0, 3, 20))
+    assert talk.asked() == ["PARAM_REQUEST_READ 17"]
+    talk.wait()
+    assert "PARAM_REQUEST_READ 17" not in talk.asked(), "it has half a second left"
+
+
 # --- changes -------------------------------------------------------------------------------
 
 

@@ -41,7 +41,7 @@ class ParameterListing(Outbox):
         self._address = address
         self._bytewise = bytewise
         self._found: dict[int, Parameter] = {}
-        self._asked: set[int] = set()
+        self._asked: dict[int, float] = {}
         self._attempts: dict[int, int] = {}
         self._lists = 0
         self._restarts = 0
@@ -86,8 +86,7 @@ class ParameterListing(Outbox):
             if self.received == count:
                 self._end(now)
             return
-        self._asked.discard(index)
-        if not self._asked:
+        if self._asked.pop(index, None) is not None:
             self._ask(now)
 
     def next_deadline(self) -> float | None:
@@ -115,19 +114,29 @@ class ParameterListing(Outbox):
             self._finish(result, reason)
 
     def _ask(self, now: float) -> None:
-        """Ask for the next that are missing, those that were asked for least first."""
+        """Ask for the next that are missing, those that were asked for least first.
+
+        As one answer comes, another is asked for: most of a lossy link's time went by in waiting
+        for the last of a batch.
+        """
         self._streams = False
+        self._asked = {index: until for index, until in self._asked.items() if until > now}
         missing = [index for index in range(self.total) if index not in self._found]
-        left = [index for index in missing if self._attempts.get(index, 0) < _ATTEMPTS]
-        if not left or now - self._new_s >= _NOTHING_NEW_S:
+        left = [
+            index
+            for index in missing
+            if index not in self._asked and self._attempts.get(index, 0) < _ATTEMPTS
+        ]
+        nothing_new = now - self._new_s >= _NOTHING_NEW_S
+        if nothing_new or not (left or self._asked):
             self._end(now)
             return
         left.sort(key=lambda index: self._attempts.get(index, 0))
-        self._asked = set(left[:_AT_ONCE])
-        for index in sorted(self._asked):
+        for index in sorted(left[: _AT_ONCE - len(self._asked)]):
             self._attempts[index] = self._attempts.get(index, 0) + 1
+            self._asked[index] = now + _SILENCE_S
             self._send("PARAM_REQUEST_READ", param_id=b"", param_index=index)
-        self._deadline = now + _SILENCE_S
+        self._deadline = min(self._asked.values())
 
     def _end(self, now: float) -> None:
         missing = self.total - self.received
