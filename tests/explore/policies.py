@@ -53,6 +53,8 @@ PARAMETERS = "docs/parameters.md"
 SETPOINT = "SET_POSITION_TARGET_LOCAL_NED"
 # A HEARTBEAT tells a mode, once a second; some may be lost.
 _ANSWER_S = 4.0
+# What is known of a vehicle is at most this old on a good link.
+_REPORTED_S = 0.5
 _HULL_M = 0.5
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
 _END = output(GoalFinished)
@@ -371,6 +373,8 @@ def a_mishap_of_a_first_goal(end: GoalFinished, view: View, now_s: float) -> boo
     usual = usual and not (timeless and end.code is OutcomeCode.TIMEOUT)
     # A plane that starts with the wind behind it may never get fast enough on its wheels.
     usual = usual and (view.hovers or view.wind_m_s < 2.0)
+    # What lies in the way of one that avoids nothing is hit.
+    usual = usual and view.hit_s == math.inf
     return alone and usual and not _avoids_any(goal) and end.code in _MISHAPS
 
 
@@ -838,7 +842,9 @@ def arming_forced(message: Message, view: View, now_s: float) -> bool:
 @never(_ARM, OURS)
 def disarmed_in_the_air(message: Message, view: View, now_s: float) -> bool:
     """Motors are not stopped in the air."""
-    flies = view.craft.kind in ("copter", "plane") and not view.truth.on_ground
+    # A vehicle that has just left the ground rejects it; the server cannot know that yet.
+    stood = any(truth.on_ground for time_s, truth in view.recent if time_s > now_s - _REPORTED_S)
+    flies = view.craft.kind in ("copter", "plane") and not (view.truth.on_ground or stood)
     asked = _serving(view, now_s)
     return bool(message.param1 == 0.0) and flies and not asked and view.calm(now_s, _ANSWER_S)
 
