@@ -17,6 +17,7 @@ from tests.support.stations.ground_station import (
     FAILED,
     TEMPORARILY_REJECTED,
     UNSUPPORTED,
+    Message,
 )
 from tests.support.stations.px4_station import (
     HOME,
@@ -313,13 +314,45 @@ def test_a_mask_that_leaves_nothing_is_invalid_and_counts_as_loss(air: Px4Statio
     assert air.custom_mode == px4.RTL
 
 
-@pytest.mark.parametrize("field", ["x", "vx", "afx", "yaw", "yaw_rate"])
-def test_nan_in_a_field_that_counts_is_rejected(air: Px4Station, field: str) -> None:
+def whole_setpoint(field: str, value: float) -> Message:
+    """10 m up, standing, everything given, but for one field."""
     values = dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "afx", "afy", "afz"), 0.0)
     values.update(z=-10.0, yaw=0.0, yaw_rate=0.0)
-    values[field] = NAN
-    message = mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 0, *values.values())
+    values[field] = value
+    return mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 0, *values.values())
+
+
+FIELDS = ["x", "vx", "afx", "yaw", "yaw_rate"]
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_nan_counts_as_not_given_whatever_the_mask_says(air: Px4Station, field: str) -> None:
+    message = whole_setpoint(field, NAN)
     air.stream(1.5, 10.0, lambda: air.send(message))
+    assert air.custom_mode == px4.OFFBOARD
+    assert math.dist(air.position, (0.0, 0.0, -10.0)) < 0.7
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_infinity_in_a_field_that_counts_is_rejected(air: Px4Station, field: str) -> None:
+    message = whole_setpoint(field, math.inf)
+    air.stream(1.5, 10.0, lambda: air.send(message))
+    assert air.custom_mode == px4.RTL
+
+
+def test_nan_as_yaw_holds_the_heading_on_the_way(air: Px4Station) -> None:
+    air.stream(2.0, 10.0, lambda: air.setpoint(0x9F8, (0.0, 0.0, -10.0), yaw=1.0))
+    place = (0.0, 6.0, -10.0)
+    air.stream(6.0, 10.0, lambda: air.setpoint(0x9F8, place, yaw=NAN))
+    assert math.dist(air.position, place) < 0.7
+    assert air.last("ATTITUDE").yaw == pytest.approx(1.0, abs=0.05)
+
+
+def test_nothing_but_nan_is_invalid_and_counts_as_loss(air: Px4Station) -> None:
+    air.gcs_heartbeat()
+    nothing = (NAN, NAN, NAN)
+    air.stream(1.5, 10.0, lambda: air.setpoint(0, nothing, nothing, nothing))
+    assert "SET_POSITION_TARGET_LOCAL_NED invalid\t" in air.texts()
     assert air.custom_mode == px4.RTL
 
 

@@ -1,8 +1,8 @@
 """PX4's reading of SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT.
 
-Every component has its own ignore bit; an ignored one is NaN in the `Setpoint`, and a group
-that is ignored whole is None. What cannot be flown is rejected with a text at every message,
-and does not count as part of the stream.
+Every component has its own ignore bit; NaN means the same (read in the firmware). An ignored
+component is NaN in the `Setpoint`, and a group that is ignored whole is None. What cannot be flown
+is rejected with a text at every message, and does not count as part of the stream.
 """
 
 from __future__ import annotations
@@ -37,10 +37,18 @@ def _group(message: Message, names: tuple[str, str, str], first_bit: int) -> Vec
         for place, name in enumerate(names)
     ]
     used = [value for value in values if not math.isnan(value)]
-    ignored = sum(bool(message.type_mask & first_bit << place) for place in range(3))
-    if len(used) + ignored != 3 or not all(usable(value) for value in used):
-        raise RefusedError(f"{message.get_type()} invalid")  # NaN or absurd, but not ignored
+    if not all(usable(value) for value in used):
+        raise RefusedError(f"{message.get_type()} invalid")
     return (values[0], values[1], values[2]) if used else None
+
+
+def _angle(message: Message, name: str, ignore_bit: int) -> float | None:
+    value = float(getattr(message, name))
+    if message.type_mask & ignore_bit or math.isnan(value):
+        return None
+    if not usable(value):
+        raise RefusedError(f"{message.get_type()} invalid")
+    return value
 
 
 def _rest(message: Message) -> tuple[Vector | None, Vector | None, float | None, float | None]:
@@ -49,11 +57,8 @@ def _rest(message: Message) -> tuple[Vector | None, Vector | None, float | None,
     acceleration = _group(message, ("afx", "afy", "afz"), 0x040)
     if mask & FORCE and acceleration is not None:
         raise RefusedError(f"{kind} force not supported")
-    yaw = None if mask & YAW_IGNORE else message.yaw
-    yaw_rate = None if mask & YAW_RATE_IGNORE else message.yaw_rate
-    if not all(usable(value) for value in (yaw, yaw_rate) if value is not None):
-        raise RefusedError(f"{kind} invalid")
-    return velocity, acceleration, yaw, yaw_rate
+    yaw = _angle(message, "yaw", YAW_IGNORE)
+    return velocity, acceleration, yaw, _angle(message, "yaw_rate", YAW_RATE_IGNORE)
 
 
 def _checked(kind: str, setpoint: Setpoint) -> Setpoint:
@@ -124,7 +129,7 @@ def from_global_int(message: Message, copter: Px4Vehicle) -> Setpoint:
     position: Vector | None = None
     if not all(ignored):
         on_earth = abs(latitude) <= 90.0 and abs(longitude) <= 180.0
-        if not on_earth or not usable(message.alt):
+        if not on_earth or not (usable(message.alt) or math.isnan(message.alt)):
             raise RefusedError(f"{kind} invalid")
         base = navigator.home or navigator.origin
         altitude = message.alt + (0.0 if frame == AMSL else base.altitude_amsl_m)
