@@ -22,7 +22,7 @@ from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink import commands, kind_commands
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.messages import known_messages
-from mavlink_sitl.mavlink.px4 import commands as px4_commands
+from mavlink_sitl.mavlink.px4 import kind_commands as px4_commands
 from mavlink_sitl.mavlink.px4 import known_messages as px4_messages
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -88,7 +88,7 @@ def name_of(enum: str, number: int) -> str:
 def answers(autopilot: str, personality: Personality) -> Answers:
     """The commands that a vehicle answers, by number."""
     if autopilot == "px4":
-        return px4_commands.HANDLERS
+        return px4_commands.BY_KIND[personality.kind]
     return {**commands._HANDLERS, **kind_commands.BY_KIND[personality.kind]}
 
 
@@ -102,10 +102,10 @@ def answer(entry: tuple[Callable[..., Any], int] | None) -> str:
         return ABSENT
     handler = entry[0]
     server = next(iter(inspect.signature(handler).parameters.values()))
-    if not server.name.startswith("_"):
-        return ACTS
     if server.annotation is not inspect.Parameter.empty and _returns_none(handler):
         return SILENT
+    if not server.name.startswith("_"):
+        return ACTS
     try:
         result = handler(None, None)
     except AttributeError:  # it looks at the parameters

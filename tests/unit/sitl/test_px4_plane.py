@@ -465,3 +465,21 @@ def test_orbits_figures_and_heights_are_circles_in_auto_loiter(plane: Px4Station
     assert plane.command(186, 560.0) == ACCEPTED
     plane.run(1.1)
     assert plane.custom_mode == px4.LOITER
+
+
+@pytest.mark.parametrize("radius_m", [120.0, -60.0])
+def test_an_orbit_has_a_radius_of_its_own_until_the_next_place(
+    plane: Px4Station, radius_m: float
+) -> None:
+    x, y = at(100.0, 0.0)
+    orbit = mav.MAV_CMD_DO_ORBIT
+    assert plane.command_int(orbit, 5, radius_m, 15, 0, x=x, y=y, z=ALTITUDE_M + 50.0) == ACCEPTED
+    plane.run(70.0)
+    there = distances(plane, (100.0, 0.0), 20.0)
+    assert there == pytest.approx([abs(radius_m)] * len(there), abs=6.0)
+    status = plane.last("ORBIT_EXECUTION_STATUS")
+    assert (status.radius, status.x, status.y) == pytest.approx((radius_m, x, y), abs=2)
+    assert reposition(plane, 100.0, 0.0, 50.0) == ACCEPTED
+    plane.run(60.0)
+    there = distances(plane, (100.0, 0.0), 20.0)
+    assert there == pytest.approx([80.0] * len(there), abs=6.0)

@@ -24,6 +24,8 @@ RTL = custom_mode(4, 5)
 OFFBOARD = custom_mode(6)
 TAKEOFF = custom_mode(4, 2)
 LAND = custom_mode(4, 6)
+ORBIT = custom_mode(3, 1)
+FOLLOW_TARGET = custom_mode(4, 8)
 
 TERMINATION = custom_mode(10)
 
@@ -46,7 +48,8 @@ MODE_NAMES = {
     custom_mode(7): "Stabilized",
     TAKEOFF: "Takeoff",
     LAND: "Land",
-    custom_mode(4, 8): "Follow Target",
+    ORBIT: "Orbit",
+    FOLLOW_TARGET: "Follow Target",
     custom_mode(4, 9): "Precision Landing",
     **{custom_mode(4, 10 + number): f"External {number}" for number in range(1, 9)},
 }
@@ -109,9 +112,9 @@ def available_modes(
         (custom_mode(7), 0, 1, "Stabilized"),
         (TAKEOFF, 8, 1, ""),
         (LAND, 7, 1, ""),
-        (custom_mode(4, 8), 0, 1, "Follow Target"),
+        (FOLLOW_TARGET, 0, 1, "Follow Target"),
         (custom_mode(4, 9), 0, 1, "Precision Landing"),
-        (custom_mode(3, 1), orbit, 1, "" if orbit else "Orbit"),
+        (ORBIT, orbit, 1, "" if orbit else "Orbit"),
         (custom_mode(4, 10), 0, 1, "VTOL Takeoff"),
         *((custom_mode(4, sub), 0, 2, "(Mode not available)") for sub in range(11, 19)),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.personality import ModeSpec, Personality, px4
 from mavlink_sitl.autopilot.personality.parameters import table
 from mavlink_sitl.autopilot.personality.px4 import (
     CAPABILITIES,
@@ -16,6 +16,9 @@ from mavlink_sitl.geodesy import PX4
 
 _PARAMETERS = (*COMMON_PARAMETERS, *table("px4copter"))
 
+_COPTERS_ONLY = (ModeSpec(px4.ORBIT, "ORBIT", "px4_orbit", True, base_flags=px4.BY_COMPUTER),)
+"""Not to be armed in (read in the firmware), and flown with sticks, so not AUTO"""
+
 PX4COPTER = Personality(
     name="PX4 multicopter",
     mav_type=2,
@@ -23,7 +26,7 @@ PX4COPTER = Personality(
     capabilities=CAPABILITIES,
     flight_sw_version=17891583,
     flight_custom_version="d6f12ad1",
-    modes=flown_modes(needs_position=True),
+    modes={**flown_modes(needs_position=True), **{mode.number: mode for mode in _COPTERS_ONLY}},
     parameters=in_order(_PARAMETERS),
     whole="px4_copter",
     boot=(),

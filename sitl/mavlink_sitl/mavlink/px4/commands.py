@@ -41,27 +41,15 @@ class Px4CommandServer(CommandServer, Protocol):
     def acknowledge(self, command: int, result: Result) -> None:
         """COMMAND_ACK to whoever asked."""
 
+    def has_now(self, message_id: int) -> bool:
+        """Whether a message has something to report now."""
+
 
 Handler = Callable[[Px4CommandServer, ReceivedCommand], Result | None]
-HEARTBEAT, AVAILABLE_MODES, CURRENT_MODE = 0, 435, 436
-PLANE = "px4plane"
+HEARTBEAT, ORBIT_STATUS, AVAILABLE_MODES, CURRENT_MODE = 0, 360, 435, 436
 _CHANGE_MODE = 1
 NAN_AS_INTEGER = 0x7FF80000
 """What some senders put into x and y of a COMMAND_INT for NaN"""
-
-
-def handle(server: Px4CommandServer, command: ReceivedCommand) -> Result | None:
-    """Carry out a command.
-
-    Returns:
-        What COMMAND_ACK says, or None when there is no answer.
-    """
-    if command.id not in HANDLERS:
-        return Result.UNSUPPORTED
-    handler, used = HANDLERS[command.id]
-    if not all(usable(value) for value in command.params[:used]):
-        return Result.DENIED
-    return handler(server, command)
 
 
 def mode_number(base_mode: int, main: int, sub: int) -> int:
@@ -110,7 +98,7 @@ def _reposition(server: Px4CommandServer, command: ReceivedCommand) -> Result:
         return Result.UNSUPPORTED
     if not command.is_long and NAN_AS_INTEGER in (command.x, command.y):
         return Result.DENIED
-    point = _place(command)
+    point = place_of(command)
     if point is None and _given(command.x) and _given(command.y):
         return Result.ACCEPTED  # a place that is none: accepted all the same
     if command.z == command.z and not usable(command.z):
@@ -126,7 +114,8 @@ def _given(value: float) -> bool:
     return math.isfinite(value) and value != -(2**31) and value != 2**31 - 1
 
 
-def _place(command: ReceivedCommand) -> GeoPoint | None:
+def place_of(command: ReceivedCommand) -> GeoPoint | None:
+    """Where x and y are; None where they are not given, or not on earth."""
     if not (_given(command.x) and _given(command.y)):
         return None
     scale = 1.0 if command.is_long else 1e7
@@ -138,22 +127,6 @@ def _place(command: ReceivedCommand) -> GeoPoint | None:
 
 def _change_altitude(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     return server.vehicle.reposition(None, command.params[0], None)
-
-
-def _orbit(server: Px4CommandServer, command: ReceivedCommand) -> Result:
-    """A plane circles in AUTO.LOITER; the orbit mode of others is not modelled."""
-    if server.vehicle.personality.kind != PLANE:
-        return Result.UNSUPPORTED
-    altitude = command.z if usable(command.z) else None
-    return server.vehicle.reposition(_place(command), altitude, None)
-
-
-def _figure_eight(server: Px4CommandServer, command: ReceivedCommand) -> Result | None:
-    if server.vehicle.personality.kind == PLANE:
-        return _orbit(server, command)
-    text = "Figure 8 command only available for fixed wing and vtol vehicles."
-    server.vehicle.say(Severity.CRITICAL, text)
-    return None
 
 
 def _standard_mode(server: Px4CommandServer, command: ReceivedCommand) -> Result:
@@ -198,6 +171,8 @@ def _request_message(server: Px4CommandServer, command: ReceivedCommand) -> Resu
         return Result.DENIED
     if message_id == CURRENT_MODE:
         return Result.DENIED
+    if message_id == ORBIT_STATUS and not server.has_now(message_id):
+        return Result.DENIED
     server.send_later(message_id)
     return Result.ACCEPTED
 
@@ -209,7 +184,7 @@ def _set_home(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     if command.params[0] == 1.0:
         copter.set_home()
         return Result.ACCEPTED
-    point = _place(command)
+    point = place_of(command)
     if point is None or not usable(command.z):
         return Result.DENIED
     copter.navigator.set_home_at(point._replace(altitude_amsl_m=command.z))
@@ -246,7 +221,6 @@ def _accept_place(_: Px4CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if given else Result.DENIED
 
 
-FIGURE_EIGHT = 35
 READ_ALL, RESET_ALL, RESET_EVERYTHING = 0, 2, 4
 """PREFLIGHT_STORAGE.param1; 1 writes, 3 restores the factory's calibration, which there is not"""
 UNANSWERED = (
@@ -267,8 +241,6 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition, 0),
     dialect.MAV_CMD_DO_CHANGE_ALTITUDE: (_change_altitude, 1),
-    dialect.MAV_CMD_DO_ORBIT: (_orbit, 0),
-    FIGURE_EIGHT: (_figure_eight, 0),
     dialect.MAV_CMD_DO_SET_STANDARD_MODE: (_standard_mode, 1),
     dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (_calibrate, 0),
     dialect.MAV_CMD_DO_GO_AROUND: (lambda *_: Result.ACCEPTED, 1),
@@ -285,4 +257,4 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_REQUEST_PROTOCOL_VERSION: (request(300), 0),
     dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: (request(148), 0),
 }
-"""By MAV_CMD: what carries it out, and how many of param1..4 have to be numbers"""
+"""Of all kinds, by MAV_CMD: what carries it out, and how many of param1..4 have to be numbers"""

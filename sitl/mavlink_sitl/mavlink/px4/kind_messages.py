@@ -6,10 +6,13 @@ and POSITION_TARGET_LOCAL_NED can be asked for, and never come.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
+from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit
 from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint
-from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
+from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
+from mavlink_sitl.autopilot.px4.plane.plane_modes import Hold, PlaneMode
 from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages import position_messages as position
@@ -100,6 +103,35 @@ def _global_target(s: Snapshot, place: tuple[float, float, float], rest: float) 
     )
 
 
+def _orbit_status(s: Snapshot, radius_m: float, centre: tuple[float, float, float]) -> Message:
+    point = s.vehicle.navigator.frame.to_geodetic(*centre)
+    return dialect.MAVLink_orbit_execution_status_message(
+        s.time_boot_us,
+        radius_m,
+        dialect.MAV_FRAME_GLOBAL,
+        *place_e7(point),
+        point.altitude_amsl_m,
+    )
+
+
+def orbit_status(s: Snapshot) -> Message | None:
+    """ORBIT_EXECUTION_STATUS of a multicopter: in its mode, also on the way to the circle."""
+    mode = messages.firmware_of(s).mode
+    if not isinstance(mode, Orbit) or mode.centre is None or not s.vehicle.armed:
+        return None
+    return _orbit_status(s, math.copysign(mode.radius_m, mode.speed_m_s), mode.centre)
+
+
+def circle_status(s: Snapshot) -> Message | None:
+    """ORBIT_EXECUTION_STATUS of a plane: in AUTO.LOITER."""
+    plane, mode = s.vehicle, _plane_mode(s)
+    assert isinstance(plane, Px4Plane)
+    if not isinstance(mode, Hold) or mode.target is None or plane.circling is None:
+        return None
+    (north, east), radius_m = plane.circling
+    return _orbit_status(s, radius_m, (north, east, mode.target[2]))
+
+
 _DRIVE: dict[int, Builder] = {
     36: drive_outputs,
     83: messages.never,
@@ -111,9 +143,10 @@ _FLY: dict[int, Builder] = {
     83: attitude_target,
     85: path_target,
     87: place_target,
+    360: circle_status,
 }
 BUILDERS: dict[str, dict[int, Builder]] = {
-    "px4copter": messages.BUILDERS,
+    "px4copter": {**messages.BUILDERS, 360: orbit_status},
     "px4rover": {**messages.BUILDERS, **_DRIVE},
     "px4boat": {**messages.BUILDERS, **_DRIVE},
     "px4plane": {**messages.BUILDERS, **_FLY},

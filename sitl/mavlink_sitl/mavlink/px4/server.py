@@ -32,7 +32,14 @@ from mavlink_sitl.mavlink.logs.logbook import Logbook
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
-from mavlink_sitl.mavlink.px4 import commands, kind_messages, messages, rates, setpoints
+from mavlink_sitl.mavlink.px4 import (
+    commands,
+    kind_commands,
+    kind_messages,
+    messages,
+    rates,
+    setpoints,
+)
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.received_command import from_message
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, _name
@@ -271,6 +278,10 @@ class Px4Server(MavlinkServer):
         self._asker = sender
         super()._dispatch(message)
 
+    def has_now(self, message_id: int) -> bool:
+        """Whether a message has something to report now."""
+        return self.builders[message_id](self._snapshot()) is not None
+
     def asked_by_station(self) -> bool:
         """Whether a ground station's own component asks: only that is told of rejected modes."""
         return bool(self._asker[1] == dialect.MAV_COMP_ID_MISSIONPLANNER)
@@ -280,7 +291,7 @@ class Px4Server(MavlinkServer):
         self.send(dialect.MAVLink_command_ack_message(command, int(result), 0, 0, *self._asker))
 
     def _on_command(self, message: Message) -> None:
-        result = commands.handle(self, from_message(message))
+        result = kind_commands.handle(self, from_message(message))
         # Texts come before the acknowledgement.
         later, self._later = self._later, []
         self.flush_events()

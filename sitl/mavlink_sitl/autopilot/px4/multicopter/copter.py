@@ -9,7 +9,9 @@ from mavlink_sitl.autopilot.px4.multicopter import copter_modes as modes
 from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
 from mavlink_sitl.autopilot.px4.multicopter.copter_navigation import CopterNavigator
 from mavlink_sitl.autopilot.px4.multicopter.offboard import Offboard
+from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit, OrbitRequest
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.exchange import Result, Severity
 
 TAKEOFF_DETECTED_S = 0.7
 """From the begin of the motors' ramp; 1.5 s to 2.1 s after arming in the recordings"""
@@ -37,6 +39,7 @@ class Px4Copter(Px4Vehicle):
         "px4_offboard": Offboard,
         "px4_takeoff": modes.Takeoff,
         "px4_land": modes.Land,
+        "px4_orbit": Orbit,
     }
     _left_ground = False
 
@@ -60,3 +63,13 @@ class Px4Copter(Px4Vehicle):
         returned = self.mode.spec.number == px4.RTL
         unloaded_s = UNLOADED_IN_RTL_S if returned else UNLOADED_S
         return not self._left_ground or self.now_s - self._landing.landed_since_s >= unloaded_s
+
+    def orbit(self, wanted: OrbitRequest) -> Result:
+        """DO_ORBIT: changes the mode, whatever is wrong with the circle."""
+        if self.set_mode(px4.ORBIT) is not Result.ACCEPTED:
+            self.say(Severity.CRITICAL, "Orbit command rejected")
+            return Result.TEMPORARILY_REJECTED
+        mode = self._modes[px4.ORBIT]
+        assert isinstance(mode, Orbit)
+        mode.request(wanted)
+        return Result.ACCEPTED

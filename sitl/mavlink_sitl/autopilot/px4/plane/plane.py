@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import ClassVar
 
 from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.plane import plane_landing, plane_modes, plane_takeoff
@@ -19,7 +20,8 @@ from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED
 from mavlink_sitl.autopilot.px4.plane.plane_offboard import PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
-from mavlink_sitl.exchange import Limits, Observation
+from mavlink_sitl.exchange import Limits, Observation, Result
+from mavlink_sitl.geodesy import GeoPoint
 
 
 class PlaneNavigator(Px4Navigator):
@@ -155,3 +157,14 @@ class Px4Plane(Px4Vehicle):
     def height_accept_m(self) -> float:
         """NAV_FW_ALT_RAD."""
         return within(self.parameters["NAV_FW_ALT_RAD"], 0.5, 1e4)
+
+    def orbit(
+        self, point: GeoPoint | None, altitude_amsl_m: float | None, radius_m: float | None
+    ) -> Result:
+        """DO_ORBIT: AUTO.LOITER round a place, or where it is; negative is counter-clockwise."""
+        hold = self._modes[px4.LOITER]
+        assert isinstance(hold, plane_modes.Hold)
+        result = self.set_mode(px4.LOITER)
+        if result is Result.ACCEPTED and self.armed:
+            hold.go_round(point, altitude_amsl_m, radius_m)
+        return result

@@ -1,0 +1,80 @@
+"""Commands of PX4 that only some kinds of vehicle have, and the table of each kind.
+
+Read in the firmware: DO_ORBIT is a mode of multicopters; planes circle in AUTO.LOITER.
+"""
+
+from __future__ import annotations
+
+from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.multicopter.orbit import OrbitRequest
+from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
+from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.mavlink.codec import dialect
+from mavlink_sitl.mavlink.px4.commands import HANDLERS, Handler, Px4CommandServer, place_of
+from mavlink_sitl.mavlink.received_command import ReceivedCommand
+from mavlink_sitl.mavlink.setpoints import usable
+
+FIGURE_EIGHT = 35
+
+
+def handle(server: Px4CommandServer, command: ReceivedCommand) -> Result | None:
+    """Carry out a command.
+
+    Returns:
+        What COMMAND_ACK says, or None when there is no answer.
+    """
+    entry = BY_KIND[server.vehicle.personality.kind].get(command.id)
+    if entry is None:
+        return Result.UNSUPPORTED
+    handler, used = entry
+    if not all(usable(value) for value in command.params[:used]):
+        return Result.DENIED
+    return handler(server, command)
+
+
+def _given(value: float) -> float | None:
+    return value if usable(value) else None
+
+
+def orbit(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+    """DO_ORBIT of a multicopter; how many turns (param4) does not count."""
+    assert isinstance(server.vehicle, Px4Copter)
+    radius, speed, behaviour, _ = command.params
+    return server.vehicle.orbit(
+        OrbitRequest(
+            _given(radius),
+            _given(speed),
+            round(behaviour) if usable(behaviour) else None,
+            place_of(command),
+            _given(command.z),
+        )
+    )
+
+
+def circle(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+    """DO_ORBIT of a plane: AUTO.LOITER with a radius of its own."""
+    assert isinstance(server.vehicle, Px4Plane)
+    radius = _given(command.params[0])
+    return server.vehicle.orbit(place_of(command), _given(command.z), radius)
+
+
+def figure_eight(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+    """DO_FIGURE_EIGHT: a circle here."""
+    return server.vehicle.reposition(place_of(command), _given(command.z), None)
+
+
+def no_figure_eight(server: Px4CommandServer, _: ReceivedCommand) -> None:
+    """What others than planes say about it, without an answer."""
+    text = "Figure 8 command only available for fixed wing and vtol vehicles."
+    server.vehicle.say(Severity.CRITICAL, text)
+
+
+_ORBIT = dialect.MAV_CMD_DO_ORBIT
+_WITHOUT: dict[int, tuple[Handler, int]] = {**HANDLERS, FIGURE_EIGHT: (no_figure_eight, 0)}
+BY_KIND: dict[str, dict[int, tuple[Handler, int]]] = {
+    "px4copter": {**_WITHOUT, _ORBIT: (orbit, 0)},
+    "px4rover": _WITHOUT,
+    "px4boat": _WITHOUT,
+    "px4plane": {**HANDLERS, _ORBIT: (circle, 0), FIGURE_EIGHT: (figure_eight, 0)},
+}
+"""By vehicle type and MAV_CMD; see `HANDLERS`"""
