@@ -16,8 +16,18 @@ from mavlink_sitl.geodesy import PX4
 
 _PARAMETERS = (*COMMON_PARAMETERS, *table("px4copter"))
 
-_COPTERS_ONLY = (ModeSpec(px4.ORBIT, "ORBIT", "px4_orbit", True, base_flags=px4.BY_COMPUTER),)
-"""Not to be armed in (read in the firmware), and flown with sticks, so not AUTO"""
+_COPTERS_ONLY = (
+    ModeSpec(px4.ORBIT, "ORBIT", "px4_orbit", True, base_flags=px4.BY_COMPUTER),
+    ModeSpec(
+        px4.FOLLOW_TARGET,
+        "AUTO.FOLLOW_TARGET",
+        "px4_follow_target",
+        True,
+        base_flags=px4.BY_COMPUTER,
+    ),
+)
+"""Not to be armed in; not AUTO in base_mode, as sticks may change what they do (read in the
+firmware)"""
 
 PX4COPTER = Personality(
     name="PX4 multicopter",

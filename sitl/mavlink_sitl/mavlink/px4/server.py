@@ -34,6 +34,7 @@ from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.px4 import (
     commands,
+    follow_target,
     kind_commands,
     kind_messages,
     messages,
@@ -128,6 +129,7 @@ class Px4Server(MavlinkServer):
             {
                 "PING": self._on_ping,
                 "MANUAL_CONTROL": self._on_manual_control,
+                **follow_target.handlers(copter),
             }
         )
         for unheard in ("REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE"):

@@ -8,10 +8,12 @@ from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter import copter_modes as modes
 from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
 from mavlink_sitl.autopilot.px4.multicopter.copter_navigation import CopterNavigator
+from mavlink_sitl.autopilot.px4.multicopter.follow_target import FollowTarget
 from mavlink_sitl.autopilot.px4.multicopter.offboard import Offboard
 from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit, OrbitRequest
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.exchange import Result, Severity, Vector
+from mavlink_sitl.geodesy import GeoPoint
 
 TAKEOFF_DETECTED_S = 0.7
 """From the begin of the motors' ramp; 1.5 s to 2.1 s after arming in the recordings"""
@@ -40,6 +42,7 @@ class Px4Copter(Px4Vehicle):
         "px4_takeoff": modes.Takeoff,
         "px4_land": modes.Land,
         "px4_orbit": Orbit,
+        "px4_follow_target": FollowTarget,
     }
     _left_ground = False
 
@@ -73,3 +76,13 @@ class Px4Copter(Px4Vehicle):
         assert isinstance(mode, Orbit)
         mode.request(wanted)
         return Result.ACCEPTED
+
+    def see_target(self, place: GeoPoint, velocity_ned_m_s: Vector | None) -> None:
+        """FOLLOW_TARGET: where the target is, and how fast if it knows that; in any mode."""
+        if not self.estimator.has_origin:
+            return
+        mode = self._modes[px4.FOLLOW_TARGET]
+        assert isinstance(mode, FollowTarget)
+        place_ned_m = self.navigator.place_ned_m(place)
+        responsiveness = self.parameters["FLW_TGT_RS"]
+        mode.target.hear(self.now_s, place_ned_m, velocity_ned_m_s, responsiveness)
