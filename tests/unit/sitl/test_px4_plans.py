@@ -14,7 +14,14 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from tests.support.stations.ground_station import ACCEPTED, DENIED, TEMPORARILY_REJECTED
-from tests.support.stations.missions import Message, item, take_off, upload, waypoint
+from tests.support.stations.missions import (
+    Message,
+    download,
+    item,
+    take_off,
+    upload,
+    waypoint,
+)
 from tests.support.stations.px4_station import HOME, Px4Station, near_home, ready_px4
 
 READY = 0x10000000
@@ -298,7 +305,9 @@ def test_what_is_only_strange_is_feasible_and_nothing_is_said(mission: list[Mess
 
 # Uploads.
 
-DEEDS = (20, 93, 112, 114, 178, 179, 189, 197, 201, 205, 206, 211, 214, 2000, 2500, 3000)
+CAMERAS = (200, 206, 214, 260, 530, 531, 532, 2000, 2001, 2003, 2500, 2501)
+DEVICES = (*CAMERAS, 187, 196, 205, 211, 1000, 1001, 42600)
+DEEDS = (20, 93, 112, 114, 178, 179, 189, 197, 201, *DEVICES, 3000)
 PLACES = (16, 17, 19, 21, 22, 31, 84, 85)
 UNSUPPORTED_ITEM, UNSUPPORTED_FRAME = 3, 2
 
@@ -315,6 +324,23 @@ def test_items_without_a_place_come_in_the_frame_mission_and_others_in_a_global_
             wrong = upload(ground, [item(command, 10.0, up_m=10.0, frame=other)])
             assert wrong == UNSUPPORTED_ITEM, command
     assert "IGN MISSION_ITEM: Invalid item\t" not in ground.texts(), "no ground station is heard"
+
+
+def test_items_for_cameras_and_gimbals_are_passed_in_flight() -> None:
+    """As MAVSDK sends them, before the take-off too: with NaN where nothing is meant."""
+    ground = ready_px4()
+    nothing = (math.nan,) * 4
+    devices = [item(c, frame=2, params=nothing, up_m=math.nan, anywhere=True) for c in DEVICES]
+    mission = [devices[0], item(22, up_m=10.0), *devices, waypoint(15.0, 0.0), *devices]
+    assert upload(ground, near_home(mission)) == 0
+    back = download(ground)
+    assert [m.command for m in back[2:-20]] == list(DEVICES)
+    ground.run(0.2)
+    assert ground.command(300, 0, 0) == ACCEPTED
+    ground.run(30.0)
+    assert ground.last("MISSION_ITEM_REACHED").seq == len(mission) - 1
+    assert math.dist(ground.position[:2], (15.0, 0.0)) < 2.0
+    assert ground.custom_mode == px4.LOITER
 
 
 def test_what_px4_does_not_fly_is_rejected_and_so_are_other_frames() -> None:

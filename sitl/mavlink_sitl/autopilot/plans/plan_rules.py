@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from mavlink_sitl.autopilot.plans.plan_commands import FENCE, WITH_HEADING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanType
 
-_PX4_DEVICES = frozenset(
+PX4_DEVICES = frozenset(
     (
         Cmd.MOUNT_CONFIGURE,
         Cmd.CAMERA_INTERVAL,
@@ -20,9 +20,21 @@ _PX4_DEVICES = frozenset(
         Cmd.VIDEO_START,
         Cmd.VIDEO_STOP,
         Cmd.VTOL_TRANSITION,
+        Cmd.SET_ACTUATOR,
+        Cmd.SET_ROI_NEXT,
+        Cmd.CONTROL_VIDEO,
+        Cmd.OBLIQUE_SURVEY,
+        Cmd.CAMERA_MODE,
+        Cmd.CAMERA_ZOOM,
+        Cmd.CAMERA_FOCUS,
+        Cmd.GIMBAL_PITCH_YAW,
+        Cmd.GIMBAL_CONFIGURE,
+        Cmd.TRIGGER_CONTROL,
+        Cmd.WINCH,
     )
 )
-_ARDUPILOT = frozenset(Cmd) - FENCE - {Cmd.RALLY_POINT} - _PX4_DEVICES
+"""Items for what is fastened to a vehicle: PX4 takes them, and passes them without effect here"""
+_ARDUPILOT = frozenset(Cmd) - FENCE - {Cmd.RALLY_POINT} - PX4_DEVICES
 """What ArduPilot takes, whatever the vehicle: one that cannot do an item passes it over
 (uploads in `copter_mission_misc` and `rover_mission`)"""
 
@@ -96,7 +108,7 @@ _PX4_PLACES = (
     | FENCE
     | {Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.RALLY_POINT}
 )
-_PX4_DEEDS = _PX4_DEVICES | {
+_PX4_DEEDS = PX4_DEVICES | {
     Cmd.RTL,
     Cmd.DELAY,
     Cmd.CONDITION_DELAY,
@@ -113,7 +125,8 @@ _PX4_DEEDS = _PX4_DEVICES | {
     Cmd.GRIPPER,
 }
 """PX4's items with a place, in a global frame, and those without, in the frame MISSION. An
-upload of each was seen; LOITER_TURNS, splines, CONDITION_YAW and DO_SET_SERVO are rejected."""
+upload of most was seen, the others are read in the firmware; LOITER_TURNS, splines, CONDITION_YAW
+and DO_SET_SERVO are rejected."""
 
 PX4_PLANS = PlanRules(
     home_first=False,

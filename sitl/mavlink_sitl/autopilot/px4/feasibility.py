@@ -12,13 +12,28 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.autopilot.common.auto import AMSL_FRAMES
+from mavlink_sitl.autopilot.plans.plan_rules import PX4_DEVICES
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.px4_view import Px4View
 from mavlink_sitl.exchange import Severity
 from mavlink_sitl.geodesy import GeoPoint
 
 WITH_POSITION = frozenset((Cmd.WAYPOINT, Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LAND, Cmd.TAKEOFF))
-BEFORE_TAKEOFF = frozenset((Cmd.DELAY, Cmd.JUMP, Cmd.CHANGE_SPEED, Cmd.CONDITION_DELAY))
+BEFORE_TAKEOFF = PX4_DEVICES | {
+    Cmd.DELAY,
+    Cmd.JUMP,
+    Cmd.CHANGE_SPEED,
+    Cmd.CONDITION_DELAY,
+    Cmd.SET_HOME,
+    Cmd.LAND_START,
+    Cmd.DIGICAM_CONTROL,
+    Cmd.MOUNT_CONTROL,
+    Cmd.CAMERA_DISTANCE,
+    Cmd.SET_ROI,
+    Cmd.SET_ROI_LOCATION,
+    Cmd.SET_ROI_NONE,
+    Cmd.GRIPPER,
+}
 """What may stand before a take-off"""
 TAKEOFFS, LANDINGS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF), (Cmd.LAND, Cmd.VTOL_LAND)
 LEAST_TAKEOFF_M = 1e-6
