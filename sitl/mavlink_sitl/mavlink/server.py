@@ -28,7 +28,7 @@ from mavlink_sitl.mavlink import commands, setpoints
 from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
 from mavlink_sitl.mavlink.corrections import Corrections
 from mavlink_sitl.mavlink.external_position import ExternalPositionReceiver
-from mavlink_sitl.mavlink.logs.ftp_server import FtpServer
+from mavlink_sitl.mavlink.files.ftp_server import FtpServer
 from mavlink_sitl.mavlink.logs.log_server import LogServer
 from mavlink_sitl.mavlink.logs.logbook import Logbook
 from mavlink_sitl.mavlink.messages import telemetry
@@ -103,7 +103,7 @@ class MavlinkServer:
         self._missions = MissionServer(copter, self.send, self.send_later)
         self._logbook = logbook
         self._logs = self.make_log_server(logbook)
-        self._files = self.ftp_class(logbook, self.send)
+        self._files = self.ftp_class(logbook, copter, self.send)
         self._later: list[int] = []
         self._next_complaint_us = now_us
         self._boot_us = now_us

@@ -134,7 +134,7 @@ def test_a_restart_in_flight_ends_the_log_and_a_long_one_ends_by_itself(
         ("ardupilot", b"/", [b"D.", b"D..", b"DAPM"]),
         ("ardupilot", b"", [b"D.", b"D..", b"DAPM"]),
         ("ardupilot", b"/APM", [b"D.", b"D..", b"DLOGS"]),
-        ("px4", b"/", [b"D.", b"D..", b"Dfs"]),
+        ("px4", b"/", [b"D.", b"D..", b"Detc", b"Dfs"]),
         ("px4", b"/fs/microsd", [b"D.", b"D..", b"Dlog"]),
     ],
 )

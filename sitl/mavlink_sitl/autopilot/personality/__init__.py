@@ -11,9 +11,9 @@ from mavlink_sitl.autopilot.personality.parameters import whole_list
 from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS, PlanRules
 from mavlink_sitl.geodesy import ARDUPILOT, Projection
 
-NOT_MODELLED = 0x0020 | 0x0040 | 0x0200 | 0x1000
-"""Capabilities of the real ArduPilot that are not offered here: FTP, SET_ATTITUDE_TARGET,
-TERRAIN, COMPASS_CALIBRATION"""
+NOT_MODELLED = 0x0040 | 0x0200 | 0x1000
+"""Capabilities of the real ArduPilot that are not offered here: SET_ATTITUDE_TARGET, TERRAIN,
+COMPASS_CALIBRATION"""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 
 from mavlink_sitl.exchange import Event, StatusText
+from mavlink_sitl.mavlink.files.storage import Storage
 from mavlink_sitl.mavlink.logs.flight_log import FlightLog
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 
@@ -25,10 +26,12 @@ class Logbook:
 
     Attributes:
         logs: the stored ones, oldest first; the last one may still be written.
+        storage: what ground stations have put beside them.
     """
 
     def __init__(self, make: Callable[[Snapshot], FlightLog]) -> None:
         self.logs: list[FlightLog] = []
+        self.storage = Storage()
         self._make = make
         self._open: FlightLog | None = None
         self._next_us = 0

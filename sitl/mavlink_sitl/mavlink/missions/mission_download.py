@@ -28,27 +28,16 @@ class MissionSender:
             "MISSION_REQUEST_PARTIAL_LIST": self._on_request_partial_list,
         }
 
-    def _listed(self, plan_type: int) -> list[PlanItem]:
-        """A list as it is given away: with home in its place."""
-        stored = self._vehicle.plans.of(plan_type).items
-        if plan_type != PlanType.MISSION or not self._rules.home_first:
-            return stored
-        home = self._vehicle.navigator.home
-        if home is None:
-            return stored
-        x, y = items.degrees_to_int(home.latitude_deg), items.degrees_to_int(home.longitude_deg)
-        return [PlanItem(Cmd.WAYPOINT, 0, x=x, y=y, z=home.altitude_amsl_m), *stored[1:]]
-
     def _on_request_list(self, message: Message) -> None:
         plan_type = message.mission_type
         count = dialect.MAVLink_mission_count_message(
-            *sender_of(message), len(self._listed(plan_type)), plan_type
+            *sender_of(message), len(listed(self._vehicle, plan_type)), plan_type
         )
         self._send(self._identified(count, self._vehicle.plans.of(plan_type)))
 
     def _on_request(self, message: Message) -> None:
-        listed = self._listed(message.mission_type)
-        if message.seq >= len(listed):
+        given = listed(self._vehicle, message.mission_type)
+        if message.seq >= len(given):
             self._ack(sender_of(message), items.INVALID_SEQUENCE, message.mission_type)
             return
         plans = self._vehicle.plans
@@ -57,7 +46,7 @@ class MissionSender:
             current = False
         self._send(
             items.to_message(
-                listed[message.seq],
+                given[message.seq],
                 message.seq,
                 current,
                 sender_of(message),
@@ -80,6 +69,18 @@ class MissionSender:
         if not self._rules.identified:
             return message
         return Extended(message, struct.pack("<I", plan.identity))
+
+
+def listed(vehicle: Commander, plan_type: int) -> list[PlanItem]:
+    """A list as it is given away: with home in its place."""
+    stored = vehicle.plans.of(plan_type).items
+    if plan_type != PlanType.MISSION or not vehicle.personality.plan_rules.home_first:
+        return stored
+    home = vehicle.navigator.home
+    if home is None:
+        return stored
+    x, y = items.degrees_to_int(home.latitude_deg), items.degrees_to_int(home.longitude_deg)
+    return [PlanItem(Cmd.WAYPOINT, 0, x=x, y=y, z=home.altitude_amsl_m), *stored[1:]]
 
 
 def sender_of(message: Message) -> tuple[int, int]:

@@ -12,6 +12,7 @@ from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import GRAVITY_M_S2, Motors
 from mavlink_sitl.mavlink.codec import Message, Raw, dialect
+from mavlink_sitl.mavlink.files import component_metadata
 from mavlink_sitl.mavlink.messages import position_messages as position
 from mavlink_sitl.mavlink.messages import status_messages as status
 from mavlink_sitl.mavlink.messages import telemetry
@@ -348,6 +349,11 @@ def protocol_version(_: Snapshot) -> Message:
     return Raw(300, 217, struct.pack("<HHH8s8s", 200, 100, 203, b"", b""))
 
 
+def metadata(s: Snapshot) -> Message:
+    """COMPONENT_METADATA."""
+    return component_metadata.message(boot_ms(s), s.vehicle.parameters.table)
+
+
 def never(_: Snapshot) -> None:
     """Accepted when asked for, and never sent."""
     return
@@ -385,6 +391,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     300: protocol_version,
     330: telemetry.BUILDERS.get(330, lambda _: None),
     331: odometry,
+    component_metadata.NUMBER: metadata,
     436: current_mode,
     remote_id.LOCATION: remote_id.location,
     remote_id.SYSTEM: remote_id.system,

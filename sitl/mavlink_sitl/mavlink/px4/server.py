@@ -26,7 +26,7 @@ from mavlink_sitl.exchange import (
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
 from mavlink_sitl.mavlink.corrections import Px4Corrections
 from mavlink_sitl.mavlink.external_position import Px4ExternalPositionReceiver
-from mavlink_sitl.mavlink.logs.ftp_server import Px4FtpServer
+from mavlink_sitl.mavlink.files.ftp_server import Px4FtpServer
 from mavlink_sitl.mavlink.logs.log_server import LogServer, Px4LogServer
 from mavlink_sitl.mavlink.logs.logbook import Logbook
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
