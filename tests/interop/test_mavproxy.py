@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -160,3 +160,38 @@ def test_parameters_come_at_once_and_logs_and_files_are_listed(tmp_path: Path) -
     assert sent["PARAM_REQUEST_LIST"] <= 1
     assert sent["PARAM_REQUEST_READ"] == 0
     assert (tmp_path / "flight.bin").read_bytes()[:2] == b"\xa3\x95"
+
+
+@pytest.mark.timeout(300)
+def test_files_are_put_got_and_removed_and_parameters_come_as_one(tmp_path: Path) -> None:
+    sent, received, parameters = (tmp_path / name for name in ("sent", "received", "parameters"))
+    sent.write_bytes(bytes(range(256)) * 20)
+    with simulator("--speedup", "4") as port, mavproxy(port, tmp_path) as console:
+        console.hear("Saved ")
+        console.say(f"ftp put {sent} /new.bin")
+        console.hear("Putting ")
+        wait_for(console, "ftp list /", "new.bin")
+        console.say(f"ftp get /new.bin {received}")
+        console.hear("Getting ")
+        until(lambda: received.exists() and received.read_bytes() == sent.read_bytes())
+        console.say("ftp rm /new.bin")
+        console.say(f"ftp get @PARAM/param.pck {parameters}")
+        until(lambda: parameters.exists() and parameters.read_bytes()[:2] == b"\x1b\x67")
+
+
+def wait_for(console: MavProxy, command: str, words: str) -> None:
+    """Say a command again and again until it prints some words."""
+
+    def printed() -> bool:
+        console.say(command)
+        time.sleep(1.0)
+        return any(words in line for line in console.lines[-6:])
+
+    until(printed)
+
+
+def until(condition: Callable[[], bool]) -> None:
+    limit_s = time.monotonic() + WAIT_S
+    while not condition():
+        assert time.monotonic() < limit_s
+        time.sleep(0.05)

@@ -14,6 +14,8 @@ import pytest
 mavsdk = pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
 
 from mavsdk.plugins.action import Action  # noqa: E402
+from mavsdk.plugins.follow_me import FollowMe  # noqa: E402
+from mavsdk.plugins.ftp import Ftp  # noqa: E402
 from mavsdk.plugins.geofence import Geofence  # noqa: E402
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage  # noqa: E402
 from mavsdk.plugins.mission import Mission  # noqa: E402
@@ -37,6 +39,8 @@ class Station:
         self.plan = Mission(system)
         self.offboard = Offboard(system)
         self.param = Param(system)
+        self.ftp = Ftp(system)
+        self.follow_me = FollowMe(system)
         self.geofence = Geofence(system)
         self.direct = MavlinkDirect(system)
         telemetry = self.telemetry
