@@ -58,7 +58,7 @@ class PlanRules:
         identified: MISSION_ACK, MISSION_COUNT and MISSION_CURRENT carry the list's identity.
         capacity: most items of each list.
         too_many_text: what is said about more of them.
-        received_texts: what is said about a complete list.
+        received_text: what is said about a complete mission.
         bad_item_text: what is said about an item that is rejected.
         not_in_list_text: what is said when the current item is to be one that does not exist.
         commands: the items that are taken, by list.
@@ -81,11 +81,7 @@ class PlanRules:
     identified: bool = False
     capacity: tuple[int, int, int] = (650, 84, 20)
     too_many_text: str = "Only {capacity} items are supported"
-    received_texts: tuple[str, ...] = (
-        "Flight plan received",
-        "Fence received",
-        "Rally points received",
-    )
+    received_text: str = "Flight plan received"
     bad_item_text: str = ""
     not_in_list_text: str = ""
     commands: dict[PlanType, frozenset[Cmd]] = field(
@@ -139,7 +135,7 @@ PX4_PLANS = PlanRules(
     locked_in_auto=False,
     clears_all_types=True,
     identified=True,
-    received_texts=(),
+    received_text="",
     bad_item_text="IGN MISSION_ITEM: Invalid item\t",
     not_in_list_text="WPM: WP CURR CMD: Not in list\t",
     by_frame={2: _PX4_DEEDS, **dict.fromkeys((0, 3, 5, 6), _PX4_PLACES)},

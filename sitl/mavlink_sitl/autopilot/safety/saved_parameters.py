@@ -1,7 +1,8 @@
 """Parameters that ArduPilot saves by itself and then broadcasts as PARAM_VALUE.
 
 Recorded in every flight in `tlogs/ardupilot`: calibrations while it starts, MIS_TOTAL with each
-item of an upload and when home is set, STAT_FLTTIME and STAT_RUNTIME twice a minute and at
+item of an upload and when home is set (RALLY_TOTAL alike, and FENCE_TOTAL with a whole fence, by
+the firmware's source), STAT_FLTTIME and STAT_RUNTIME twice a minute and at
 disarming.
 """
 
@@ -60,6 +61,16 @@ class Saved:
         if self._vehicle.personality.saved and items != self._items:
             self._items = items
             self._tell("MIS_TOTAL", items, ParameterType.INT16)
+
+    def rally_length(self, points: int) -> None:
+        """So many rally points are stored now."""
+        if self._vehicle.personality.saved and points != self._vehicle.parameters["RALLY_TOTAL"]:
+            self._tell("RALLY_TOTAL", points, ParameterType.INT8)
+
+    def fence_length(self, total: int) -> None:
+        """Another fence is stored, of so many points as FENCE_TOTAL counts them."""
+        if self._vehicle.personality.saved:
+            self._tell("FENCE_TOTAL", total, ParameterType.INT8)
 
     def _count_flight(self, now_s: float) -> None:
         flying = self._vehicle.armed and not self._vehicle.landed

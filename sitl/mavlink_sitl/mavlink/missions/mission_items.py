@@ -19,6 +19,7 @@ DENIED = 14
 
 _AREAS = POLYGONS | CIRCLES | {Cmd.RALLY_POINT}
 _PLACES = WITH_HEADING | FENCE | _AREAS | {Cmd.SET_HOME, Cmd.SET_ROI, Cmd.SET_ROI_LOCATION}
+_FRAME_MISSION = 2
 LEAST_CORNERS = 3
 HIGHEST_M = 1e6
 
@@ -45,8 +46,14 @@ def fault(item: PlanItem, plan_type: PlanType, rules: PlanRules) -> int:
         return _fault_by_frame(item, plan_type, rules.by_frame)
     if item.command not in rules.commands[plan_type]:
         return UNSUPPORTED
-    if item.frame not in rules.frames:
+    placeless = plan_type is not PlanType.MISSION and item.frame == _FRAME_MISSION
+    if item.frame not in rules.frames or placeless:
         return UNSUPPORTED_FRAME
+    # The numbers of a fence are looked at when it is complete.
+    return OK if plan_type is PlanType.FENCE else _fault_of_numbers(item, rules)
+
+
+def _fault_of_numbers(item: PlanItem, rules: PlanRules) -> int:
     for i, value in enumerate(item.params):
         free = rules.keeps_nan or item.command in WITH_HEADING
         allowed = i == 3 and free and math.isnan(value)
@@ -92,28 +99,6 @@ def stored(item: PlanItem, rules: PlanRules) -> PlanItem:
         params=(first, second, third, yaw),
         z=min(max(item.z, -HIGHEST_M), HIGHEST_M) if math.isfinite(item.z) else 0.0,
     )
-
-
-def fence_fault(items: list[PlanItem]) -> int:
-    """The MAV_MISSION_RESULT of a whole fence: polygons need three corners, circles a radius.
-
-    ArduPilot answers a fault with ERROR (`copter_fence2`).
-    """
-    place = 0
-    while place < len(items):
-        item = items[place]
-        if item.command in POLYGONS:
-            corners = int(item.params[0])
-            group = items[place : place + corners]
-            same = all((i.command, i.params[0]) == (item.command, item.params[0]) for i in group)
-            if corners < 3 or len(group) < corners or not same:
-                return ERROR
-            place += corners
-            continue
-        if item.command in CIRCLES and item.params[0] <= 0.0:
-            return ERROR
-        place += 1
-    return OK
 
 
 def identity(items: list[PlanItem]) -> int:

@@ -15,6 +15,7 @@ from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.missions import mission_items as items
+from mavlink_sitl.mavlink.missions.fence_items import fence_fault, fence_total
 from mavlink_sitl.mavlink.missions.mission_download import MissionSender, sender_of
 
 if TYPE_CHECKING:
@@ -128,6 +129,8 @@ class MissionServer(MissionSender):
         if self._upload is not None and self._upload.sender != sender:
             self._ack(sender, items.DENIED, plan_type)
             return
+        if self._rules.in_place:
+            self._upload = None  # the same sender begins again, or does not get so far
         capacity = self._rules.capacity[plan_type]
         if message.count > capacity:
             self._ack(sender, items.NO_SPACE, plan_type)
@@ -153,13 +156,16 @@ class MissionServer(MissionSender):
     def _on_write_partial_list(self, message: Message) -> None:
         plan_type, sender = PlanType(message.mission_type), sender_of(message)
         first, last = message.start_index, message.end_index
-        busy = self._upload is not None and self._upload.sender != sender
-        if busy or not self._rules.in_place:
-            self._ack(sender, items.DENIED if busy else items.UNSUPPORTED, plan_type)
+        if not self._rules.in_place:
+            self._ack(sender, items.UNSUPPORTED, plan_type)
+            return
+        if self._upload is not None or plan_type is PlanType.FENCE:
+            self._ack(sender, items.DENIED, plan_type)
             return
         stored = self._vehicle.plans.of(plan_type).items
         if not 0 <= first <= last < len(stored):
             self._ack(sender, items.ERROR, plan_type)
+            self._vehicle.say(Severity.WARNING, "Flight plan update rejected")
             return
         now_us = self._now_us
         self._upload = _Upload(
@@ -184,15 +190,20 @@ class MissionServer(MissionSender):
         plan = self._vehicle.plans.of(upload.plan_type)
         taken = [*plan.items[: upload.first], *upload.taken, *upload.kept]
         if upload.plan_type == PlanType.FENCE and self._rules.by_frame is None:
-            result = items.fence_fault(taken)
+            fault = fence_fault(taken)
+            if fault is not None:
+                result = items.ERROR
+                for text in (fault, "Fence validation failed"):
+                    self._vehicle.say(Severity.WARNING, text)
         if result == items.OK and not self._in_place(upload.plan_type):
             plan.replace(taken, items.identity(taken))
             if upload.plan_type == PlanType.MISSION:
                 self._vehicle.plans.keep_place(upload.current)
             self._changed(upload.plan_type)
         self._ack(upload.sender, result, upload.plan_type)
-        if result == items.OK and self._rules.received_texts:
-            self._vehicle.say(Severity.INFO, self._rules.received_texts[upload.plan_type])
+        done = result == items.OK and upload.plan_type == PlanType.MISSION
+        if done and self._rules.received_text:
+            self._vehicle.say(Severity.INFO, self._rules.received_text)
 
     def _on_item(self, message: Message) -> None:
         if message.current == _GUIDED_TARGET:
@@ -280,6 +291,12 @@ class MissionServer(MissionSender):
     # What follows from a change.
 
     def _changed(self, plan_type: PlanType) -> None:
+        plans, saved = self._vehicle.plans, self._vehicle.saved
         if plan_type == PlanType.MISSION:
-            self._vehicle.saved.mission_length(len(self._vehicle.plans.mission.items))
+            saved.mission_length(len(plans.mission.items))
             self._vehicle.mission_changed()
+        elif plan_type == PlanType.RALLY:
+            saved.rally_length(len(plans.rally.items))
+        elif self._rules.in_place:
+            self._vehicle.say(Severity.DEBUG, "Fence Indexed OK")
+            saved.fence_length(fence_total(plans.fence.items))
