@@ -124,17 +124,19 @@ def _capabilities(server: CommandServer, command: ReceivedCommand) -> Result:
 
 
 def _set_home(server: CommandServer, command: ReceivedCommand) -> Result:
-    """Home is here, with param1 = 1 or without a place; else there."""
+    """Home is here, with param1 = 1 or without a place; else there. Arming leaves it there."""
     copter = server.vehicle
     if not copter.estimator.position_ok or command.params[0] not in (0.0, 1.0):
         return Result.FAILED
     if command.params[0] == 1.0 or not (command.x or command.y):
         copter.set_home()
+        copter.navigator.home_locked = True
         return Result.ACCEPTED
     place = setpoints.place_of(copter, command, dialect.MAV_FRAME_GLOBAL)
     if place is None:
         return Result.DENIED
     copter.set_home(copter.navigator.frame.to_geodetic(*place))
+    copter.navigator.home_locked = True
     return Result.ACCEPTED
 
 
@@ -153,10 +155,26 @@ def _mission_start(server: CommandServer, command: ReceivedCommand) -> Result:
 
 
 def _set_current_item(server: CommandServer, command: ReceivedCommand) -> Result:
-    result = server.vehicle.set_current_item(int(command.params[0]))
+    """DO_SET_MISSION_CURRENT; param2 = 1 has the jumps begin again."""
+    vehicle, seq, again = server.vehicle, int(command.params[0]), command.params[1] == 1.0
+    if again and 0 <= seq < len(vehicle.plans.mission.items):
+        vehicle.plans.forget_progress()
+    result = vehicle.set_current_item(seq)
     if result is Result.ACCEPTED:
         server.send_later(42)
     return result
+
+
+def _jump_to_tag(server: CommandServer, command: ReceivedCommand) -> Result:
+    """DO_JUMP_TAG: to the mission's first JUMP_TAG of that number."""
+    tag = int(command.params[0])
+    if not 0 <= tag <= 0xFFFF:
+        return Result.DENIED
+    place = server.vehicle.plans.place_of_tag(tag)
+    if place is None or server.vehicle.set_current_item(place) is not Result.ACCEPTED:
+        return Result.FAILED
+    server.send_later(42)
+    return Result.ACCEPTED
 
 
 def _pause_or_go_on(server: CommandServer, command: ReceivedCommand) -> Result:
@@ -212,6 +230,7 @@ _HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_PREFLIGHT_STORAGE: (_store, 1),
     dialect.MAV_CMD_MISSION_START: (_mission_start, 2),
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),
+    dialect.MAV_CMD_DO_JUMP_TAG: (_jump_to_tag, 1),
     dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
     dialect.MAV_CMD_DO_FENCE_ENABLE: (_enable_fence, 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 2),

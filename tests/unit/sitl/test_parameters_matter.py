@@ -88,6 +88,13 @@ def mission(flight: Flight) -> None:
     flight.watch(18)
 
 
+def mission_again(flight: Flight) -> None:
+    mission(flight)
+    for mode in (LOITER, AUTO):
+        flight.station.mode(mode)
+    flight.watch(3)
+
+
 def sticks(flight: Flight) -> None:
     station = flight.up()
     station.mode(LOITER)
@@ -165,6 +172,7 @@ CASES: dict[str, Case] = {
     "LAND_SPEED": (back, {}, 120.0),
     "LAND_SPEED_HIGH": (back, {}, 60.0),
     "MAV_GCS_SYSID": (sticks, {}, 250.0),
+    "MIS_RESTART": (mission_again, {"AUTO_OPTIONS": 3.0}, 1.0),
     "PILOT_ACCEL_Z": (sticks, {}, 60.0),
     "PILOT_SPEED_DN": (sticks, {}, 100.0),
     "PILOT_SPEED_UP": (sticks, {}, 100.0),

@@ -236,8 +236,9 @@ def test_reposition_as_command_int_only() -> None:
 
 def test_change_speed_only_where_it_drives_by_itself() -> None:
     station = driving()
-    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 1.0, -1) == ACCEPTED
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 1.0, -1) == FAILED
     station.setpoint(POSITION, (30.0, 0.0, 0.0))
+    assert station.command(mav.MAV_CMD_DO_CHANGE_SPEED, 1, 1.0, -1) == ACCEPTED
     station.run(8.0)
     assert speed(station) == pytest.approx(1.0, abs=0.25)
     station.mode(MANUAL)

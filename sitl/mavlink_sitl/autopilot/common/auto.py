@@ -84,14 +84,22 @@ class Auto(Mode):
     def starts_with_takeoff(self) -> bool:
         """Whether the first item that moves, from the one in force on, leaves the ground."""
         plans = self.vehicle.plans
-        start = max(plans.current, self._first)
+        start = self._first if self._begins_again else max(plans.current, self._first)
         moving = (i.command for i in plans.mission.items[start:] if i.command in self.moving)
         return next(moving, None) in TAKE_OFFS
+
+    @property
+    def _begins_again(self) -> bool:
+        """MIS_RESTART, where the firmware has it: the mission begins again in each time in AUTO."""
+        parameters = self.vehicle.parameters
+        return "MIS_RESTART" in parameters and parameters["MIS_RESTART"] == 1.0
 
     # The mode.
 
     def enter(self) -> None:
         """Resume the mission where it was left, or begin it."""
+        if self._begins_again:
+            self.vehicle.plans.rewind()
         self.task = None
         self.paused = False
         self._waiting = []
@@ -121,6 +129,10 @@ class Auto(Mode):
         """Run one step of the current item, or advance to the next."""
         task = self.task
         if task is None:
+            return
+        if self.vehicle.plans.current < self._first:
+            self.may_take_off = False  # disarming has rewound it under way
+            self.start(self._first)
             return
         if self.paused:
             task.update()  # to a stand, on its way
@@ -191,8 +203,8 @@ class Auto(Mode):
         items = self.vehicle.plans.mission.items
         target, times = int(item.params[0]), int(item.params[1])
         if item.command == Cmd.DO_JUMP_TAG:
-            tags = (i for i, x in enumerate(items) if x.command == Cmd.JUMP_TAG)
-            target = next((i for i in tags if int(items[i].params[0]) == target), -1)
+            tagged = self.vehicle.plans.place_of_tag(target)
+            target = -1 if tagged is None else tagged
         taken = jumps.get(place, 0)
         if not self._first <= target < len(items) or 0 <= times <= taken:
             return place + 1

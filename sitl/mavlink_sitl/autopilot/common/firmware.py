@@ -120,6 +120,7 @@ class Firmware(ABC):
         """Where the controllers' moving target is, NED; set by whoever runs the controllers."""
         self._landing = LandDetector()
         self._said_boot = 0
+        self._said: set[str] = set()
         self._aiding_lost = False
         self._impact_m_s = observation.impact_m_s
         self._wanted = Guidance()
@@ -321,6 +322,12 @@ class Firmware(ABC):
     def say(self, severity: Severity, text: str) -> None:
         """Words for people."""
         self.events.append(StatusText(severity, text))
+
+    def say_once(self, severity: Severity, text: str) -> None:
+        """Words that are not repeated before the next start."""
+        if text not in self._said:
+            self._said.add(text)
+            self.say(severity, text)
 
     def begin_underway(self) -> None:
         """Be armed, and in the air if it flies, as if it had got there by itself."""

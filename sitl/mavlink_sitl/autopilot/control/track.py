@@ -32,6 +32,13 @@ class SmoothProfile:
         self._line = line
         self.duration_s = self._line.duration_s + SNAP_S
 
+    def change_speed(self, speed_m_s: float, time_s: float) -> None:
+        """Another largest speed for what is left, if it does not brake for its end yet."""
+        line = self._line.with_speed(speed_m_s, max(time_s, 0.0))
+        if line is not None:
+            self._line = line
+            self.duration_s = line.duration_s + SNAP_S
+
     def at(self, time_s: float) -> Vector:
         """Distance, speed and acceleration `time_s` after the start."""
         s0, v0, _ = self._line.at(time_s - SNAP_S)
@@ -65,8 +72,7 @@ class TrackLeg:
             )
         level = math.hypot(self.direction[0], self.direction[1])
         upright = abs(self.direction[2])
-        climb = limits.speed_down_m_s if self.direction[2] > 0.0 else limits.speed_up_m_s
-        speed = min(_share(limits.speed_xy_m_s, level), _share(climb, upright))
+        speed = self._speed_m_s()
         acceleration = min(
             _share(limits.acceleration_xy_m_s2, level), _share(limits.acceleration_z_m_s2, upright)
         )
@@ -74,6 +80,19 @@ class TrackLeg:
             speed = acceleration = 1.0
         line = LineProfile(length, speed, acceleration, jerk_m_s3 * JERK_SHARE)
         self.profile = SmoothProfile(line)
+
+    def _speed_m_s(self) -> float:
+        """The largest speed along it."""
+        level = math.hypot(self.direction[0], self.direction[1])
+        climb = self.limits.speed_down_m_s if self.direction[2] > 0.0 else self.limits.speed_up_m_s
+        by_height = _share(climb, abs(self.direction[2]))
+        return min(_share(self.limits.speed_xy_m_s, level), by_height)
+
+    def change_limits(self, limits: Limits, time_s: float) -> None:
+        """Other speeds from a time after the start on."""
+        self.limits = limits
+        if self.start != self.end:
+            self.profile.change_speed(self._speed_m_s(), time_s)
 
     def at(self, time_s: float) -> Motion3:
         """Position from `start`, velocity, acceleration."""
@@ -108,6 +127,15 @@ class LegTrack:
 
     def _remaining_s(self, track_s: float) -> float:
         return self._began_s + self.leg.profile.duration_s - track_s
+
+    def change_limits(self, limits: Limits, now_s: float) -> None:
+        """Other speeds from now on, for the leg in flight and one that has begun after it."""
+        now_s -= self._late_s
+        self.leg.change_limits(limits, now_s - self._began_s)
+        if self._next is not None:
+            self._next.change_limits(limits, now_s - self._next_began_s)
+        if self.pace.steady:
+            self.pace = Pace(limits)
 
     @property
     def rounding(self) -> bool:

@@ -65,6 +65,7 @@ class Cmd(IntEnum):
     CAMERA_MODE = 530
     CAMERA_ZOOM = 531
     CAMERA_FOCUS = 532
+    GUIDED_LIMITS = 222
     JUMP_TAG = 600
     DO_JUMP_TAG = 601
     GIMBAL_PITCH_YAW = 1000
@@ -166,6 +167,13 @@ class Plans:
     def of(self, plan_type: int) -> Plan:
         """The list of a type."""
         return (self.mission, self.fence, self.rally)[plan_type]
+
+    def place_of_tag(self, tag: int) -> int | None:
+        """Where the mission's first JUMP_TAG of a number is; item 0 is home, and none."""
+        for place, item in enumerate(self.mission.items):
+            if place and item.command == Cmd.JUMP_TAG and item.params[0] == tag:
+                return place
+        return None
 
     def rewind(self) -> None:
         """Restart at the first item next time, as after disarming."""

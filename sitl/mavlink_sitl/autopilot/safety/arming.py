@@ -119,7 +119,7 @@ class Arming:
             return Result.FAILED
         self.armed = True
         self.armed_at_s = copter.now_s
-        if copter.estimator.has_origin:
+        if copter.estimator.has_origin and not copter.navigator.home_locked:
             copter.set_home()
         copter.say(Severity.INFO, copter.personality.armed_text)
         return Result.ACCEPTED

@@ -15,12 +15,14 @@ class Navigator:
 
     Attributes:
         home: where RTL goes, or None before the estimator has an origin.
+        home_locked: somebody has set it, and arming leaves it there.
     """
 
     def __init__(self, frame: LocalFrame, parameters: Parameters) -> None:
         self.frame = frame
         self.origin = frame.origin
         self.home: GeoPoint | None = None
+        self.home_locked = False
         self._parameters = parameters
         self._known_at = (0.0, 0.0)
         self._down_m = 0.0
@@ -62,6 +64,15 @@ class Navigator:
         self._speed_xy_m_s: float | None = None
         self._speed_up_m_s: float | None = None
         self._speed_down_m_s: float | None = None
+
+    def forget_speed(self, kind: int) -> None:
+        """The parameter's speed of a kind counts again."""
+        if kind == 2:
+            self._speed_up_m_s = None
+        elif kind == 3:
+            self._speed_down_m_s = None
+        else:
+            self._speed_xy_m_s = None
 
     def change_speed(self, kind: int, speed_m_s: float) -> bool:
         """Another speed until the next change of mode.

@@ -20,7 +20,7 @@ from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.control.circle import Circle
 from mavlink_sitl.autopilot.control.yaw_control import YawControl
-from mavlink_sitl.autopilot.plans.plans import Cmd
+from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState
 from mavlink_sitl.autopilot.safety.motor_test import MotorTest
 from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
 from mavlink_sitl.autopilot.state.mode import Mode
@@ -104,6 +104,14 @@ class Copter(Commander):
         """See `Commander`; where the nose was to point, too."""
         super().forget_orders()
         self.yaw.forget()
+
+    def start_mission(self) -> Result:
+        """See `Commander`; in AUTO a mission that is over begins again."""
+        auto = self.auto
+        over = self.plans.state not in (MissionState.ACTIVE, MissionState.PAUSED)
+        if auto is not None and self.mode is auto and over and auto.has_mission:
+            auto.enter()
+        return super().start_mission()
 
     def start_landing_sequence(self) -> Result:
         """DO_LAND_START: AUTO, from the mission's item of that name on."""

@@ -6,6 +6,7 @@ item it hovers.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import (
@@ -29,6 +30,8 @@ from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Motors, Result, Vector
 
+SPEEDS = {"WPNAV_SPEED": 1, "WPNAV_SPEED_UP": 2, "WPNAV_SPEED_DN": 3}
+"""The parameters of the speeds, and SPEED_TYPE"""
 ROI = frozenset((Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE))
 
 
@@ -53,6 +56,19 @@ class CopterAuto(LegAuto):
     """Where the item in force ends, NED metres"""
     _other_limits = False
     """They were changed in a pause"""
+
+    _speeds: Mapping[int, float] = {}
+    """The speeds of the parameters, when they were last looked at"""
+
+    def enter(self) -> None:
+        """See `Auto`."""
+        self._speeds = {}
+        super().enter()
+
+    def update(self) -> None:
+        """See `Auto`."""
+        self._follow_parameters()
+        super().update()
 
     @property
     def taking_off(self) -> bool:
@@ -144,8 +160,19 @@ class CopterAuto(LegAuto):
     def limits_changed(self) -> None:
         """Another speed: the leg goes on with it, after a pause if there is one."""
         if isinstance(self.task, FlyTo) and not self.paused:
-            self.task.restart()
+            self.task.change_limits()
         self._other_limits = self.paused
+
+    def _follow_parameters(self) -> None:
+        """A speed that is set as a parameter counts at once, whatever was asked for before."""
+        parameters, navigator = self.vehicle.parameters, self.vehicle.navigator
+        speeds = {kind: parameters[name] for name, kind in SPEEDS.items()}
+        changed = [kind for kind, speed in speeds.items() if speed != self._speeds.get(kind, speed)]
+        self._speeds = speeds
+        for kind in changed:
+            navigator.forget_speed(kind)
+        if changed:
+            self.limits_changed()
 
     def pause(self) -> Result:
         """DO_PAUSE_CONTINUE 0: slow down along the way to a stand, and hold."""

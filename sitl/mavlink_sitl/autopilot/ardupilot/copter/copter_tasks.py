@@ -20,6 +20,8 @@ from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Vector, YawMode
 
 THROTTLE_RAISED = 0.05
+LEAST_CLIMB_M = 1.0
+"""Of a take-off from the ground"""
 ALLOW_TAKEOFF = 2
 """Bit of AUTO_OPTIONS: no raised throttle needed for the take-off"""
 
@@ -55,7 +57,9 @@ class TakeOffTask(CopterTask):
     def __init__(self, auto: LegAuto, item: PlanItem, down_m: float) -> None:
         super().__init__(auto, item)
         motion = self.vehicle.motion
-        self.target: Vector = (motion.north_m, motion.east_m, down_m)
+        # Never downwards, and from the ground by a metre at least.
+        highest = motion.down_m - (LEAST_CLIMB_M if self.vehicle.landed else 0.0)
+        self.target: Vector = (motion.north_m, motion.east_m, min(down_m, highest))
         self.lifting = False
 
     def _wanted(self) -> bool:
@@ -119,8 +123,14 @@ class FlyTo(CopterTask):
             self.restart()
         self.following = None
 
+    def change_limits(self) -> None:
+        """Other speeds from now on, without a stop."""
+        if not self.track.rounding:
+            self.following = None
+        self.track.change_limits(self.vehicle.navigator.limits(), self.vehicle.now_s)
+
     def restart(self) -> None:
-        """From where the vehicle can stop, as with new limits."""
+        """From where the vehicle can stop, as after a pause with new limits."""
         copter = self.vehicle
         start = stopping_point(copter)
         jerk = max(copter.parameters["WPNAV_JERK"], 0.1)

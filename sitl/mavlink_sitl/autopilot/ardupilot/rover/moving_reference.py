@@ -118,6 +118,11 @@ class LegReference:
             (self.destination[1] - self._start[1]) / self._length_m,
         )
 
+    def change_speed(self, speed_m_s: float) -> None:
+        """Another speed from now on; a slower one is braked to."""
+        self._speed_m_s = speed_m_s
+        self._leaving_m_s = min(self._leaving_m_s, speed_m_s)
+
     def _advance(self) -> None:
         """Move the reference on to now."""
         now_s = self._vehicle.now_s
@@ -132,7 +137,8 @@ class LegReference:
             in_time = math.sqrt(self._leaving_m_s**2 + 2.0 * BRAKING * most * left)
         self._reference_m_s2 = min(self._reference_m_s2 + jerk * dt, most)
         speed = self._reference_m_s + self._reference_m_s2 * dt
-        self._reference_m_s = min(speed, self._speed_m_s, in_time)
+        braked = max(self._speed_m_s, self._reference_m_s - BRAKING * most * dt)
+        self._reference_m_s = min(speed, braked, in_time)
         self._along_m += min(self._reference_m_s * dt, left)
 
     def follow(self) -> DriveGuidance:
@@ -150,7 +156,7 @@ class LegReference:
         behind_e = self._start[1] + e * along - m.east_m
         v_n, v_e = n * speed + gain * behind_n, e * speed + gain * behind_e
         wanted = math.hypot(v_n, v_e)
-        wanted = min(wanted, self._speed_m_s)
+        wanted = min(wanted, max(self._speed_m_s, speed))
         ahead = m.yaw_rad + (math.pi if rover.backwards else 0.0)
         course = math.atan2(v_e, v_n) if wanted > 0.02 else ahead
         if rover.backwards:

@@ -204,7 +204,21 @@ class Rover(Traveller):
             self.mode.setpoint(setpoint)
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
-        """DO_CHANGE_SPEED: in modes that drive by themselves."""
-        if not self.mode.spec.requires_position:
+        """DO_CHANGE_SPEED: in modes that drive by themselves; in GUIDED on the way to a place."""
+        mode = self.mode
+        waits = isinstance(mode, Guided) and mode.route is None
+        if not mode.spec.requires_position or waits:
             return Result.FAILED
-        return Result.ACCEPTED if self.navigator.change_speed(kind, speed_m_s) else Result.FAILED
+        if not self.navigator.change_speed(kind, speed_m_s):
+            return Result.FAILED
+        if isinstance(mode, DriveMode) and mode.route is not None:
+            mode.route.change_speed(self.cruise_m_s())
+        return Result.ACCEPTED
+
+    def head(self, angle_deg: float, speed_m_s: float, relative: bool) -> Result:
+        """NAV_SET_YAW_SPEED as a command: in GUIDED."""
+        if not isinstance(self.mode, Guided):
+            return Result.FAILED
+        from_rad = self.motion.yaw_rad if relative else 0.0
+        self.mode.head(from_rad + math.radians(angle_deg), speed_m_s)
+        return Result.ACCEPTED

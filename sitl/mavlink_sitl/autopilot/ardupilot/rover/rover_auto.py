@@ -6,6 +6,8 @@ at the last one, and at those with a delay, the vehicle stands.
 
 from __future__ import annotations
 
+import math
+
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
 from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
@@ -13,9 +15,10 @@ from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask, Delay
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector
+from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
+HEADING_REACHED = math.radians(5.0)
 START_S = 0.9
 """From arming until a mission moves"""
 
@@ -70,10 +73,49 @@ class DriveTo(AutoTask):
         return self.vehicle.now_s - self._there_since_s >= self._wait_s
 
 
+class TurnTo(AutoTask):
+    """NAV_SET_YAW_SPEED: drive with a speed until the nose points where it says."""
+
+    auto: DriveAuto
+    vehicle: RoverView
+
+    def __init__(self, auto: DriveAuto, item: PlanItem) -> None:
+        super().__init__(auto, item)
+        angle_deg, speed_m_s, relative, _ = item.params
+        yaw, most = self.vehicle.motion.yaw_rad, self.vehicle.cruise_m_s()
+        self._heading = math.radians(angle_deg) + (yaw if relative > 0.0 else 0.0)
+        self._speed_m_s = min(max(speed_m_s, -most), most)
+        self.auto.route = None
+
+    def _off(self) -> float:
+        return abs(math.remainder(self._heading - self.vehicle.motion.yaw_rad, math.tau))
+
+    def update(self) -> None:
+        """Turn while driving; then stop."""
+        if self._off() < HEADING_REACHED:
+            self.auto.stop()
+            return
+        rover = self.vehicle
+        self.auto.drive(
+            DriveGuidance(
+                motors=Motors.FLY,
+                speed_m_s=self._speed_m_s,
+                yaw_mode=YawMode.ANGLE,
+                yaw_rad=self._heading,
+                turn_rate_limit_rad_s=rover.turn_limit_rad_s(self._speed_m_s),
+                limits=rover.navigator.limits(),
+            )
+        )
+
+    def finished(self) -> bool:
+        """Within five degrees."""
+        return self._off() < HEADING_REACHED
+
+
 class DriveAuto(DriveMode, Auto):
     """Drives the uploaded mission."""
 
-    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT}
+    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT} | {Cmd.SET_YAW_SPEED}
 
     def hold_guidance(self) -> Guidance:
         """Brake."""
@@ -93,7 +135,7 @@ class DriveAuto(DriveMode, Auto):
     def limits_changed(self) -> None:
         """Another speed: go on with it."""
         if isinstance(self.task, DriveTo):
-            self.task.begin(self._speed())
+            self.task.route.change_speed(self.vehicle.cruise_m_s())
 
     def _do(self, item: PlanItem, begins: bool) -> bool:
         """DO_SET_REVERSE, besides what every vehicle does."""
@@ -119,6 +161,9 @@ class DriveAuto(DriveMode, Auto):
         on_the_way = isinstance(self.task, DriveTo)
         if item.command == Cmd.DELAY:
             self.task = Delay(self, item)
+            return
+        if item.command == Cmd.SET_YAW_SPEED:
+            self.task = TurnTo(self, item)
             return
         here = (m.north_m, m.east_m, m.down_m)
         target = here

@@ -163,6 +163,23 @@ class Guided(DriveMode):
                 self._target = target
                 self.drive(target)
 
+    def head(self, heading_rad: float, speed_m_s: float) -> None:
+        """NAV_SET_YAW_SPEED: drive with a speed, backwards if negative, and a heading."""
+        rover = self.vehicle
+        most = rover.cruise_m_s()
+        speed_m_s = min(max(speed_m_s, -most), most)
+        self.route = None
+        self._expires_s = rover.now_s + TARGET_TIMEOUT_S
+        self._target = DriveGuidance(
+            motors=Motors.FLY,
+            speed_m_s=speed_m_s,
+            yaw_mode=YawMode.ANGLE,
+            yaw_rad=heading_rad,
+            turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed_m_s),
+            limits=rover.navigator.limits(),
+        )
+        self.drive(self._target)
+
     def go_to(self, place: Point) -> None:
         """Drive to a place."""
         self.route = LegReference(self.vehicle, place, self.vehicle.cruise_m_s())
