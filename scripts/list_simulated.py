@@ -16,6 +16,7 @@ from typing import Any
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.personality.parameters.page import tables
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanType
 from mavlink_sitl.config import PERSONALITIES
 from mavlink_sitl.exchange import Result
@@ -26,6 +27,7 @@ from mavlink_sitl.mavlink.px4 import kind_commands as px4_commands
 from mavlink_sitl.mavlink.px4 import known_messages as px4_messages
 
 ROOT = Path(__file__).resolve().parents[1]
+PARAMETERS = ROOT / "docs/sitl_parameters.md"
 VEHICLES = ("copter", "rover", "boat", "plane")
 FIRMWARES = {"ardupilot": "ArduPilot", "px4": "PX4"}
 ACTS, ACCEPTED, REFUSED, SILENT, ABSENT = "acts", "accepted", "refused", "silent", "-"
@@ -247,6 +249,9 @@ def main() -> int:
         text = page(autopilot)
         assert not re.search(r" $", text, re.MULTILINE)
         path_of(autopilot).write_text(text, "utf-8")
+    head = PARAMETERS.read_text("utf-8").partition("\n## ")[0]
+    text = f"{head}\n{tables(PERSONALITIES.values()).rstrip()}\n"
+    PARAMETERS.write_text(text, "utf-8")
     return 0
 
 

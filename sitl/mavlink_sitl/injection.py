@@ -62,8 +62,8 @@ class BreakableVehicle(Protocol):
     def set_battery_remaining(self, share: float) -> None:
         """Let the battery have a share of its charge."""
 
-    def lose_radio(self, lost: bool) -> None:
-        """The pilot's radio goes silent, or comes back."""
+    def lose_radio(self, lost: bool, throttle_low: bool = False) -> None:
+        """The pilot's radio goes silent or only lowers the throttle, or it comes back."""
 
     def weaken_motors(self, share: float) -> None:
         """Leave a share of the thrust."""
@@ -103,7 +103,7 @@ class Failures:
             ("SIM_GPS1_ENABLE",): self._follow_gps,
             ("SIM_GPS_USED",): lambda used: self._follow_gps(used >= 4.0),
             ("SIM_GPS1_GLTCH_X", "SIM_GPS1_GLTCH_Y", "SIM_GPS1_GLTCH_Z"): self._follow_glitch,
-            ("SIM_RC_FAIL",): lambda fail: vehicle.lose_radio(fail > 0.0),
+            ("SIM_RC_FAIL",): self._follow_radio,
             ("SIM_ENGINE_MUL", "SIM_ENGINE_FAIL"): self._follow_engine,
             ("SIM_WIND_SPD", "SIM_WIND_DIR"): self._follow_wind,
         }
@@ -113,6 +113,10 @@ class Failures:
             for names in self._followers
             if all(map(vehicle.parameters.acts, names))
         }
+
+    def _follow_radio(self, fail: float) -> None:
+        """SIM_RC_FAIL: 1 no pulses, 2 a throttle below the failsafe's."""
+        self._vehicle.lose_radio(fail > 0.0, fail == 2.0)
 
     def inject(self, unit: int, kind: int, instance: int) -> Result:
         """MAV_CMD_INJECT_FAILURE.

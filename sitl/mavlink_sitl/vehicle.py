@@ -391,6 +391,7 @@ class SimulatedVehicle(VehicleBody):
             return
         self.parameters.set("SIM_BATT_VOLTAGE", voltage_v)
 
-    def lose_radio(self, lost: bool) -> None:
-        """The pilot's radio goes silent, or comes back."""
-        self.copter.pilot.lost = lost
+    def lose_radio(self, lost: bool, throttle_low: bool = False) -> None:
+        """The pilot's radio goes silent or only lowers the throttle, or it comes back."""
+        self.copter.pilot.lost = lost and not throttle_low
+        self.copter.pilot.throttle_failed = throttle_low

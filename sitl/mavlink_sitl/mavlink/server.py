@@ -24,7 +24,7 @@ from mavlink_sitl.exchange import (
     Severity,
     StatusText,
 )
-from mavlink_sitl.mavlink import commands, setpoints
+from mavlink_sitl.mavlink import commands, setpoints, sticks
 from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
 from mavlink_sitl.mavlink.corrections import Corrections
 from mavlink_sitl.mavlink.external_position import ExternalPositionReceiver
@@ -351,22 +351,15 @@ class MavlinkServer:
 
     def _on_rc_override(self, message: Message) -> None:
         if message.get_srcSystem() == int(self.vehicle.parameters["MAV_GCS_SYSID"]):
-            channels = [getattr(message, f"chan{i}_raw") for i in range(1, 9)]
-            self.vehicle.pilot.override(channels, self.now_us / 1e6)
+            self.vehicle.pilot.override(sticks.overrides(message), self.now_us / 1e6)
+            self.vehicle.failsafe.gcs_heartbeat(self.now_us / 1e6)
 
     def _on_manual_control(self, message: Message) -> None:
-        """The first four channels: y is roll, x pitch, z throttle (0..1000), r yaw."""
         mine = message.get_srcSystem() == int(self.vehicle.parameters["MAV_GCS_SYSID"])
-        if not mine or message.target != self.system_id:
-            return
-        raw = [1500 + value / 2 for value in (message.y, message.x)]
-        raw += [1000 + message.z, 1500 + message.r / 2]
-        axes = (message.y, message.x, message.z, message.r)
-        channels = [
-            round(min(max(value, 1000), 2000)) if abs(axis) <= 1000 else 65535
-            for value, axis in zip(raw, axes, strict=True)
-        ]
-        self.vehicle.pilot.override(channels, self.now_us / 1e6)
+        if mine and message.target == self.system_id:
+            channels = sticks.of_manual_control(message, self.vehicle)
+            self.vehicle.pilot.override(channels, self.now_us / 1e6)
+            self.vehicle.failsafe.gcs_heartbeat(self.now_us / 1e6)
 
     def _on_setup_signing(self, message: Message) -> None:
         """A new key, unless the vehicle is armed; there is no answer to it."""

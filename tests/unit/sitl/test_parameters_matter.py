@@ -23,6 +23,7 @@ from tests.support.stations.ground_station import (
     copter,
 )
 from tests.support.stations.missions import home, item, take_off, upload, waypoint
+from tests.support.stations.transmitter import Transmitter
 
 CODE = Path(mavlink_sitl.__file__).parent
 Seen = list[object]
@@ -138,12 +139,69 @@ def blind(flight: Flight) -> None:
     flight.watch(16)
 
 
+def by_pilot(flight: Flight) -> None:
+    """STABILIZE, ALT_HOLD and LOITER, all sticks out of their middle."""
+    station = flight.up()
+    pilot = Transmitter(station)
+    moves = (
+        (0, 1450, 1420, 1400),
+        (2, 1800, 1620, 1700),
+        (2, 1560, 1570, 1560),
+        (5, 1200, 1900, 1100),
+    )
+    for number, roll, pitch, throttle in moves:
+        station.mode(number)
+        pilot.put({1: roll, 2: pitch, 3: throttle, 4: 3000 - roll, 5: 1700})
+        flight.watch(2)
+    pilot.put({1: 1500, 2: 1500, 3: 1500, 4: 1500})
+    flight.watch(4)
+
+
+def gently_by_pilot(flight: Flight) -> None:
+    """A little off the middle."""
+    station = flight.up()
+    pilot = Transmitter(station)
+    for number in (2, 0):
+        station.mode(number)
+        pilot.put({1: 1515, 2: 1485, 3: 1602 if number else 1455, 4: 1515})
+        flight.watch(3)
+
+
+def throttle_down(flight: Flight) -> None:
+    flight.up()
+    flight.station.mode(LOITER)
+    Transmitter(flight.station).put({3: 990})
+    flight.watch(3)
+
+
+def by_stick(flight: Flight) -> None:
+    flight.change()
+    flight.station.mode(0)
+    Transmitter(flight.station).hold_yaw(2000)
+    flight.seen.append(flight.station.vehicle.copter.armed)
+
+
+def switched(flight: Flight) -> None:
+    flight.change()
+    for raw_us in (1000, 1300, 1400, 1550, 1700, 1900):
+        Transmitter(flight.station).put({5: raw_us})
+        flight.watch(1)
+
+
+def restarted(flight: Flight) -> None:
+    flight.change()
+    flight.station.vehicle.power_cycle()
+    flight.watch(4)
+
+
 FENCE = {"FENCE_ENABLE": 1.0, "FENCE_RADIUS": 15.0, "AVOID_ENABLE": 0.0}
 FLAT = {"SIM_BATT_VOLTAGE": 10.0, "BATT_LOW_TIMER": 6.0}
 CRITICAL = {**FLAT, "BATT_CRT_VOLT": 10.2}
 SPENT = {"BATT_LOW_MAH": 11_580.0, "BATT_LOW_TIMER": 3.0}
 Case = tuple[Callable[[Flight], None], Mapping[str, float], float]
 CASES: dict[str, Case] = {
+    "ANGLE_MAX": (by_pilot, {}, 1500.0),
+    "ARMING_RUDDER": (by_stick, {}, 0.0),
     "AUTO_OPTIONS": (mission, {}, 3.0),
     "AVOID_ENABLE": (outwards, FENCE, 3.0),
     "BATT_CAPACITY": (hover, SPENT, 20_000.0),
@@ -163,22 +221,62 @@ CASES: dict[str, Case] = {
     "FENCE_MARGIN": (outwards, {**FENCE, "AVOID_ENABLE": 3.0}, 5.0),
     "FENCE_RADIUS": (outwards, FENCE, 25.0),
     "FENCE_TYPE": (outwards, FENCE, 1.0),
+    "FLTMODE1": (switched, {}, 17.0),
+    "FLTMODE2": (switched, {}, 17.0),
+    "FLTMODE3": (switched, {}, 17.0),
+    "FLTMODE4": (switched, {}, 17.0),
+    "FLTMODE5": (switched, {}, 17.0),
+    "FLTMODE6": (switched, {}, 17.0),
+    "FLTMODE_CH": (switched, {}, 6.0),
     "FS_EKF_ACTION": (blind, {}, 0.0),
     "FS_GCS_ENABLE": (silence, {}, 1.0),
     "FS_GCS_TIMEOUT": (silence, {"FS_GCS_ENABLE": 1.0}, 8.0),
     "FS_THR_ENABLE": (hover, {"SIM_RC_FAIL": 1.0, "FS_THR_ENABLE": 0.0}, 1.0),
+    "FS_THR_VALUE": (throttle_down, {}, 995.0),
     "GUID_TIMEOUT": (guided, {}, 1.0),
+    "INITIAL_MODE": (restarted, {"FLTMODE_CH": 0.0}, 2.0),
     "LAND_ALT_LOW": (back, {}, 300.0),
     "LAND_SPEED": (back, {}, 120.0),
     "LAND_SPEED_HIGH": (back, {}, 60.0),
+    "LOIT_ACC_MAX": (by_pilot, {}, 100.0),
+    "LOIT_ANG_MAX": (by_pilot, {}, 8.0),
+    "LOIT_BRK_ACCEL": (by_pilot, {}, 50.0),
+    "LOIT_BRK_DELAY": (by_pilot, {}, 0.0),
+    "LOIT_BRK_JERK": (by_pilot, {}, 50.0),
+    "LOIT_SPEED": (by_pilot, {}, 200.0),
     "MAV_GCS_SYSID": (sticks, {}, 250.0),
     "MIS_RESTART": (mission_again, {"AUTO_OPTIONS": 3.0}, 1.0),
+    "MOT_THST_HOVER": (by_pilot, {}, 0.3),
     "PILOT_ACCEL_Z": (sticks, {}, 60.0),
     "PILOT_SPEED_DN": (sticks, {}, 100.0),
     "PILOT_SPEED_UP": (sticks, {}, 100.0),
+    "PILOT_Y_RATE": (by_pilot, {}, 20.0),
     "PSC_JERK_XY": (guided, {}, 1.0),
     "PSC_JERK_Z": (guided, {}, 1.0),
     "RALLY_LIMIT_KM": (back, {}, 0.002),
+    "RC1_DZ": (gently_by_pilot, {}, 0.0),
+    "RC1_MAX": (by_pilot, {}, 1750.0),
+    "RC1_MIN": (by_pilot, {}, 1300.0),
+    "RC1_REVERSED": (by_pilot, {}, 1.0),
+    "RC1_TRIM": (by_pilot, {}, 1600.0),
+    "RC2_DZ": (gently_by_pilot, {}, 0.0),
+    "RC2_MAX": (by_pilot, {}, 1750.0),
+    "RC2_MIN": (by_pilot, {}, 1300.0),
+    "RC2_REVERSED": (by_pilot, {}, 1.0),
+    "RC2_TRIM": (by_pilot, {}, 1600.0),
+    "RC3_DZ": (gently_by_pilot, {}, 200.0),
+    "RC3_MAX": (by_pilot, {}, 1750.0),
+    "RC3_MIN": (by_pilot, {}, 1300.0),
+    "RC3_REVERSED": (by_pilot, {}, 1.0),
+    "RC4_DZ": (by_pilot, {}, 200.0),
+    "RC4_MAX": (by_pilot, {}, 1750.0),
+    "RC4_MIN": (by_pilot, {}, 1300.0),
+    "RC4_REVERSED": (by_pilot, {}, 1.0),
+    "RC4_TRIM": (by_pilot, {}, 1600.0),
+    "RCMAP_PITCH": (by_pilot, {}, 4.0),
+    "RCMAP_ROLL": (by_pilot, {}, 2.0),
+    "RCMAP_THROTTLE": (by_pilot, {}, 1.0),
+    "RCMAP_YAW": (by_pilot, {}, 1.0),
     "RC_OVERRIDE_TIME": (sticks, {}, 1.0),
     "RTL_ALT": (back, {}, 1200.0),
     "RTL_LOIT_TIME": (back, {}, 1000.0),
@@ -193,6 +291,7 @@ CASES: dict[str, Case] = {
     "SIM_RC_FAIL": (hover, {}, 1.0),
     "SIM_WIND_DIR": (guided, {"SIM_WIND_SPD": 8.0}, 20.0),
     "SIM_WIND_SPD": (guided, {}, 8.0),
+    "THR_DZ": (gently_by_pilot, {}, 20.0),
     "WPNAV_ACCEL": (guided, {}, 80.0),
     "WPNAV_ACCEL_Z": (guided, {}, 40.0),
     "WPNAV_JERK": (mission, {"AUTO_OPTIONS": 3.0}, 0.3),
@@ -228,7 +327,10 @@ def test_the_code_reads_every_parameter_of_every_vehicle() -> None:
     read: set[str] = set()
     for path in CODE.rglob("*.py"):
         if "personality" not in path.parts:
-            read.update(re.findall(r'"([A-Z][A-Z0-9_]+)"', path.read_text("utf-8")))
+            text = path.read_text("utf-8")
+            read.update(re.findall(r'"([A-Z][A-Z0-9_]+)"', text))
+            for before, after in re.findall(r'f"([A-Z]+)\{n\}([A-Z_]*)"', text):
+                read.update(f"{before}{n}{after}" for n in range(1, 17))
     for personality in PERSONALITIES.values():
         names = {spec.name for spec in personality.parameters}
         assert names <= read, f"{personality.name}: {names - read}"

@@ -80,7 +80,7 @@ def test_the_list_is_that_of_the_real_firmware(vehicle: str, autopilot: str) -> 
         ("copter", "ardupilot", "ATC_ACCEL_P_MAX", 9, 110000.0),
         ("copter", "ardupilot", "FRAME_CLASS", 2, 1.0),
         ("plane", "ardupilot", "ACRO_PITCH_RATE", 4, 180.0),
-        ("rover", "ardupilot", "ACRO_TURN_RATE", 9, 180.0),
+        ("rover", "ardupilot", "BAL_PITCH_MAX", 9, 10.0),
         ("copter", "px4", "ASPD_SCALE_1", 9, 1.0),
     ],
 )

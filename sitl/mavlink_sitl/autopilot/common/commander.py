@@ -9,9 +9,11 @@ from typing import Any, ClassVar
 
 from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
 from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
+from mavlink_sitl.autopilot.common.mode_switch import ModeSwitch
 from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
+from mavlink_sitl.autopilot.safety.rudder import Rudder
 from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
@@ -26,6 +28,20 @@ class Commander(Firmware):
     def __init__(self, start: PowerUp) -> None:
         super().__init__(start)
         self.failsafe = Failsafes(self)
+        steered = "ARMING_RUDDER" in start.parameters
+        self.mode_switch = ModeSwitch(self) if steered else None
+        self.rudder = Rudder(self) if steered else None
+
+    def first_mode(self) -> int:
+        """INITIAL_MODE; soon after the start that of the pilot's switch follows."""
+        wanted = int(self.parameters["INITIAL_MODE"])
+        return wanted if wanted in self._modes else super().first_mode()
+
+    def begin_underway(self) -> None:
+        """See `Firmware`; the switch is where it was before."""
+        super().begin_underway()
+        if self.mode_switch is not None:
+            self.mode_switch.settle()
 
     def make_mode(self, spec: ModeSpec) -> Mode:
         """The mode that goes with an entry of the personality."""
@@ -36,6 +52,9 @@ class Commander(Firmware):
         if self.battery_known:
             self.failsafe.update(observation)
         self.fence.update()
+        if self.started and self.rudder is not None and self.mode_switch is not None:
+            self.mode_switch.watch()
+            self.rudder.watch()
 
     @property
     def aloft(self) -> bool:
@@ -157,6 +176,10 @@ class Commander(Firmware):
             return Result.FAILED
         self.go_to(Setpoint(SetpointFrame.LOCAL, position_m=target))
         return Result.ACCEPTED
+
+    def choose_mode(self, number: int) -> None:
+        """The pilot's switch asks for a mode."""
+        self.set_mode(number)
 
     def set_mode(self, number: int) -> Result:
         """DO_SET_MODE and SET_MODE."""

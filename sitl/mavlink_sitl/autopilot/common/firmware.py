@@ -23,6 +23,7 @@ from mavlink_sitl.autopilot.state.estimator import Estimator, ExternalEstimator
 from mavlink_sitl.autopilot.state.landing import LandDetector
 from mavlink_sitl.autopilot.state.navigation import Navigator
 from mavlink_sitl.autopilot.state.pilot import Pilot
+from mavlink_sitl.autopilot.state.radio import Radio
 from mavlink_sitl.exchange import (
     Event,
     Guidance,
@@ -75,7 +76,8 @@ class Firmware(ABC):
         arming: whether the motors are armed.
         estimator: what it knows of its position.
         failsafe: what is wrong.
-        pilot: the sticks.
+        pilot: the raw channels of the sticks.
+        radio: the sticks as the parameters have them.
         started: whether it has finished starting (HEARTBEAT no longer says BOOT).
         mode: the flight mode.
         guidance: what the controllers are to do.
@@ -99,6 +101,7 @@ class Firmware(ABC):
         self.estimator: Estimator = estimator(personality, self.boot_s, start.ready_after_s)
         self._battery_ready_at_s = self.estimator.scaled(personality.battery_ready_s)
         self.pilot = Pilot()
+        self.radio = Radio(self.pilot, start.parameters)
         self.plans = Plans()
         """Mission, fence and rally points; whoever makes the firmware gives it the stored ones."""
         self.fence = Fence(self)
@@ -147,6 +150,10 @@ class Firmware(ABC):
     @abstractmethod
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""
+
+    @abstractmethod
+    def choose_mode(self, number: int) -> None:
+        """The pilot's switch asks for a mode."""
 
     def enter_first(self, numbers: tuple[int, ...]) -> None:
         """Change to the first of some modes that may be entered."""
@@ -215,14 +222,7 @@ class Firmware(ABC):
 
     def pilot_throttle(self) -> float:
         """The throttle stick, 0..1."""
-        return self.pilot.throttle(self.now_s, self.parameters["RC_OVERRIDE_TIME"])
-
-    def pilot_climb_rate_m_s(self) -> float:
-        """The climb rate of the throttle stick in altitude-hold modes; positive is up."""
-        p = self.parameters
-        up = p["PILOT_SPEED_UP"] / 100.0
-        down = (p["PILOT_SPEED_DN"] or p["PILOT_SPEED_UP"]) / 100.0
-        return self.pilot.climb_rate_m_s(self.now_s, p["RC_OVERRIDE_TIME"], up, down)
+        return self.radio.range("Throttle", self.now_s)
 
     # What it does by itself.
 
@@ -360,6 +360,12 @@ class Firmware(ABC):
     def arm(self, force: bool = False) -> Result:
         """Arm the motors, after the checks unless forced."""
         result = self.arming.arm(force)
+        self._settle()
+        return result
+
+    def arm_by_stick(self) -> Result:
+        """The pilot arms the motors."""
+        result = self.arming.arm_by_stick()
         self._settle()
         return result
 

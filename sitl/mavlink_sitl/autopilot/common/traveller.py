@@ -34,10 +34,6 @@ class Traveller(Commander):
         if self.started and not was:
             self.events.append(ModeChanged(self.mode.spec.name, False))
 
-    def sticks_us(self) -> list[int]:
-        """The pilot's channels, microseconds."""
-        return self.pilot.channels(self.now_s, self.parameters["RC_OVERRIDE_TIME"])
-
     @abstractmethod
     def navigation_report(self) -> NavigationReport | None:
         """For NAV_CONTROLLER_OUTPUT; None in modes that say nothing."""

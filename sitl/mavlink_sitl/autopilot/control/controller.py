@@ -76,18 +76,22 @@ def step(
     if most_level is not targets.speed_xy_m_s:  # one vehicle nearly always saves the copy
         along = targets._replace(speed_xy_m_s=most_level)
     level, lean_n, lean_e = law(state.horizontal, along, belief, own, dt, gains, o)
-    lean_n = lean_n * own + targets.lean_north * targets.direct_lean * free
-    lean_e = lean_e * own + targets.lean_east * targets.direct_lean * free
+    # So does who has the throttle of the pilot, once it is off the ground.
+    by_pilot = targets.manual * (1.0 - belief.on_ground)
+    turns = free + by_pilot
+    lean_n = lean_n * own + targets.lean_north * targets.direct_lean * turns
+    lean_e = lean_e * own + targets.lean_east * targets.direct_lean * turns
     vertical, lift = _vertical(state.vertical, targets, belief, free, dt, gains, o, most_upright)
-    thrust = lift * o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
+    upright = o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
+    thrust = lift * upright
     ramp = o.where(spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2)
     thrust = targets.fly * o.clip(thrust, 0.0, ramp)
-    thrust = thrust + targets.manual * targets.throttle * gains.max_thrust_m_s2
+    thrust = thrust + targets.manual * targets.throttle * gains.max_thrust_m_s2 * upright
     speed = o.hypot(level.velocity_north_m_s, level.velocity_east_m_s)
     course = o.atan2(level.velocity_east_m_s, level.velocity_north_m_s)
     ahead = (targets.yaw_mode == _LOOK_AHEAD) * (speed > 0.05 * targets.speed_xy_m_s)
     wanted = o.where(ahead, course, state.yaw_rad)
-    yaw_rad, yaw_rate = _yaw(wanted, targets, belief, free, dt, gains, o)
+    yaw_rad, yaw_rate = _yaw(wanted, targets, belief, turns, dt, gains, o)
     state = ControllerState(level, vertical, yaw_rad, spool)
     return state, Output(lean_n, lean_e, thrust, yaw_rate)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from mavlink_sitl.autopilot.safety.rudder import BY_ORDER
+from mavlink_sitl.autopilot.state.radio import AXES
 from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Motors, Result, Severity
 
@@ -84,6 +86,26 @@ def _position_failures(copter: VehicleView) -> list[str]:
     return [] if estimator.position_ok else ["Need Position Estimate"]
 
 
+def stick_failures(copter: VehicleView, by_stick: bool) -> list[str]:
+    """What arming finds wrong with the sticks; that which arms may be out of its middle.
+
+    All kinds want the throttle at zero, in every mode (AP_Arming's `rc_arm_checks`, with the
+    firmware's default of RC_OPTIONS).
+    """
+    radio, now_s, kind = copter.radio, copter.now_s, copter.personality.kind
+    if not radio.obeyed(now_s):
+        return []
+    drives = kind in ("rover", "boat")
+    arms = ("Roll" if drives else "Yaw") if by_stick else ""
+    reasons = []
+    for axis in AXES:
+        centred = drives or axis != "Throttle"
+        where = radio.angle(axis, now_s) if centred else radio.range(axis, now_s)
+        if where and axis != arms:
+            reasons.append(f"{axis} (RC{radio.calibration(axis).channel}) is not neutral")
+    return reasons
+
+
 class Arming:
     """Whether the motors of one vehicle are armed, and who may change that.
 
@@ -103,14 +125,22 @@ class Arming:
 
     def arm(self, force: bool) -> Result:
         """Arm the motors, after the checks unless forced."""
+        return self._arm(force)
+
+    def arm_by_stick(self) -> Result:
+        """The pilot arms the motors."""
+        return self._arm(False, by_stick=True)
+
+    def _arm(self, force: bool, by_stick: bool = False) -> Result:
         copter = self._vehicle
         if self.armed:
             return Result.ACCEPTED
         reasons = []
-        if not copter.may_arm_in_mode:
+        by_order = by_stick and copter.mode.spec.behaviour in BY_ORDER
+        if by_order or not copter.may_arm_in_mode:
             reasons.append(f"{copter.mode.spec.name} mode not armable")
         elif not force:
-            reasons = prearm_failures(copter)
+            reasons = prearm_failures(copter) or stick_failures(copter, by_stick)
         elif copter.damage is not None:
             reasons = [copter.damage]
         for reason in reasons:

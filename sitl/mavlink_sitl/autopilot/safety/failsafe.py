@@ -30,7 +30,6 @@ class Failsafes:
         battery_level: 0 fine, 1 low, 2 critical. Never gets better in a flight.
         gcs_lost: the ground station has been silent too long.
         estimator_lost: the EKF failsafe has acted.
-        radio_lost: the pilot's radio has been silent too long.
     """
 
     def __init__(self, vehicle: VehicleView) -> None:
@@ -38,13 +37,21 @@ class Failsafes:
         self.battery_level = 0
         self.gcs_lost = False
         self.estimator_lost = False
-        self.radio_lost = False
         self._radio_gone_s: float | None = None
         self._below_since_s: dict[int, float] = {}
         self._gcs_heard_s: float | None = None
         self._parameters_revision = -1
         self._well_above_v = math.inf
         self._glitching = False
+
+    @property
+    def radio_lost(self) -> bool:
+        """Whether the pilot's radio has been silent too long."""
+        return self._vehicle.radio.failed
+
+    @radio_lost.setter
+    def radio_lost(self, lost: bool) -> None:
+        self._vehicle.radio.failed = lost
 
     @property
     def active(self) -> bool:
@@ -132,12 +139,9 @@ class Failsafes:
     def _radio(self, now_s: float) -> None:
         """RTL within a second, from GUIDED too; the ground may choose GUIDED again."""
         vehicle = self._vehicle
-        if not vehicle.pilot.lost and not self.radio_lost:
-            self._radio_gone_s = None
-            return
         p = vehicle.parameters
         action = int(p["FS_THR_ENABLE"]) if "FS_THR_ENABLE" in p else 0
-        if not action or vehicle.pilot.heard(now_s, p["RC_OVERRIDE_TIME"]):
+        if not action or vehicle.radio.heard(now_s):
             self._radio_gone_s = None
             if self.radio_lost:
                 self.radio_lost = False

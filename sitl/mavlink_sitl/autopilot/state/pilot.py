@@ -1,65 +1,96 @@
-"""The sticks. Without a receiver the firmware's simulator has the throttle at its lowest."""
+"""The channels of the pilot's receiver, and the overrides that a ground station puts over them.
+
+Without a transmitter the firmware's simulator has the sticks centred and the throttle lowest.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 CENTRE_US = 1500
 THROTTLE_LOW_US = 1000
-DEADZONE_US = 100
-"""THR_DZ: around the centre of the throttle, where height is held"""
+CHANNELS = 16
+RECEIVED_AT_FIRST = 8
+"""Channels that a receiver has until somebody sends more of them"""
+THROTTLE = 2
+"""Where the simulator's receiver has the throttle, whatever RCMAP_THROTTLE says"""
+FAILED_THROTTLE_US = 950
+"""SIM_RC_FAIL 2: what a receiver gives that has lost its transmitter"""
+KEEP, RELEASE = 65535, 65534
+"""In RC_CHANNELS_OVERRIDE: the channel as it is; the receiver's, of channels 9 and up"""
 
 
 class Pilot:
-    """Raw channels 1..8, and overrides that run out.
+    """Raw channels 1..16, and overrides that run out.
 
     Attributes:
-        throttle_us: where the throttle stick stands when nothing overrides it.
-        lost: nothing comes from the radio; overrides stand in for it.
+        lost: no pulses come from the receiver; overrides stand in for them.
+        throttle_failed: the receiver has lost its transmitter, and says so by a low throttle.
     """
 
     def __init__(self) -> None:
-        """Sticks centred, throttle low."""
-        self.throttle_us = THROTTLE_LOW_US
+        """Sticks centred, throttle low, and the switches as the firmware's simulator has them."""
         self.lost = False
+        self.throttle_failed = False
+        self._received = [CENTRE_US, CENTRE_US, THROTTLE_LOW_US, CENTRE_US, 1800, 1000, 1000, 1800]
+        self._received += [0] * (CHANNELS - RECEIVED_AT_FIRST)
         self._overrides: dict[int, tuple[int, float]] = {}
+        self.count = RECEIVED_AT_FIRST
+        """How many channels the receiver has, for RC_CHANNELS"""
 
-    def override(self, channels: list[int], now_s: float) -> None:
-        """RC_CHANNELS_OVERRIDE: 0 gives a channel back, 65535 leaves it as it is."""
-        for index, value in enumerate(channels):
-            if value == 0:
-                self._overrides.pop(index, None)
-            elif value != 65535:
-                self._overrides[index] = (value, now_s)
+    @property
+    def throttle_us(self) -> int:
+        """The position of the throttle stick when nothing overrides it."""
+        return self._received[THROTTLE]
+
+    @throttle_us.setter
+    def throttle_us(self, raw_us: int) -> None:
+        self._received[THROTTLE] = raw_us
+
+    def receive(self, channels: Sequence[int]) -> None:
+        """Pulses of the receiver, microseconds, from channel 1 on; 0 leaves a channel as it was."""
+        for place, raw_us in enumerate(channels[:CHANNELS]):
+            if raw_us:
+                self._received[place] = raw_us
+        self.count = max(self.count, min(len(channels), CHANNELS))
+
+    def override(self, channels: Sequence[int], now_s: float) -> None:
+        """RC_CHANNELS_OVERRIDE: which values give a channel back or leave it differs above 8."""
+        for place, raw_us in enumerate(channels[:CHANNELS]):
+            low = place < RECEIVED_AT_FIRST
+            if raw_us == KEEP or (raw_us == 0 and not low):
+                continue
+            if raw_us == (0 if low else RELEASE):
+                self._overrides.pop(place, None)
+            else:
+                self._overrides[place] = (raw_us, now_s)
 
     def channels(self, now_s: float, timeout_s: float) -> list[int]:
-        """The eight channels as the firmware sees them, microseconds."""
-        base = [CENTRE_US, CENTRE_US, self.throttle_us, CENTRE_US, 1800, 1000, 1000, 1800]
-        for index, (value, since_s) in list(self._overrides.items()):
-            if now_s - since_s > timeout_s:
-                del self._overrides[index]
-            elif index < len(base):
-                base[index] = value
-        return base
+        """The channels as the firmware sees them, microseconds; 0 for one that is not there.
+
+        Args:
+            now_s: simulated time.
+            timeout_s: RC_OVERRIDE_TIME: 0 for no overrides, negative for those without an end.
+        """
+        seen = list(self._received)
+        if self.throttle_failed:
+            seen[0], seen[THROTTLE] = CENTRE_US, FAILED_THROTTLE_US
+        if self._overrides:
+            self._forget(now_s, timeout_s)
+            for place, (raw_us, _) in self._overrides.items():
+                seen[place] = raw_us
+        return seen
 
     def heard(self, now_s: float, timeout_s: float) -> bool:
-        """Whether the sticks or overrides reach the vehicle."""
+        """Whether pulses or overrides reach the vehicle."""
         if not self.lost:
             return True
-        self.channels(now_s, timeout_s)  # drops the overrides that have run out
+        self._forget(now_s, timeout_s)
         return bool(self._overrides)
 
-    def throttle(self, now_s: float, timeout_s: float) -> float:
-        """The throttle stick, 0..1."""
-        raw = self.channels(now_s, timeout_s)[2]
-        return min(max((raw - 1000) / 1000.0, 0.0), 1.0)
-
-    def climb_rate_m_s(
-        self, now_s: float, timeout_s: float, up_m_s: float, down_m_s: float
-    ) -> float:
-        """The climb rate of the throttle in altitude-hold modes; positive is up."""
-        offset = self.channels(now_s, timeout_s)[2] - CENTRE_US
-        if abs(offset) <= DEADZONE_US:
-            return 0.0
-        span = 500 - DEADZONE_US
-        if offset > 0:
-            return up_m_s * min((offset - DEADZONE_US) / span, 1.0)
-        return down_m_s * max((offset + DEADZONE_US) / span, -1.0)
+    def _forget(self, now_s: float, timeout_s: float) -> None:
+        if timeout_s < 0.0:
+            return
+        for place, (_, since_s) in list(self._overrides.items()):
+            if now_s - since_s > timeout_s or not timeout_s:
+                del self._overrides[place]

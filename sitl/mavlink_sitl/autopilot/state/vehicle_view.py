@@ -11,6 +11,7 @@ from mavlink_sitl.autopilot.plans.plans import Plans
 from mavlink_sitl.autopilot.state.estimator import Estimator
 from mavlink_sitl.autopilot.state.navigation import Navigator
 from mavlink_sitl.autopilot.state.pilot import Pilot
+from mavlink_sitl.autopilot.state.radio import Radio
 from mavlink_sitl.exchange import Event, Guidance, Motion, Motors, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
@@ -65,6 +66,7 @@ class VehicleView(Protocol):
     parameters: Parameters
     estimator: Estimator
     pilot: Pilot
+    radio: Radio
     plans: Plans
     events: deque[Event]
     started: bool
@@ -129,9 +131,6 @@ class VehicleView(Protocol):
     def pilot_throttle(self) -> float:
         """The throttle stick, 0..1."""
 
-    def pilot_climb_rate_m_s(self) -> float:
-        """The climb rate of the throttle stick; positive is up."""
-
     def moving_target(self) -> Vector:
         """Where the controllers' moving target is, NED."""
 
@@ -143,6 +142,12 @@ class VehicleView(Protocol):
 
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered."""
+
+    def choose_mode(self, number: int) -> None:
+        """The pilot's switch asks for a mode."""
+
+    def arm_by_stick(self) -> Result:
+        """The pilot arms the motors."""
 
     def enter_first(self, numbers: tuple[int, ...]) -> None:
         """Change to the first of some modes that may be entered."""

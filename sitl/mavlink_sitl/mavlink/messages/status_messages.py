@@ -78,7 +78,7 @@ def _sensors(copter: Commander) -> tuple[int, int, int]:
         healthy |= _PREARM
     if copter.failsafe.battery_level:
         healthy &= ~_BATTERY
-    if copter.pilot.lost:
+    if copter.pilot.lost or copter.pilot.throttle_failed:
         healthy &= ~_RADIO
     if fence.present:
         present |= _GEOFENCE
@@ -186,9 +186,9 @@ def servo_output_raw(s: Snapshot) -> Message:
 def rc_channels(s: Snapshot) -> Message:
     """RC_CHANNELS."""
     copter = s.vehicle
-    channels = copter.pilot.channels(copter.now_s, copter.parameters["RC_OVERRIDE_TIME"])
+    channels = copter.radio.channels(copter.now_s)
     return dialect.MAVLink_rc_channels_message(
-        boot_ms(s), len(channels), *channels, *([0] * (18 - len(channels))), 255
+        boot_ms(s), copter.pilot.count, *channels, *([0] * (18 - len(channels))), 255
     )
 
 

@@ -9,11 +9,10 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Brake,
     Land,
-    PilotHeight,
-    Stabilize,
     Throw,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
+from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import AltHold, PilotHeight, Stabilize
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.commander import Commander
@@ -41,7 +40,7 @@ class Copter(Commander):
 
     behaviours: ClassVar = {
         "stabilize": Stabilize,
-        "alt_hold": PilotHeight,
+        "alt_hold": AltHold,
         "auto": CopterAuto,
         "guided": Guided,
         "loiter": PilotHeight,

@@ -18,60 +18,6 @@ LAND_PAUSE_S = 4.0
 _SCALAR = ScalarOps()
 
 
-class Stabilize(Mode):
-    """Level, throttle straight from the stick."""
-
-    def enter(self) -> None:
-        """Pass the stick on."""
-        self._throttle = -1.0
-        self.update()
-
-    def update(self) -> None:
-        """Pass the stick on when it moved."""
-        throttle = self.vehicle.pilot_throttle()
-        if throttle != self._throttle:
-            self._throttle = throttle
-            self.guide(Guidance(motors=Motors.MANUAL, throttle=throttle))
-
-    def ground_motors(self) -> Motors:
-        """The stick decides."""
-        return Motors.MANUAL
-
-
-class PilotHeight(Mode):
-    """LOITER, POSHOLD and ALT_HOLD: stop, and climb or sink with the throttle stick.
-
-    The sticks for roll, pitch and yaw are taken as centred.
-    """
-
-    def enter(self) -> None:
-        """Brake."""
-        self._climb: float | None = None
-        self.update()
-
-    def update(self) -> None:
-        """Follow the stick."""
-        climb = self.vehicle.pilot_climb_rate_m_s()
-        if climb == self._climb:
-            return
-        first = self._climb is None
-        self._climb = climb
-        acceleration = max(self.vehicle.parameters["PILOT_ACCEL_Z"] / 100.0, 0.1)
-        self.guide(
-            replace(
-                self.hold_guidance(),
-                velocity_down_m_s=-climb,
-                limits=replace(self.vehicle.navigator.limits(), acceleration_z_m_s2=acceleration),
-                restart_xy=first,
-                restart_z=first,
-            )
-        )
-
-    def ground_motors(self) -> Motors:
-        """A raised stick takes off."""
-        return Motors.FLY if (self._climb or 0.0) > 0.0 else Motors.IDLE
-
-
 class Brake(Mode):
     """Stop as fast as possible and stay."""
 

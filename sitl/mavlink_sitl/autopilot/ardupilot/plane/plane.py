@@ -113,14 +113,9 @@ class Plane(Traveller):
 
     def sticks(self) -> Vector:
         """Roll and pitch, -1..1, pitch up; throttle, 0..1."""
-        channels = self.sticks_us()
-        roll, pitch = ((channels[i] - 1500) / 500.0 for i in (0, 1))
-        throttle = (channels[2] - 1000) / 1000.0
-        return (
-            min(max(roll, -1.0), 1.0),
-            min(max(-pitch, -1.0), 1.0),
-            min(max(throttle, 0.0), 1.0),
-        )
+        radio, now_s = self.radio, self.now_s
+        roll, pitch = radio.angle("Roll", now_s), radio.angle("Pitch", now_s)
+        return roll, pitch, radio.range("Throttle", now_s)
 
     def navigation_report(self) -> NavigationReport | None:
         """For NAV_CONTROLLER_OUTPUT; None in MANUAL."""

@@ -78,7 +78,7 @@ class PlaneFailsafes(Failsafes):
 
     def _radio(self, now_s: float) -> None:
         plane, p = self._vehicle, self._vehicle.parameters
-        if not p["THR_FAILSAFE"] or plane.pilot.heard(now_s, p["RC_OVERRIDE_TIME"]):
+        if not p["THR_FAILSAFE"] or plane.radio.heard(now_s):
             self._radio_gone_s = None
             self._radio_is_back()
             return

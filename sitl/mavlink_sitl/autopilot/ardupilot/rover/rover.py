@@ -28,7 +28,6 @@ from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Seve
 
 MODE_RTL, MODE_GUIDED = 11, 15
 CENTRED_US = 1500
-FULL_STICK_US = 500.0
 GRAVITY_M_S2 = 9.81
 STEER_LEAST_M_S = 1.0
 """Below this speed turns are limited as if at it"""
@@ -138,10 +137,7 @@ class Rover(Traveller):
 
     def sticks(self) -> tuple[float, float]:
         """Steering and throttle, -1..1."""
-        channels = self.sticks_us()
-        steering = (channels[0] - CENTRED_US) / FULL_STICK_US
-        throttle = (channels[2] - CENTRED_US) / FULL_STICK_US
-        return min(max(steering, -1.0), 1.0), min(max(throttle, -1.0), 1.0)
+        return self.radio.angle("Roll", self.now_s), self.radio.angle("Throttle", self.now_s)
 
     def stopping_point(self) -> Point:
         """The point at which it would stop if it braked now."""

@@ -52,7 +52,7 @@ class RoverFailsafes(Failsafes):
     def _radio(self, now_s: float) -> None:
         rover, p = self._vehicle, self._vehicle.parameters
         enabled = int(p["FS_THR_ENABLE"])
-        silent = enabled > 0 and not rover.pilot.heard(now_s, p["RC_OVERRIDE_TIME"])
+        silent = enabled > 0 and not rover.radio.heard(now_s)
         self.radio_lost = self._link("Radio", self.radio_lost, silent, enabled, now_s)
 
     def _link(self, name: str, lost: bool, silent: bool, enabled: int, now_s: float) -> bool:

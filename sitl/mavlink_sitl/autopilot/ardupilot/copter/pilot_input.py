@@ -1,0 +1,76 @@
+"""A copter's sticks as its modes take them: lean, rate of turn, climb rate and thrust.
+
+As `Mode` and `Attitude` of ArduCopter have them. A radio that is lost leaves all in the middle.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+from mavlink_sitl.exchange import YawMode
+
+MOST_LEAN_RAD = math.radians(85.0)
+MOST_DEAD_ZONE = 0.4
+THROTTLE_CURVE = 0.375
+"""Of a hover at mid-stick: how the curve of the throttle bends for one at less"""
+
+Lean = tuple[float, float]
+"""Tangents of the thrust's lean, forward and right, or north and east"""
+
+
+def lean_limit_rad(copter: VehicleView) -> float:
+    """ANGLE_MAX."""
+    return min(max(math.radians(copter.parameters["ANGLE_MAX"] / 100.0), 0.0), MOST_LEAN_RAD)
+
+
+def lean(copter: VehicleView, most_rad: float) -> Lean:
+    """The lean of the roll and pitch sticks, north and east."""
+    if not copter.radio.obeyed(copter.now_s):
+        return 0.0, 0.0
+    steepest = math.tan(most_rad)
+    forward = -steepest * copter.radio.angle("Pitch", copter.now_s)
+    right = steepest * copter.radio.angle("Roll", copter.now_s)
+    scale = steepest / max(math.hypot(forward, right), steepest, 1e-6)
+    return turned((forward * scale, right * scale), copter.motion.yaw_rad)
+
+
+def turned(level: Lean, yaw_rad: float) -> Lean:
+    """Forward and right to north and east, for a nose that points there."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    return level[0] * c - level[1] * s, level[0] * s + level[1] * c
+
+
+def yaw(copter: VehicleView) -> tuple[YawMode, float]:
+    """The rate of turn of the yaw stick, rad/s; in its middle the heading is held."""
+    stick = copter.radio.angle("Yaw", copter.now_s) if copter.radio.obeyed(copter.now_s) else 0.0
+    rate = stick * math.radians(copter.parameters["PILOT_Y_RATE"])
+    return (YawMode.RATE if rate else YawMode.HOLD), rate
+
+
+def climb_rate_m_s(copter: VehicleView) -> float:
+    """The climb rate of the throttle stick where height is held; positive is up."""
+    if not copter.radio.obeyed(copter.now_s):
+        return 0.0
+    p = copter.parameters
+    up = p["PILOT_SPEED_UP"] / 100.0
+    down = (p["PILOT_SPEED_DN"] or p["PILOT_SPEED_UP"]) / 100.0
+    middle = copter.radio.calibration("Throttle").middle()
+    dead_zone = min(max(p["THR_DZ"] / 1000.0, 0.0), MOST_DEAD_ZONE)
+    stick, low, high = copter.pilot_throttle(), middle - dead_zone, middle + dead_zone
+    if stick < low:
+        return down * (stick - low) / low
+    return up * (stick - high) / (1.0 - high) if stick > high else 0.0
+
+
+def thrust(copter: VehicleView) -> float:
+    """The throttle stick's share of the full thrust: mid-stick is MOT_THST_HOVER."""
+    stick = copter.pilot_throttle()
+    middle = copter.radio.calibration("Throttle").middle() or 0.5
+    if stick < middle:
+        stick = 0.5 * stick / middle
+    else:
+        stick = 0.5 + 0.5 * (stick - middle) / (1.0 - middle)
+    hover = copter.parameters["MOT_THST_HOVER"]
+    bend = min(max((0.5 - hover) / THROTTLE_CURVE, -0.5), 1.0)
+    return stick * (1.0 - bend) + bend * stick**3
