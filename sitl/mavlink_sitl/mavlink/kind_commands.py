@@ -105,13 +105,11 @@ def _set_reverse(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _set_yaw_speed(server: CommandServer, command: ReceivedCommand) -> Result:
-    """NAV_SET_YAW_SPEED, of rovers in GUIDED."""
+def _head_for(server: CommandServer, command: ReceivedCommand) -> Result:
+    """NAV_SET_YAW_SPEED: param1 degrees, relative with param3, param2 m/s."""
     assert isinstance(server.vehicle, rover.Rover)
-    angle_deg, speed_m_s, relative, _ = command.params
-    text = "Received message (MAV_CMD_NAV_SET_YAW_SPEED) is deprecated"
-    server.vehicle.say_once(Severity.INFO, text)
-    return server.vehicle.head(angle_deg, speed_m_s, relative > 0.0)
+    yaw_deg, speed_m_s, relative, _ = command.params
+    return server.vehicle.head_for(yaw_deg, speed_m_s, relative > 0.0)
 
 
 def _guided_change_speed(server: CommandServer, command: ReceivedCommand) -> Result:
@@ -148,8 +146,8 @@ _COPTER: dict[int, tuple[Handler, int] | None] = {
 _ROVER: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_NAV_TAKEOFF: None,
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(rover.MODE_RTL), 0),
-    dialect.MAV_CMD_NAV_SET_YAW_SPEED: (_set_yaw_speed, 3),
     dialect.MAV_CMD_DO_SET_REVERSE: (_set_reverse, 1),
+    dialect.MAV_CMD_NAV_SET_YAW_SPEED: (_head_for, 3),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition(rover.MODE_GUIDED, Result.DENIED), 3),
 }
 

@@ -327,7 +327,10 @@ class MavlinkServer:
         )
 
     def _on_attitude(self, message: Message) -> None:
-        self._take_setpoint(lambda: setpoints.from_attitude_target(message), self.vehicle.attitude)
+        drives = self.vehicle.personality.kind in ("rover", "boat")
+        self._take_setpoint(
+            lambda: setpoints.from_attitude_target(message, drives), self.vehicle.attitude
+        )
 
     def _take_setpoint(self, decode: Callable[[], T | None], take: Callable[[T], None]) -> None:
         try:

@@ -141,8 +141,10 @@ RATE_IGNORE = (0x01, 0x02, 0x04)
 UNIT_TOLERANCE = 1e-3
 
 
-def from_attitude_target(message: Message) -> AttitudeTarget | None:
+def from_attitude_target(message: Message, drives: bool = False) -> AttitudeTarget | None:
     """The attitude, or None for what is silently ignored: no thrust, or no attitude of length 1.
+
+    A rover that is told how fast to turn takes no notice of the attitude.
 
     Raises:
         UnusableError: a field in use is NaN, infinite or absurd.
@@ -157,9 +159,11 @@ def from_attitude_target(message: Message) -> AttitudeTarget | None:
     bad = [name for name, values in parts.items() if not all(map(usable, values))]
     if bad:
         raise UnusableError(bad)
-    if quaternion is not None and abs(math.hypot(*quaternion) - 1.0) > UNIT_TOLERANCE:
+    turns = not mask & RATE_IGNORE[2]
+    unit = quaternion is None or abs(math.hypot(*quaternion) - 1.0) <= UNIT_TOLERANCE
+    if not unit and not (drives and turns):
         return None
-    return AttitudeTarget(quaternion, (rates[0], rates[1], rates[2]), message.thrust)
+    return AttitudeTarget(quaternion, (rates[0], rates[1], rates[2]), message.thrust, turns)
 
 
 def local_position(

@@ -279,7 +279,7 @@ def sticks(
 def test_a_pilot_takes_off_in_manual_by_throttle_and_stick() -> None:
     station = plane()
     assert station.arm() == ACCEPTED
-    station.stream(8.0, 5.0, lambda: sticks(station, pitch=1200, throttle=2000))
+    station.stream(8.0, 5.0, lambda: sticks(station, pitch=1800, throttle=2000))
     assert -station.position[2] > 10.0
     assert station.last("EXTENDED_SYS_STATE").landed_state == IN_AIR
 
@@ -297,7 +297,7 @@ def test_in_fly_by_wire_b_the_throttle_stick_asks_for_an_airspeed(
 def test_in_fly_by_wire_b_the_pitch_stick_climbs_by_its_parameter() -> None:
     station = flying()
     station.mode(FBWB)
-    station.stream(15.0, 5.0, lambda: sticks(station, pitch=1000))
+    station.stream(15.0, 5.0, lambda: sticks(station, pitch=2000))
     assert -station.velocity[2] == pytest.approx(2.0, abs=0.3)
 
 

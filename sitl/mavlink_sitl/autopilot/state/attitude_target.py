@@ -27,12 +27,20 @@ class AttitudeTarget:
     Attributes:
         quaternion: the attitude, of length 1; None to turn on from the present one.
         rates_rad_s: about the body's axes, forward-right-down.
-        thrust: 0..1, where 0.5 holds the height.
+        thrust: 0..1, where 0.5 holds the height; of a rover -1..1.
+        turns: a rate about the yaw axis was given.
     """
 
     quaternion: Quaternion | None
     rates_rad_s: Vector
     thrust: float
+    turns: bool = False
+
+    @property
+    def yaw_rad(self) -> float:
+        """The heading of the attitude; North of none."""
+        w, x, y, z = self.quaternion or (1.0, 0.0, 0.0, 0.0)
+        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
     def climb_rate_m_s(self, limits: Limits) -> float:
         """The climb rate that the thrust stands for; positive is up."""
@@ -69,7 +77,7 @@ class AttitudeTarget:
             lean_east=-2.0 * (y * z - w * x) / upright,
             velocity_down_m_s=-self.climb_rate_m_s(limits),
             yaw_mode=YawMode.ANGLE,
-            yaw_rad=math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+            yaw_rad=self.yaw_rad,
             limits=limits,
             restart_xy=begins,
             restart_z=begins,

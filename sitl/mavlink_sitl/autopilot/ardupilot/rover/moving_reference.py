@@ -66,6 +66,7 @@ class LegReference:
 
     Attributes:
         destination: as given.
+        speed_m_s: no faster.
         reached: whether the reference has arrived, and the vehicle nearly.
     """
 
@@ -103,6 +104,14 @@ class LegReference:
         (n, e), m = self._direction(), self._vehicle.motion
         beside = (m.east_m - self._start[1]) * n - (m.north_m - self._start[0]) * e
         return abs(beside)
+
+    def redirect(self, destination: Point) -> None:
+        """From here to another point, as fast as it is."""
+        motion = self._vehicle.motion
+        self._start = (motion.north_m, motion.east_m)
+        self.destination, self.reached = destination, False
+        self._length_m = math.dist(self._start, destination)
+        self._along_m = 0.0
 
     def _passed_corner(self) -> bool:
         """Whether it is beyond the end of a leg where it does not stop, if beside it."""

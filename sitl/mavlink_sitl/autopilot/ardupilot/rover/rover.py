@@ -7,21 +7,21 @@ from typing import ClassVar
 
 from mavlink_sitl.autopilot.ardupilot.rover.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
+from mavlink_sitl.autopilot.ardupilot.rover.pilot_modes import Acro, Manual, Simple, Steering
 from mavlink_sitl.autopilot.ardupilot.rover.rover_auto import DriveAuto
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
-    Acro,
     Circle,
     DriveMode,
     Guided,
     Hold,
     Loiter,
-    Manual,
 )
 from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, SmartReturn
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
 from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RestingMode
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
+from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
@@ -31,6 +31,7 @@ CENTRED_US = 1500
 GRAVITY_M_S2 = 9.81
 STEER_LEAST_M_S = 1.0
 """Below this speed turns are limited as if at it"""
+DEPRECATED = "Received message (MAV_CMD_NAV_SET_YAW_SPEED) is deprecated"
 CRUMB_S = 1.0 / 3.0
 """How often the way is remembered"""
 
@@ -66,6 +67,8 @@ class Rover(Traveller):
     behaviours: ClassVar = {
         "manual": Manual,
         "acro": Acro,
+        "steering": Steering,
+        "simple": Simple,
         "hold": Hold,
         "loiter": Loiter,
         "circle": Circle,
@@ -81,6 +84,7 @@ class Rover(Traveller):
         self.fence = RoverFence(self)
         self.trail: Breadcrumbs | None = None
         self.backwards = False
+        self._warned = False
         self._next_crumb_s = 0.0
         self.pilot.throttle_us = CENTRED_US
         self.mode.enter()
@@ -137,7 +141,10 @@ class Rover(Traveller):
 
     def sticks(self) -> tuple[float, float]:
         """Steering and throttle, -1..1."""
-        return self.radio.angle("Roll", self.now_s), self.radio.angle("Throttle", self.now_s)
+        radio, now_s = self.radio, self.now_s
+        if not radio.obeyed(now_s):
+            return 0.0, 0.0
+        return radio.angle("Roll", now_s), radio.angle("Throttle", now_s)
 
     def stopping_point(self) -> Point:
         """The point at which it would stop if it braked now."""
@@ -199,6 +206,24 @@ class Rover(Traveller):
         if isinstance(self.mode, Guided):
             self.mode.setpoint(setpoint)
 
+    def attitude(self, target: AttitudeTarget) -> None:
+        """SET_ATTITUDE_TARGET: a share of the speed, and a rate of turn or a heading."""
+        if isinstance(self.mode, Guided):
+            share = min(max(target.thrust, -1.0), 1.0)
+            heading = None if target.turns else target.yaw_rad
+            self.mode.go(share * self.cruise_m_s(), heading, target.rates_rad_s[2])
+
+    def head_for(self, yaw_deg: float, speed_m_s: float, relative: bool) -> Result:
+        """NAV_SET_YAW_SPEED: a heading and a speed, in GUIDED."""
+        if not self._warned:
+            self._warned = True
+            self.say(Severity.INFO, DEPRECATED)
+        if not isinstance(self.mode, Guided):
+            return Result.FAILED
+        base = self.motion.yaw_rad if relative else 0.0
+        self.mode.go(speed_m_s, base + math.radians(yaw_deg), 0.0)
+        return Result.ACCEPTED
+
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: in modes that drive by themselves; in GUIDED on the way to a place."""
         mode = self.mode
@@ -209,12 +234,6 @@ class Rover(Traveller):
             return Result.FAILED
         if isinstance(mode, DriveMode) and mode.route is not None:
             mode.route.change_speed(self.cruise_m_s())
-        return Result.ACCEPTED
-
-    def head(self, angle_deg: float, speed_m_s: float, relative: bool) -> Result:
-        """NAV_SET_YAW_SPEED as a command: in GUIDED."""
-        if not isinstance(self.mode, Guided):
-            return Result.FAILED
-        from_rad = self.motion.yaw_rad if relative else 0.0
-        self.mode.head(from_rad + math.radians(angle_deg), speed_m_s)
+        elif isinstance(mode, DriveAuto):
+            mode.limits_changed()
         return Result.ACCEPTED

@@ -19,7 +19,9 @@ from mavlink_sitl.guidance import DriveGuidance
 TARGET_TIMEOUT_S = 3.0
 STOPPING = "target not received last 3secs, stopping"
 REFUSED = "Ignoring SET_POSITION_TARGET_LOCAL_NED; set ACC_IGNORE in mask"
-STICK_DEADZONE = 0.03
+STREAM_S = 0.5
+"""Positions that come so soon one after the other move one target"""
+SAME_M = 0.05
 
 
 class DriveMode(Mode):
@@ -49,32 +51,6 @@ class DriveMode(Mode):
         if abs(math.remainder(course - m.yaw_rad, math.tau)) > 2.1 and away < 5.0:
             course, speed = course + math.pi, -speed
         self.drive(drive_towards(rover, point, speed, course))
-
-
-class Manual(DriveMode):
-    """Sticks straight to motor and steering."""
-
-    def update(self) -> None:
-        """Follow the sticks."""
-        steering, throttle = self.vehicle.sticks()
-        self.drive(DriveGuidance(motors=Motors.MANUAL, throttle=throttle, steering=steering))
-
-
-class Acro(DriveMode):
-    """ACRO and STEERING: the sticks ask for a speed and a rate of turn."""
-
-    def update(self) -> None:
-        """Follow the sticks."""
-        steering, throttle = self.vehicle.sticks()
-        self.drive(
-            DriveGuidance(
-                motors=Motors.FLY,
-                speed_m_s=throttle * self.vehicle.cruise_m_s(),
-                yaw_mode=YawMode.RATE,
-                yaw_rate_rad_s=steering * 2.1,
-                limits=self.vehicle.navigator.limits(),
-            )
-        )
 
 
 class Hold(DriveMode):
@@ -145,6 +121,7 @@ class Guided(DriveMode):
         self.route = None
         self._expires_s = math.inf
         self._told = False
+        self._placed_s = -math.inf
         self._target = DriveGuidance(motors=Motors.FLY, limits=self.vehicle.navigator.limits())
         self.drive(self._target)
 
@@ -163,28 +140,41 @@ class Guided(DriveMode):
                 self._target = target
                 self.drive(target)
 
-    def head(self, heading_rad: float, speed_m_s: float) -> None:
-        """NAV_SET_YAW_SPEED: drive with a speed, backwards if negative, and a heading."""
+    def go_to(self, place: Point) -> None:
+        """Drive to a place; on to another one that comes in a stream of them."""
+        rover, route = self.vehicle, self.route
+        streams = rover.now_s - self._placed_s <= STREAM_S
+        self._placed_s = rover.now_s
+        if route is not None and streams:
+            if math.dist(place, route.destination) < SAME_M:
+                return
+            route.redirect(place)
+        else:
+            self.route = LegReference(rover, place, rover.cruise_m_s())
+        self._expires_s = math.inf
+        self._told = False
+
+    def go(self, speed_m_s: float, heading_rad: float | None, turn_rate_rad_s: float) -> None:
+        """Drive at a speed with a heading, or turning; runs out as a velocity does.
+
+        Of SET_ATTITUDE_TARGET and NAV_SET_YAW_SPEED; no faster than WP_SPEED.
+        """
         rover = self.vehicle
         most = rover.cruise_m_s()
-        speed_m_s = min(max(speed_m_s, -most), most)
+        speed = min(max(speed_m_s, -most), most)
+        by_heading = heading_rad is not None
         self.route = None
         self._expires_s = rover.now_s + TARGET_TIMEOUT_S
         self._target = DriveGuidance(
             motors=Motors.FLY,
-            speed_m_s=speed_m_s,
-            yaw_mode=YawMode.ANGLE,
-            yaw_rad=heading_rad,
-            turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed_m_s),
+            speed_m_s=speed,
+            yaw_mode=YawMode.ANGLE if by_heading else YawMode.RATE,
+            yaw_rad=heading_rad or 0.0,
+            yaw_rate_rad_s=turn_rate_rad_s,
+            turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed),
             limits=rover.navigator.limits(),
         )
         self.drive(self._target)
-
-    def go_to(self, place: Point) -> None:
-        """Drive to a place."""
-        self.route = LegReference(self.vehicle, place, self.vehicle.cruise_m_s())
-        self._expires_s = math.inf
-        self._told = False
 
     def _moving(self, setpoint: Setpoint) -> DriveGuidance | None:
         """The target of a setpoint without a position; None for one that says nothing."""
