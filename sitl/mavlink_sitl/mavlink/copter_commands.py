@@ -87,7 +87,8 @@ def _source_set(_: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if command.params[0] in (1.0, 2.0, 3.0) else Result.DENIED
 
 
-def _set_servo(server: CommandServer, command: ReceivedCommand) -> Result:
+def set_servo(server: CommandServer, command: ReceivedCommand) -> Result:
+    """DO_SET_SERVO."""
     return server.vehicle.set_servo(int(command.params[0]), command.params[1])
 
 
@@ -98,7 +99,7 @@ COPTER: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SET_ROI_NONE: (look_at_nothing, 0),
     dialect.MAV_CMD_DO_MOTOR_TEST: (motor_test, 4),
     dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (calibrate, 4),
-    dialect.MAV_CMD_DO_SET_SERVO: (_set_servo, 2),
+    dialect.MAV_CMD_DO_SET_SERVO: (set_servo, 2),
     dialect.MAV_CMD_DO_LAND_START: (lambda s, _: _copter(s).start_landing_sequence(), 0),
     # What there is none of, or nobody sees. The answers are those of `copter_ground_cmds`.
     dialect.MAV_CMD_DO_GRIPPER: (_always(Result.FAILED), 0),

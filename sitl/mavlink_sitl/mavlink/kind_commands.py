@@ -5,16 +5,18 @@ Seen in `rover_guided` and `plane_guided`. None stands for UNSUPPORTED.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.ardupilot.plane import plane
+from mavlink_sitl.autopilot.ardupilot.plane.guided import Guided, Heading
 from mavlink_sitl.autopilot.ardupilot.rover import rover
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.copter_commands import COPTER
+from mavlink_sitl.mavlink.copter_commands import COPTER, set_servo
 from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
 
 Handler = Callable[[CommandServer, ReceivedCommand], Result]
@@ -123,6 +125,33 @@ def _guided_change_speed(server: CommandServer, command: ReceivedCommand) -> Res
     return copter.change_speed(0, speed_m_s) if speed_m_s > 0.0 else Result.FAILED
 
 
+def _guided_change_altitude(server: CommandServer, command: ReceivedCommand) -> Result:
+    """GUIDED_CHANGE_ALTITUDE: to z, at the rate in param3, in GUIDED."""
+    copter = _as_plane(server)
+    if not isinstance(copter.mode, Guided):
+        return Result.FAILED
+    if not setpoints.usable(command.z) or command.z in (-1.0, 0.0):
+        return Result.DENIED
+    place = setpoints.local_position(copter, command.frame, 0, 0, command.z)
+    if place is None:
+        return Result.DENIED
+    copter.mode.change_height(place[2], command.params[2])
+    return Result.ACCEPTED
+
+
+def _guided_change_heading(server: CommandServer, command: ReceivedCommand) -> Result:
+    """GUIDED_CHANGE_HEADING: param1 0 course, 1 nose, 2 none; param2 degrees, param3 m/s2."""
+    copter = _as_plane(server)
+    if not isinstance(copter.mode, Guided):
+        return Result.FAILED
+    kind, heading_deg, most_m_s2, _ = command.params
+    if not 0.0 <= heading_deg < 360.0 or kind not in (0.0, 1.0, 2.0):
+        return Result.DENIED
+    wanted = Heading(math.radians(heading_deg), kind == 0.0, max(most_m_s2, 0.05))
+    copter.mode.change_heading(None if kind == 2.0 else wanted)
+    return Result.ACCEPTED
+
+
 def _change_speed(server: CommandServer, command: ReceivedCommand) -> Result:
     """DO_CHANGE_SPEED: without a speed, param3 may be a throttle, which changes nothing here.
 
@@ -148,6 +177,7 @@ _ROVER: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(rover.MODE_RTL), 0),
     dialect.MAV_CMD_DO_SET_REVERSE: (_set_reverse, 1),
     dialect.MAV_CMD_NAV_SET_YAW_SPEED: (_head_for, 3),
+    dialect.MAV_CMD_DO_SET_SERVO: (set_servo, 2),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition(rover.MODE_GUIDED, Result.DENIED), 3),
 }
 
@@ -156,6 +186,9 @@ _PLANE: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_DO_GO_AROUND: (_go_around, 1),
     dialect.MAV_CMD_DO_CHANGE_SPEED: (_change_speed, 2),
     dialect.MAV_CMD_GUIDED_CHANGE_SPEED: (_guided_change_speed, 2),
+    dialect.MAV_CMD_GUIDED_CHANGE_ALTITUDE: (_guided_change_altitude, 3),
+    dialect.MAV_CMD_GUIDED_CHANGE_HEADING: (_guided_change_heading, 3),
+    dialect.MAV_CMD_DO_SET_SERVO: (set_servo, 2),
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
     dialect.MAV_CMD_NAV_TAKEOFF: (lambda *_: Result.FAILED, 0),
     dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(plane.MODE_LOITER), 0),

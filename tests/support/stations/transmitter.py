@@ -26,4 +26,4 @@ class Transmitter:
     def hold_yaw(self, raw_us: int, seconds: float = 2.5) -> None:
         """Arm or disarm: the throttle is closed already."""
         self.move({YAW: raw_us}, seconds)
-        self.put({YAW: 1500})
+        self.move({YAW: 1500}, 0.2)

@@ -22,6 +22,7 @@ _PLACES = WITH_HEADING | FENCE | _AREAS | {Cmd.SET_HOME, Cmd.SET_ROI, Cmd.SET_RO
 _FRAME_MISSION = 2
 LEAST_CORNERS = 3
 HIGHEST_M = 1e6
+BYTE = 255
 
 
 def degrees_to_int(value: float) -> int:
@@ -93,12 +94,26 @@ def stored(item: PlanItem, rules: PlanRules) -> PlanItem:
     first, second, third, yaw = (p if math.isfinite(p) else 0.0 for p in item.params)
     if math.isnan(item.params[3]) and rules.keeps_nan:
         yaw = math.nan
+    if item.command == Cmd.LOITER_TURNS and rules.by_frame is None:
+        first, third, yaw = _rounded_loiter(first, third, yaw)
     return replace(
         item,
         frame=rules.stored_frames.get(item.frame, item.frame),
         params=(first, second, third, yaw),
         z=min(max(item.z, -HIGHEST_M), HIGHEST_M) if math.isfinite(item.z) else 0.0,
     )
+
+
+def _rounded_loiter(turns: float, radius_m: float, exit_type: float) -> tuple[float, ...]:
+    """Turns, radius and exit of NAV_LOITER_TURNS as an ArduPilot has room for: a byte for each.
+
+    Parts of a turn are kept in 256ths, radii above 255 m in tens (AP_Mission).
+    """
+    part = 256.0 if 0.0 < turns < 1.0 else 1.0
+    turns = min(max(int(turns * part), 0), BYTE) / part
+    size = abs(radius_m)
+    size = float(int(size)) if size <= BYTE else 10.0 * min(int(size / 10.0), BYTE)
+    return turns, math.copysign(size, radius_m), float(exit_type > 0.0)
 
 
 def identity(items: list[PlanItem]) -> int:

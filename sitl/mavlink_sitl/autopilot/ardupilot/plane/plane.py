@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
+from mavlink_sitl.autopilot.ardupilot.plane.guided import Guided
+from mavlink_sitl.autopilot.ardupilot.plane.pilot_modes import Cruise, HoldHeight, Stick
 from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
     Circle,
-    Cruise,
-    Guided,
-    HoldHeight,
     Loiter,
     PlaneMode,
     ReturnToLaunch,
-    Stick,
 )
 from mavlink_sitl.autopilot.ardupilot.plane.plane_safety import PlaneFailsafes, PlaneFence
 from mavlink_sitl.autopilot.ardupilot.plane.plane_speed import (
@@ -114,6 +112,8 @@ class Plane(Traveller):
     def sticks(self) -> Vector:
         """Roll and pitch, -1..1, pitch up; throttle, 0..1."""
         radio, now_s = self.radio, self.now_s
+        if not radio.heard(now_s):
+            return 0.0, 0.0, 0.0
         roll, pitch = radio.angle("Roll", now_s), radio.angle("Pitch", now_s)
         return roll, pitch, radio.range("Throttle", now_s)
 

@@ -7,8 +7,7 @@ import math
 from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.autopilot.control import l1_guidance as l1
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
-from mavlink_sitl.exchange import ItemReached, Motors, Vector
+from mavlink_sitl.exchange import Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 Point = tuple[float, float]
@@ -17,8 +16,6 @@ HEIGHT_TIME_S = 3.2
 """From an error of the height to a climb rate"""
 CLIMB_RATE_CHANGE_M_S2 = 1.0
 TAKEOFF_CLIMB_SINE = 0.32
-FAR_M = 100_000.0
-"""A course is a line to a point so far away"""
 THERE_M = 10.0
 """RTL has arrived on its circle, at most so far above or below it"""
 RETURN_THEN_LAND, LAND_AT_ONCE = 1, 2
@@ -116,70 +113,6 @@ class PlaneMode(Mode):
         self._climb_m_s = -self.vehicle.motion.velocity_down_m_s
 
 
-class Stick(PlaneMode):
-    """MANUAL, STABILIZE, ACRO and FBWA: the pilot's bank, climb and throttle."""
-
-    def ground_motors(self) -> Motors:
-        """The pilot's throttle counts on the ground, too."""
-        return Motors.MANUAL
-
-    def update(self) -> None:
-        """Follow the sticks."""
-        roll, pitch, throttle = self.vehicle.sticks()
-        self.guide(
-            GlideGuidance(
-                motors=Motors.MANUAL,
-                throttle=throttle,
-                bank_rad=roll * self.bank_limit_rad(),
-                climb_m_s=pitch * TAKEOFF_CLIMB_SINE * max(self.vehicle.airspeed_m_s, 5.0),
-            )
-        )
-
-
-class HoldHeight(PlaneMode):
-    """FBWB: the throttle stick asks for an airspeed, the others bank and climb."""
-
-    def enter(self) -> None:
-        """Keep the height."""
-        self._down_m = self.vehicle.motion.down_m
-        self.begin_level()
-        self.update()
-
-    def update(self) -> None:
-        """Follow the sticks."""
-        p = self.vehicle.parameters
-        roll, pitch, throttle = self.vehicle.sticks()
-        self._down_m -= p["FBWB_CLIMB_RATE"] * pitch * self.vehicle.step_s
-        airspeed = p["AIRSPEED_MIN"] + throttle * (p["AIRSPEED_MAX"] - p["AIRSPEED_MIN"])
-        self.fly(self.bank(roll), self.climb_to(self._down_m), airspeed_m_s=airspeed)
-
-    def bank(self, roll: float) -> float:
-        """The bank that the stick asks for."""
-        return roll * self.bank_limit_rad()
-
-
-class Cruise(HoldHeight):
-    """CRUISE: with the stick centred, the course over ground is kept, whatever the wind."""
-
-    def enter(self) -> None:
-        """Keep the course, too."""
-        self._locked: tuple[Point, Vector] | None = None
-        super().enter()
-
-    def bank(self, roll: float) -> float:
-        """Along the course, or as the stick says."""
-        m = self.vehicle.motion
-        if roll:
-            self._locked = None
-            return super().bank(roll)
-        if self._locked is None:
-            course = math.atan2(m.velocity_east_m_s, m.velocity_north_m_s)
-            far = (FAR_M * math.cos(course), FAR_M * math.sin(course))
-            here = (m.north_m, m.east_m)
-            self._locked = here, (here[0] + far[0], here[1] + far[1], m.down_m)
-        return self.bank_along(*self._locked)
-
-
 class Circle(PlaneMode):
     """CIRCLE: a steady gentle turn at this height, without a place to keep."""
 
@@ -240,43 +173,3 @@ class ReturnToLaunch(Loiter):
         if not self._asked and (wanted == LAND_AT_ONCE or (wanted == RETURN_THEN_LAND and there)):
             self._asked = True
             self.vehicle.start_landing()
-
-
-class Guided(Loiter):
-    """Round a point: first the one where it was chosen, then that of DO_REPOSITION.
-
-    Of setpoints only the height of SET_POSITION_TARGET_GLOBAL_INT and of an offset in NED is
-    taken; everything else has no effect and gets no word.
-    """
-
-    def enter(self) -> None:
-        """Round this point."""
-        self._told = False
-        self.radius_m = 0.0
-        super().enter()
-
-    def update(self) -> None:
-        """Go round; tell when the circle is reached."""
-        super().update()
-        if self.on_circle and not self._told:
-            self._told = True
-            self.vehicle.events.append(ItemReached(0))
-
-    def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
-        """Another point."""
-        self._told = False
-        self.radius_m = radius_m
-        self.go_round(place)
-
-    def setpoint(self, setpoint: Setpoint) -> None:
-        """Set the altitude of a setpoint, if its kind has one that counts."""
-        assert self.target is not None
-        if setpoint.position_m is None:
-            return
-        if setpoint.frame is SetpointFrame.OFFSET:
-            down = self.vehicle.motion.down_m + setpoint.position_m[2]
-        elif setpoint.is_global:
-            down = setpoint.position_m[2]
-        else:
-            return
-        self.go_round((self.target[0], self.target[1], down))

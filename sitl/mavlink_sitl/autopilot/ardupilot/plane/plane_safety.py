@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import Guided
+from mavlink_sitl.autopilot.ardupilot.plane.guided import Guided
 from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.autopilot.plans.plans import Cmd
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
