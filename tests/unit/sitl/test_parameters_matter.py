@@ -167,6 +167,27 @@ def gently_by_pilot(flight: Flight) -> None:
         flight.watch(3)
 
 
+def by_acro(flight: Flight) -> None:
+    station = flight.up()
+    pilot = Transmitter(station)
+    for number, throttle in ((1, 1520), (13, 1500)):
+        station.mode(number)
+        pilot.put({1: 1525, 2: 1465, 3: throttle, 4: 1600})
+        flight.watch(2)
+        pilot.put({1: 1500, 2: 1500, 3: throttle, 4: 1500})
+        flight.watch(1)
+
+
+def way_back(flight: Flight) -> None:
+    flight.change()
+    station = flight.station.take_off(6.0)
+    for north, east in ((6.0, 0.0), (6.0, 6.0), (6.0, 0.5), (12.0, 1.0)):
+        station.setpoint(POSITION, (north, east, -6.0))
+        flight.watch(4)
+    station.mode(21)
+    flight.watch(16)
+
+
 def throttle_down(flight: Flight) -> None:
     flight.up()
     flight.station.mode(LOITER)
@@ -200,6 +221,10 @@ CRITICAL = {**FLAT, "BATT_CRT_VOLT": 10.2}
 SPENT = {"BATT_LOW_MAH": 11_580.0, "BATT_LOW_TIMER": 3.0}
 Case = tuple[Callable[[Flight], None], Mapping[str, float], float]
 CASES: dict[str, Case] = {
+    "ACRO_BAL_PITCH": (by_acro, {}, 0.2),
+    "ACRO_BAL_ROLL": (by_acro, {}, 0.2),
+    "ACRO_RP_RATE": (by_acro, {}, 60.0),
+    "ACRO_Y_RATE": (by_acro, {}, 30.0),
     "ANGLE_MAX": (by_pilot, {}, 1500.0),
     "ARMING_RUDDER": (by_stick, {}, 0.0),
     "AUTO_OPTIONS": (mission, {}, 3.0),
@@ -291,6 +316,8 @@ CASES: dict[str, Case] = {
     "SIM_RC_FAIL": (hover, {}, 1.0),
     "SIM_WIND_DIR": (guided, {"SIM_WIND_SPD": 8.0}, 20.0),
     "SIM_WIND_SPD": (guided, {}, 8.0),
+    "SRTL_ACCURACY": (way_back, {}, 0.3),
+    "SRTL_POINTS": (way_back, {}, 3.0),
     "THR_DZ": (gently_by_pilot, {}, 20.0),
     "WPNAV_ACCEL": (guided, {}, 80.0),
     "WPNAV_ACCEL_Z": (guided, {}, 40.0),

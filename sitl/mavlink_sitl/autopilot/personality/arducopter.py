@@ -19,6 +19,7 @@ SET_ATTITUDE_TARGET = 0x0040
 
 _MODES = (
     ModeSpec(0, "STABILIZE", "stabilize", armable=True),
+    ModeSpec(1, "ACRO", "acro", armable=True),
     ModeSpec(2, "ALT_HOLD", "alt_hold", armable=True),
     ModeSpec(3, "AUTO", "auto", requires_position=True, position_controlled=True),
     ModeSpec(4, "GUIDED", "guided", True, armable=True, position_controlled=True),
@@ -26,9 +27,13 @@ _MODES = (
     ModeSpec(6, "RTL", "rtl", True, position_controlled=True),
     ModeSpec(7, "CIRCLE", "circle", True, position_controlled=True),
     ModeSpec(9, "LAND", "land", position_controlled=True),
+    ModeSpec(13, "SPORT", "sport", armable=True),
     ModeSpec(16, "POSHOLD", "loiter", True, armable=True, position_controlled=True),
     ModeSpec(17, "BRAKE", "brake", True, position_controlled=True),
     ModeSpec(18, "THROW", "throw", True, armable=True),
+    ModeSpec(20, "GUIDED_NOGPS", "guided_nogps", armable=True, position_controlled=True),
+    ModeSpec(21, "SMARTRTL", "smart_rtl", True, position_controlled=True),
+    ModeSpec(27, "AUTO RTL", "auto_rtl", True, position_controlled=True),
 )
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
@@ -59,6 +64,8 @@ ARDUCOPTER = Personality(
         by_mode={
             "STABILIZE": shared.LEVEL | shared.YAW,
             "ALT_HOLD": shared.LEVEL | shared.YAW | shared.HEIGHT,
+            "ACRO": shared.RATES | shared.YAW,
+            "SPORT": shared.LEVEL | shared.YAW | shared.HEIGHT,
         },
         otherwise=shared.FLOWN,
     ),

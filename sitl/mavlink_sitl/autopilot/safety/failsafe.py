@@ -10,6 +10,7 @@ from mavlink_sitl.exchange import Observation, Severity
 MODE_ALT_HOLD = 2
 MODE_LAND = 9
 MODE_RTL = 6
+MODE_BRAKE, MODE_SMART_RTL, MODE_AUTO_RTL = 17, 21, 27
 
 RADIO_AFTER_S = 0.5
 """Without pulses for so long; the firmware was seen to act within 1 s"""
@@ -19,8 +20,25 @@ THR_LAND = 3
 EKF_REPORT, EKF_ALT_HOLD, EKF_LAND_ALWAYS = 0, 2, 3
 """FS_EKF_ACTION; 1 lands from modes that need a position"""
 
-_BATTERY_ACTIONS = {1: MODE_LAND, 2: MODE_RTL}
-"""BATT_FS_LOW_ACT and BATT_FS_CRT_ACT; 0 is a warning only."""
+TERMINATES = 5
+"""BATT_FS_LOW_ACT and BATT_FS_CRT_ACT"""
+_BATTERY_ACTIONS = {
+    1: (MODE_LAND,),
+    2: (MODE_RTL,),
+    3: (MODE_SMART_RTL, MODE_RTL),
+    4: (MODE_SMART_RTL, MODE_LAND),
+    6: (MODE_AUTO_RTL, MODE_RTL),
+    7: (MODE_BRAKE, MODE_LAND),
+}
+"""The same: the modes that are tried; 0 is a warning only."""
+_RADIO_ACTIONS = {
+    THR_LAND: (MODE_LAND,),
+    4: (MODE_SMART_RTL, MODE_RTL),
+    5: (MODE_SMART_RTL, MODE_LAND),
+    6: (MODE_AUTO_RTL, MODE_RTL),
+    7: (MODE_BRAKE, MODE_LAND),
+}
+"""FS_THR_ENABLE"""
 
 
 class Failsafes:
@@ -115,7 +133,10 @@ class Failsafes:
 
     def _empty(self, action: int) -> None:
         """Do what BATT_FS_*_ACT says."""
-        self._act(_BATTERY_ACTIONS.get(action))
+        if action == TERMINATES:
+            self._vehicle.disarm(force=True)
+        else:
+            self._act(*_BATTERY_ACTIONS.get(action, ()))
 
     def _silent_for_s(self, now_s: float) -> float:
         """How long the ground station has said nothing; 0 before it said anything."""
@@ -153,7 +174,7 @@ class Failsafes:
             return
         self.radio_lost = True
         vehicle.say(Severity.WARNING, "Radio Failsafe")
-        self._act(MODE_LAND if action == THR_LAND else MODE_RTL)
+        self._act(*_RADIO_ACTIONS.get(action, (MODE_RTL,)))
 
     def _glitch(self) -> None:
         """ArduCopter's gpsglitch_check: no more than its words."""
@@ -189,14 +210,14 @@ class Failsafes:
         text = f"EKF Failsafe: changed to {vehicle.mode.spec.name} Mode"
         vehicle.say(Severity.CRITICAL, text)
 
-    def _act(self, mode: int | None) -> None:
-        """Change to LAND or RTL; on the ground disarm instead; LAND when RTL is rejected."""
+    def _act(self, *modes: int) -> None:
+        """Change to the first mode that can be; on the ground disarm; LAND if there is none."""
         vehicle = self._vehicle
-        if mode is None:
+        if not modes:
             return
         if vehicle.landed:
             vehicle.disarm(force=True)
-        elif mode == MODE_RTL and vehicle.enter_mode(MODE_RTL):
+        elif any(mode != MODE_LAND and vehicle.enter_mode(mode) for mode in modes):
             return
         elif vehicle.mode.spec.number != MODE_LAND and vehicle.enter_mode(MODE_LAND):
             vehicle.land_after_pause()

@@ -11,9 +11,16 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Land,
     Throw,
 )
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
-from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import AltHold, PilotHeight, Stabilize
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, GuidedNoGps
+from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import (
+    Acro,
+    AltHold,
+    PilotHeight,
+    Sport,
+    Stabilize,
+)
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
+from mavlink_sitl.autopilot.ardupilot.copter.smart_rtl import SmartReturn, Trail
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.firmware import PowerUp
@@ -24,10 +31,23 @@ from mavlink_sitl.autopilot.safety.motor_test import MotorTest
 from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
-from mavlink_sitl.exchange import Guidance, Observation, Result, Severity, YawMode
+from mavlink_sitl.exchange import (
+    Guidance,
+    ModeChanged,
+    Observation,
+    Result,
+    Severity,
+    YawMode,
+)
 
+AUTO = 3
+"""A mode"""
 ALOFT_M = 2.5
 """Height above home from which the ground no longer disturbs the magnetometers"""
+
+
+class AutoReturn(Mode):
+    """AUTO RTL: only a name of AUTO, once that is on its way to the mission's landing."""
 
 
 class Copter(Commander):
@@ -36,6 +56,7 @@ class Copter(Commander):
     Attributes:
         yaw: where somebody wants the nose to point.
         motor_test: turns single motors.
+        trail: the way since it was armed, for SMART_RTL.
     """
 
     behaviours: ClassVar = {
@@ -49,6 +70,11 @@ class Copter(Commander):
         "brake": Brake,
         "circle": Circle,
         "throw": Throw,
+        "acro": Acro,
+        "sport": Sport,
+        "guided_nogps": GuidedNoGps,
+        "smart_rtl": SmartReturn,
+        "auto_rtl": AutoReturn,
     }
 
     def __init__(self, start: PowerUp) -> None:
@@ -56,6 +82,7 @@ class Copter(Commander):
         self._was_aloft = False
         self.motor_test = MotorTest(self)
         super().__init__(start)
+        self.trail = Trail(self)
 
     @property
     def soft_armed(self) -> bool:
@@ -93,7 +120,29 @@ class Copter(Commander):
     @property
     def guided(self) -> Guided:
         """The GUIDED mode, whether it flies or not."""
-        return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
+        guided = (m for m in self._modes.values() if m.spec.behaviour == "guided")
+        return next(mode for mode in guided if isinstance(mode, Guided))
+
+    def watch(self, observation: Observation) -> None:
+        """See `Commander`; remembers the way it has come."""
+        super().watch(observation)
+        self.trail.watch(not isinstance(self.mode, SmartReturn))
+
+    def enter_mode(self, number: int) -> bool:
+        """See `Commander`; AUTO RTL is AUTO from the landing sequence on."""
+        mode = self._modes[number]
+        if isinstance(mode, AutoReturn):
+            return self.start_landing_sequence() is Result.ACCEPTED
+        if isinstance(mode, SmartReturn) and mode is not self.mode and not self.trail.known:
+            text = f"Mode change to {mode.spec.name} failed: init failed"
+            self.say(Severity.WARNING, text)
+            return False
+        auto = self.auto
+        if mode is auto and mode is self.mode and mode.spec.number != number:
+            mode.spec = self.personality.modes[number]
+            self.events.append(ModeChanged(mode.spec.name, True))
+            return True
+        return super().enter_mode(number)
 
     def may_begin(self, mode: Mode) -> bool:
         """See `Commander`; nobody throws it here."""
@@ -105,8 +154,10 @@ class Copter(Commander):
         self.yaw.forget()
 
     def start_mission(self) -> Result:
-        """See `Commander`; in AUTO a mission that is over begins again."""
+        """See `Commander`; in AUTO a mission that is over begins again, as AUTO, not its return."""
         auto = self.auto
+        if auto is not None:
+            auto.spec = self.personality.modes[AUTO]
         over = self.plans.state not in (MissionState.ACTIVE, MissionState.PAUSED)
         if auto is not None and self.mode is auto and over and auto.has_mission:
             auto.enter()
@@ -120,10 +171,21 @@ class Copter(Commander):
         if place is None or self.auto is None:
             self.say(Severity.WARNING, f"{text}: No landing sequence found")
             return Result.FAILED
-        if not self.enter_mode(self.auto.spec.number):
+        named = next(
+            (m.spec for m in self._modes.values() if m.spec.behaviour == "auto_rtl"), self.auto.spec
+        )
+        if self.mode is not self.auto and not self.enter_mode(AUTO):
             self.say(Severity.WARNING, text)
             return Result.FAILED
+        self.auto.spec = named
+        self.events.append(ModeChanged(named.name, named.position_controlled))
         return self.set_current_item(place)
+
+    def change_to(self, mode: Mode) -> None:
+        """See `Commander`; AUTO begins under its own name."""
+        if mode is self.auto:
+            mode.spec = self.personality.modes[AUTO]
+        super().change_to(mode)
 
     def pause_or_go_on(self, go_on: bool) -> Result:
         """DO_PAUSE_CONTINUE: AUTO and GUIDED stop and hold, or go on."""

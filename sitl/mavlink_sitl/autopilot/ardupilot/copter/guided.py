@@ -22,7 +22,7 @@ from dataclasses import replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
+from mavlink_sitl.autopilot.state.attitude_target import HOLD_HEIGHT, AttitudeTarget
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame, turned
 from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
@@ -262,3 +262,19 @@ class Guided(Mode):
         if self.submode is Submode.ATTITUDE and self._attitude is not None:
             lifting = self._attitude.climb_rate_m_s(self.vehicle.navigator.limits()) > 0.0
         return Motors.FLY if lifting else Motors.IDLE
+
+
+class GuidedNoGps(Guided):
+    """GUIDED_NOGPS: attitudes only; without one it is level, keeps its height and drifts."""
+
+    def enter(self) -> None:
+        """Level."""
+        self._paused = self._takeoff_pending = self._took_off = False
+        self.submode = Submode.ATTITUDE
+        self._expires_s = math.inf
+        self._turned_s = self.vehicle.now_s
+        level = AttitudeTarget(None, ZERO, HOLD_HEIGHT)
+        self._fly_attitude(level.levelled(self.vehicle.motion), begins=True)
+
+    def setpoint(self, setpoint: Setpoint) -> None:
+        """No positions and velocities."""

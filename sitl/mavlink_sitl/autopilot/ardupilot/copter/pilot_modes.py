@@ -8,7 +8,7 @@ from dataclasses import replace
 from mavlink_sitl.autopilot.ardupilot.copter import pilot_input
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.exchange import GRAVITY_M_S2, Guidance, Limits, Motors, Vector
+from mavlink_sitl.exchange import GRAVITY_M_S2, Guidance, Limits, Motors, Vector, YawMode
 from mavlink_sitl.lanes import ScalarOps
 
 STEP_S = 0.05
@@ -40,6 +40,64 @@ class Stabilize(Mode):
             Guidance(
                 motors=Motors.MANUAL,
                 throttle=pilot_input.thrust(copter),
+                direct_lean=1.0,
+                lean_north=north,
+                lean_east=east,
+                yaw_mode=yaw_mode,
+                yaw_rate_rad_s=yaw_rate,
+            )
+        )
+
+    def ground_motors(self) -> Motors:
+        """The stick decides."""
+        return Motors.MANUAL
+
+
+class Acro(Mode):
+    """The sticks turn it, and it turns level again by itself: ACRO_TRAINER 2."""
+
+    def enter(self) -> None:
+        """Begin with the attitude that it has."""
+        m = self.vehicle.motion
+        self._roll, self._pitch = m.roll_rad, m.pitch_rad
+        self.update()
+
+    def _angles(self) -> tuple[float, float]:
+        """Roll and pitch one step on, within ANGLE_MAX."""
+        copter, p = self.vehicle, self.vehicle.parameters
+        rate = math.radians(p["ACRO_RP_RATE"])
+        most = pilot_input.lean_limit_rad(copter)
+        heard = copter.radio.obeyed(copter.now_s)
+        angles = []
+        for axis, now in (("Roll", self._roll), ("Pitch", self._pitch)):
+            stick = copter.radio.angle(axis, copter.now_s) if heard else 0.0
+            level = p["ACRO_BAL_ROLL"] if axis == "Roll" else p["ACRO_BAL_PITCH"]
+            turned = now + (stick * rate - max(level, 0.0) * now) * STEP_S
+            angles.append(min(max(turned, -most), most))
+        self._roll, self._pitch = angles
+        return self._roll, self._pitch
+
+    def _yaw(self) -> tuple[YawMode, float]:
+        copter = self.vehicle
+        rate = math.radians(copter.parameters["ACRO_Y_RATE"])
+        obeyed = copter.radio.obeyed(copter.now_s)
+        stick = copter.radio.angle("Yaw", copter.now_s) if obeyed else 0.0
+        return (YawMode.RATE if stick else YawMode.HOLD), stick * rate
+
+    def leaning(self) -> pilot_input.Lean:
+        """The lean of this step, north and east."""
+        roll, pitch = self._angles()
+        forward = (-math.tan(pitch), math.tan(roll))
+        return pilot_input.turned(forward, self.vehicle.motion.yaw_rad)
+
+    def update(self) -> None:
+        """Follow the sticks; the throttle is thrust."""
+        north, east = self.leaning()
+        yaw_mode, yaw_rate = self._yaw()
+        self.drive(
+            Guidance(
+                motors=Motors.MANUAL,
+                throttle=pilot_input.thrust(self.vehicle),
                 direct_lean=1.0,
                 lean_north=north,
                 lean_east=east,
@@ -102,6 +160,26 @@ class AltHold(HeightMode):
         guidance = self.pilot_guidance()
         north, east = pilot_input.lean(copter, pilot_input.lean_limit_rad(copter))
         self.hand_on(replace(guidance, direct_lean=1.0, lean_north=north, lean_east=east))
+
+
+class Sport(AltHold, Acro):
+    """The sticks turn it as in ACRO, and the height is held."""
+
+    def enter(self) -> None:
+        """Begin with the attitude that it has."""
+        m = self.vehicle.motion
+        self._roll, self._pitch = m.roll_rad, m.pitch_rad
+        HeightMode.enter(self)
+
+    def update(self) -> None:
+        """Follow the sticks."""
+        guidance = self.pilot_guidance()
+        north, east = self.leaning()
+        self.hand_on(replace(guidance, direct_lean=1.0, lean_north=north, lean_east=east))
+
+    def ground_motors(self) -> Motors:
+        """A raised stick takes off."""
+        return HeightMode.ground_motors(self)
 
 
 class PilotHeight(HeightMode):

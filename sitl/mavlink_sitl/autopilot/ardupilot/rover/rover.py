@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from mavlink_sitl.autopilot.ardupilot.rover.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
 from mavlink_sitl.autopilot.ardupilot.rover.pilot_modes import Acro, Manual, Simple, Steering
 from mavlink_sitl.autopilot.ardupilot.rover.rover_auto import DriveAuto
@@ -22,6 +21,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RestingMode
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
+from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
@@ -82,7 +82,7 @@ class Rover(Traveller):
         super().__init__(start)
         self.failsafe = RoverFailsafes(self)
         self.fence = RoverFence(self)
-        self.trail: Breadcrumbs | None = None
+        self.trail: Breadcrumbs[Point] | None = None
         self.backwards = False
         self._warned = False
         self._next_crumb_s = 0.0

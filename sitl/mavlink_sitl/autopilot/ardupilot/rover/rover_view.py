@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from mavlink_sitl.autopilot.ardupilot.rover.breadcrumbs import Breadcrumbs
+from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 
 Point = tuple[float, float]
@@ -24,7 +24,7 @@ class RoverView(VehicleView, Protocol):
     """The members are those of `rover.Rover`."""
 
     backwards: bool
-    trail: Breadcrumbs | None
+    trail: Breadcrumbs[Point] | None
 
     def cruise_m_s(self) -> float:
         """The cruise speed."""

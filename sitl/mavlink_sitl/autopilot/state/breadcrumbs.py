@@ -7,12 +7,14 @@ Douglas and Peucker, 1973); a loop is left out where the way crosses itself.
 from __future__ import annotations
 
 import math
+from typing import Generic, TypeVar
 
-Point = tuple[float, float]
+P = TypeVar("P", bound=tuple[float, ...])
+"""A point: of two or of three coordinates"""
 
 
-class Breadcrumbs:
-    """The path of a vehicle since it was armed; north and east, metres.
+class Breadcrumbs(Generic[P]):
+    """The path of a vehicle since it was armed, metres.
 
     Args:
         accuracy_m: SRTL_ACCURACY.
@@ -24,12 +26,12 @@ class Breadcrumbs:
     """
 
     def __init__(self, accuracy_m: float, capacity: int) -> None:
-        self.points: list[Point] = []
+        self.points: list[P] = []
         self.full = False
         self._accuracy_m = max(accuracy_m, 0.1)
         self._capacity = capacity
 
-    def add(self, point: Point) -> None:
+    def add(self, point: P) -> None:
         """The vehicle is there; points that are near the last one are not kept."""
         if self.full or (self.points and math.dist(point, self.points[-1]) < self._accuracy_m):
             return
@@ -40,14 +42,14 @@ class Breadcrumbs:
             return
         self.points.append(point)
 
-    def shortest(self) -> list[Point]:
+    def shortest(self) -> list[P]:
         """The way without loops, by its corners."""
         return simplified(without_loops(self.points, self._accuracy_m), self._accuracy_m / 2.0)
 
 
-def without_loops(points: list[Point], near_m: float) -> list[Point]:
+def without_loops(points: list[P], near_m: float) -> list[P]:
     """A way that does not come back to where it has been: what lies between is left out."""
-    kept: list[Point] = []
+    kept: list[P] = []
     place = 0
     while place < len(points):
         here = points[place]
@@ -57,7 +59,7 @@ def without_loops(points: list[Point], near_m: float) -> list[Point]:
     return kept
 
 
-def simplified(points: list[Point], off_m: float) -> list[Point]:
+def simplified(points: list[P], off_m: float) -> list[P]:
     """The corners of a way: no point of it is further than `off_m` from the lines between."""
     if len(points) < 3:
         return points
@@ -75,7 +77,7 @@ def simplified(points: list[Point], off_m: float) -> list[Point]:
     return [points[i] for i in sorted(keep)]
 
 
-def _off(point: Point, start: Point, end: Point) -> float:
+def _off(point: P, start: P, end: P) -> float:
     """How far a point is from a line between two others."""
     length = math.dist(start, end)
     if length < 1e-9:

@@ -1,0 +1,150 @@
+"""SMART_RTL of a copter: home along the way that it came, without its loops, and down."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from enum import Enum
+from typing import Protocol
+
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import landing_speed_m_s
+from mavlink_sitl.autopilot.ardupilot.copter.rtl import stopping_point
+from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
+from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+from mavlink_sitl.exchange import Guidance, Severity, Vector, YawMode
+
+CRUMB_S = 1.0 / 3.0
+"""How often the way is remembered"""
+ABOVE_M = 2.0
+"""It stops so high above the first point of its way, and lands from there"""
+LEAST_RADIUS_M = 0.2
+STILL_M_S = 0.3
+
+
+class Trail:
+    """The way of a copter since it was armed.
+
+    Attributes:
+        crumbs: its points, NED metres; None while disarmed.
+    """
+
+    def __init__(self, vehicle: VehicleView) -> None:
+        self._vehicle = vehicle
+        self.crumbs: Breadcrumbs[Vector] | None = None
+        self._next_s = 0.0
+
+    @property
+    def known(self) -> bool:
+        """Whether the way back can be flown."""
+        return self.crumbs is not None and bool(self.crumbs.points) and not self.crumbs.full
+
+    def watch(self, keeps: bool) -> None:
+        """Remember where it is, unless it is on its way back."""
+        copter = self._vehicle
+        if not copter.armed:
+            self.crumbs = None
+            return
+        if not copter.estimator.position_ok or not keeps:
+            return
+        if self.crumbs is None:
+            p = copter.parameters
+            self.crumbs = Breadcrumbs(p["SRTL_ACCURACY"], int(p["SRTL_POINTS"]))
+        if copter.now_s < self._next_s:
+            return
+        self._next_s = copter.now_s + CRUMB_S
+        was, m = self.crumbs.full, copter.motion
+        self.crumbs.add((m.north_m, m.east_m, m.down_m))
+        if self.crumbs.full and not was:
+            copter.say(Severity.WARNING, "SmartRTL deactivated: buffer full")
+
+
+class TrailView(VehicleView, Protocol):
+    """A copter that remembers its way."""
+
+    trail: Trail
+
+
+class Stage(Enum):
+    """The stage of the return."""
+
+    FOLLOW = 1
+    ABOVE = 2
+    LAND = 3
+
+
+class SmartReturn(Mode):
+    """Flies from corner to corner of its way, and lands where it was armed."""
+
+    vehicle: TrailView
+    _stage = Stage.FOLLOW
+
+    @property
+    def landing(self) -> bool:
+        """In the last stage only."""
+        return self._stage is Stage.LAND
+
+    def enter(self) -> None:
+        """Brake, and find the corners of the way."""
+        crumbs = self.vehicle.trail.crumbs
+        self._points = crumbs.shortest() if crumbs is not None else []
+        self._stage = Stage.FOLLOW
+        self._speed = 0.0
+        self._target = stopping_point(self.vehicle)
+        self.guide(self._towards(self._target, restarts=True))
+
+    def _towards(self, point: Vector, restarts: bool = False) -> Guidance:
+        guidance = self.hold_guidance().at(point)
+        return replace(
+            guidance,
+            straight=1.0,
+            yaw_mode=YawMode.LOOK_AHEAD,
+            restart_xy=restarts,
+            restart_z=restarts,
+        )
+
+    def update(self) -> None:
+        """Run one step of the stage, or advance to the next."""
+        copter = self.vehicle
+        if copter.landed or not copter.armed:
+            return
+        if self._stage is Stage.LAND:
+            self._land()
+        elif self._there():
+            self._advance()
+
+    def _there(self) -> bool:
+        """Near the corner; at the last one it also has to stand."""
+        m = self.vehicle.motion
+        radius = max(self.vehicle.parameters["WPNAV_RADIUS"] / 100.0, LEAST_RADIUS_M)
+        near = math.dist(m[:3], self._target) <= radius
+        if self._stage is not Stage.ABOVE:
+            return near
+        return near and math.hypot(*m[3:6]) < STILL_M_S
+
+    def _advance(self) -> None:
+        if self._stage is Stage.ABOVE:
+            self._stage = Stage.LAND
+            return
+        north, east, down = self._points.pop() if self._points else self._target
+        if not self._points:
+            self._stage = Stage.ABOVE
+            down -= ABOVE_M
+        self._target = (north, east, down)
+        self.guide(self._towards(self._target))
+
+    def _land(self) -> None:
+        speed = landing_speed_m_s(self.vehicle)
+        if abs(speed - self._speed) < 0.02:
+            return
+        first, self._speed = self._speed == 0.0, speed
+        guidance = self.hold_guidance().at(self._target)
+        self.guide(
+            replace(
+                guidance,
+                track_position_z=0.0,
+                velocity_down_m_s=speed,
+                restart_xy=False,
+                restart_z=first,
+            )
+        )

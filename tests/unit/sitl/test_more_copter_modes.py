@@ -1,0 +1,186 @@
+"""ACRO, SPORT, GUIDED_NOGPS, SMARTRTL and AUTO RTL of the copter, and who returns by them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from pymavlink.dialects.v20 import all as mav
+
+from tests.support.stations.ground_station import (
+    ACCEPTED,
+    AUTO,
+    FAILED,
+    GUIDED,
+    LAND,
+    POSITION,
+    RTL,
+    GroundStation,
+    copter,
+    flying,
+)
+from tests.support.stations.missions import home, item, take_off, upload, waypoint
+from tests.support.stations.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
+
+ACRO, SPORT, GUIDED_NOGPS, SMART_RTL, AUTO_RTL = 1, 13, 20, 21, 27
+
+
+def mode(station: GroundStation) -> int:
+    station.run(1.1)
+    return int(station.last("HEARTBEAT").custom_mode)
+
+
+def roll(station: GroundStation) -> float:
+    return math.degrees(station.vehicle.copter.motion.roll_rad)
+
+
+@pytest.mark.parametrize("number", [ACRO, SPORT])
+def test_the_stick_turns_it_and_let_go_of_it_turns_level_slowly(number: int) -> None:
+    station = flying(30.0)
+    pilot = Transmitter(station)
+    pilot.put({THROTTLE: 1510})
+    assert station.mode(number) == ACCEPTED
+    pilot.move({ROLL: 1560}, 0.6)
+    pilot.move({ROLL: 1500}, 0.4)
+    begin = roll(station)
+    assert 6.0 < begin < 30.0
+    station.run(1.0)
+    assert roll(station) == pytest.approx(begin / math.e, abs=2.5)
+    pilot.move({ROLL: 2000}, 1.0)
+    assert roll(station) == pytest.approx(30.0, abs=2.0)
+
+
+def test_sport_holds_the_height_and_climbs_by_the_stick() -> None:
+    station = flying(20.0)
+    pilot = Transmitter(station)
+    pilot.put({THROTTLE: 1500, YAW: 1550})
+    assert station.mode(SPORT) == ACCEPTED
+    pilot.move({PITCH: 1480}, 3.0)
+    assert station.position[2] == pytest.approx(-20.0, abs=1.0)
+    pilot.move({THROTTLE: 2000}, 3.0)
+    assert station.velocity[2] == pytest.approx(-2.5, abs=0.3)
+
+
+def test_guided_nogps_takes_attitudes_and_no_positions() -> None:
+    station = flying(20.0)
+    assert station.mode(GUIDED_NOGPS) == ACCEPTED
+    station.setpoint(POSITION, (30.0, 0.0, -20.0))
+    station.run(4.0)
+    assert math.hypot(*station.position[:2]) < 1.0
+    half = math.radians(-10.0) / 2.0
+    lean = (math.cos(half), 0.0, math.sin(half), 0.0)
+    message = mav.MAVLink_set_attitude_target_message(0, 1, 1, 0x07, lean, 0.0, 0.0, 0.0, 0.5)
+    station.stream(3.0, 5.0, lambda: station.send(message))
+    assert station.velocity[0] > 2.0
+    assert station.position[2] == pytest.approx(-20.0, abs=1.0)
+
+
+def test_guided_nogps_needs_no_position() -> None:
+    station = flying(20.0)
+    station.vehicle.lose_gps()
+    station.run_until(lambda: not station.vehicle.copter.estimator.position_ok, 40.0)
+    assert station.mode(GUIDED) == FAILED
+    assert station.mode(GUIDED_NOGPS) == ACCEPTED
+
+
+# SMARTRTL.
+
+
+def gone(*places: tuple[float, float, float]) -> GroundStation:
+    """One that has been at some places."""
+    station = flying(10.0)
+    for place in places:
+        station.setpoint(POSITION, place)
+        while math.dist(station.position, place) > 1.0:
+            station.run(0.2)
+            assert station.now_s < 300.0
+    return station
+
+
+def test_smart_rtl_flies_back_the_way_it_came_and_lands_and_disarms() -> None:
+    station = gone((25.0, 0.0, -10.0), (25.0, 25.0, -18.0))
+    assert station.mode(SMART_RTL) == ACCEPTED
+    nearest = math.inf
+    while station.vehicle.copter.armed:
+        station.run(0.5)
+        nearest = min(nearest, math.dist(station.position[:2], (25.0, 0.0)))
+        assert station.now_s < 300.0
+    assert nearest < 4.0
+    assert math.hypot(*station.position[:2]) < 2.5
+    assert 4 in station.changes("EXTENDED_SYS_STATE", "landed_state")
+    assert mode(station) == SMART_RTL
+
+
+def test_smart_rtl_leaves_out_a_loop() -> None:
+    station = gone((20.0, 0.0, -10.0), (20.0, 30.0, -10.0), (20.0, 0.5, -10.0))
+    assert station.mode(SMART_RTL) == ACCEPTED
+    furthest = 0.0
+    while math.hypot(*station.position[:2]) > 4.0:
+        station.run(0.5)
+        furthest = max(furthest, station.position[1])
+    assert furthest < 6.0
+
+
+def test_smart_rtl_is_rejected_without_a_way_back() -> None:
+    station = copter().ready()
+    assert station.mode(SMART_RTL) == FAILED
+    assert "Mode change to SMARTRTL failed: init failed" in station.texts()
+
+
+def test_a_way_with_too_many_points_deactivates_it() -> None:
+    station = copter(parameters={"SRTL_POINTS": 4.0}).ready().take_off(10.0)
+    for step in range(8):
+        station.setpoint(POSITION, (8.0 * step, 8.0 * (step % 2), -10.0))
+        station.run(5.0)
+    assert "SmartRTL deactivated: buffer full" in station.texts()
+    assert station.mode(SMART_RTL) == FAILED
+
+
+@pytest.mark.parametrize(
+    ("enable", "number"), [(1, RTL), (3, LAND), (4, SMART_RTL), (5, SMART_RTL), (7, 17)]
+)
+def test_a_lost_radio_does_what_fs_thr_enable_says(enable: int, number: int) -> None:
+    station = flying(10.0)
+    station.vehicle.parameters.set("FS_THR_ENABLE", enable)
+    station.vehicle.lose_radio(True)
+    assert mode(station) == number
+
+
+@pytest.mark.parametrize(("action", "number"), [(1, LAND), (2, RTL), (3, SMART_RTL), (6, RTL)])
+def test_an_empty_battery_does_what_its_action_says(action: int, number: int) -> None:
+    station = flying(10.0)
+    station.vehicle.parameters.set("BATT_FS_LOW_ACT", action)
+    station.vehicle.parameters.set("BATT_LOW_TIMER", 1.0)
+    station.vehicle.parameters.set("SIM_BATT_VOLTAGE", 10.0)
+    station.run(2.0)
+    assert mode(station) == number
+
+
+# AUTO RTL.
+
+
+def with_landing() -> GroundStation:
+    station = copter().ready()
+    start = item(mav.MAV_CMD_DO_LAND_START)
+    items = [home(), take_off(10), waypoint(60, 0), start, waypoint(10, 10), waypoint(0, 10)]
+    assert upload(station, items) == 0
+    return station.take_off(10.0)
+
+
+def test_auto_rtl_joins_the_missions_landing_and_is_reported_by_its_own_number() -> None:
+    station = with_landing()
+    assert station.mode(AUTO_RTL) == ACCEPTED
+    assert mode(station) == AUTO_RTL
+    station.run_until(lambda: math.dist(station.position[:2], (10.0, 10.0)) < 3.0, 30.0)
+    assert station.mode(AUTO) == ACCEPTED
+    assert mode(station) == AUTO
+    assert station.mode(GUIDED) == ACCEPTED
+    assert station.mode(AUTO) == ACCEPTED
+    assert mode(station) == AUTO
+
+
+def test_auto_rtl_is_rejected_without_a_landing_in_the_mission() -> None:
+    station = flying(10.0)
+    assert station.mode(AUTO_RTL) == FAILED
+    assert any("AUTO RTL failed" in text for text in station.texts())
+    assert mode(station) == GUIDED
