@@ -343,6 +343,15 @@ def test_a_receiver_without_its_transmitter_lowers_the_throttle() -> None:
     assert "Radio Failsafe Cleared" in station.texts()
 
 
+def test_a_low_throttle_is_none_without_its_failsafe() -> None:
+    station, _ = up(LOITER)
+    station.vehicle.parameters.set("FS_THR_ENABLE", 0.0)
+    station.vehicle.parameters.set("SIM_RC_FAIL", 2.0)
+    station.run(3.0)
+    assert mode(station) == LOITER
+    assert station.velocity[2] > 2.0
+
+
 def test_without_a_radio_the_switch_does_not_count() -> None:
     station, pilot = up(LOITER)
     station.vehicle.lose_radio(True)

@@ -115,10 +115,9 @@ def test_the_yaw_stick_is_mapped() -> None:
     assert station.vehicle.copter.armed
 
 
-def test_a_throttle_below_thr_fs_value_is_a_lost_radio() -> None:
+def test_a_throttle_at_thr_fs_value_is_a_lost_radio() -> None:
     station, _ = flying(FBWA)
     station.vehicle.parameters.set("SIM_RC_FAIL", 2.0)
-    station.vehicle.parameters.set("THR_FS_VALUE", 960.0)
     station.run(4.0)
     assert any("Failsafe" in text for text in station.texts())
     assert station.vehicle.copter.mode.spec.name == "CIRCLE"

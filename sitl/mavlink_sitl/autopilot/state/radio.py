@@ -102,8 +102,10 @@ class Radio:
         p = self._parameters
         if not self._pilot.heard(now_s, p["RC_OVERRIDE_TIME"]):
             return False
-        least = p["THR_FS_VALUE" if "THR_FS_VALUE" in p else "FS_THR_VALUE"]
-        return self.raw_us("Throttle", now_s) >= least
+        raw_us = self.raw_us("Throttle", now_s)
+        if "THR_FS_VALUE" in p:  # a plane, which counts the value itself as lost, too
+            return not p["THR_FAILSAFE"] or raw_us > p["THR_FS_VALUE"]
+        return not p["FS_THR_ENABLE"] or raw_us >= p["FS_THR_VALUE"]
 
     def obeyed(self, now_s: float) -> bool:
         """Whether the sticks and switches count."""
