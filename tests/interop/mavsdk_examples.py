@@ -47,9 +47,7 @@ NOT_RUN = {
     "show_debug_output": "connects to nothing",
 }
 EXPECTED_TO_FAIL: dict[str, str] = {
-    "calibration": "the texts of a calibration are not simulated",
-    "do_orbit": "DO_ORBIT is for planes only",
-    "follow_me_example": "AUTO.FOLLOW_TARGET is not simulated",
+    "calibration": "nobody turns the vehicle: the accelerometer fails, as in the real simulator",
     "ftp_download_file": "the file that it names is not there",
     "logfile_download": "there is no log before a flight, which ends as a timeout",
 }

@@ -146,6 +146,14 @@ def test_a_file_that_is_idle_gives_way(client: FtpClient) -> None:
     client.done(OPEN, card(client, "a"))
 
 
+def test_a_file_that_is_idle_for_long_is_closed(client: FtpClient) -> None:
+    put(client, "a", b"1")
+    client.done(OPEN, card(client, "a"))
+    client.station.run(21.0)
+    px4 = card(client) == b"/fs/microsd/"
+    assert client.refused(READ, size=1) == [INVALID_SESSION if px4 else NOT_FOUND]
+
+
 def test_an_ardupilots_other_session_ends_nothing() -> None:
     client = connected("ardupilot")
     put(client, "a", b"1")

@@ -53,8 +53,9 @@ class FtpServer:
     """What ends an entry of a folder"""
     system: type[FileSystem] = ArduPilotFileSystem
     unknown = ftp.FAIL
-    idle_us = 3_000_000
-    """After so long without a request another file may be opened, in another session too"""
+    idle_us, closed_us = 3_000_000, 20_000_000
+    """After so long without a request another file may be opened, in another session too; and is a
+    file closed"""
     parts_max = 2000
 
     def __init__(self, card: Card, vehicle: Commander, send: Callable[[Message], None]) -> None:
@@ -102,6 +103,8 @@ class FtpServer:
         if self._last is not None and replace(request, data=b"") == self._last[0]:
             self._reply(request.asker, self._last[1])
             return
+        if now_us - self._used_us > self.closed_us:
+            self._close()
         idle = now_us - self._used_us > self.idle_us
         self._used_us = now_us
         try:
@@ -306,13 +309,12 @@ class Px4FtpServer(FtpServer):
     between = b"\0"
     system = Px4FileSystem
     unknown = ftp.UNKNOWN
-    idle_us = 10_000_000
+    idle_us = closed_us = 10_000_000
     parts_max = 147
     """35,000 bytes"""
 
     def _check_session(self, request: Request, idle: bool) -> None:
-        if idle:
-            self._close()
+        """There is one session only."""
 
     def _session_for(self, request: Request) -> int:
         return 0
