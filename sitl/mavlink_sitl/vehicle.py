@@ -16,6 +16,7 @@ from mavlink_sitl.environment import Environment
 from mavlink_sitl.exchange import (
     GRAVITY_M_S2,
     ZERO,
+    BatteryReading,
     GpsReading,
     Guidance,
     Observation,
@@ -161,27 +162,34 @@ class SimulatedVehicle(VehicleBody):
         if not self.wake_us and not self._moves_on(now_us):
             return
         if think:
-            self._failures.follow_parameters()
-            if self.config.external_position:
-                self._watch_external_position()
-            copter = self.copter
-            copter.update(self._observation())
-            self._follow_resets(copter.estimator.resets)
-            if self._underway is not None and copter.started and copter.estimator.position_ok:
-                self._put_underway(self._underway)
-            if copter.events:
-                self._flush_events()
-                self._plan_wake()
-                self._send_all()
-            if copter.revision != self._revision:
-                self._pass_guidance()
-            self.logbook.watch(now_us, copter.armed, self.snapshot)
+            self._think()
         if now_us >= self.wake_us:
             for server in self._servers:
                 if now_us >= server.next_due_us():
                     server.tick(now_us)
             self._plan_wake()
             self._send_all()
+
+    def _think(self) -> None:
+        """The firmware acts."""
+        self._failures.follow_parameters()
+        if self.config.external_position:
+            self._watch_external_position()
+        copter = self.copter
+        copter.update(self._observation())
+        self._follow_resets(copter.estimator.resets)
+        if self._underway is not None and copter.started and copter.estimator.position_ok:
+            self._put_underway(self._underway)
+        if copter.events:
+            self._flush_events()
+            self._plan_wake()
+            self._send_all()
+            if self._servers[0].reboot_requested:
+                self._shut_down()
+                return
+        if copter.revision != self._revision:
+            self._pass_guidance()
+        self.logbook.watch(self.now_us, copter.armed, self.snapshot)
 
     def _put_underway(self, underway: Underway) -> None:
         """Put it where it is to begin, once."""
@@ -282,7 +290,7 @@ class SimulatedVehicle(VehicleBody):
             self.now_us / 1e6,
             physics.motion(index),
             self._gps_lost_at_s is None,
-            physics.battery_reading(index, self._capacity_mah()),
+            self._battery_reading(),
             touching,
             impact_m_s,
             thrust_m_s2 / GRAVITY_M_S2,
@@ -299,6 +307,17 @@ class SimulatedVehicle(VehicleBody):
             return self.parameters["BATT_CAPACITY"]
         return self._physics.pack.capacity_mah
 
+    def _battery_reading(self) -> BatteryReading:
+        """What the monitor shows; BATTERY_RESET has it count from elsewhere."""
+        capacity_mah = self._capacity_mah()
+        reading = self._physics.battery_reading(self._lane, capacity_mah)
+        firmware = getattr(self, "copter", None)
+        if firmware is None or not firmware.charge_added_mah:
+            return reading
+        consumed = reading.consumed_mah - firmware.charge_added_mah
+        left = min(max(100.0 * (1.0 - consumed / max(capacity_mah, 1.0)), 0.0), 100.0)
+        return reading._replace(consumed_mah=consumed, remaining_percent=left)
+
     def snapshot(self) -> Snapshot:
         """Everything telemetry is made of, now."""
         if self._snapshot_cache is None or self._snapshot_cache[0] != self.now_us:
@@ -314,7 +333,7 @@ class SimulatedVehicle(VehicleBody):
             unix_time_us=self._epoch_us + self.now_us if started else 0,
             vehicle=self.copter,
             motion=physics.motion(index),
-            battery=physics.battery_reading(index, self._capacity_mah()),
+            battery=self._battery_reading(),
             thrust_over_hover=thrust / GRAVITY_M_S2,
             throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
             airspeed_m_s=physics.airspeed_m_s(index),

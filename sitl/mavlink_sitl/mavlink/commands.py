@@ -12,11 +12,17 @@ from collections.abc import Callable
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import dialect
+from mavlink_sitl.mavlink.ground_commands.aux_functions import AUX_FUNCTIONS
+from mavlink_sitl.mavlink.ground_commands.calibration import CALIBRATION
+from mavlink_sitl.mavlink.ground_commands.devices import DEVICES
 from mavlink_sitl.mavlink.messages import known_messages
 from mavlink_sitl.mavlink.received_command import RELATIVE_ALT, CommandServer, ReceivedCommand
 
 FORCE = 21196
 """The value of param2 that arms and disarms against all checks"""
+
+HEARTBEAT, HEARTBEAT_US = 0, 1_000_000
+LONGEST_INTERVAL_US = 60_000_000
 
 Handler = Callable[[CommandServer, ReceivedCommand], Result]
 
@@ -68,6 +74,8 @@ def _known(server: CommandServer, message_id: int) -> bool:
 
 def _set_interval(server: CommandServer, command: ReceivedCommand) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
+    if command.params[2] != 0.0:
+        return Result.DENIED
     if not _known(server, message_id):
         server.vehicle.say(Severity.INFO, f"No ap_message for mavlink id ({message_id})")
         return Result.DENIED
@@ -75,11 +83,21 @@ def _set_interval(server: CommandServer, command: ReceivedCommand) -> Result:
         text = f"Requested rate for message ID {message_id} too fast. Increase SCHED_LOOP_RATE"
         server.vehicle.say(Severity.INFO, text)
         return Result.DENIED
-    if interval_us > 0:
-        server.streams.set(message_id, int(min(interval_us, 2**31)), server.now_us)
+    _take_interval(server, message_id, interval_us)
+    return Result.ACCEPTED
+
+
+def _take_interval(server: CommandServer, message_id: int, interval_us: float) -> None:
+    """At most a minute; 0 gives that of its group back, and less than that stops it."""
+    interval_us = int(min(interval_us, LONGEST_INTERVAL_US))
+    if message_id == HEARTBEAT:
+        server.beat(max(interval_us, 0) or (HEARTBEAT_US if interval_us == 0 else 0))
+    elif interval_us > 0:
+        server.streams.set(message_id, interval_us, server.now_us)
+    elif interval_us == 0:
+        server.streams.reset(message_id, server.now_us)
     else:
         server.streams.stop(message_id)
-    return Result.ACCEPTED
 
 
 def _get_interval(server: CommandServer, command: ReceivedCommand) -> Result:
@@ -88,6 +106,8 @@ def _get_interval(server: CommandServer, command: ReceivedCommand) -> Result:
         server.send(dialect.MAVLink_message_interval_message(message_id & 0xFFFF, 0))
         return Result.FAILED
     interval_us = server.streams.interval_us(message_id)
+    if message_id == HEARTBEAT:
+        interval_us = server.heartbeat_us or -1
     server.send(dialect.MAVLink_message_interval_message(message_id, interval_us))
     return Result.ACCEPTED
 
@@ -222,6 +242,9 @@ SHARED: dict[int, tuple[Handler, int]] = {
 """Of all firmwares"""
 _HANDLERS: dict[int, tuple[Handler, int]] = {
     **SHARED,
+    **DEVICES,
+    **CALIBRATION,
+    **AUX_FUNCTIONS,
     dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
     dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),

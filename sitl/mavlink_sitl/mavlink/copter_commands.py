@@ -1,4 +1,4 @@
-"""Commands known only to copters here, or answered alike by every ArduPilot on the ground.
+"""Commands known only to copters here, or carried out by them in their own way.
 
 What `copter_acks` shows is answered as there; the rest follows ArduCopter's source.
 """
@@ -8,16 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
 
 Handler = Callable[[CommandServer, ReceivedCommand], Result]
-
-FORCE_SAVE = 76
-SIMPLE, TRIM = 4, 2
-"""PREFLIGHT_CALIBRATION's param5: accelerometers on the level, and their trim"""
 
 
 def _copter(server: CommandServer) -> Copter:
@@ -62,53 +58,12 @@ def motor_test(server: CommandServer, command: ReceivedCommand) -> Result:
     return test.start(int(place), int(kind), value, each_s, int(command.x))
 
 
-def calibrate(server: CommandServer, command: ReceivedCommand) -> Result:
-    """PREFLIGHT_CALIBRATION: what needs no hands on the vehicle is done at once."""
-    copter = server.vehicle
-    if copter.soft_armed:
-        copter.say(Severity.NOTICE, "Disarm to allow calibration")
-        return Result.FAILED
-    gyroscopes, compass, barometer, _ = command.params
-    if gyroscopes == 1.0:
-        return Result.ACCEPTED
-    if barometer == 1.0:
-        copter.say(Severity.INFO, "Updating barometer calibration")
-        copter.say(Severity.INFO, "Barometer calibration complete")
-        return Result.ACCEPTED
-    done = command.x in (SIMPLE, TRIM, FORCE_SAVE) or compass == FORCE_SAVE
-    return Result.ACCEPTED if done else Result.UNSUPPORTED
-
-
-def _always(result: Result) -> Handler:
-    return lambda *_: result
-
-
-def _source_set(_: CommandServer, command: ReceivedCommand) -> Result:
-    return Result.ACCEPTED if command.params[0] in (1.0, 2.0, 3.0) else Result.DENIED
-
-
-def set_servo(server: CommandServer, command: ReceivedCommand) -> Result:
-    """DO_SET_SERVO."""
-    return server.vehicle.set_servo(int(command.params[0]), command.params[1])
-
-
 COPTER: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_CONDITION_YAW: (condition_yaw, 4),
     dialect.MAV_CMD_DO_SET_ROI: (look_at, 0),
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: (look_at, 0),
     dialect.MAV_CMD_DO_SET_ROI_NONE: (look_at_nothing, 0),
     dialect.MAV_CMD_DO_MOTOR_TEST: (motor_test, 4),
-    dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (calibrate, 4),
-    dialect.MAV_CMD_DO_SET_SERVO: (set_servo, 2),
     dialect.MAV_CMD_DO_LAND_START: (lambda s, _: _copter(s).start_landing_sequence(), 0),
-    # What there is none of, or nobody sees. The answers are those of `copter_ground_cmds`.
-    dialect.MAV_CMD_DO_GRIPPER: (_always(Result.FAILED), 0),
-    dialect.MAV_CMD_VIDEO_START_CAPTURE: (_always(Result.FAILED), 0),
-    dialect.MAV_CMD_DO_MOUNT_CONTROL: (_always(Result.FAILED), 0),
-    dialect.MAV_CMD_DO_SET_RELAY: (_always(Result.ACCEPTED), 2),
-    dialect.MAV_CMD_DO_REPEAT_SERVO: (_always(Result.ACCEPTED), 4),
-    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: (_always(Result.ACCEPTED), 3),
-    dialect.MAV_CMD_DO_DIGICAM_CONTROL: (_always(Result.ACCEPTED), 4),
-    dialect.MAV_CMD_SET_EKF_SOURCE_SET: (_source_set, 1),
 }
 """By MAV_CMD: what carries it out, and how many of param1..4 count"""

@@ -16,7 +16,7 @@ from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.copter_commands import COPTER, set_servo
+from mavlink_sitl.mavlink.copter_commands import COPTER
 from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
 
 Handler = Callable[[CommandServer, ReceivedCommand], Result]
@@ -87,12 +87,6 @@ def _start_landing(server: CommandServer, _: ReceivedCommand) -> Result:
     return Result.ACCEPTED if _as_plane(server).start_landing() else Result.FAILED
 
 
-def _look_at(_: CommandServer, command: ReceivedCommand) -> Result:
-    """DO_SET_ROI_LOCATION: taken for a camera that is not there."""
-    given = all(map(setpoints.usable, (command.x, command.y, command.z)))
-    return Result.ACCEPTED if given else Result.DENIED
-
-
 def _go_around(server: CommandServer, command: ReceivedCommand) -> Result:
     """DO_GO_AROUND: only while landing."""
     return Result.ACCEPTED if _as_plane(server).go_around(command.params[0]) else Result.FAILED
@@ -105,6 +99,13 @@ def _set_reverse(server: CommandServer, command: ReceivedCommand) -> Result:
         return Result.DENIED
     server.vehicle.backwards = command.params[0] == 1.0
     return Result.ACCEPTED
+
+
+def _rover_motor_test(server: CommandServer, command: ReceivedCommand) -> Result:
+    """DO_MOTOR_TEST."""
+    assert isinstance(server.vehicle, rover.Rover)
+    motor, kind, value, seconds = command.params
+    return server.vehicle.motor_test.start(int(motor), int(kind), value, seconds)
 
 
 def _head_for(server: CommandServer, command: ReceivedCommand) -> Result:
@@ -175,9 +176,9 @@ _COPTER: dict[int, tuple[Handler, int] | None] = {
 _ROVER: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_NAV_TAKEOFF: None,
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(rover.MODE_RTL), 0),
+    dialect.MAV_CMD_DO_MOTOR_TEST: (_rover_motor_test, 4),
     dialect.MAV_CMD_DO_SET_REVERSE: (_set_reverse, 1),
     dialect.MAV_CMD_NAV_SET_YAW_SPEED: (_head_for, 3),
-    dialect.MAV_CMD_DO_SET_SERVO: (set_servo, 2),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition(rover.MODE_GUIDED, Result.DENIED), 3),
 }
 
@@ -188,8 +189,6 @@ _PLANE: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_GUIDED_CHANGE_SPEED: (_guided_change_speed, 2),
     dialect.MAV_CMD_GUIDED_CHANGE_ALTITUDE: (_guided_change_altitude, 3),
     dialect.MAV_CMD_GUIDED_CHANGE_HEADING: (_guided_change_heading, 3),
-    dialect.MAV_CMD_DO_SET_SERVO: (set_servo, 2),
-    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
     dialect.MAV_CMD_NAV_TAKEOFF: (lambda *_: Result.FAILED, 0),
     dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(plane.MODE_LOITER), 0),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(plane.MODE_RTL), 0),

@@ -53,10 +53,12 @@ class CommandServer(Protocol):
     Attributes:
         now_us: simulated time.
         streams: what is sent at a rate.
+        heartbeat_us: from HEARTBEAT to HEARTBEAT; 0 for none.
     """
 
     now_us: int
     streams: StreamSchedule
+    heartbeat_us: int
 
     @property
     def vehicle(self) -> Commander:
@@ -68,6 +70,9 @@ class CommandServer(Protocol):
 
     def send(self, message: Message) -> None:
         """Put a message into the outboxes."""
+
+    def beat(self, interval_us: int) -> None:
+        """Send HEARTBEAT at another interval; 0 for no more."""
 
     def send_later(self, message_id: int) -> None:
         """Send a telemetry message once the answer to the request is out."""

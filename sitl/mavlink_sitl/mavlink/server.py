@@ -15,6 +15,7 @@ from typing import TypeVar
 
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.exchange import (
+    AccelerometerPosition,
     Event,
     HomeChanged,
     ItemReached,
@@ -32,10 +33,11 @@ from mavlink_sitl.mavlink.files.ftp_server import FtpServer
 from mavlink_sitl.mavlink.logs.log_server import LogServer
 from mavlink_sitl.mavlink.logs.logbook import Logbook
 from mavlink_sitl.mavlink.messages import telemetry
+from mavlink_sitl.mavlink.messages.device_messages import accelerometer_position
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.status_messages import heartbeat
 from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
-from mavlink_sitl.mavlink.messages.streams import StreamSchedule
+from mavlink_sitl.mavlink.messages.streams import NEVER_US, StreamSchedule
 from mavlink_sitl.mavlink.missions.mission_transfer import MissionServer
 from mavlink_sitl.mavlink.parameters import ParameterServer, saved_parameter
 from mavlink_sitl.mavlink.received_command import from_message
@@ -67,6 +69,7 @@ class MavlinkServer:
         now_us: simulated time.
         reboot_requested: the firmware is to start again.
         corrections: what the GPS receiver was given.
+        heartbeat_us: from HEARTBEAT to HEARTBEAT; 0 for none.
     """
 
     vehicle: Commander
@@ -105,6 +108,7 @@ class MavlinkServer:
         self._logs = self.make_log_server(logbook)
         self._files = self.ftp_class(logbook, copter, self.send)
         self._later: list[int] = []
+        self.heartbeat_us = HEARTBEAT_US
         self._next_complaint_us = now_us
         self._boot_us = now_us
         first_s = copter.estimator.scaled(copter.personality.first_heartbeat_s)
@@ -126,6 +130,7 @@ class MavlinkServer:
             "PARAM_SET": self._on_param_set,
             "MANUAL_CONTROL": self._on_manual_control,
             "SETUP_SIGNING": self._on_setup_signing,
+            "COMMAND_ACK": self._on_acknowledgement,
             "GPS_RTCM_DATA": self.corrections.take,
             **dict.fromkeys(self._missions.handlers, self._on_mission),
             **dict.fromkeys(self._logs.handlers, self._on_log_request),
@@ -159,6 +164,11 @@ class MavlinkServer:
         """The frames to send on a link, once."""
         frames, self.outboxes[place] = self.outboxes[place], []
         return frames
+
+    def beat(self, interval_us: int) -> None:
+        """Send HEARTBEAT at another interval; 0 for no more."""
+        self.heartbeat_us = interval_us
+        self._heartbeat_due_us = self.now_us + interval_us if interval_us else NEVER_US
 
     def send_later(self, message_id: int) -> None:
         """Send a telemetry message once the answer to the request is out."""
@@ -198,7 +208,7 @@ class MavlinkServer:
         """Send what is due."""
         self.now_us = now_us
         if now_us >= self._heartbeat_due_us:
-            self._heartbeat_due_us += HEARTBEAT_US
+            self._heartbeat_due_us += self.heartbeat_us
             self.send(heartbeat(self._snapshot()))
         if now_us >= self._timesync_due_us:
             self._timesync_due_us += TIMESYNC_US
@@ -231,23 +241,28 @@ class MavlinkServer:
         while events:
             event = events.popleft()
             self.log_event(event)
-            if isinstance(event, StatusText):
-                for message in self._texts.messages(event):
-                    self.send(message)
-            elif isinstance(event, ModeChanged):
-                was = event.previously_position_controlled
-                self.send(heartbeat(self._snapshot(), was))
-            elif isinstance(event, HomeChanged):
-                self._send_telemetry(_HOME_POSITION)
-                self._send_telemetry(_GPS_GLOBAL_ORIGIN)
-            elif isinstance(event, ItemReached):
-                self.send(dialect.MAVLink_mission_item_reached_message(event.seq))
-            elif isinstance(event, ParameterSaved):
-                self.send(saved_parameter(event, self.vehicle.parameters))
-            elif isinstance(event, RebootRequested):
-                self.reboot_requested = True
+            self._report(event)
         while self._later:
             self._send_telemetry(self._later.pop(0))
+
+    def _report(self, event: Event) -> None:
+        if isinstance(event, StatusText):
+            for message in self._texts.messages(event):
+                self.send(message)
+        elif isinstance(event, ModeChanged):
+            was = event.previously_position_controlled
+            self.send(heartbeat(self._snapshot(), was))
+        elif isinstance(event, HomeChanged):
+            self._send_telemetry(_HOME_POSITION)
+            self._send_telemetry(_GPS_GLOBAL_ORIGIN)
+        elif isinstance(event, ItemReached):
+            self.send(dialect.MAVLink_mission_item_reached_message(event.seq))
+        elif isinstance(event, ParameterSaved):
+            self.send(saved_parameter(event, self.vehicle.parameters))
+        elif isinstance(event, AccelerometerPosition):
+            self.send(accelerometer_position(event))
+        elif isinstance(event, RebootRequested):
+            self.reboot_requested = True
 
     def log_event(self, event: Event) -> None:
         """Put an event into the vehicle's own log."""
@@ -314,6 +329,10 @@ class MavlinkServer:
             )
         )
 
+    def _on_acknowledgement(self, _: Message) -> None:
+        """Somebody has put the vehicle where its accelerometers want it."""
+        self.vehicle.accelerometers.there()
+
     def _on_set_mode(self, message: Message) -> None:
         if message.base_mode & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
             self.vehicle.set_mode(message.custom_mode)
@@ -347,10 +366,9 @@ class MavlinkServer:
     def _on_request_data_stream(self, message: Message) -> None:
         rate_hz = message.req_message_rate
         for message_id in self.vehicle.personality.streams.get(message.req_stream_id, ()):
-            if message.start_stop and rate_hz:
-                self.streams.set(message_id, 1_000_000 // rate_hz, self.now_us)
-            else:
-                self.streams.stop(message_id)
+            wanted = message.start_stop and rate_hz
+            interval_us = 1_000_000 // rate_hz if wanted else None
+            self.streams.set_default(message_id, interval_us, self.now_us)
 
     def _on_rc_override(self, message: Message) -> None:
         if message.get_srcSystem() == int(self.vehicle.parameters["MAV_GCS_SYSID"]):

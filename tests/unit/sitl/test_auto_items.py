@@ -111,7 +111,7 @@ def test_what_is_not_done_when_its_way_ends_is_dropped() -> None:
     )
     until_reached(station, 5)
     assert reached(station) == [1, 4, 5]
-    assert station.vehicle.copter.servos_us == {}
+    assert station.vehicle.copter.outputs.servos_us == {}
 
 
 def test_condition_yaw_turns_the_way_it_says_until_the_next_waypoint() -> None:

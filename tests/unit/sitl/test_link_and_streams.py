@@ -203,7 +203,7 @@ def test_autopilot_version_as_recorded() -> None:
     station = copter()
     station.command(mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, 1)
     version = station.last("AUTOPILOT_VERSION")
-    assert version.capabilities == 0xFBEF & ~0x1200
+    assert version.capabilities == 0xFBEF
     assert version.flight_sw_version == 0x04070000
     assert bytes(version.flight_custom_version) == b"cef8bcef"
 

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
 from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
 from mavlink_sitl.autopilot.common.mode_switch import ModeSwitch
+from mavlink_sitl.autopilot.devices import aux_functions
 from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
@@ -165,6 +166,17 @@ class Commander(Firmware):
         if isinstance(self.mode, Auto):
             self.mode.jump_to(max(seq, int(self.personality.plan_rules.home_first)))
         return Result.ACCEPTED
+
+    def aux_function(self, function: int, position: int) -> bool:
+        """DO_AUX_FUNCTION: what a switch does; whether there is such a function."""
+        return aux_functions.run(self, function, position)
+
+    def clear_mission(self) -> None:
+        """Forget the mission; in AUTO it flies the leg to its end."""
+        self.plans.mission.replace([])
+        self.plans.forget_progress()
+        self.saved.mission_length(0)
+        self.mission_changed()
 
     def fly_to_item(self, item: PlanItem) -> Result:
         """A mission item that is a target for GUIDED: MISSION_ITEM with current = 2."""

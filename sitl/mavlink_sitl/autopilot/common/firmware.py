@@ -13,6 +13,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
+from mavlink_sitl.autopilot.devices.accelerometers import Accelerometers
+from mavlink_sitl.autopilot.devices.compasses import Compasses
+from mavlink_sitl.autopilot.devices.outputs import Outputs
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
 from mavlink_sitl.autopilot.plans.plans import Plans
@@ -43,8 +46,6 @@ from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.safety.failsafe import Failsafes
     from mavlink_sitl.autopilot.state.mode import Mode
-
-OWN_OUTPUTS, OUTPUTS = 4, 16
 
 
 @dataclass(frozen=True)
@@ -114,8 +115,13 @@ class Firmware(ABC):
         """Takes a position from outside, and whether its source was reset"""
         self.damage: str | None = None
         """Why it will not fly again before it is mended"""
-        self.servos_us: dict[int, int] = {}
-        """What DO_SET_SERVO has put on outputs, by their number"""
+        self.outputs = Outputs(self)
+        self.compasses = Compasses(self)
+        self.accelerometers = Accelerometers(self)
+        self.motors_stopped = False
+        """By a switch, whatever anybody wants of them"""
+        self.charge_added_mah = 0.0
+        """By BATTERY_RESET, to what the monitor has counted"""
         self.guidance = Guidance()
         self.revision = 0
         self.events: deque[Event] = deque()
@@ -164,6 +170,10 @@ class Firmware(ABC):
     def land_after_pause(self) -> None:
         """In LAND: stay for a while before sinking, where the firmware does."""
         return
+
+    @abstractmethod
+    def aux_function(self, function: int, position: int) -> bool:
+        """DO_AUX_FUNCTION: what a switch does; whether there is such a function."""
 
     @property
     @abstractmethod
@@ -253,6 +263,8 @@ class Firmware(ABC):
         if self.arming.disarm_is_due(self._landing.landed_since_s):
             self.arming.disarm(force=True)
         self.saved.update()
+        for device in (self.outputs, self.compasses, self.accelerometers):
+            device.update()
         self._settle()
 
     def _say_boot(self) -> None:
@@ -292,7 +304,7 @@ class Firmware(ABC):
 
     def _settle(self) -> None:
         """Give the motors what arming and the ground allow."""
-        if not self.armed:
+        if not self.armed or self.motors_stopped:
             motors = Motors.OFF
         elif self.landed:
             motors = self.mode.ground_motors()
@@ -304,7 +316,7 @@ class Firmware(ABC):
     def guide(self, guidance: Guidance) -> None:
         """Called by modes: what the controllers are to do, as far as motors are allowed to."""
         self._wanted = guidance
-        if not self.armed:
+        if not self.armed or self.motors_stopped:
             guidance = replace(guidance, motors=Motors.OFF)
         elif self.landed:
             guidance = replace(guidance, motors=self.mode.ground_motors())
@@ -377,11 +389,19 @@ class Firmware(ABC):
         return result
 
     def set_servo(self, output: int, pulse_us: float) -> Result:
-        """DO_SET_SERVO: the outputs above those of the vehicle's own motors and servos."""
-        if not OWN_OUTPUTS < output <= OUTPUTS or not 0.0 <= pulse_us <= 65535.0:
-            return Result.FAILED
-        self.servos_us[output] = round(pulse_us)
-        return Result.ACCEPTED
+        """DO_SET_SERVO: outputs that are not those of the vehicle's own motors and servos."""
+        return self.outputs.set_servo(output, pulse_us)
+
+    def stop_motors(self, stop: bool) -> None:
+        """The emergency stop: the motors stand, and the vehicle stays armed."""
+        self.motors_stopped = stop
+        self._settle()
+
+    def reset_battery(self, percent: float) -> None:
+        """BATTERY_RESET: so much is left of the capacity, as its monitor counts."""
+        if "BATT_CAPACITY" in self.parameters:
+            spent_mah = self.parameters["BATT_CAPACITY"] * (1.0 - percent / 100.0)
+            self.charge_added_mah += self.observation.battery.consumed_mah - spent_mah
 
     def reboot(self) -> Result:
         """PREFLIGHT_REBOOT_SHUTDOWN: not while armed."""

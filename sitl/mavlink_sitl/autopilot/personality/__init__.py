@@ -11,10 +11,6 @@ from mavlink_sitl.autopilot.personality.parameters import whole_list
 from mavlink_sitl.autopilot.plans.plan_rules import ARDUPILOT_PLANS, PlanRules
 from mavlink_sitl.geodesy import ARDUPILOT, Projection
 
-NOT_MODELLED = 0x0040 | 0x0200 | 0x1000
-"""Capabilities of the real ArduPilot that are not offered here: SET_ATTITUDE_TARGET, TERRAIN,
-COMPASS_CALIBRATION"""
-
 
 @dataclass(frozen=True)
 class ModeSpec:
@@ -117,6 +113,7 @@ class Personality:
             nobody.
         estimators: those that say when they lose the GPS for good and use it again; of the
             first time `boot` tells.
+        banner: what it says of itself when it is asked to.
     """
 
     name: str
@@ -149,6 +146,7 @@ class Personality:
     saved: tuple[SavedStep, ...] = ()
     estimators: tuple[str, ...] = ()
     whole: str = ""
+    banner: tuple[str, ...] = ()
 
     @cached_property
     def parameter_table(self) -> ParameterTable:

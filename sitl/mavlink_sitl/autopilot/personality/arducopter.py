@@ -5,17 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.personality import (
-    NOT_MODELLED,
     ModeSpec,
     Personality,
     Sensors,
     shared,
 )
 from mavlink_sitl.autopilot.personality.parameters import table
-
-SET_ATTITUDE_TARGET = 0x0040
-"""A capability that other vehicle types do not have here"""
-
 
 _MODES = (
     ModeSpec(0, "STABILIZE", "stabilize", armable=True),
@@ -43,7 +38,7 @@ ARDUCOPTER = Personality(
     name="ArduCopter",
     mav_type=2,
     mav_autopilot=3,
-    capabilities=0xFBEF & ~NOT_MODELLED | SET_ATTITUDE_TARGET,
+    capabilities=0xFBEF,
     flight_sw_version=0x04070000,
     flight_custom_version="cef8bcef",
     modes={mode.number: mode for mode in _MODES},
@@ -72,6 +67,7 @@ ARDUCOPTER = Personality(
     shortest_interval_us=3125,
     saved=shared.saved(1.93, 3.46, calibrations_s=(1.93, 2.46)),
     estimators=("EKF3 IMU0", "EKF3 IMU1"),
+    banner=("ArduCopter V4.7.0-dev (cef8bcef)", "Frame: QUAD/PLUS"),
     aloft_texts=tuple(f"EKF3 IMU{i} MAG0 in-flight yaw alignment complete" for i in (0, 1)),
 )
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.personality import (
-    NOT_MODELLED,
     ModeSpec,
     SavedStep,
     Sensors,
@@ -44,10 +43,11 @@ ARDUPLANE = replace(
     name="ArduPlane",
     kind="plane",
     mav_type=1,
-    capabilities=0xF36F & ~NOT_MODELLED,
+    capabilities=0xF36F,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
     whole="ardupilot_plane",
+    banner=("ArduPlane V4.7.0-dev (cef8bcef)",),
     boot=shared.boot("arduplane"),
     saved=(*shared.saved(1.75, 2.76), SavedStep(3.42, "ARSPD_OFFSET", 2013.95)),
     ready_s=20.51,

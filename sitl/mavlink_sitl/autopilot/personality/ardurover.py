@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.personality import (
-    NOT_MODELLED,
     ModeSpec,
     Sensors,
     shared,
@@ -47,10 +46,11 @@ ARDUROVER = replace(
     name="ArduRover",
     kind="rover",
     mav_type=10,
-    capabilities=0xF1EF & ~NOT_MODELLED,
+    capabilities=0xF1EF,
     modes={mode.number: mode for mode in _MODES},
     parameters=_PARAMETERS,
     whole="ardupilot_rover",
+    banner=("ArduRover V4.7.0-dev (cef8bcef)",),
     boot=shared.boot("ardurover"),
     saved=shared.saved(1.73, 3.40, calibrations_s=(1.85, 2.37)),
     ready_s=42.10,

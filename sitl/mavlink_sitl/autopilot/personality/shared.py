@@ -33,7 +33,7 @@ STREAMS: dict[str, tuple[int, ...]] = {
     "position": (33, 32),
     "extra1": (30, 164, 178),
     "extra2": (74,),
-    "extra3": (163, 168, 132, 2, 136, 147, 193, 241),
+    "extra3": (163, 168, 132, 2, 136, 147, 192, 191, 193, 241),
 }
 """What the firmware puts into each group, of those messages that are modelled"""
 STREAM_IDS = {
@@ -64,7 +64,7 @@ def boot(name: str) -> tuple[BootStep, ...]:
     return tuple(BootStep(float(at_s), said) for at_s, said in lines)
 
 
-_BAROMETERS = (("BARO1_GND_PRESS", 94502.8), ("BARO2_GND_PRESS", 94502.5))
+BAROMETERS = (("BARO1_GND_PRESS", 94502.8), ("BARO2_GND_PRESS", 94502.5))
 _SENSOR_IDS = (
     ("INS_GYR_ID", 2752772.0),
     ("INS_ACC_ID", 2753028.0),
@@ -73,6 +73,23 @@ _SENSOR_IDS = (
 )
 _GYROSCOPES = (("", "1", 2752772.0), ("2", "2", 2752780.0), ("3", "", 0.0))
 """In the names of offsets, in that of the temperature, and the id; the third one is not there"""
+
+
+def _gyroscopes(at_s: float) -> list[SavedStep]:
+    """The calibration of the gyroscopes at a time, seconds after power-up."""
+    found: list[SavedStep] = []
+    for place, warm, number in _GYROSCOPES:
+        found += [
+            SavedStep(at_s, f"INS_GYR{place}OFFS_{axis}", 2e-5 if warm else 0.0) for axis in "XYZ"
+        ]
+        found.append(SavedStep(at_s, f"INS_GYR{place}_ID", number, _INT32))
+        if warm:
+            found.append(SavedStep(at_s, f"INS_GYR{warm}_CALTEMP", 25.02))
+    return found
+
+
+GYROSCOPES = tuple(_gyroscopes(0.0))
+"""What a calibration of the gyroscopes saves"""
 
 
 def saved(
@@ -86,7 +103,7 @@ def saved(
         calibrations_s: when inertial sensors are found, and when the gyroscopes are calibrated;
             None where nobody was heard to tell.
     """
-    found = [SavedStep(barometers_s, name, value) for name, value in _BAROMETERS]
+    found = [SavedStep(barometers_s, name, value) for name, value in BAROMETERS]
     if calibrations_s is not None:
         found += _calibrations(*calibrations_s)
     return (*found, SavedStep(source_s, "EK3_SRC1_POSXY", 3.0, _INT8))
@@ -100,15 +117,7 @@ def _calibrations(ids_s: float, gyroscopes_s: float) -> list[SavedStep]:
         gyroscopes_s: when they are calibrated.
     """
     found = [SavedStep(ids_s, name, value, _INT32) for name, value in _SENSOR_IDS]
-    for place, warm, number in _GYROSCOPES:
-        found += [
-            SavedStep(gyroscopes_s, f"INS_GYR{place}OFFS_{axis}", 2e-5 if warm else 0.0)
-            for axis in "XYZ"
-        ]
-        found.append(SavedStep(gyroscopes_s, f"INS_GYR{place}_ID", number, _INT32))
-        if warm:
-            found.append(SavedStep(gyroscopes_s, f"INS_GYR{warm}_CALTEMP", 25.02))
-    return found
+    return found + _gyroscopes(gyroscopes_s)
 
 
 RATES, ATTITUDE, YAW, HEIGHT, PLACE = 0x400, 0x800, 0x1000, 0x2000, 0x4000

@@ -23,6 +23,10 @@ NAMES = {
     Cmd.CHANGE_SPEED: "ChangeSpeed",
     Cmd.SET_HOME: "SetHome",
     Cmd.SET_SERVO: "SetServo",
+    Cmd.SET_RELAY: "SetRelay",
+    Cmd.REPEAT_SERVO: "RepeatServo",
+    Cmd.REPEAT_RELAY: "RepeatRelay",
+    Cmd.AUX_FUNCTION: "AuxFunction",
     Cmd.LAND_START: "LandStart",
     Cmd.SET_ROI: "SetROI",
     Cmd.SET_ROI_LOCATION: "SetROI",
@@ -65,6 +69,10 @@ CONDITIONS = frozenset((Cmd.CONDITION_DELAY, Cmd.CONDITION_DISTANCE, Cmd.CONDITI
 UNTOLD = frozenset(
     (
         Cmd.SET_SERVO,
+        Cmd.SET_RELAY,
+        Cmd.REPEAT_SERVO,
+        Cmd.REPEAT_RELAY,
+        Cmd.AUX_FUNCTION,
         Cmd.DIGICAM_CONTROL,
         Cmd.CAMERA_DISTANCE,
         Cmd.GRIPPER,

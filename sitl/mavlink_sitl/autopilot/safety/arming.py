@@ -47,6 +47,7 @@ def prearm_failures(copter: VehicleView) -> list[str]:
     if leans and needs_position and not aligned:
         reasons.append("Need Alt Estimate")
     reasons += _inertial_failures(copter)
+    reasons += copter.compasses.reasons()
     if leans and not aligned:
         reasons.append("EKF attitude is bad")
     if needs_position:
@@ -143,6 +144,8 @@ class Arming:
             reasons = prearm_failures(copter) or stick_failures(copter, by_stick)
         elif copter.damage is not None:
             reasons = [copter.damage]
+        if copter.motors_stopped:
+            reasons.append("Motors Emergency Stopped")
         for reason in reasons:
             copter.say(Severity.CRITICAL, f"Arm: {reason}")
         if reasons:

@@ -9,6 +9,7 @@ disarming.
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.parameters import ParameterType
+from mavlink_sitl.autopilot.personality.shared import BAROMETERS, GYROSCOPES
 from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import ParameterSaved
 
@@ -71,6 +72,22 @@ class Saved:
         """Another fence is stored, of so many points as FENCE_TOTAL counts them."""
         if self._vehicle.personality.saved:
             self._tell("FENCE_TOTAL", total, ParameterType.INT8)
+
+    def gyroscopes(self) -> None:
+        """Their calibration."""
+        for step in GYROSCOPES:
+            self._tell(step.name, step.value, step.type)
+
+    def barometers(self) -> None:
+        """The pressure on the ground."""
+        for name, value in BAROMETERS:
+            self._tell(name, value, ParameterType.REAL32)
+
+    def accelerometers(self, trim: bool) -> None:
+        """Their offsets as they are, which are right, or the angles at which they are built in."""
+        names = ("AHRS_TRIM_{}",) if trim else ("INS_ACCOFFS_{}", "INS_ACC2OFFS_{}")
+        for name in (each.format(axis) for each in names for axis in "XYZ"):
+            self._tell(name, self._vehicle.parameters[name], ParameterType.REAL32)
 
     def _count_flight(self, now_s: float) -> None:
         flying = self._vehicle.armed and not self._vehicle.landed

@@ -53,6 +53,26 @@ class FailsafeView(Protocol):
         """Why the battery does not let the vehicle arm."""
 
 
+class OutputsView(Protocol):
+    """Servos and relays."""
+
+    def set_relay(self, number: int, state: int) -> Result:
+        """DO_SET_RELAY."""
+
+    def repeat_relay(self, number: int, times: int, cycle_s: float) -> Result:
+        """DO_REPEAT_RELAY."""
+
+    def repeat_servo(self, output: int, pulse_us: float, times: int, cycle_s: float) -> Result:
+        """DO_REPEAT_SERVO."""
+
+
+class CompassesView(Protocol):
+    """The compasses."""
+
+    def reasons(self) -> list[str]:
+        """Why they do not let the vehicle arm."""
+
+
 class ArmingView(Protocol):
     """Whether the motors are armed."""
 
@@ -72,6 +92,15 @@ class VehicleView(Protocol):
     started: bool
     boot_s: float
     damage: str | None
+    motors_stopped: bool
+
+    @property
+    def outputs(self) -> OutputsView:
+        """Servos and relays."""
+
+    @property
+    def compasses(self) -> CompassesView:
+        """The compasses."""
 
     @property
     def navigator(self) -> Navigator:
@@ -160,6 +189,12 @@ class VehicleView(Protocol):
 
     def set_servo(self, output: int, pulse_us: float) -> Result:
         """DO_SET_SERVO."""
+
+    def aux_function(self, function: int, position: int) -> bool:
+        """DO_AUX_FUNCTION."""
+
+    def reboot(self) -> Result:
+        """Start again."""
 
     def land_after_pause(self) -> None:
         """In LAND: stay for a while before sinking."""

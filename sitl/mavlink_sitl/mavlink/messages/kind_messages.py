@@ -46,10 +46,11 @@ def position_target_global_int(s: Snapshot) -> Message | None:
 
 
 def servo_output_raw(s: Snapshot) -> Message:
-    """SERVO_OUTPUT_RAW: steering on 1 and throttle on 3, or four surfaces; then DO_SET_SERVO's."""
-    others = [s.vehicle.servos_us.get(output, 0) for output in range(5, 17)]
+    """SERVO_OUTPUT_RAW: steering on 1 and throttle on 3, or a plane's four surfaces."""
+    own = dict(enumerate(s.instruments.servos_us(), 1))
+    given = {**own, **s.vehicle.outputs.servos_us}
     return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *s.instruments.servos_us(), *others
+        s.time_boot_us & 0xFFFFFFFF, 0, *(given.get(output, 0) for output in range(1, 17))
     )
 
 

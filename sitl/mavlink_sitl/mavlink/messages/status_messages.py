@@ -177,7 +177,7 @@ def servo_output_raw(s: Snapshot) -> Message:
     copter = s.vehicle
     assert isinstance(copter, Copter)
     motors = copter.motor_test.outputs_us() if copter.motor_test.running else [min(raw, 2000)] * 4
-    others = [copter.servos_us.get(output, 0) for output in range(5, 17)]
+    others = [copter.outputs.servos_us.get(output, 0) for output in range(5, 17)]
     return dialect.MAVLink_servo_output_raw_message(
         s.time_boot_us & 0xFFFFFFFF, 0, *motors, *others
     )

@@ -12,6 +12,7 @@ class StreamSchedule:
         """Nothing is sent."""
         self._interval_us: dict[int, int] = {}
         self._due_us: dict[int, int] = {}
+        self._default_us: dict[int, int] = {}
         self.next_due_us = NEVER_US
 
     def set(self, message_id: int, interval_us: int, now_us: int) -> None:
@@ -19,6 +20,21 @@ class StreamSchedule:
         self._interval_us[message_id] = interval_us
         self._due_us[message_id] = now_us + interval_us
         self.next_due_us = min(self._due_us.values())
+
+    def set_default(self, message_id: int, interval_us: int | None, now_us: int) -> None:
+        """The interval of the group that a message is in; None for none."""
+        if interval_us is None:
+            self._default_us.pop(message_id, None)
+        else:
+            self._default_us[message_id] = interval_us
+        self.reset(message_id, now_us)
+
+    def reset(self, message_id: int, now_us: int) -> None:
+        """Send it at the interval of its group again."""
+        if message_id in self._default_us:
+            self.set(message_id, self._default_us[message_id], now_us)
+        else:
+            self.stop(message_id)
 
     def stop(self, message_id: int) -> None:
         """Send it no more."""

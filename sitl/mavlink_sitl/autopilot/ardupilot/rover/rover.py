@@ -15,6 +15,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
     Hold,
     Loiter,
 )
+from mavlink_sitl.autopilot.ardupilot.rover.rover_motor_test import RoverMotorTest
 from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, SmartReturn
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
 from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RestingMode
@@ -86,6 +87,7 @@ class Rover(Traveller):
         self.backwards = False
         self._warned = False
         self._next_crumb_s = 0.0
+        self.motor_test = RoverMotorTest(self)
         self.pilot.throttle_us = CENTRED_US
         self.mode.enter()
 
@@ -106,6 +108,11 @@ class Rover(Traveller):
             self.trail.add((self.motion.north_m, self.motion.east_m))
             if self.trail.full and not was:
                 self.say(Severity.WARNING, "SmartRTL deactivated: buffer full")
+
+    def update(self, observation: Observation) -> None:
+        """See `Commander`; a motor test comes before what its mode wants."""
+        super().update(observation)
+        self.motor_test.update()
 
     # What it knows.
 

@@ -6,6 +6,7 @@ from typing import Protocol
 
 from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+from mavlink_sitl.exchange import Result
 
 Point = tuple[float, float]
 
@@ -37,6 +38,9 @@ class RoverView(VehicleView, Protocol):
 
     def sticks(self) -> tuple[float, float]:
         """Steering and throttle, -1..1."""
+
+    def arm(self, force: bool = False) -> Result:
+        """Arm the motors."""
 
     def rest_at(self, mode: RestingMode, place: Point) -> None:
         """The guidance after arrival."""

@@ -1,0 +1,167 @@
+"""Auxiliary functions: what the pilot's switches do, by command or by a mission item.
+
+The numbers are RC_Channel's. A function that the firmware does not have FAILED with a text; those
+that it has for devices which are not there, and those that change nothing here, are accepted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from mavlink_sitl.autopilot.devices.compasses import Compasses
+from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+from mavlink_sitl.exchange import Result, Severity
+
+LOW, MIDDLE, HIGH = 0, 1, 2
+"""Positions of a switch"""
+GPS_UNIT, OFF, WELL = 4, 1, 0
+"""FAILURE_UNIT and FAILURE_TYPE"""
+MODES = {
+    4: "RTL", 16: "AUTO", 18: "LAND", 33: "BRAKE", 37: "THROW", 42: "SMART_RTL", 51: "MANUAL",
+    52: "ACRO", 53: "STEERING", 54: "HOLD", 55: "GUIDED", 56: "LOITER", 68: "STABILIZE",
+    69: "POSHOLD", 70: "ALT_HOLD", 72: "CIRCLE", 77: "TAKEOFF", 92: "FLY_BY_WIRE_A",
+    150: "CRUISE",
+}  # fmt: skip
+"""Functions that change the mode, and its name; a vehicle type has those of its modes"""
+RELAYS = {28: 0, 34: 1, 35: 2, 36: 3, 66: 4, 67: 5}
+
+_EVERY_KIND = (
+    9, 15, 19, 27, 30, 38, 40, 46, 62, 78, 79, 80, 85, 100, 101, 102, 103, 104, 105, 106, 110, 111,
+    112, 113, 156, 158, 162, 163, 164, 166, 167, 168, 169, 172, 174, 175, 177, 212, 213, 214, 215,
+    216, 217, 218, 300, 301, 302, 303, 304, 305, 306, 307,
+)  # fmt: skip
+WITHOUT_EFFECT: dict[str, frozenset[int]] = {
+    "copter": frozenset(
+        (*_EVERY_KIND, 2, 3, 5, 7, 10, 13, 14, 17, 21, 22, 23, 25, 26, 32, 39, 43, 44, 45, 57, 60,
+         61, 73, 75, 76, 83, 84, 109, 151, 152, 154, 159, 160, 161, 219)
+    ),
+    "rover": frozenset((*_EVERY_KIND, 0, 7, 50, 59, 63, 74, 97, 155, 201, 202, 207, 211)),
+    "plane": frozenset(
+        (*_EVERY_KIND, 22, 39, 43, 64, 82, 84, 86, 87, 88, 89, 91, 95, 96, 98, 107, 108, 154, 155,
+         157, 160, 170, 173, 176, 179, 180, 181, 208, 209, 210)
+    ),
+}  # fmt: skip
+"""Functions of tuning, cameras, mounts, sensors, and of modes that are not flown here"""
+WITHOUT_EFFECT["boat"] = WITHOUT_EFFECT["rover"]
+
+
+class SwitchedVehicle(VehicleView, Protocol):
+    """A vehicle with its switches; the members are those of `commander.Commander`."""
+
+    compasses: Compasses
+    inject_failure: Callable[[int, int, int], Result]
+
+    def arm(self, force: bool = False) -> Result:
+        """Arm the motors."""
+
+    def set_mode(self, number: int) -> Result:
+        """DO_SET_MODE."""
+
+    def first_mode(self) -> int:
+        """The mode after power-up."""
+
+    def clear_mission(self) -> None:
+        """Forget the mission."""
+
+    def stop_motors(self, stop: bool) -> None:
+        """The emergency stop."""
+
+
+def _fence(vehicle: SwitchedVehicle, position: int) -> None:
+    vehicle.fence.enable(position == HIGH)
+
+
+def _reset_mission(vehicle: SwitchedVehicle, position: int) -> None:
+    if position == HIGH:
+        vehicle.plans.rewind()
+
+
+def _clear_mission(vehicle: SwitchedVehicle, position: int) -> None:
+    if position == HIGH:
+        vehicle.clear_mission()
+
+
+def _stop_motors(vehicle: SwitchedVehicle, position: int) -> None:
+    if position != MIDDLE:
+        vehicle.stop_motors(position == HIGH)
+
+
+def _arm_or_stop(vehicle: SwitchedVehicle, position: int) -> None:
+    vehicle.stop_motors(position == LOW)
+    if position == HIGH:
+        vehicle.arm()
+
+
+def _arm(vehicle: SwitchedVehicle, position: int) -> None:
+    if position == HIGH:
+        vehicle.arm()
+    elif position == LOW:
+        vehicle.disarm()
+
+
+def _disarm(vehicle: SwitchedVehicle, position: int) -> None:
+    if position == HIGH:
+        vehicle.disarm()
+
+
+def _disable_gps(vehicle: SwitchedVehicle, position: int) -> None:
+    vehicle.inject_failure(GPS_UNIT, OFF if position == HIGH else WELL, 0)
+
+
+def _choose_source(vehicle: SwitchedVehicle, position: int) -> None:
+    vehicle.say(Severity.INFO, f"Using EKF Source Set {position + 1}")
+
+
+def _calibrate_compasses(vehicle: SwitchedVehicle, position: int) -> None:
+    if position == HIGH:
+        vehicle.compasses.start(0, True, 5.0, False)
+    elif position == LOW:
+        vehicle.compasses.cancel(0)
+
+
+FUNCTIONS: dict[int, Callable[[SwitchedVehicle, int], None]] = {
+    11: _fence,
+    24: _reset_mission,
+    31: _stop_motors,
+    58: _clear_mission,
+    65: _disable_gps,
+    81: _disarm,
+    90: _choose_source,
+    153: _arm,
+    165: _arm_or_stop,
+    171: _calibrate_compasses,
+}
+"""What they do; of every vehicle type"""
+
+
+def _change_mode(vehicle: SwitchedVehicle, name: str, position: int) -> bool:
+    """To a mode, or back to the one that the mode switch has; whether there is such a mode."""
+    modes = {spec.name: number for number, spec in vehicle.personality.modes.items()}
+    if name not in modes:
+        return False
+    if position == HIGH:
+        vehicle.set_mode(modes[name])
+    elif vehicle.mode.spec.name == name and (position == LOW or _returns_from_middle(vehicle)):
+        vehicle.set_mode(vehicle.first_mode())
+    return True
+
+
+def _returns_from_middle(vehicle: SwitchedVehicle) -> bool:
+    return vehicle.personality.kind == "copter"
+
+
+def run(vehicle: SwitchedVehicle, function: int, position: int) -> bool:
+    """Do what a switch does; whether the firmware has such a function."""
+    if function in MODES and _change_mode(vehicle, MODES[function], position):
+        return True
+    if function in RELAYS:
+        vehicle.outputs.set_relay(RELAYS[function], int(position == HIGH))
+        return True
+    if function in FUNCTIONS:
+        FUNCTIONS[function](vehicle, position)
+        return True
+    if function in WITHOUT_EFFECT[vehicle.personality.kind]:
+        return True
+    vehicle.say(Severity.INFO, f"Invalid channel option ({function})")
+    return False

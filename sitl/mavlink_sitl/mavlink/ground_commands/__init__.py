@@ -1,0 +1,1 @@
+"""Commands of every ArduPilot for its devices, mostly given on the ground."""

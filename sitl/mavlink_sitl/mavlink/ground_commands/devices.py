@@ -1,0 +1,80 @@
+"""DO_SET_SERVO, DO_SET_RELAY and what repeats them; BATTERY_RESET and DO_SEND_BANNER."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.mavlink.codec import dialect
+from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
+
+Handler = Callable[[CommandServer, ReceivedCommand], Result]
+
+
+def _set_servo(server: CommandServer, command: ReceivedCommand) -> Result:
+    return server.vehicle.set_servo(int(command.params[0]), command.params[1])
+
+
+def _repeat_servo(server: CommandServer, command: ReceivedCommand) -> Result:
+    output, pulse_us, times, cycle_s = command.params
+    return server.vehicle.outputs.repeat_servo(int(output), pulse_us, int(times), cycle_s)
+
+
+def _set_relay(server: CommandServer, command: ReceivedCommand) -> Result:
+    return server.vehicle.outputs.set_relay(int(command.params[0]), int(command.params[1]))
+
+
+def _repeat_relay(server: CommandServer, command: ReceivedCommand) -> Result:
+    number, times, cycle_s, _ = command.params
+    return server.vehicle.outputs.repeat_relay(int(number), int(times), cycle_s)
+
+
+def _reset_battery(server: CommandServer, command: ReceivedCommand) -> Result:
+    """BATTERY_RESET: the monitor of the first battery counts from another charge."""
+    mask, percent = int(command.params[0]), command.params[1]
+    if mask & 1:
+        server.vehicle.reset_battery(min(max(percent, 0.0), 100.0))
+    return Result.ACCEPTED
+
+
+def _send_banner(server: CommandServer, _: ReceivedCommand) -> Result:
+    vehicle = server.vehicle
+    for text in vehicle.personality.banner:
+        vehicle.say(Severity.INFO, text)
+    return Result.ACCEPTED
+
+
+def _always(result: Result) -> Handler:
+    return lambda *_: result
+
+
+def _source_set(_: CommandServer, command: ReceivedCommand) -> Result:
+    return Result.ACCEPTED if command.params[0] in (1.0, 2.0, 3.0) else Result.DENIED
+
+
+def _look_at(_: CommandServer, command: ReceivedCommand) -> Result:
+    """DO_SET_ROI: taken for a camera that is not there."""
+    given = all(map(math.isfinite, (command.x, command.y, command.z)))
+    return Result.ACCEPTED if given else Result.DENIED
+
+
+DEVICES: dict[int, tuple[Handler, int]] = {
+    dialect.MAV_CMD_DO_SET_SERVO: (_set_servo, 2),
+    dialect.MAV_CMD_DO_REPEAT_SERVO: (_repeat_servo, 4),
+    dialect.MAV_CMD_DO_SET_RELAY: (_set_relay, 2),
+    dialect.MAV_CMD_DO_REPEAT_RELAY: (_repeat_relay, 3),
+    dialect.MAV_CMD_BATTERY_RESET: (_reset_battery, 2),
+    dialect.MAV_CMD_DO_SEND_BANNER: (_send_banner, 0),
+    # What there is none of, or nobody sees. The answers are those of `copter_ground_cmds`.
+    dialect.MAV_CMD_DO_SET_ROI: (_look_at, 0),
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
+    dialect.MAV_CMD_DO_SET_ROI_NONE: (_always(Result.ACCEPTED), 0),
+    dialect.MAV_CMD_DO_GRIPPER: (_always(Result.FAILED), 0),
+    dialect.MAV_CMD_VIDEO_START_CAPTURE: (_always(Result.FAILED), 0),
+    dialect.MAV_CMD_DO_MOUNT_CONTROL: (_always(Result.FAILED), 0),
+    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: (_always(Result.ACCEPTED), 3),
+    dialect.MAV_CMD_DO_DIGICAM_CONTROL: (_always(Result.ACCEPTED), 4),
+    dialect.MAV_CMD_SET_EKF_SOURCE_SET: (_source_set, 1),
+}
+"""By MAV_CMD: what carries it out, and how many of param1..4 count"""
