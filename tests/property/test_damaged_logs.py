@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from flight_logs.errors import LogError
+from flight_logs.framing import FRONT
 from flight_logs.pieces import pieces
 from flight_logs.tlog import Counts, Tlog, iterate_tlog, read_tlog
 from mavlink_vehicle.codec import mavlink
@@ -96,7 +97,8 @@ def found_packets(path: Path) -> list[Found]:
     found = []
     for piece in pieces(path, chunk_bytes=1 << 20):
         if piece.stamps is not None:
-            columns = (piece.packets.start, piece.packets.stop, piece.stamps.time_s)
+            places = (piece.packets.start - FRONT, piece.packets.stop - FRONT)
+            columns = (*places, piece.stamps.time_s)
             found += [Found(*row) for row in zip(*(c.tolist() for c in columns), strict=True)]
     return found
 

@@ -9,6 +9,7 @@ wherever it begins. A packet is what has a right checksum and doesn't begin insi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +20,19 @@ from flight_logs.dialect import crc_extras, message_indices
 STAMP_SIZE = 8
 PACKET_SIZE_LIMIT = 280
 """Bytes of the longest packet: MAVLink 2 with a full payload and a signature."""
+FRONT = 280
+"""Bytes that must stand before a piece in its buffer: packets are cut out with some of them."""
 PADDING = 512
 """Bytes that must follow a piece in its buffer: nothing is read beyond."""
 
 MAGIC_1, MAGIC_2 = 0xFE, 0xFD
-_HEADER_1, _HEADER_2 = 6, 10
+HEADER_1, HEADER_2 = 6, 10
+_HEADER_WORDS = 12
+"""Bytes of a header and of what fills its last word of four."""
 _CHECKSUM_SIZE = 2
 _SIGNATURE_SIZE = 13
 _FLAG_SIGNED = 0x01
+_BLOCK_BYTES = 256 << 10  # what is searched at a time stays in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -39,7 +45,7 @@ class Packets:
         length: bytes of the payload, as sent.
         stop: where the packet ends.
         signed: whether a signature follows the checksum.
-        number: the message's number.
+        index: place of the message in `dialect.messages()`.
     """
 
     start: NDArray[np.int64]
@@ -47,7 +53,7 @@ class Packets:
     length: NDArray[np.uint8]
     stop: NDArray[np.int64]
     signed: NDArray[np.bool_]
-    number: NDArray[np.int64]
+    index: NDArray[np.int16]
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -61,7 +67,7 @@ class Packets:
             self.length[places],
             self.stop[places],
             self.signed[places],
-            self.number[places],
+            self.index[places],
         )
 
 
@@ -95,70 +101,91 @@ def find_packets(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets
 
     Args:
         data: bytes, with `PADDING` zeros from `end` on.
-        first: where the first packet may begin.
+        first: where the first packet may begin, `FRONT` or more.
         end: where the data end.
 
     Returns:
         The packets, none overlapping another; and, outside the packets and their times, what
         another packet follows as if it were one.
     """
-    candidates = _candidates(data, first, end)
-    start, stop = candidates.start, candidates.stop
-    known = message_indices(candidates.number) >= 0
+    candidates, number, linked = _candidates(data, first, end)
+    start, stop, known = candidates.start, candidates.stop, candidates.index >= 0
     # A signature is not covered by the checksum: another packet may stand in what damage left.
     checked = candidates.payload + candidates.length + _CHECKSUM_SIZE
-    follower = data[np.minimum(stop + STAMP_SIZE, end)]
-    linked = (stop == end) | (follower == MAGIC_1) | (follower == MAGIC_2)
     places = _right(data, candidates, np.flatnonzero(known & linked))
-    places = places[_apart(start[places], checked[places])]
+    places = _apart(places, start, checked)
     unlinked = np.flatnonzero(known & ~linked)
     touching = _touching(start[unlinked], checked[unlinked], start[places], checked[places])
     found = _right(data, candidates, unlinked[~touching])
     if len(found):
-        places = np.sort(np.append(places, found[_apart(start[found], checked[found])]))
-    stop[places[:-1]] = np.minimum(stop[places[:-1]], start[places[1:]])
+        places = np.sort(np.append(places, _apart(found, start, checked)))
+    packets = candidates.at(places)
+    np.minimum(packets.stop[:-1], packets.start[1:], out=packets.stop[:-1])
     linked[places] = False
     loose = np.flatnonzero(linked)
-    before, behind = start[loose] - STAMP_SIZE, stop[loose] + STAMP_SIZE
-    loose = loose[~_touching(before, behind, start[places], stop[places])]
-    loose = loose[_apart(start[loose], stop[loose] + STAMP_SIZE)]
-    found_loose = Loose(start[loose], stop[loose], candidates.number[loose], known[loose])
-    return candidates.at(places), found_loose
+    before, behind = start - STAMP_SIZE, stop + STAMP_SIZE
+    loose = loose[~_touching(before[loose], behind[loose], packets.start, packets.stop)]
+    loose = _apart(loose, start, behind)
+    return packets, Loose(start[loose], stop[loose], number[loose], known[loose])
 
 
-def _candidates(data: NDArray[np.uint8], first: int, end: int) -> Packets:
-    """Return where packets could begin."""
+def _candidates(
+    data: NDArray[np.uint8], first: int, end: int
+) -> tuple[Packets, NDArray[np.int64], NDArray[np.bool_]]:
+    """Return where packets could begin, their messages' numbers, and which another follows."""
+    blocks = [
+        _candidates_of_block(data, block, min(block + _BLOCK_BYTES, end), end)
+        for block in range(first, max(end, first + 1), _BLOCK_BYTES)
+    ]
+    start, payload, length, stop, signed, index, number, linked = (
+        np.concatenate(columns) for columns in zip(*blocks, strict=True)
+    )
+    return Packets(start, payload, length, stop, signed, index), number, linked
+
+
+def _candidates_of_block(
+    data: NDArray[np.uint8], first: int, last: int, end: int
+) -> tuple[NDArray[Any], ...]:
     # In arithmetic of one byte, 0xFD + 3 is 0 and 0xFE + 3 is 1.
-    start = first + np.flatnonzero(data[first:end] + np.uint8(3) < np.uint8(2))
-    header = rows(data, start, _HEADER_2)
-    version_2 = header[:, 0] == MAGIC_2
+    start = first + np.flatnonzero(data[first:last] + np.uint8(3) < np.uint8(2))
+    header = rows(data, start, _HEADER_WORDS)
+    magic, length = header[:, 0], header[:, 1]
+    version_2 = magic == MAGIC_2
     flags = header[:, 2] * version_2
     signed = flags == _FLAG_SIGNED
-    payload = start + np.where(version_2, _HEADER_2, _HEADER_1)
-    stop = payload + header[:, 1] + _CHECKSUM_SIZE + _SIGNATURE_SIZE * signed
+    payload = start + (version_2 * np.uint8(HEADER_2 - HEADER_1) + np.uint8(HEADER_1))
+    stop = payload + (length + (signed * np.uint16(_SIGNATURE_SIZE) + np.uint16(_CHECKSUM_SIZE)))
     possible = (flags <= _FLAG_SIGNED) & (stop <= end)
     # A header whose bytes are all the same is what an erased medium holds.
-    alike = np.flatnonzero(header[:, 0] == header[:, 1])
-    possible[alike] &= (header[alike, 2:_HEADER_1] != header[alike, :1]).any(axis=1)
-    keep = np.flatnonzero(possible)
-    header, version_2 = header[keep], version_2[keep]
-    long_number = header[:, 7:].astype(np.int64) @ np.array([1, 1 << 8, 1 << 16])
-    number = np.where(version_2, long_number, header[:, 5])
-    return Packets(start[keep], payload[keep], header[:, 1], stop[keep], signed[keep], number)
+    alike = np.flatnonzero(magic == length)
+    possible[alike] &= (header[alike, 2:HEADER_1] != header[alike, :1]).any(axis=1)
+    words = header.view("<u4")
+    long_number = words[:, 1] >> 24 | (words[:, 2] & 0xFFFF) << 8
+    number = np.where(version_2, long_number, header[:, 5]).astype(np.int64)
+    follower = data[np.minimum(stop + STAMP_SIZE, end)]
+    linked = (stop == end) | (follower + np.uint8(3) < np.uint8(2))
+    index = message_indices(number)
+    index[~possible] = -1
+    return start, payload, length, stop, signed, index, number, linked & possible
 
 
 def _right(
     data: NDArray[np.uint8], candidates: Packets, places: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Return those of the places where the checksum is right."""
-    start = candidates.start[places]
-    covered = candidates.payload[places] + candidates.length[places] - start - 1
-    extras = crc_extras()[message_indices(candidates.number[places])]
-    return places[right_checksums(data, start, covered, extras)]
+    ends = candidates.payload[places] + candidates.length[places]
+    covered = ends - candidates.start[places] - 1
+    extras = crc_extras()[candidates.index[places]]
+    return places[right_checksums(data, ends, covered, extras)]
 
 
-def _apart(start: NDArray[np.int64], stop: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Tell what to keep so that nothing begins before the end of something that is kept."""
+def _apart(
+    places: NDArray[np.int64], start: NDArray[np.int64], stop: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return those of the places that don't begin before the end of another that is kept."""
+    start, stop = start[places], stop[places]
+    if (start[1:] >= stop[:-1]).all():
+        return places
     keep = np.ones(len(start), dtype=np.bool_)
     clashes = np.flatnonzero(start[1:] < np.maximum.accumulate(stop)[:-1]) + 1
     last = 0
@@ -166,7 +193,7 @@ def _apart(start: NDArray[np.int64], stop: NDArray[np.int64]) -> NDArray[np.bool
         if keep[index - 1]:
             last = index - 1
         keep[index] = start[index] >= stop[last]
-    return keep
+    return places[keep]
 
 
 def _touching(

@@ -17,7 +17,15 @@ from flight_logs.errors import (
     RawStreamError,
     SwappedStampsError,
 )
-from flight_logs.framing import PACKET_SIZE_LIMIT, PADDING, STAMP_SIZE, Loose, Packets, find_packets
+from flight_logs.framing import (
+    FRONT,
+    PACKET_SIZE_LIMIT,
+    PADDING,
+    STAMP_SIZE,
+    Loose,
+    Packets,
+    find_packets,
+)
 from flight_logs.stamps import Stamps, are_swapped, read_stamps
 
 DEFAULT_CHUNK_BYTES = 4 << 20
@@ -110,11 +118,11 @@ class _Scanner:
 
     def __init__(self, file: FileIO, chunk_bytes: int) -> None:
         self._file = file
-        self._memory = bytearray(chunk_bytes + PADDING)
+        self._memory = bytearray(FRONT + chunk_bytes + PADDING)
         self._data: NDArray[np.uint8] = np.frombuffer(self._memory, dtype=np.uint8)
-        self._held = 0  # bytes in the buffer
-        self._first = 0  # where a packet may begin
-        self._last_stop = 0  # where the last record ended; negative when that is gone
+        self._held = FRONT  # bytes in the buffer
+        self._first = FRONT  # where a packet may begin
+        self._last_stop = FRONT  # where the last record ended; less when that is gone
         self._last_time_s: float | None = None
         self._position = 0  # in the file
 
@@ -131,13 +139,13 @@ class _Scanner:
             yield piece
             self._drop(piece.bytes, limit)
 
-    def _drop(self, end: int, limit: int) -> None:
-        """Make room: what lies before `end` is done, no packet begins before `limit` any more."""
-        kept = self._data[end : self._held].copy()
+    def _drop(self, done: int, limit: int) -> None:
+        """Make room: `done` bytes are done, no packet begins before `limit` any more."""
+        kept = self._data[done : self._held].copy()
         self._data[: len(kept)] = kept
         self._held = len(kept)
-        self._first = max(limit - end, 0)
-        self._last_stop -= end
+        self._first = max(limit - done, FRONT)
+        self._last_stop -= done
 
     def _fill(self) -> bool:
         """Read until the buffer is full; tell whether the file has ended."""
@@ -154,28 +162,28 @@ class _Scanner:
     def _piece(self, limit: int, ended: bool, file_size: int) -> LogPiece:
         packets, loose = find_packets(self._data, self._first, self._held)
         packets = packets.at(slice(int(np.searchsorted(packets.start, limit))))
-        loose = loose.at(slice(*np.searchsorted(loose.start, [STAMP_SIZE, limit]).tolist()))
-        stops = np.sort(np.concatenate([[self._last_stop], packets.stop, loose.stop]))
-        if len(loose):
-            previous_stop = stops[np.searchsorted(stops, packets.start, side="right") - 1]
-        else:
-            previous_stop = stops[:-1]
+        loose = loose.at(slice(*np.searchsorted(loose.start, [FRONT + STAMP_SIZE, limit]).tolist()))
+        stops = np.concatenate([[self._last_stop], packets.stop])
+        following = np.searchsorted(packets.start, loose.stop)
+        np.maximum.at(stops, following, loose.stop)
+        previous_stop = stops[:-1]
         self._last_stop = int(stops[-1])
         end = self._held if ended else max(self._last_stop, limit - STAMP_SIZE)
+        done = end - FRONT
         stamps = None
         if len(packets):
             stamps = read_stamps(self._data, packets, previous_stop, self._last_time_s)
             self._last_time_s = float(stamps.time_s[-1])
         inside = packets.stop - np.maximum(packets.start - STAMP_SIZE, previous_stop)
         inside_loose = loose.stop - loose.start + STAMP_SIZE
-        self._position += end
+        self._position += done
         return LogPiece(
             data=self._data,
             packets=packets,
             loose=loose,
             stamps=stamps,
-            bytes=end,
-            bytes_outside=end - int(inside.sum()) - int(inside_loose.sum()),
+            bytes=done,
+            bytes_outside=done - int(inside.sum()) - int(inside_loose.sum()),
             position=self._position,
             file_size=file_size,
         )

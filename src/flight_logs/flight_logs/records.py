@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flight_logs.checksums import rows
-from flight_logs.dialect import PAYLOAD_OFFSET, MessageTable, message_indices, messages
-from flight_logs.framing import MAGIC_1, STAMP_SIZE, Packets
+from flight_logs.dialect import PAYLOAD_OFFSET, MessageTable, messages
+from flight_logs.framing import HEADER_1, MAGIC_1, STAMP_SIZE, Packets
 from flight_logs.grouping import grouped
 
 Records: TypeAlias = NDArray[np.void]
@@ -21,9 +21,10 @@ HEADERS = np.dtype(
 )
 """What is known of a packet whatever it holds."""
 
-_HEADER_1 = 6
 _SOURCE_SIZE = 3
 """Sequence number, system and component stand side by side, behind length (and flags)."""
+_MASKS = np.repeat([np.uint8(0xFF), np.uint8(0)], [PAYLOAD_OFFSET + 255, 280])
+"""Where to cut a record from, so that its last byte of all bits is the payload's last."""
 
 
 def records_by_name(
@@ -44,32 +45,36 @@ def records_by_name(
         Records by the name of the message, in the order of the file.
     """
     table = messages()
-    order, kinds = grouped(message_indices(packets.number))
-    packets, time_s = packets.at(order), time_s[order]
-    version_1 = packets.payload - packets.start == _HEADER_1
-    source = rows(data, packets.start + np.where(version_1, 2, 4), _SOURCE_SIZE)
+    order, kinds = grouped(packets.index)
+    payload, length = packets.payload[order], packets.length[order]
+    heads = np.empty((len(order), 2), dtype="<u8")
+    heads[:, 0] = time_s.view("<u8")[order]
+    version_1 = payload - packets.start[order] == HEADER_1
+    source = rows(data, payload - np.where(version_1, 4, 6), 4).view("<u4")[:, 0]
+    heads[:, 1] = source >> 8 & 0xFFFF | (source & 0xFF) << 16
     found = {}
     for index, chosen in kinds:
         if wanted is None or table[index].name in wanted:
-            records = _records(data, packets.at(chosen), table[index])
-            records["time_s"] = time_s[chosen]
-            records["sequence_number"], records["system"], records["component"] = source[chosen].T
-            found[table[index].name] = records
+            found[table[index].name] = _records(
+                data, payload[chosen], length[chosen], heads[chosen], table[index]
+            )
     return found
 
 
-def _records(data: NDArray[np.uint8], packets: Packets, message: MessageTable) -> Records:
-    """Return records with the messages' fields; what stands before those is zero."""
-    records: Records = np.zeros(len(packets), dtype=message.dtype)
-    if message.size:
-        payload = rows(data, packets.payload, message.size)
-        if packets.length.min() < message.size:
-            # Zeros at the end of a payload aren't sent; the checksum follows instead.
-            columns = np.arange(message.size, dtype=np.uint8)
-            payload *= columns < packets.length[:, np.newaxis]
-        bytes_of: NDArray[Any] = records.view(np.uint8).reshape(len(packets), -1)
-        bytes_of[:, PAYLOAD_OFFSET : PAYLOAD_OFFSET + message.size] = payload
-    return records
+def _records(
+    data: NDArray[np.uint8],
+    payload: NDArray[np.int64],
+    length: NDArray[np.uint8],
+    heads: NDArray[np.uint64],
+    message: MessageTable,
+) -> Records:
+    """Return records of one message, zero where there is no field."""
+    size = message.dtype.itemsize
+    cells = rows(data, payload - PAYLOAD_OFFSET, size)
+    # Zeros at the end of a payload aren't sent; the checksum follows instead.
+    cells &= rows(_MASKS, 255 - np.minimum(length, message.size).astype(np.int64), size)
+    cells.view("<u8")[:, :2] = heads
+    return cells.view(message.dtype)[:, 0]
 
 
 def headers_of(data: NDArray[np.uint8], start: NDArray[np.int64]) -> Records:
