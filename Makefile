@@ -62,8 +62,8 @@ explore: setup ## Fly SEEDS scenarios from FIRST on, with MINUTES at most that l
 	@$(ENTER) python -m tests.explore --seeds $(SEEDS) --first $(FIRST) --workers $(WORKERS) \
 		$(if $(MINUTES),--minutes $(MINUTES))
 
-bench: setup ## Run the benchmarks; prints a table and writes out/bench.json
-	@$(ENTER) python tests/bench/run.py
+bench: setup ## Run the benchmarks; prints a table, writes out/bench.json (ARGS="--compare old.json")
+	@$(ENTER) python tests/bench/run.py $(ARGS)
 
 lint: setup ## Check style, types and import rules
 	@$(ENTER) ruff check .

@@ -1,8 +1,9 @@
-"""Run the benchmarks: ``python tests/bench/run.py [--only WORD]``.
+"""Run the benchmarks: ``python tests/bench/run.py [--only WORD] [--compare OLD.json]``.
 
 Every ``bench_*.py`` beside this file has a function ``measures() -> list[dict]``. Each row
 says what was measured, what stands beside it as the reference in the same run, and whether
-the goal is met; all rows are printed as a table and written to ``out/bench.json``.
+the goal is met; all rows are printed as a table and written to ``out/bench.json``. A missed goal is
+printed with how far off it is. What an earlier run wrote can be compared with.
 Machines differ and are noisy: read the ratios, not the absolute figures.
 """
 
@@ -12,6 +13,7 @@ import argparse
 import importlib
 import json
 import platform
+import re
 import sys
 import time
 from pathlib import Path
@@ -33,7 +35,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", default="", metavar="WORD", help="files whose name has WORD")
     parser.add_argument("--output", type=Path, default=ROOT / "out" / "bench.json", metavar="FILE")
+    parser.add_argument("--compare", type=Path, metavar="OLD.json", help="an earlier run's output")
     options = parser.parse_args()
+    try:
+        earlier = json.loads(options.compare.read_text())["measures"] if options.compare else []
+    except (OSError, ValueError, KeyError) as error:
+        print(f"Cannot compare with {options.compare}: {error}", file=sys.stderr)
+        return EXIT_USAGE
     sys.path.insert(0, str(ROOT))
     names = sorted(
         path.stem for path in Path(__file__).parent.glob("bench_*.py") if options.only in path.stem
@@ -51,14 +59,16 @@ def main() -> int:
         rows += importlib.import_module(f"tests.bench.{name}").measures()
         console.print(f"{time.monotonic() - started_s:.0f} s", highlight=False)
     console.print(_table(rows))
+    if options.compare:
+        console.print(comparison(earlier, rows))
     options.output.parent.mkdir(parents=True, exist_ok=True)
     machine = {"python": platform.python_version(), "machine": platform.machine()}
     options.output.write_text(
         json.dumps({"machine": machine, "measures": rows}, indent=2) + "\n", encoding="utf-8"
     )
-    missed = [row["name"] for row in rows if not row["met"]]
-    for name in missed:
-        console.print(f"Goal missed: {name}", style="bold red")
+    missed = [row for row in rows if not row["met"]]
+    for row in missed:
+        console.print(f"Goal missed: {shortfall(row)}", style="bold red")
     return EXIT_MISSED if missed else EXIT_OK
 
 
@@ -67,6 +77,43 @@ def _table(rows: list[dict[str, Any]]) -> Table:
     for row in rows:
         table.add_row(*(_cell(row[column]) for column in COLUMNS))
     return table
+
+
+def shortfall(row: dict[str, Any]) -> str:
+    """Return what a row has and should have, and how far apart these are."""
+    told = f"{row['name']}: {_cell(row['value'])} {row['unit']}, {_cell(row['ratio'])} x"
+    told += f" {row['reference']}; goal {row['goal']}"
+    parts = re.match(r"[<>]=? *([\d.]+) *(\S*)", row["goal"])
+    if parts is None or float(parts[1]) == 0.0:
+        return told
+    measured = row["value"] if parts[2] in ("", row["unit"]) else row["ratio"]
+    if measured is None:
+        return told
+    return f"{told}: off by {abs(_percent(measured, float(parts[1]))):.3g} %"
+
+
+def comparison(earlier: list[dict[str, Any]], rows: list[dict[str, Any]]) -> Table:
+    """Return what has changed since an earlier run; ratios depend less on the machine's load."""
+    table = Table("name", "reference", "value", "was", "change", "ratio", "was", "change", "met")
+    before = {(row["name"], row["reference"]): row for row in earlier}
+    for row in rows:
+        old = before.pop((row["name"], row["reference"]), None)
+        cells = []
+        for column in ("value", "ratio"):
+            new, was = row[column], old and old[column]
+            change = f"{_percent(new, was):+.1f} %" if was and new is not None else ""
+            cells += [_cell(new), _cell(was), change]
+        verdict = _cell(row["met"])
+        if old and old["met"] != row["met"]:
+            verdict += f", was {_cell(old['met'])}"
+        table.add_row(row["name"], row["reference"], *cells, verdict if old else "new")
+    for name, reference in before:
+        table.add_row(name, reference, *[""] * 6, "gone")
+    return table
+
+
+def _percent(new: float, old: float) -> float:
+    return 100.0 * (new - old) / abs(old)
 
 
 def _cell(value: object) -> str:
