@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 
 from flight_logs.command_version import add_version
@@ -12,6 +14,7 @@ from flight_logs.errors import ExportError, LogError
 from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.export import Exported, Format, export_tlog
 from flight_logs.progress import bytes_bar
+from flight_logs.tlog import for_each_log
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -21,8 +24,14 @@ def make_parser() -> argparse.ArgumentParser:
         description="Export the messages of a telemetry log (tlog), one file per message type.",
     )
     add_version(parser, "flight_logs")
-    parser.add_argument("log", type=Path, metavar="LOG", help="the tlog")
-    parser.add_argument("--to", type=Path, required=True, metavar="DIR", help="folder to write to")
+    parser.add_argument("log", type=Path, nargs="+", metavar="LOG", help="the tlog, or several")
+    parser.add_argument(
+        "--to",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="folder to write to; each of several logs gets a folder of its own name in it",
+    )
     parser.add_argument(
         "--format",
         choices=[kind.value for kind in Format],
@@ -50,11 +59,21 @@ def _names(text: str) -> tuple[str, ...]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Export; 0 when it is done, 1 when a file can't be written, 2 for bad input."""
     options = make_parser().parse_args(arguments)
+    logs: list[Path] = options.log
+    if len({log.stem for log in logs}) < len(logs):
+        print("Two of the logs have the same name; export them one by one.", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    return max(for_each_log(partial(_export, options), logs))
+
+
+def _export(options: argparse.Namespace, log: Path) -> int:
+    several = len(options.log) > 1
+    folder = options.to / log.stem if several else options.to
     try:
-        with bytes_bar(f"Reading {options.log.name}") as progress:
+        with nullcontext() if several else bytes_bar(f"Reading {log.name}") as progress:
             exported = export_tlog(
-                options.log,
-                options.to,
+                log,
+                folder,
                 Format(options.format),
                 messages=options.messages,
                 enum_names=options.enum_names,
@@ -63,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except LogError as error:
         print(error, file=sys.stderr)
         return EXIT_FAILED if isinstance(error, ExportError) else EXIT_BAD_INPUT
-    print(_summary(exported, options.to))
+    print(_summary(exported, folder))
     return EXIT_OK
 
 

@@ -1,12 +1,19 @@
-"""Telemetry logs as arrays: `read_tlog` for all of one, `iterate_tlog` piece by piece."""
+"""Telemetry logs as arrays: `read_tlog` for all of one, `iterate_tlog` piece by piece.
+
+`for_each_log` works on many of them in processes.
+"""
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,8 +22,9 @@ from flight_logs.errors import LogError
 from flight_logs.pieces import DEFAULT_CHUNK_BYTES, LogPiece, pieces
 from flight_logs.records import Records, empty_records, headers_of, records_by_name
 
-__all__ = ["DEFAULT_CHUNK_BYTES", "Counts", "Tlog", "iterate_tlog", "read_tlog"]
+__all__ = ["DEFAULT_CHUNK_BYTES", "Counts", "Tlog", "for_each_log", "iterate_tlog", "read_tlog"]
 
+Result = TypeVar("Result")
 Progress = Callable[[int, int], None]
 """Called with the bytes read so far and the size of the file."""
 
@@ -178,6 +186,29 @@ def iterate_tlog(
         yield Tlog(Path(path), records, _counts(piece), unknown)
         if progress is not None:
             progress(piece.position, piece.file_size)
+
+
+def for_each_log(
+    function: Callable[[Path], Result], paths: Sequence[Path], processes: int | None = None
+) -> Iterator[Result]:
+    """Yield what a function returns for each log, in their order.
+
+    Args:
+        function: of a module, so that another process can import it. What it returns is copied
+            from there: better figures than all records.
+        paths: the logs.
+        processes: how many at a time, as many as there are cores if not given.
+
+    Raises:
+        Exception: what the function raised for a log, in its place.
+    """
+    count = min(processes or os.cpu_count() or 1, len(paths))
+    if count < 2:
+        yield from map(function, paths)
+        return
+    # A fork would copy locks that other threads hold.
+    with ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as pool:
+        yield from pool.map(function, paths)
 
 
 def _counts(piece: LogPiece) -> Counts:

@@ -146,3 +146,21 @@ def test_a_folder_that_cannot_be_written_is_one_sentence(
             export_tlog(RECORDING, blocked, kind)
     assert main([str(RECORDING), "--to", str(blocked)]) == 1
     assert capsys.readouterr().err.startswith("Cannot write to")
+
+
+def test_several_logs_are_exported_side_by_side_and_a_bad_one_stops_no_other(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    logs = [tmp_path / f"{name}.tlog" for name in "abc"]
+    for log in logs:
+        log.write_bytes(RECORDING.read_bytes())
+    logs[1].write_bytes(b"")
+    out = tmp_path / "out"
+    assert main([*map(str, logs), "--to", str(out), "--messages", "ATTITUDE"]) == 2
+    told = capfd.readouterr()
+    assert told.out.count("messages of 1 types") == 2
+    assert f"{logs[1]} is empty" in told.err
+    written = sorted(path.relative_to(out) for path in out.rglob("*.parquet"))
+    assert written == [Path("a/ATTITUDE.parquet"), Path("c/ATTITUDE.parquet")]
+    assert main([str(logs[0]), str(logs[0]), "--to", str(out)]) == 2
+    assert "the same name" in capfd.readouterr().err
