@@ -1,8 +1,13 @@
-"""From the start of ``navigation_server`` until it is ready: the CPU time that it costs."""
+"""What the starts of server and client cost in CPU time.
+
+The server's, until it is ready. The client's, with a help text, and with a goal, which a server
+without a vehicle rejects.
+"""
 
 from __future__ import annotations
 
 import os
+import subprocess
 from typing import Any
 
 import psutil
@@ -12,6 +17,7 @@ from tests.bench.rows import row
 
 STARTS = 5
 GOAL_RATIO = 3.0
+HELP_S, GOAL_SENT_S = 0.2, 0.5
 _READY_S = 60.0
 _BARE = """
 import rclpy
@@ -26,30 +32,48 @@ def measures() -> list[dict[str, Any]]:
     environment = ros_environment(free_domain(os.getpid()))
     link = f"udpin://127.0.0.1:{free_udp_port()}"
     server = ["python", "-m", "drone_navigation.navigation_server", "--link", link]
+    client = ["python", "-m", "drone_navigation.navigation_client"]
     starts = [
         (
-            _cpu_s(server, "server ready", environment),
-            _cpu_s(["python", "-c", _BARE], "ready", environment),
+            *_cpu_s(server, "server ready", environment, [*client, "--goal", "5", "0", "5"]),
+            *_cpu_s(["python", "-c", _BARE], "ready", environment, [*client, "--help"]),
         )
         for _ in range(STARTS)
     ]
-    server_s, bare_s = (min(seconds) for seconds in zip(*starts, strict=True))
+    server_s, goal_s, bare_s, help_s = (min(seconds) for seconds in zip(*starts, strict=True))
+    bare = ("a bare rclpy node that logs", bare_s)
     return [
         row(
             "CPU time of navigation_server until ready",
             (server_s, "s"),
-            ("a bare rclpy node that logs", bare_s),
+            bare,
             f"< {GOAL_RATIO:g} bare nodes",
             server_s < GOAL_RATIO * bare_s,
-        )
+        ),
+        *(
+            row(f"CPU time of navigation_client, {what}", (s, "s"), bare, f"< {most:g} s", s < most)
+            for what, s, most in (
+                ("goal sent and answered", goal_s, GOAL_SENT_S),
+                ("help text", help_s, HELP_S),
+            )
+        ),
     ]
 
 
-def _cpu_s(command: list[str], said: str, environment: dict[str, str]) -> float:
+def _cpu_s(
+    command: list[str], said: str, environment: dict[str, str], beside: list[str]
+) -> tuple[float, float]:
+    """Return what a process has cost when it has said that, and what another one costs then."""
     process = Process(command[-1], command, environment)
     try:
         process.wait_for(said, _READY_S)
         times = psutil.Process(process.pid).cpu_times()
-        return float(times.user + times.system)
+        before = os.times()
+        subprocess.run(
+            beside, env=environment, stdout=subprocess.DEVNULL, timeout=_READY_S, check=False
+        )
+        after = os.times()
+        other_s = after[2] + after[3] - before[2] - before[3]
+        return float(times.user + times.system), other_s
     finally:
         process.stop()

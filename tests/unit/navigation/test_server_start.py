@@ -1,4 +1,4 @@
-"""What a server loads to start, and what it loads beside the flight."""
+"""What server and client load to start, and what a server loads beside the flight."""
 
 from __future__ import annotations
 
@@ -31,6 +31,14 @@ def test_server_starts_without_what_only_some_runs_need() -> None:
     loaded = loaded_after("import drone_navigation.navigation_server")
     assert "navigation_core.planning.planner" in loaded  # so nothing below it comes later
     assert not loaded & (HEAVY | SCIPY)
+
+
+def test_client_reads_its_command_line_without_ros_and_sends_a_goal_without_the_codec() -> None:
+    loaded = loaded_after("import drone_navigation.navigation_client")
+    assert "drone_navigation.client.options" in loaded
+    assert not loaded & {*HEAVY, "mavlink_vehicle.codec", "numpy", "rclpy"}
+    loaded = loaded_after("import drone_navigation.client.session")
+    assert not loaded & {*HEAVY - {"rich"}, *SCIPY, "mavlink_vehicle.codec", "rich.progress"}
 
 
 def test_search_thread_loads_beforehand_all_that_searches_and_tracking_use() -> None:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import argparse
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
 from custom_interfaces.msg import Waypoint
-from drone_navigation.client.options import ACTION_COMMANDS
-from navigation_bridge.goals.plan_files import PlannedRoute, read_plan, read_waypoints
+from drone_navigation.client.options import ACTION_COMMANDS, make_parser
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest
 from navigation_bridge.names import (
     ACTION_NAME,
@@ -26,6 +25,10 @@ _FRAMES = {
     AltitudeReference.HOME: Waypoint.FRAME_GEODETIC_ABOVE_HOME,
     AltitudeReference.GROUND: Waypoint.FRAME_GEODETIC_ABOVE_GROUND,
 }
+
+
+if TYPE_CHECKING:
+    from navigation_bridge.goals.plan_files import PlannedRoute
 
 
 @dataclass(frozen=True)
@@ -50,17 +53,11 @@ class Errand:
 
 
 def make_errand(options: argparse.Namespace) -> Errand:
-    """Return the goal of the command line.
-
-    Raises:
-        PlanError: the file cannot be flown.
-    """
+    """Return the goal of the command line; the program ends if its file cannot be flown."""
     if options.command in ACTION_COMMANDS:
         return _command(options)
-    if options.plan is not None:
-        return _route(read_plan(options.plan), options)
-    if options.waypoints is not None:
-        return _route(read_waypoints(options.waypoints), options)
+    if options.plan is not None or options.waypoints is not None:
+        return _route(_planned(options), options)
     return make_point_errand(options, options.goal)
 
 
@@ -99,6 +96,22 @@ def _point(options: argparse.Namespace, position_m: Vector3) -> Navigate.Goal:
     goal.max_speed = options.speed
     goal.avoid_obstacles = options.avoid
     return goal
+
+
+def _planned(options: argparse.Namespace) -> PlannedRoute:
+    # With the codec, which would double what the client itself takes to start.
+    from navigation_bridge.goals.plan_files import (  # noqa: PLC0415
+        PlanError,
+        read_plan,
+        read_waypoints,
+    )
+
+    try:
+        if options.plan is not None:
+            return read_plan(options.plan)
+        return read_waypoints(options.waypoints)
+    except PlanError as error:
+        make_parser().error(str(error))
 
 
 def _route(route: PlannedRoute, options: argparse.Namespace) -> Errand:

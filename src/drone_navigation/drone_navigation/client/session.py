@@ -5,17 +5,22 @@ from __future__ import annotations
 import argparse
 import os
 import signal
+import sys
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import ExitStack
+from types import FrameType
 
+import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from drone_navigation.client.course import Course
-from drone_navigation.client.errands import Errand, make_point_errand
+from drone_navigation.client.errands import Errand, make_errand, make_point_errand
 from drone_navigation.client.events import Exit
 from drone_navigation.client.goals import RESPONSE_TIMEOUT_S
 from drone_navigation.client.keys import HELP, Key, Keyboard, Keys, Pressed
@@ -28,7 +33,7 @@ from drone_navigation.client.options import (
 )
 from drone_navigation.client.servers import no_server
 from drone_navigation.client.updates import Update, UpdateError, parse_point
-from drone_navigation.client.view import ClientView
+from drone_navigation.client.view import ClientView, make_view
 from drone_navigation.presence import duplicate
 from navigation_bridge.names import SERVER_NODE_NAME
 
@@ -42,6 +47,8 @@ _SERVERS_S = 1.5
 # A server without a status is not ours, but ours may be beside it, not discovered yet: DDS repeats
 # the announcement of a participant every 3 s. Two of these periods, as one may be lost.
 _STRANGER_S = 6.5
+# DECTCEM, past what holds back output: the process ends in the middle of whatever it draws.
+_SHOW_CURSOR = b"\n\x1b[?25h"
 
 
 class NavigationClient:
@@ -280,3 +287,45 @@ class NavigationClient:
             else:
                 continue
             self._calls.remove(call)
+
+
+def run_goal(options: argparse.Namespace, argv: list[str]) -> int:
+    """Send the goal of the command line, show its progress, and return the exit code."""
+    errand = make_errand(options)
+    with ExitStack() as on_exit:
+        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+        on_exit.callback(rclpy.try_shutdown)
+        node = Node("navigation_client", namespace=options.vehicle)
+        on_exit.callback(node.destroy_node)
+        # Keys need a terminal for the output.
+        people = sys.stdin.isatty() and sys.stdout.isatty() and not options.json
+        keyboard = Keyboard(sys.stdin) if people else None
+        if keyboard is not None:
+            on_exit.callback(keyboard.close)
+        view = make_view(plain=options.plain, json=options.json, keys=people)
+        on_exit.callback(view.close)
+        client = NavigationClient(node, view, errand, options, keyboard)
+        on_exit.callback(client.close)
+        _handle_signals(client, keyboard)
+        return client.run()
+
+
+def _handle_signals(client: NavigationClient, keyboard: Keyboard | None) -> None:
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        client.interrupt()
+
+    def quit_at_once(number: int, _frame: FrameType | None) -> None:
+        assert keyboard is not None
+        keyboard.close()
+        os.write(sys.stdout.fileno(), _SHOW_CURSOR)
+        signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+
+    def suspend(_number: int, _frame: FrameType | None) -> None:
+        client.suspend()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, interrupt)
+    if keyboard is not None:
+        signal.signal(signal.SIGQUIT, quit_at_once)
+        signal.signal(signal.SIGTSTP, suspend)

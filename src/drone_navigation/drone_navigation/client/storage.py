@@ -20,16 +20,18 @@ from custom_interfaces.srv import (
     SetRallyPoints,
     SetVehicleParameter,
 )
-from drone_navigation.client.commands import Command
+from drone_navigation.client.commands import Command, run_command
 from drone_navigation.client.options import (
     EXIT_ABORTED,
     EXIT_CANCELED,
     EXIT_NO_SERVER,
     EXIT_REJECTED,
     EXIT_SUCCESS,
+    make_command_parser,
 )
 from drone_navigation.client.progress import counting_bar
 from mavlink_vehicle.events import Parameter
+from navigation_bridge.goals.plan_files import PlanError
 from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_bridge.storage import parameter_files as files
@@ -37,7 +39,7 @@ from navigation_bridge.storage.geographic import GeoArea
 from navigation_bridge.storage.geographic import RallyPoint as PlannedPoint
 from navigation_bridge.storage.plan_storage import read_plan_fence, read_plan_rally
 
-__all__ = ["StorageCommand", "prepare"]
+__all__ = ["StorageCommand", "prepare", "run_storage_command"]
 
 # The server ends each request itself before (ListServers, ParameterServers).
 _ANSWER_TIMEOUT_S = 180.0
@@ -70,6 +72,15 @@ class Task:
     name: str
     fields: dict[str, Any]
     notes: tuple[str, ...] = ()
+
+
+def run_storage_command(options: argparse.Namespace, argv: list[str]) -> int:
+    """Run a command and return the exit code; the program ends if its file cannot be used."""
+    try:
+        options.task = prepare(options)
+    except (PlanError, files.ParameterFileError) as error:
+        make_command_parser(options.command).error(str(error))
+    return run_command(options, argv, StorageCommand)
 
 
 def prepare(options: argparse.Namespace) -> Task:
