@@ -116,7 +116,7 @@ def message_names() -> Mapping[str, MessageTable]:
     return {message.name: message for message in messages()}
 
 
-def message_indices(numbers: NDArray[np.int64]) -> NDArray[np.int16]:
+def message_indices(numbers: NDArray[np.uint32]) -> NDArray[np.int16]:
     """Return the places in `messages()` by message number; -1 where the dialect has none."""
     index = _index_by_number()
     return index[np.minimum(numbers, len(index) - 1)]

@@ -27,8 +27,8 @@ PADDING = 512
 
 MAGIC_1, MAGIC_2 = 0xFE, 0xFD
 HEADER_1, HEADER_2 = 6, 10
-_HEADER_WORDS = 12
-"""Bytes of a header and of what fills its last word of four."""
+_HEAD_SIZE = 20
+"""Bytes of a time and a header, and what fills the last word of four."""
 _CHECKSUM_SIZE = 2
 _SIGNATURE_SIZE = 13
 _FLAG_SIGNED = 0x01
@@ -46,6 +46,8 @@ class Packets:
         stop: where the packet ends.
         signed: whether a signature follows the checksum.
         index: place of the message in `dialect.messages()`.
+        stamp_us: the eight bytes before it.
+        source: sequence number, system and component, from the lowest byte on.
     """
 
     start: NDArray[np.int64]
@@ -54,6 +56,8 @@ class Packets:
     stop: NDArray[np.int64]
     signed: NDArray[np.bool_]
     index: NDArray[np.int16]
+    stamp_us: NDArray[np.uint64]
+    source: NDArray[np.uint32]
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -68,6 +72,8 @@ class Packets:
             self.stop[places],
             self.signed[places],
             self.index[places],
+            self.stamp_us[places],
+            self.source[places],
         )
 
 
@@ -84,7 +90,7 @@ class Loose:
 
     start: NDArray[np.int64]
     stop: NDArray[np.int64]
-    number: NDArray[np.int64]
+    number: NDArray[np.uint32]
     known: NDArray[np.bool_]
 
     def __len__(self) -> int:
@@ -108,7 +114,7 @@ def find_packets(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets
         The packets, none overlapping another; and, outside the packets and their times, what
         another packet follows as if it were one.
     """
-    candidates, number, linked = _candidates(data, first, end)
+    candidates, linked = _candidates(data, first, end)
     start, stop, known = candidates.start, candidates.stop, candidates.index >= 0
     # A signature is not covered by the checksum: another packet may stand in what damage left.
     checked = candidates.payload + candidates.length + _CHECKSUM_SIZE
@@ -126,21 +132,32 @@ def find_packets(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets
     before, behind = start - STAMP_SIZE, stop + STAMP_SIZE
     loose = loose[~_touching(before[loose], behind[loose], packets.start, packets.stop)]
     loose = _apart(loose, start, behind)
-    return packets, Loose(start[loose], stop[loose], number[loose], known[loose])
+    number, _ = _numbers_and_sources(_heads(data, start[loose]))
+    return packets, Loose(start[loose], stop[loose], number, known[loose])
 
 
-def _candidates(
-    data: NDArray[np.uint8], first: int, end: int
-) -> tuple[Packets, NDArray[np.int64], NDArray[np.bool_]]:
-    """Return where packets could begin, their messages' numbers, and which another follows."""
+def _candidates(data: NDArray[np.uint8], first: int, end: int) -> tuple[Packets, NDArray[np.bool_]]:
+    """Return where packets could begin, and which another follows."""
     blocks = [
         _candidates_of_block(data, block, min(block + _BLOCK_BYTES, end), end)
         for block in range(first, max(end, first + 1), _BLOCK_BYTES)
     ]
-    start, payload, length, stop, signed, index, number, linked = (
-        np.concatenate(columns) for columns in zip(*blocks, strict=True)
-    )
-    return Packets(start, payload, length, stop, signed, index), number, linked
+    *columns, linked = (np.concatenate(column) for column in zip(*blocks, strict=True))
+    return Packets(*columns), linked
+
+
+def _heads(data: NDArray[np.uint8], start: NDArray[np.int64]) -> NDArray[np.uint8]:
+    return rows(data, start - STAMP_SIZE, _HEAD_SIZE)
+
+
+def _numbers_and_sources(heads: NDArray[np.uint8]) -> tuple[NDArray[Any], NDArray[Any]]:
+    words = heads.view("<u4")
+    number = words[:, 3] >> 24 | (words[:, 4] & 0xFFFF) << 8
+    source = words[:, 3] & 0xFFFFFF
+    old = np.flatnonzero(heads[:, STAMP_SIZE] == MAGIC_1)
+    number[old] = heads[old, STAMP_SIZE + 5]
+    source[old] = words[old, 2] >> 16 | (words[old, 3] & 0xFF) << 16
+    return number, source
 
 
 def _candidates_of_block(
@@ -148,7 +165,8 @@ def _candidates_of_block(
 ) -> tuple[NDArray[Any], ...]:
     # In arithmetic of one byte, 0xFD + 3 is 0 and 0xFE + 3 is 1.
     start = first + np.flatnonzero(data[first:last] + np.uint8(3) < np.uint8(2))
-    header = rows(data, start, _HEADER_WORDS)
+    heads = _heads(data, start)
+    stamp_us, header = heads[:, :STAMP_SIZE].view(">u8")[:, 0], heads[:, STAMP_SIZE:]
     magic, length = header[:, 0], header[:, 1]
     version_2 = magic == MAGIC_2
     flags = header[:, 2] * version_2
@@ -159,14 +177,12 @@ def _candidates_of_block(
     # A header whose bytes are all the same is what an erased medium holds.
     alike = np.flatnonzero(magic == length)
     possible[alike] &= (header[alike, 2:HEADER_1] != header[alike, :1]).any(axis=1)
-    words = header.view("<u4")
-    long_number = words[:, 1] >> 24 | (words[:, 2] & 0xFFFF) << 8
-    number = np.where(version_2, long_number, header[:, 5]).astype(np.int64)
     follower = data[np.minimum(stop + STAMP_SIZE, end)]
     linked = (stop == end) | (follower + np.uint8(3) < np.uint8(2))
+    number, source = _numbers_and_sources(heads)
     index = message_indices(number)
     index[~possible] = -1
-    return start, payload, length, stop, signed, index, number, linked & possible
+    return start, payload, length, stop, signed, index, stamp_us, source, linked & possible
 
 
 def _right(

@@ -105,7 +105,7 @@ def _refuse_other_formats(path: Path, piece: LogPiece, stamps: Stamps) -> None:
             f"{path} is a raw telemetry stream: its packets have no timestamps. Give the tlog "
             "recorded with it."
         )
-    if are_swapped(piece.data, piece.packets):
+    if are_swapped(piece.packets):
         raise SwappedStampsError(
             f"The timestamps in {path} are little-endian; a tlog has eight bytes of microseconds "
             "since 1970, big-endian, before each packet. Convert the file by reversing these "
@@ -172,7 +172,7 @@ class _Scanner:
         done = end - FRONT
         stamps = None
         if len(packets):
-            stamps = read_stamps(self._data, packets, previous_stop, self._last_time_s)
+            stamps = read_stamps(packets, previous_stop, self._last_time_s)
             self._last_time_s = float(stamps.time_s[-1])
         inside = packets.stop - np.maximum(packets.start - STAMP_SIZE, previous_stop)
         inside_loose = loose.stop - loose.start + STAMP_SIZE

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flight_logs.checksums import rows
 from flight_logs.dialect import PAYLOAD_OFFSET, MessageTable, messages
-from flight_logs.framing import HEADER_1, MAGIC_1, STAMP_SIZE, Packets
+from flight_logs.framing import MAGIC_1, STAMP_SIZE, Packets
 from flight_logs.grouping import grouped
 
 Records: TypeAlias = NDArray[np.void]
@@ -49,9 +49,8 @@ def records_by_name(
     payload, length = packets.payload[order], packets.length[order]
     heads = np.empty((len(order), 2), dtype="<u8")
     heads[:, 0] = time_s.view("<u8")[order]
-    version_1 = payload - packets.start[order] == HEADER_1
-    source = rows(data, payload - np.where(version_1, 4, 6), 4).view("<u4")[:, 0]
-    heads[:, 1] = source >> 8 & 0xFFFF | (source & 0xFF) << 16
+    source = packets.source[order]
+    heads[:, 1] = source >> 8 | (source & 0xFF) << 16
     found = {}
     for index, chosen in kinds:
         if wanted is None or table[index].name in wanted:

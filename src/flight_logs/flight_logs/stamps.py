@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_logs.checksums import rows
 from flight_logs.framing import STAMP_SIZE, Packets
 
 # pymavlink's reader, too, takes a time after a damaged place to be wrong if it is that far off.
@@ -35,21 +34,19 @@ class Stamps:
 
 
 def read_stamps(
-    data: NDArray[np.uint8],
     packets: Packets,
     previous_stop: NDArray[np.int64],
     last_time_s: float | None,
 ) -> Stamps:
-    """Read the eight bytes before each packet: microseconds since 1970, big-endian.
+    """Check the eight bytes before each packet: microseconds since 1970, big-endian.
 
     Args:
-        data: the bytes the packets are in.
         packets: one or more.
         previous_stop: where the record before each packet ends, shape (n,).
         last_time_s: time of the packet before the first, None when there was none.
     """
     gap = packets.start - previous_stop
-    time_s = _stamps_us(data, packets).astype(np.float64) * 1e-6
+    time_s = packets.stamp_us.astype(np.float64) * 1e-6
     missing = gap < STAMP_SIZE
     known = np.flatnonzero(~missing)
     before_s = last_time_s
@@ -73,14 +70,9 @@ def read_stamps(
     )
 
 
-def are_swapped(data: NDArray[np.uint8], packets: Packets) -> bool:
+def are_swapped(packets: Packets) -> bool:
     """Tell whether the times make sense only with their bytes the other way round."""
-    stamps_us = _stamps_us(data, packets)
+    stamps_us = packets.stamp_us
     as_written = np.median(stamps_us.astype(np.float64))
     other_way = np.median(stamps_us.byteswap().astype(np.float64))
     return bool(as_written >= _LATE_US and _EARLY_US <= other_way < _LATE_US)
-
-
-def _stamps_us(data: NDArray[np.uint8], packets: Packets) -> NDArray[np.uint64]:
-    places = np.maximum(packets.start - STAMP_SIZE, 0)
-    return rows(data, places, STAMP_SIZE).view(">u8")[:, 0]
