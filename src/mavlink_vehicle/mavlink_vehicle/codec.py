@@ -2,7 +2,7 @@
 
 Frames are decoded whole, with the tables of pymavlink's generated classes, instead of byte
 by byte with its parser: the result is the same message object (a test holds every message
-class to that) for about a third of the time.
+class to that) for a quarter of the time.
 
 Whatever comes from outside, `Codec.decode` does not raise. Garbage, damaged frames and
 messages that the dialect does not know are skipped and counted. MAVLink 2 rules are kept:
@@ -21,7 +21,7 @@ from typing import Any, TypeAlias
 from pymavlink.dialects.v20 import all as mavlink
 
 from mavlink_vehicle.errors import MessageError
-from mavlink_vehicle.message_layout import MessageLayout
+from mavlink_vehicle.message_layout import FrameHeader, MessageLayout
 from mavlink_vehicle.signing import SIGNATURE_SIZE, SignatureVerdict, Signing
 
 __all__ = [
@@ -51,8 +51,7 @@ _MAY_BE_UNSIGNED = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
 _KEPT_SECRET = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 """Holds the key: the specification wants it in no recording and never forwarded."""
 
-_Header = mavlink.MAVLink_header
-_new = object.__new__
+_make_header: Callable[..., FrameHeader] = tuple.__new__
 _crc: Callable[[bytes], int] = mavlink.mcrf4xx or (lambda data: mavlink.x25crc(data).crc)
 
 
@@ -213,7 +212,7 @@ class Codec:
             self._packer.signing.secret_key = signing.key
             self._packer.signing.sign_outgoing = True
         self._next_sequence: dict[tuple[int, int], int] = {}
-        self._last_sequence: dict[tuple[int, int], int] = {}
+        self._expected_sequence: dict[tuple[int, int], int] = {}
 
     def encode(self, message: Message) -> bytes:
         """Return the MAVLink 2 frame; counts a sequence number per source.
@@ -265,6 +264,7 @@ class Codec:
 
     def _frame(self, buffer: bytes, start: int, end: int, messages: list[Message]) -> int:
         """Decode the frame at `start`; its size, 0 when there is none, -1 when incomplete."""
+        length: int
         try:
             if buffer[start] == _MAGIC_2:
                 _, length, flags, compatible, sequence, system, component, low, high = (
@@ -297,22 +297,17 @@ class Codec:
             return 0
         frame = buffer[start:stop]
         if self._signing is not None and not self._trust(self._signing, frame, number, flags):
-            return int(stop - start)
-        payload = buffer[body:checksum]
-        if length != layout.size:
-            payload = payload[: layout.size].ljust(layout.size, b"\x00")
-        attributes = layout.fields(payload)
-        attributes["_msgbuf"] = frame
-        attributes["_crc"] = crc
-        attributes["_header"] = _Header(
-            number, flags, compatible, length, sequence, system, component
-        )
-        message = _new(layout.cls)
-        message.__dict__ = attributes
-        messages.append(message)
+            return stop - start
+        fields = (length, flags, compatible, sequence, system, component, number)
+        header = _make_header(FrameHeader, fields)
+        if length < layout.size:  # zeros at the end are not sent
+            payload = buffer[body:checksum] + bytes(layout.size - length)
+            messages.append(layout.decode(payload, 0, frame, crc, header))
+        else:
+            messages.append(layout.decode(buffer, body, frame, crc, header))
         self.statistics.frames += 1
         self._note(frame, number, system, component, sequence)
-        return int(stop - start)
+        return stop - start
 
     def _trust(self, signing: Signing, frame: bytes, number: int, flags: int) -> bool:
         """Return whether the frame may be believed; one that may not is counted."""
@@ -367,15 +362,14 @@ class Codec:
         if self.frame_observer is not None and number != _KEPT_SECRET:
             self.frame_observer(frame)
         source = (system, component)
-        last = self._last_sequence.get(source)
-        if last is not None:
-            gap = (sequence - last - 1) & 0xFF
-            if gap:
-                if gap > 0x7F:  # late or a duplicate: nothing new is missing
-                    return
-                lost = self.statistics.lost
-                lost[source] = lost.get(source, 0) + gap
-        self._last_sequence[source] = sequence
+        expected = self._expected_sequence.get(source, sequence)
+        if sequence != expected:
+            gap = (sequence - expected) & 0xFF
+            if gap > 0x7F:  # late or a duplicate: nothing new is missing
+                return
+            lost = self.statistics.lost
+            lost[source] = lost.get(source, 0) + gap
+        self._expected_sequence[source] = (sequence + 1) & 0xFF
 
 
 def _next_magic(buffer: bytes, start: int) -> int:

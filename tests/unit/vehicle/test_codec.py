@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from mavlink_vehicle.codec import Codec, make, mavlink, message_id, with_source
 from mavlink_vehicle.errors import MessageError
+from mavlink_vehicle.message_layout import FrameHeader
 from tests.support.messages.random_messages import CLASSES, random_message
 
 
@@ -18,12 +19,20 @@ def pack(message: Any, *, version: int = 2, system: int = 1) -> bytes:
     return bytes(message.pack(packer, force_mavlink1=version == 1))
 
 
+# What is the same in all messages of a class; `_payload`, the raw payload, is set nowhere.
+_OF_CLASS = (
+    "_fieldnames", "_type", "_signed", "_link_id", "_instances", "_instance_field",
+    "_instance_offset",
+)  # fmt: skip
+
+
 def attributes(message: Any) -> dict[str, Any]:
     """Everything in a message that pymavlink's own decoder sets, in a form to compare."""
-    found = dict(vars(message))
-    found.pop("_payload", None)  # the raw payload; its extent is not the same in MAVLink 1
+    found: dict[str, Any] = {name: getattr(message, name) for name in _OF_CLASS}
+    found |= vars(message)
+    found.pop("_payload", None)  # its extent is not the same in MAVLink 1
     found["_msgbuf"] = bytes(found["_msgbuf"])
-    found["_header"] = vars(found["_header"])
+    found["_header"] = {name: getattr(found["_header"], name) for name in FrameHeader._fields}
     return found
 
 
