@@ -133,8 +133,10 @@ _SCRATCH = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
 def with_source(message: Message, system_id: int, component_id: int) -> Message:
     """Set the sender of the message; without it a `Codec` puts in its own ids. Returns it."""
     header = message._header
-    header.srcSystem = system_id
-    header.srcComponent = component_id
+    if isinstance(header, FrameHeader):  # it was received
+        message._header = header._replace(srcSystem=system_id, srcComponent=component_id)
+    else:
+        header.srcSystem, header.srcComponent = system_id, component_id
     message.source_is_set = True
     return message
 

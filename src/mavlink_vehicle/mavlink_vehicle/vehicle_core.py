@@ -7,6 +7,7 @@ can be asked to do.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable, Mapping
 
@@ -30,6 +31,7 @@ from mavlink_vehicle.events import (
     VehicleEvent,
     VehicleRebooted,
 )
+from mavlink_vehicle.message_layout import FrameHeader
 from mavlink_vehicle.mission_items import HOME_PLACEHOLDER, MissionItem, MissionType
 from mavlink_vehicle.profiles import Profile, profile_for
 from mavlink_vehicle.protocols.external_position import ExternalPose, ExternalPositionSender
@@ -55,10 +57,10 @@ from mavlink_vehicle.protocols.sequence import ModeOrder
 from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.protocols.stations.overheard import ANSWERS
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
-from mavlink_vehicle.protocols.stream_gap import StreamGap
+from mavlink_vehicle.protocols.stream_gap import STREAM_GAP_S, StreamGap
 from mavlink_vehicle.protocols.timesync import Timesync
 from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader
-from mavlink_vehicle.state.reducer import VehicleState, reduce
+from mavlink_vehicle.state.reducer import MEASUREMENTS, VehicleState, reduce
 from mavlink_vehicle.state.restarts import evolve
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
@@ -66,16 +68,8 @@ _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
 _HEARTBEAT = mavlink.MAVLink_heartbeat_message
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 _CURRENT_MODE = mavlink.MAVLink_current_mode_message
-# What comes most often, and is nothing but a measurement: the rest of the work is not for it.
-_TELEMETRY = frozenset(
-    {
-        mavlink.MAVLink_attitude_message,
-        mavlink.MAVLink_global_position_int_message,
-        mavlink.MAVLink_gps_raw_int_message,
-        mavlink.MAVLink_local_position_ned_message,
-        mavlink.MAVLink_system_time_message,
-    }
-)
+# What tells no event but by its time since boot: most of the work is not for it.
+_TELEMETRY = frozenset({*MEASUREMENTS, mavlink.MAVLink_gps_raw_int_message})
 _FOR_OPERATIONS = frozenset(
     {
         mavlink.MAVLink_command_ack_message,
@@ -138,6 +132,7 @@ class VehicleCore:
         self.parameter_jobs: JobSlot[ParametersFinished] = JobSlot()
         self._stream = SetpointStream()
         self._own_gap = OwnGap(lambda: self.address)
+        self._no_gap_s = 0.0
         self._drag = Drag()
         self._order = ModeOrder()
         self._gap = StreamGap()
@@ -325,6 +320,10 @@ class VehicleCore:
             self._overhear(message, now)
             return
         kind = message.__class__
+        measure = MEASUREMENTS.get(kind)
+        if measure is not None and now - self._gap.heard_s <= STREAM_GAP_S and self.profile:
+            self._measured(measure(before, message, now), header, now)
+            return
         shows_mode = kind is _HEARTBEAT or kind is _CURRENT_MODE
         before = self.state = self._gap.heard(self.state, self.profile, shows_mode, now)
         newer = self._follow_order(kind, header.seq, now)
@@ -343,12 +342,31 @@ class VehicleCore:
         self.state = state
         if kind is _HEARTBEAT:
             self._heartbeat(message, now)
-        # The time since boot is all that a place or an attitude can tell an event by.
+        # The time since boot is all that a measurement can tell an event by.
         if kind not in _TELEMETRY or state.boot_count != before.boot_count:
             self._compare(before, kind is _HEARTBEAT, now)
             self._compare_mission(before, now)
+        self._observe(now)
+
+    def _measured(self, state: VehicleState, header: FrameHeader, now: float) -> None:
+        """Do the little that is left of `receive` for what is nothing but a measurement."""
+        self._gap.heard_s = self._watch.heard_s = now
+        self._order.place(header.seq, now)
+        self._rates.count(header.msgId)
+        before = self.state
+        if state is before:
+            return
+        self.state = state
+        if state.boot_count != before.boot_count:
+            self._compare(before, False, now)
+            self._compare_mission(before, now)
         if self.slot.pending is not None:
-            self.slot.observe(state, self.connected, now)
+            self._observe(now)
+
+    def _observe(self, now: float) -> None:
+        """Let the pending operation see the state."""
+        if self.slot.pending is not None:
+            self.slot.observe(self.state, self.connected, now)
             self.take_ends(now)
 
     def overhear(self, message: Message, now: float) -> None:
@@ -507,13 +525,17 @@ class VehicleCore:
 
     def notice(self, now: float) -> None:
         """Record that we run, and whether we did not for too long."""
-        profile = self.profile
-        if profile is None:
+        own_gap, boot_ms = self._own_gap, self.state.boot_time_ms
+        ran = own_gap.ran
+        if ran is not None and now - ran[0] <= self._no_gap_s:
+            own_gap.ran = (now, boot_ms)
+            return
+        if self.profile is None:
             return
         longest_s = self.config.heartbeat_interval_s + _LATE_S
-        if self._stream.is_open and profile.stream_lost_s is not None:
-            longest_s = min(longest_s, _STREAM_SHARE * profile.stream_lost_s)
-        gap_s = self._own_gap.notice(now, self.state.boot_time_ms, longest_s)
+        stream_s = _STREAM_SHARE * (self.profile.stream_lost_s or math.inf)
+        self._no_gap_s = min(longest_s, stream_s)
+        gap_s = own_gap.notice(now, boot_ms, self._no_gap_s if self._stream.is_open else longest_s)
         if gap_s is not None:
             self._watch.excuse(gap_s)
             self._events.append(StoodStill(gap_s))
@@ -524,7 +546,7 @@ class VehicleCore:
         """Return what the state knows from newer messages than this one; None: all it says."""
         if self.profile is None:
             return ()
-        self._watch.hear(now)
+        self._watch.heard_s = now
         is_old = self._order.follow(sequence, kind is _HEARTBEAT, kind is _CURRENT_MODE, now)
         if is_old is None:
             return None
@@ -607,7 +629,7 @@ class VehicleCore:
         if mission is not earlier and mission and earlier and not self.transfers_mission:
             self._lists.compare(earlier, mission, now)
         if self.profile is not None:
-            self._stations.compare(before, self.state, self.profile, self._order.place, now)
+            self._stations.compare(before, self.state, self.profile, self._order.last, now)
         self._take_acts()
 
     def _compare_armed(self, before: VehicleState, now: float) -> None:
@@ -678,7 +700,7 @@ class VehicleCore:
         while (event := self.slot.next_event()) is not None:
             self._events.append(event)
             stored = self.stored_mission or ()
-            self._stations.operation_ended(event, stored, self.profile, self._order.place)
+            self._stations.operation_ended(event, stored, self.profile, self._order.last)
             last = self._last_mission
             if last is not None and last.operation_id == event.operation_id:
                 self._keep_list(event, now)

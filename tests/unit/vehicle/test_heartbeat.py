@@ -65,7 +65,7 @@ def test_theirs_is_lost_after_the_time_and_regained_with_the_next() -> None:
 def test_lost_heartbeats_are_no_lost_link_while_other_messages_come() -> None:
     watch = HeartbeatWatch(3.0)
     watch.receive(AutopilotMessages().heartbeat(), 10.0)
-    watch.hear(12.5)
+    watch.heard_s = 12.5
     watch.handle_timer(13.0)
     assert watch.alive
     assert watch.next_deadline() == 15.5
@@ -77,7 +77,7 @@ def test_other_messages_do_not_stand_in_for_heartbeats_for_good() -> None:
     watch = HeartbeatWatch(3.0)
     watch.receive(AutopilotMessages().heartbeat(), 10.0)
     for now in range(11, 30):
-        watch.hear(float(now))
+        watch.heard_s = float(now)
         watch.handle_timer(float(now))
     assert watch.next_event() == HeartbeatLost(9.0)
     assert not watch.alive

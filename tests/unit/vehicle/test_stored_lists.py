@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import Message, mavlink, with_source
 from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.protocols.mission.stored_lists import StoredLists, lists_taken
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
@@ -189,7 +189,7 @@ def test_reading_makes_way_for_a_station_and_goes_on_after_it() -> None:
     reading = Reading()
     reading.sent()
     upload = say("MISSION_COUNT", target_system=1, target_component=1, count=3)
-    upload._header.srcSystem, upload._header.srcComponent = 255, 190
+    with_source(upload, 255, 190)
     reading.reader.overhear(upload, 0.1)
     assert reading.sent() == ["MISSION_ACK"]  # cancelled
     assert reading.wait() == 2.1

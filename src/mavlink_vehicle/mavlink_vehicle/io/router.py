@@ -180,30 +180,21 @@ class Router:
                 alone = len(self._table.endpoints) == 1 and not port.station
             if limited and self._is_flooded(port, endpoint, data):
                 continue
-            decoded = endpoint.codec.decode(data)
-            if alone:
-                messages += self._admit_alone(endpoint, decoded, now)
-            else:
-                messages += [m for m in decoded if self._pass_message(endpoint, m, now)]
+            sources = endpoint.sources
+            for message in endpoint.codec.decode(data):
+                header = message._header
+                heard = sources.get((header.srcSystem, header.srcComponent))
+                # Most telemetry comes where there is nobody to pass it on to.
+                if alone and heard and heard.current and header.msgId != _HEARTBEAT:
+                    heard.frames += 1
+                    heard.heard_s = now
+                    messages.append(message)
+                elif self._pass_message(endpoint, message, now):
+                    messages.append(message)
             if self._unknown:
                 self._pass_unknown(endpoint, now)
         if link.peers is not port.peers:
             self._follow_peers(port)
-
-    def _admit_alone(
-        self, endpoint: PeerEndpoint, messages: list[Message], now: float
-    ) -> list[Message]:
-        """Take what comes where there is nobody to pass it on to; most telemetry does."""
-        sources = endpoint.sources
-        for index, message in enumerate(messages):
-            header = message._header
-            heard = sources.get((header.srcSystem, header.srcComponent))
-            if heard is None or not heard.current or header.msgId == _HEARTBEAT:
-                rest = [m for m in messages[index:] if self._pass_message(endpoint, m, now)]
-                return [*messages[:index], *rest]
-            heard.frames += 1
-            heard.heard_s = now
-        return messages
 
     def _is_flooded(self, port: Port, endpoint: PeerEndpoint, data: bytes) -> bool:
         """Return whether data must be dropped because its sender sends too much."""

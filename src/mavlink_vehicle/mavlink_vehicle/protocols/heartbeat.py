@@ -79,14 +79,18 @@ class WatchInput(enum.Enum):
 
 
 class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
-    """Watches the autopilot's HEARTBEAT; the caller passes in only those, and tells of others."""
+    """Watches the autopilot's HEARTBEAT; the caller passes in only those.
+
+    Attributes:
+        heard_s: when the autopilot was last heard; the caller sets it at any message.
+    """
 
     def __init__(self, timeout_s: float) -> None:
         """Call it lost after `timeout_s` of silence, or `PATIENCE` times that without one."""
         super().__init__(WatchState.UNSEEN)
         self._timeout_s = timeout_s
         self._last_s = 0.0
-        self._other_s = 0.0
+        self.heard_s = 0.0
         self._boot_count = 0
         self._boot_count_at_loss = 0
 
@@ -102,17 +106,13 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
         """Process a HEARTBEAT of the autopilot."""
         self._fire(WatchInput.BEAT, now)
 
-    def hear(self, now: float) -> None:
-        """Record that another message of the autopilot came."""
-        self._other_s = now
-
     def excuse(self, gap_s: float) -> None:
         """Do not count a time in which we did not run: nobody listened.
 
         What came meanwhile is still in a buffer, or was not sent, as the whole machine hung.
         """
         self._last_s += gap_s
-        self._other_s += gap_s
+        self.heard_s += gap_s
         if self._deadline is not None:
             self._deadline += gap_s
 
@@ -125,7 +125,7 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
         if self._deadline is None or now < self._deadline:
             return
         longest_s = self._last_s + PATIENCE * self._timeout_s
-        self._deadline = min(self._other_s + self._timeout_s, longest_s)
+        self._deadline = min(self.heard_s + self._timeout_s, longest_s)
         if now >= self._deadline:
             self._fire(WatchInput.SILENCE, now)
 

@@ -231,12 +231,19 @@ class MessageRates(Machine[None]):
     def receive(self, message: Message, now: float) -> None:
         """Count telemetry; look for the answer to the command under way."""
         number = message._header.msgId
-        wish = self._wishes.get(number)
-        if wish is not None:
-            wish.received += 1
-        elif self._command is not None and number == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+        if self.count(number) or self._command is None:
+            return
+        if number == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             self._command.receive(message, now)
             self._step_command(now)
+
+    def count(self, number: int) -> bool:
+        """Count a message if it is telemetry that is wanted; return whether it is."""
+        wish = self._wishes.get(number)
+        if wish is None:
+            return False
+        wish.received += 1
+        return True
 
     def handle_timer(self, now: float) -> None:
         """Repeat the command, judge what arrived, ask for the next one."""

@@ -31,14 +31,18 @@ _REQUEST = CommandRequest(mavlink.MAV_CMD_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_
 
 
 class OwnGap(Outbox):
-    """Knows whether the mode has been seen since we last stood still."""
+    """Knows whether the mode has been seen since we last stood still.
+
+    Attributes:
+        ran: when we ran last, and the vehicle's newest time since boot then; who knows that it
+            is not too long ago may set it instead of calling `notice`.
+    """
 
     def __init__(self, address: Callable[[], Address]) -> None:
         """Begin without a gap; `address` tells those of a request."""
         super().__init__()
         self._address = address
-        self._ran_s: float | None = None
-        self._ran_boot_ms: int | None = None
+        self.ran: tuple[float, int | None] | None = None
         self._before: tuple[float, int | None] | None = None
         self._noticed_s = self._ask_s = 0.0
 
@@ -55,14 +59,13 @@ class OwnGap(Outbox):
             boot_time_ms: the vehicle's newest time since boot, or None.
             longest_s: what is not too long.
         """
-        ran_s, boot_ms = self._ran_s, self._ran_boot_ms
-        self._ran_s, self._ran_boot_ms = now, boot_time_ms
-        if ran_s is None or now - ran_s <= longest_s:
+        ran, self.ran = self.ran, (now, boot_time_ms)
+        if ran is None or now - ran[0] <= longest_s:
             return None
         if self._before is None:
-            self._before, self._noticed_s = (ran_s, boot_ms), now
+            self._before, self._noticed_s = ran, now
             self._ask_s = now + _ASK_AFTER_S
-        return now - ran_s
+        return now - ran[0]
 
     def next_deadline(self) -> float | None:
         """Return when a HEARTBEAT is to be asked for; None if none is wanted."""

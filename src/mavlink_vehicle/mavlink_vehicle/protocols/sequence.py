@@ -11,10 +11,15 @@ _RESYNC_S = 1.0
 
 
 class SequenceOrder:
-    """Follows the sequence numbers (0 to 255, wrapping) of one sender."""
+    """Follows the sequence numbers (0 to 255, wrapping) of one sender.
+
+    Attributes:
+        last: place of the last packet in the order of sending.
+    """
 
     def __init__(self) -> None:
         """Begin with whatever comes first."""
+        self.last = -1
         self._newest: int | None = None
         self._advanced_s = 0.0
 
@@ -27,26 +32,27 @@ class SequenceOrder:
         """
         newest = self._newest
         if newest is None:
-            self._newest = sequence
+            self.last = self._newest = sequence
             self._advanced_s = now
             return sequence
-        ahead = (sequence - newest) % 256
+        ahead = (sequence - newest) & 0xFF
         if ahead >= _HALF and now - self._advanced_s < _RESYNC_S:
-            return newest + ahead - 256
+            self.last = newest + ahead - 256
+            return self.last
         if ahead:
             self._newest = newest + ahead
             self._advanced_s = now
-        return newest + ahead
+        self.last = newest + ahead
+        return self.last
 
 
-class ModeOrder:
+class ModeOrder(SequenceOrder):
     """Sorts the messages of one vehicle, of which some show its mode."""
 
     def __init__(self) -> None:
         """Begin with whatever comes first."""
-        self._order = SequenceOrder()
-        self.place = self._mode_place = self._beat_place = -1
-        """Place of the last message in the order of sending."""
+        super().__init__()
+        self._mode_place = self._beat_place = -1
 
     def follow(self, sequence: int, is_heartbeat: bool, is_mode: bool, now: float) -> bool | None:
         """Record a message; returns whether its mode has been left since, None if all it says.
@@ -60,7 +66,7 @@ class ModeOrder:
             is_mode: whether it is a CURRENT_MODE.
             now: time in seconds.
         """
-        place = self.place = self._order.place(sequence, now)
+        place = self.place(sequence, now)
         if not is_heartbeat and not is_mode:
             return False
         is_old = place < self._mode_place

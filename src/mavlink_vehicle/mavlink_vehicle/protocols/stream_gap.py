@@ -9,17 +9,22 @@ from mavlink_vehicle.state.restarts import evolve
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 # PX4 takes the stream for lost after COM_OF_LOSS_T (1 s); the link's jitter comes on top.
-_STREAM_GAP_S = 0.8
+STREAM_GAP_S = 0.8
 # What was streamed longer ago was another flight.
 _STREAM_OVER_S = 10.0
 
 
 class StreamGap:
-    """Marks the state of a vehicle that may have left its mode because no setpoint came."""
+    """Marks the state of a vehicle that may have left its mode because no setpoint came.
+
+    Attributes:
+        heard_s: when the vehicle was heard last; `heard` need not be called for a message that
+            does not show the mode and comes within `STREAM_GAP_S` of it.
+    """
 
     def __init__(self) -> None:
         """Begin before any message."""
-        self._heard_s = self._setpoint_s = -math.inf
+        self.heard_s = self._setpoint_s = -math.inf
 
     def heard(
         self, state: VehicleState, profile: Profile | None, shows_mode: bool, now: float
@@ -32,8 +37,8 @@ class StreamGap:
             shows_mode: whether the message shows the mode.
             now: time in seconds.
         """
-        silent = now - self._heard_s > _STREAM_GAP_S
-        self._heard_s = now
+        silent = now - self.heard_s > STREAM_GAP_S
+        self.heard_s = now
         return self._marked(state, profile, silent, now) if silent or shows_mode else state
 
     def sent(self, state: VehicleState, profile: Profile | None, now: float) -> VehicleState:
@@ -52,7 +57,7 @@ class StreamGap:
         last_s = now - self._setpoint_s
         if profile is None or profile.prestream_s == 0.0 or last_s > _STREAM_OVER_S:
             return state
-        if not (silent or last_s > _STREAM_GAP_S):
+        if not (silent or last_s > STREAM_GAP_S):
             return state
         if state.custom_mode != profile.mode_number(profile.control_mode):
             return state

@@ -32,7 +32,7 @@ from mavlink_vehicle.state.status_reducers import (
 )
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
-__all__ = ["VehicleState", "reduce"]
+__all__ = ["MEASUREMENTS", "VehicleState", "reduce"]
 
 _UINT16_MAX = 0xFFFF
 _FIX_2D, _FIX_3D = 2, 3
@@ -43,6 +43,8 @@ _CENTIDEGREE = math.radians(0.01)
 # The same bit in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
 _ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
 _Sample: TypeAlias = telemetry.GlobalPosition | telemetry.LocalPosition | telemetry.Attitude
+# What a named tuple's own constructor does, without its Python: it runs for every position.
+_make: Callable[..., Any] = tuple.__new__
 
 
 def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -89,9 +91,12 @@ def _changes_of(
     state: VehicleState, sample: _Sample | None, message: Message, now: float
 ) -> dict[str, Any] | None:
     """Return what the time of a message changes; None if it is older than the sample there is."""
-    if is_late(sample, message.time_boot_ms):
+    time_boot_ms, newest_ms = message.time_boot_ms, state.boot_time_ms
+    if newest_ms is not None and newest_ms <= time_boot_ms:
+        return {"boot_time_ms": time_boot_ms}
+    if is_late(sample, time_boot_ms):
         return None
-    return boot_changes(state, message.time_boot_ms, now)
+    return boot_changes(state, time_boot_ms, now)
 
 
 def _global_position(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -102,7 +107,7 @@ def _global_position(state: VehicleState, message: Message, now: float) -> Vehic
     if (latitude == 0 and longitude == 0) or _INT32_MAX in (latitude, longitude):
         changes["global_position"] = None
     else:
-        changes["global_position"] = telemetry.GlobalPosition(
+        values = (
             now,
             message.time_boot_ms,
             latitude * 1e-7,
@@ -112,6 +117,7 @@ def _global_position(state: VehicleState, message: Message, now: float) -> Vehic
             (message.vx * 0.01, message.vy * 0.01, message.vz * 0.01),
             None if heading == _UINT16_MAX else normalize_angle(heading * _CENTIDEGREE),
         )
+        changes["global_position"] = _make(telemetry.GlobalPosition, values)
         if _on_ground(state):
             changes["ground_altitude_amsl_m"] = message.alt * 1e-3
     return evolve(state, changes)
@@ -124,9 +130,8 @@ def _local_position(state: VehicleState, message: Message, now: float) -> Vehicl
     position = (message.x, message.y, message.z)
     velocity = (message.vx, message.vy, message.vz)
     if _finite(position) and _finite(velocity):
-        changes["local_position"] = telemetry.LocalPosition(
-            now, message.time_boot_ms, position, velocity
-        )
+        values = (now, message.time_boot_ms, position, velocity)
+        changes["local_position"] = _make(telemetry.LocalPosition, values)
         if _on_ground(state):
             changes["ground_down_m"] = message.z
     else:
@@ -140,11 +145,10 @@ def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState
         return state
     roll, pitch, yaw = message.roll, message.pitch, message.yaw
     rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
-    changes["attitude"] = (
-        telemetry.Attitude(now, message.time_boot_ms, roll, pitch, normalize_angle(yaw), rates)
-        if _finite((roll, pitch, yaw)) and _finite(rates)
-        else None
-    )
+    changes["attitude"] = None
+    if _finite((roll, pitch, yaw)) and _finite(rates):
+        values = (now, message.time_boot_ms, roll, pitch, normalize_angle(yaw), rates)
+        changes["attitude"] = _make(telemetry.Attitude, values)
     return evolve(state, changes)
 
 
@@ -280,13 +284,18 @@ def _wind_cov(state: VehicleState, message: Message, _now: float) -> VehicleStat
 
 
 _Reducer = Callable[[VehicleState, Message, float], VehicleState]
-_REDUCERS: dict[type, _Reducer] = {
-    mavlink.MAVLink_heartbeat_message: heartbeat,
-    mavlink.MAVLink_current_mode_message: current_mode,
+MEASUREMENTS: dict[type, _Reducer] = {
     mavlink.MAVLink_system_time_message: _system_time,
     mavlink.MAVLink_global_position_int_message: _global_position,
     mavlink.MAVLink_local_position_ned_message: _local_position,
     mavlink.MAVLink_attitude_message: _attitude,
+}
+"""What comes most often and is nothing but a measurement; whoever takes the reducer from here
+has seen to it that the message is the vehicle's own."""
+_REDUCERS: dict[type, _Reducer] = {
+    **MEASUREMENTS,
+    mavlink.MAVLink_heartbeat_message: heartbeat,
+    mavlink.MAVLink_current_mode_message: current_mode,
     mavlink.MAVLink_battery_status_message: battery_status,
     mavlink.MAVLink_sys_status_message: sys_status,
     mavlink.MAVLink_extended_sys_state_message: extended_sys_state,

@@ -16,6 +16,8 @@ _ANNOUNCEMENT_S = 60.0
 _UINT32 = 1 << 32
 _WRAP_MARGIN_MS = 60_000
 
+_set_attributes = VehicleState.__dict__["__dict__"].__set__
+
 VOID_AFTER_RESTART: dict[str, Any] = {
     "landed_state": LandedState.UNDEFINED,
     "global_position": None,
@@ -44,7 +46,7 @@ def evolve(state: VehicleState, changes: dict[str, Any]) -> VehicleState:
     if not changes:
         return state
     new = object.__new__(VehicleState)
-    object.__setattr__(new, "__dict__", {**state.__dict__, **changes})
+    _set_attributes(new, state.__dict__ | changes)
     return new
 
 
