@@ -508,6 +508,8 @@ class VehicleCore:
         messages: list[Message] = []
         for part in self._senders:
             made = part.messages_to_send()
+            if not made:
+                continue
             # Who repeats a command takes this for a loss on the link.
             if not (self._own_gap.is_open and (part is self.slot or part is self._stream)):
                 messages += made

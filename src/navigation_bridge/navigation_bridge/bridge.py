@@ -165,6 +165,11 @@ class Bridge:
         return self._map_frame.pose(self._vehicle.state)
 
     @property
+    def has_pose(self) -> bool:
+        """Whether there is a `pose`."""
+        return self._map_frame.has_pose(self._vehicle.state)
+
+    @property
     def lateness(self) -> Lateness:
         """Lateness of the setpoints; read only."""
         return self._lateness

@@ -155,8 +155,12 @@ class FleetApplication:
             return
         if self._only is None and not member.bucket.take(1, now):
             member.throttled += 1
-        else:
-            self.work(member, partial(member.application.receive, message, now))
+        elif not member.given_up:
+            self.touch(member)
+            try:
+                member.application.receive(message, now)
+            except Exception as error:
+                self._tell(member, error)
 
     def overhear(self, message: Message, now: float) -> None:
         """Pass a message of a ground station to its target vehicle, or to all."""

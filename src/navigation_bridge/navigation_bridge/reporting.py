@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
+from collections.abc import Callable
+from functools import partial
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import (
@@ -55,14 +57,20 @@ class Reporter:
         """Report about ``vehicle`` in ``map_frame``."""
         self._vehicle = vehicle
         self._map_frame = map_frame
-        self._outputs: deque[Output] = deque()
+        # Or notes that are made when they are reached, because what is before them is urgent.
+        self._outputs: deque[Output | Callable[[], list[Message]]] = deque()
         self._position_known = False
         self._text_ids = itertools.count()
         self._answers: frozenset[StatusText] = frozenset()
 
     def next_output(self) -> Output | None:
         """Return the next output, or None."""
-        return self._outputs.popleft() if self._outputs else None
+        while self._outputs:
+            output = self._outputs.popleft()
+            if not callable(output):
+                return output
+            self._outputs.extendleft(Annotation(message) for message in reversed(output()))
+        return None
 
     def log(self, level: LogLevel, text: str) -> None:
         """Add a log line."""
@@ -117,8 +125,7 @@ class Reporter:
                 late_s=late_s,
             )
         )
-        for message in notes.progress(progress, now):
-            self.note(message)
+        self._outputs.append(partial(notes.progress, progress, now))
 
     def plan(self, goal: ActiveGoal, path_enu_m: tuple[Vector3, ...]) -> None:
         """Report the planned path if it has changed."""
@@ -203,7 +210,7 @@ class Reporter:
 
     def position(self) -> None:
         """Report that the position has become valid or invalid."""
-        valid = self._map_frame.pose(self._vehicle.state) is not None
+        valid = self._map_frame.has_pose(self._vehicle.state)
         if valid is self._position_known:
             return
         self._position_known = valid

@@ -39,6 +39,7 @@ class Node:
 
         class Publisher:
             publish = staticmethod(told.append)
+            get_subscription_count = staticmethod(lambda: 1)
 
         return Publisher
 
@@ -62,7 +63,8 @@ def published(
     transforms = Transforms(node, FrameNames(prefix), which)
     for frame_id in sensors:
         transforms.add_sensor(frame_id)
-    transforms.publish(POSE, state(), STAMP)
+    transforms.follow(POSE, state())
+    transforms.publish(STAMP)
     transforms.publish_still(ORIGIN, state(ellipsoid_m), pose, STAMP)
     return node
 

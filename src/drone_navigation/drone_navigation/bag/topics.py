@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from nav_msgs.msg import OccupancyGrid
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
 
@@ -80,18 +81,19 @@ class BagClock:
 class BagPublisher:
     """A publisher that writes into a bag."""
 
-    def __init__(self, channel: Channel, clock: BagClock) -> None:
-        """Write to ``channel`` at the clock's time."""
+    def __init__(self, channel: Channel, clock: BagClock, on_demand: bool) -> None:
+        """Write to ``channel`` at the clock's time; nobody asks a bag for what is on demand."""
         self._channel = channel
         self._clock = clock
+        self._readers = 0 if on_demand else 1
 
     def publish(self, message: Any) -> None:
         """Write a message."""
         self._channel.write(message, self._clock.unix_ns)
 
     def get_subscription_count(self) -> int:
-        """Return 0: nobody asks a bag for what is published on demand."""
-        return 0
+        """Return 1, the bag; 0 of what is published on demand."""
+        return self._readers
 
 
 class BagNode:
@@ -117,7 +119,8 @@ class BagNode:
             name = self.get_fully_qualified_name() + topic.removeprefix("~")
         elif not topic.startswith("/"):
             name = f"{self._namespace}/{topic}"
-        return BagPublisher(self._bag.channel(message_type, name, profile), self._clock)
+        channel = self._bag.channel(message_type, name, profile)
+        return BagPublisher(channel, self._clock, on_demand=message_type is OccupancyGrid)
 
     def get_fully_qualified_name(self) -> str:
         """Return the node's name with its namespace."""

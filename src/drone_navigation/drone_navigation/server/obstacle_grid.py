@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import math
+from collections.abc import Callable
 from typing import Any
 
 from nav_msgs.msg import OccupancyGrid
@@ -26,7 +27,7 @@ class ObstacleGrid:
         self._map_frame = map_frame
         self._next_s = -math.inf
 
-    def update(self, stamp: Any, now: float) -> None:
+    def update(self, stamp: Callable[[], Any], now: float) -> None:
         """Publish, if due and wanted."""
         if now < self._next_s:
             return
@@ -41,7 +42,7 @@ class ObstacleGrid:
         beside = feed.standing.known.joined(feed.sensed)
         beside = beside.between(height_m - clearance_m, height_m + clearance_m)
         message = grid_message(beside, window)
-        message.header.stamp = message.info.map_load_time = stamp
+        message.header.stamp = message.info.map_load_time = stamp()
         message.header.frame_id = self._map_frame
         message.info.origin.position.z = height_m
         self._publisher.publish(message)

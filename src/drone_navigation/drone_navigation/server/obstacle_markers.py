@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -45,7 +45,7 @@ class ObstacleMarkers:
         self._next_s = -math.inf
         self._shown: tuple[Obstacles, Obstacles] | None = None
 
-    def update(self, stamp: Any, now: float) -> None:
+    def update(self, stamp: Callable[[], Any], now: float) -> None:
         """Publish changes, if due."""
         if now < self._next_s:
             return
@@ -62,7 +62,7 @@ class ObstacleMarkers:
         high_m = (math.floor(max(height_m, 0.0) / _ABOVE_M) + 2.0) * _ABOVE_M
         self._publisher.publish(
             obstacle_markers(
-                known, sensed, min(height_m - 1.0, 0.0), high_m, stamp, self._map_frame
+                known, sensed, min(height_m - 1.0, 0.0), high_m, stamp(), self._map_frame
             )
         )
 

@@ -25,7 +25,7 @@ from drone_navigation.server.frame_names import PLAIN, FrameNames
 from drone_navigation.server.obstacle_grid import ObstacleGrid
 from drone_navigation.server.obstacle_markers import ObstacleMarkers
 from drone_navigation.server.scene_topics import SceneTopics
-from drone_navigation.server.transforms import Transforms, geoid_height_m
+from drone_navigation.server.transforms import Transforms, geoid_height_m, is_heard
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.bridge import Bridge
@@ -156,28 +156,28 @@ class Topics:
         if state is before and not periodic:
             return
         self._seen = state
-        stamp = self._stamp()
-        self._obstacles.update(stamp, now)
-        self._grid.update(stamp, now)
+        self._obstacles.update(self._stamp, now)
+        self._grid.update(self._stamp, now)
         for sample in (state.global_position, state.attitude):
             if sample is not None and sample.time_s == now:
                 self._times.observe(state.boot_count, sample.time_boot_ms, now)
         if before is None or state.global_position is not before.global_position:
             self._publish_pose(state, now)
-        if before is None or state.gps is not before.gps:
+        if (before is None or state.gps is not before.gps) and is_heard(self._fix):
             fixed_ms = None if state.gps is None else state.gps.time_boot_ms
-            measured = stamp if fixed_ms is None else self._measured(fixed_ms, now)
+            measured = self._stamp() if fixed_ms is None else self._measured(fixed_ms, now)
             self._fix.publish(messages.nav_sat_fix(state, measured, self._frames))
-        if before is None or state.battery is not before.battery:
-            self._battery.publish(messages.battery_state(state, stamp))
+        if (before is None or state.battery is not before.battery) and is_heard(self._battery):
+            self._battery.publish(messages.battery_state(state, self._stamp()))
         if state.home is not None and (before is None or state.home is not before.home):
-            self._publish_home(state, stamp)
+            self._publish_home(state, self._stamp())
         other_server = self._presence is not None and self._presence.other_server
         key = (other_server, *_status_key(self._bridge, state))
         if periodic or key != self._status_key:
             self._status_key = key
-            self._publish_status(stamp, periodic)
+            self._publish_status(self._stamp(), periodic)
         if periodic:
+            stamp = self._stamp()
             self._next_s = now + _PERIOD_S
             self._scene.update(stamp)
             bridge = self._bridge
@@ -190,12 +190,20 @@ class Topics:
         if pose is None or position is None:
             return
         pose = at_time_of_position(pose, state)
+        self.transforms.follow(pose, state)
+        streams = (self._pose, self._odometry, self._geo_pose)
+        heard = [publisher for publisher in streams if is_heard(publisher)]
+        if not heard and not self.transforms.are_heard:
+            return
         stamp, frames = self._measured(position.time_boot_ms, now), self._frames
-        self._pose.publish(pose_stamped(pose, stamp, frames.map))
-        self._odometry.publish(messages.odometry(pose, state, stamp, frames))
-        geoid_m = geoid_height_m(state)
-        self._geo_pose.publish(messages.geo_pose(pose, state, geoid_m, stamp, frames))
-        self.transforms.publish(pose, state, stamp)
+        if self._pose in heard:
+            self._pose.publish(pose_stamped(pose, stamp, frames.map))
+        if self._odometry in heard:
+            self._odometry.publish(messages.odometry(pose, state, stamp, frames))
+        if self._geo_pose in heard:
+            geoid_m = geoid_height_m(state)
+            self._geo_pose.publish(messages.geo_pose(pose, state, geoid_m, stamp, frames))
+        self.transforms.publish(stamp)
 
     def _publish_home(self, state: VehicleState, stamp: Any) -> None:
         home = messages.home_position(self._bridge, state, stamp, self._frames)
@@ -257,7 +265,7 @@ def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
         state.landed_state,
         state.failsafe,
         state.texts,
-        bridge.pose is None,
+        bridge.has_pose,
         vehicle.connected,
         vehicle.in_control_mode,
         bridge.active_goal_id,

@@ -23,11 +23,16 @@ from navigation_bridge.configuration.settings import PublishTf
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_bridge.vehicle.odom_frame import OdomFrame, OdomPose
 
-__all__ = ["Transforms", "geoid_height_m"]
+__all__ = ["Transforms", "geoid_height_m", "is_heard"]
 
 _HERE: OdomPose = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 # The geoid's height is a difference of two numbers of a receiver, which change with its fixes.
 _GEOID_STEP_M = 1.0
+
+
+def is_heard(publisher: Any) -> bool:
+    """Return whether anyone gets what is published; most of what streams need not be made."""
+    return bool(publisher.get_subscription_count())
 
 
 def geoid_height_m(state: VehicleState) -> float | None:
@@ -77,18 +82,26 @@ class Transforms:
         if self._which is PublishTf.ALL and is_named and not self._frames.is_own(frame_id):
             self._sensors.add(frame_id)
 
-    def publish(self, pose: MapPose, state: VehicleState, stamp: Time) -> None:
-        """Publish where the vehicle is.
+    @property
+    def are_heard(self) -> bool:
+        """Whether anyone gets what `publish` publishes."""
+        return self._moving is not None and is_heard(self._moving)
+
+    def follow(self, pose: MapPose, state: VehicleState) -> None:
+        """Follow the vehicle.
 
         Args:
             pose: attitude and position of one time.
             state: that it is of.
-            stamp: that time.
         """
-        if self._moving is None:
+        if self._moving is not None:
+            self._odom.follow(pose, state)
+
+    def publish(self, stamp: Time) -> None:
+        """Publish where the vehicle was last followed to, at the time of that."""
+        if self._moving is None or not self.are_heard:
             return
         odom, frames = self._odom, self._frames
-        odom.follow(pose, state)
         self._moving.publish(
             TFMessage(
                 transforms=[

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 
 from drone_navigation.logs.log_servers import LogServers
@@ -24,6 +26,7 @@ from navigation_bridge.goals.goal import LogLevel, LogLine, Output
 from navigation_bridge.recording.noted_outputs import NotedOutputs
 from navigation_core.outcomes import OutcomeCode
 
+_SEVERITIES = {LogLevel.ERROR: LoggingSeverity.ERROR, LogLevel.WARN: LoggingSeverity.WARN}
 # What somebody waits for, whatever a recording does.
 _ANSWERS = (outputs.ServiceDone, log_outputs.LogRequestDone)
 
@@ -57,7 +60,7 @@ class VehicleApplication:
             outputs.GoalFinished: server.finish,
             outputs.CancelWanted: lambda wanted: server.cancel(wanted.goal_id),
             outputs.ServiceDone: services.finish,
-            LogLine: partial(_log, node),
+            LogLine: partial(_log, node.get_logger().name),
         }
         self.attach_topics(topics)
 
@@ -174,13 +177,7 @@ class VehicleApplication:
         recorder.write(self._notes.encode(message))
 
 
-def _log(node: Node, line: LogLine) -> None:
-    # rclpy keys its "once" and "throttle" filters by call site, so that one severity for
-    # each place is required.
-    logger = node.get_logger()
-    if line.level is LogLevel.ERROR:
-        logger.error(line.text)
-    elif line.level is LogLevel.WARN:
-        logger.warning(line.text)
-    else:
-        logger.info(line.text)
+def _log(logger: str, line: LogLine) -> None:
+    """Log a line; rclpy's own method first searches for its caller, for milliseconds."""
+    severity = _SEVERITIES.get(line.level, LoggingSeverity.INFO)
+    rclpy_implementation.rclpy_logging_rcutils_log(severity, logger, line.text, "", "", 0)

@@ -37,6 +37,7 @@ class MapFrame:
         """Start without an origin."""
         self._finder = FrameFinder(None)
         self._vehicle: tuple[int, int] | None = None
+        self._posed: tuple[VehicleState, LocalFrame, MapPose] | None = None
 
     @property
     def frame(self) -> LocalFrame | None:
@@ -76,6 +77,15 @@ class MapFrame:
         )
         self._finder.pair((place.latitude_deg, place.longitude_deg, place.altitude_amsl_m), moved)
 
+    def has_pose(self, state: VehicleState) -> bool:
+        """Return whether `pose` is not None, which takes less."""
+        position = state.global_position
+        if self._finder.frame is None or position is None or not state.position_valid:
+            return False
+        if state.local_position is None:
+            return False
+        return state.attitude is not None or position.heading_ned_rad is not None
+
     def pose(self, state: VehicleState) -> MapPose | None:
         """Return the pose that GLOBAL_POSITION_INT and ATTITUDE give, or None.
 
@@ -83,16 +93,20 @@ class MapFrame:
         required, too: an ArduCopter sends GLOBAL_POSITION_INT before its estimator uses the GPS,
         but LOCAL_POSITION_NED only from then on.
         """
+        frame = self._finder.frame
+        if frame is None or not self.has_pose(state):
+            return None
+        if self._posed is None or self._posed[0] is not state or self._posed[1] is not frame:
+            self._posed = (state, frame, self._made(state))
+        return self._posed[2]
+
+    def _made(self, state: VehicleState) -> MapPose:
         position = state.global_position
-        if self.frame is None or position is None or not state.position_valid:
-            return None
-        if state.local_position is None:
-            return None
+        assert position is not None
         yaw_ned_rad = (
             state.attitude.yaw_ned_rad if state.attitude is not None else position.heading_ned_rad
         )
-        if yaw_ned_rad is None:
-            return None
+        assert yaw_ned_rad is not None
         roll_rad, pitch_rad = 0.0, 0.0
         if state.attitude is not None:
             roll_rad, pitch_rad = state.attitude.roll_rad, state.attitude.pitch_rad
