@@ -70,6 +70,17 @@ _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 _CURRENT_MODE = mavlink.MAVLink_current_mode_message
 # What tells no event but by its time since boot: most of the work is not for it.
 _TELEMETRY = frozenset({*MEASUREMENTS, mavlink.MAVLink_gps_raw_int_message})
+# What is no answer to anything.
+_REPORTS = _TELEMETRY | {
+    _HEARTBEAT,
+    _CURRENT_MODE,
+    mavlink.MAVLink_battery_status_message,
+    mavlink.MAVLink_ekf_status_report_message,
+    mavlink.MAVLink_estimator_status_message,
+    mavlink.MAVLink_extended_sys_state_message,
+    mavlink.MAVLink_statustext_message,
+    mavlink.MAVLink_sys_status_message,
+}
 _FOR_OPERATIONS = frozenset(
     {
         mavlink.MAVLink_command_ack_message,
@@ -334,7 +345,7 @@ class VehicleCore:
             return
         if newer:
             state = evolve(state, {name: getattr(before, name) for name in newer})
-        if kind not in _TELEMETRY:
+        if kind not in _REPORTS:
             self._hand_out(message, now)
         self._rates.receive(message, now)
         if state is before:

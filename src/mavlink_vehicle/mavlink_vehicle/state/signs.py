@@ -29,6 +29,8 @@ def radio_ok(enabled: int, health: int) -> bool | None:
 def follow(before: VehicleState, after: VehicleState, now: float) -> Signs:
     """Return the signs after a change of the state; the same object when none has changed."""
     old = before.signs
+    if _shown(before) == _shown(after):
+        return old
     new = Signs(
         _since(old.fence_s, not before.fence_breached, not after.fence_breached, now),
         _battery(before, after, now),
@@ -40,6 +42,17 @@ def follow(before: VehicleState, after: VehicleState, now: float) -> Signs:
     return old if new == old else new
 
 
+def _shown(state: VehicleState) -> tuple[bool | int | None, ...]:
+    """Return all that a sign can begin or end by; while it is the same, all signs are."""
+    return (
+        state.fence_breached,
+        _charge_rank(state),
+        state.radio_ok,
+        _has_fix(state),
+        _has_position(state),
+    )
+
+
 def _since(since_s: float | None, was_ok: bool | None, ok: bool | None, now: float) -> float | None:
     if ok is not False:
         return None
@@ -47,13 +60,14 @@ def _since(since_s: float | None, was_ok: bool | None, ok: bool | None, now: flo
 
 
 def _battery(before: VehicleState, after: VehicleState, now: float) -> float | None:
-    was, rank = (
-        0 if state.battery is None else _CHARGE_RANK.get(state.battery.charge_state, 0)
-        for state in (before, after)
-    )
+    was, rank = _charge_rank(before), _charge_rank(after)
     if rank == 0:
         return None
     return now if rank > was else before.signs.battery_s
+
+
+def _charge_rank(state: VehicleState) -> int:
+    return 0 if state.battery is None else _CHARGE_RANK.get(state.battery.charge_state, 0)
 
 
 def _has_fix(state: VehicleState) -> bool | None:
