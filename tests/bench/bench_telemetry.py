@@ -36,7 +36,7 @@ from tests.bench.telemetry_sender import telemetry
 
 HERE = Path(__file__).resolve().parent
 ROUNDS = 7
-BATCH = 100
+BATCH = 200
 FLOOD_S = 40
 PACED_S = 8
 
