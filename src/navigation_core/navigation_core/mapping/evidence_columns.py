@@ -7,6 +7,7 @@ forgets the rows that have left.
 
 from __future__ import annotations
 
+import math
 from typing import TypeAlias
 
 import numpy as np
@@ -53,8 +54,11 @@ class Columns:
         self._count = max(round(size_m / cell_m), 1)
         self._first = np.full(2, -(self._count // 2))
         cells = self._count * self._count
+        # The columns with any evidence, ascending: a large window is mostly empty.
+        self._known = np.empty(0, dtype=np.intp)
         self._evidence = np.zeros(cells)
         self._full = np.zeros(cells, dtype=np.bool_)
+        self._centres_m = np.zeros((cells, 2))
         # Lowest and highest hit, and where it ends. Once is not enough to say where it ends: the
         # first ray above it is kept as what may be its top.
         self._low, self._high = np.zeros(cells), np.zeros(cells)
@@ -63,21 +67,18 @@ class Columns:
 
     def clear(self) -> None:
         """Forget everything."""
-        self._forget(np.arange(self._evidence.size))
+        self._forget(self._known)
 
     def recentre(self, east_m: float, north_m: float) -> None:
         """Roll the window to be about a point, and forget the columns that leave it."""
-        first = self._cells(np.array([[east_m, north_m]]))[0] - self._count // 2
-        moved = first - self._first
-        if not moved.any():
+        cells = math.floor(east_m / self.cell_m), math.floor(north_m / self.cell_m)
+        half = self._count // 2
+        first = np.array([cells[0] - half, cells[1] - half])
+        if first[0] == self._first[0] and first[1] == self._first[1]:
             return
-        grid = np.arange(self._evidence.size).reshape(self._count, self._count)
-        for axis in (0, 1):
-            steps = np.arange(min(abs(int(moved[axis])), self._count))
-            # Going up, the lowest rows leave, and their places are those of the new highest.
-            start = self._first[axis] if moved[axis] > 0 else first[axis]
-            self._forget(grid.take((start + steps) % self._count, axis=axis).ravel())
         self._first = first
+        away = self._cells(self._centres_m[self._known]) - first
+        self._forget(self._known[((away < 0) | (away >= self._count)).any(axis=1)])
 
     def find(self, points_m: Array) -> tuple[Indices, Mask]:
         """Return the columns of points (N, 2 or 3), and which of the points have one."""
@@ -88,15 +89,12 @@ class Columns:
         return np.asarray(wrapped[:, 0] * self._count + wrapped[:, 1]), inside
 
     def known(self) -> Indices:
-        """Return the columns with any evidence."""
-        # A mask first: counting numbers that are not 0 takes several times as long.
-        return np.flatnonzero(self._evidence > 0.0)
+        """Return the columns with any evidence, ascending."""
+        return self._known
 
     def centres_m(self, columns: Indices) -> Array:
-        """Return east and north of the middles of columns, shape (N, 2)."""
-        wrapped = np.stack([columns // self._count, columns % self._count], axis=1)
-        cells = self._first + (wrapped - self._first) % self._count
-        return np.asarray((cells + 0.5) * self.cell_m)
+        """Return east and north of the middles of known columns, shape (N, 2)."""
+        return np.asarray(self._centres_m[columns])
 
     def ends_m(self, columns: Indices) -> tuple[Array, Array]:
         """Return bottoms and tops of columns, which must be known; each of shape (N,)."""
@@ -104,7 +102,7 @@ class Columns:
 
     def posts(self) -> Array:
         """Return the full columns as posts: east, north, radius, bottom, top."""
-        full = np.flatnonzero(self._full)
+        full = self._known[self._full[self._known]]
         table = np.empty((len(full), 5))
         table[:, :2] = self.centres_m(full)
         table[:, 2] = self.cell_m * np.sqrt(0.5)
@@ -140,6 +138,7 @@ class Columns:
         self._maybe_top[hit] = np.where(above, np.inf, self._maybe_top[hit])
         self._low[hit] = np.where(new, low, np.minimum(low, self._low[hit]))
         self._high[hit] = np.where(new, high, np.maximum(high, self._high[hit]))
+        self._know(hit[new])
         self._evidence[hit] = np.minimum(self._evidence[hit] + share, _EVIDENCE_MAX)
         self._set_ends(hit, bottom, top)
         self._set_full(hit, self._full[hit] | (self._evidence[hit] >= _FULL_AT))
@@ -175,6 +174,17 @@ class Columns:
         through = np.setdiff1d(through, hit, assume_unique=True)
         self._evidence[through] = np.maximum(self._evidence[through] - _MISS, 0.0)
         self._set_full(through, self._full[through] & (self._evidence[through] > _FREE_AT))
+        self._know_less()
+
+    def _know(self, new: Indices) -> None:
+        """Process columns that had no evidence, ascending."""
+        self._known = np.insert(self._known, np.searchsorted(self._known, new), new)
+        wrapped = np.stack([new // self._count, new % self._count], axis=1)
+        cells = self._first + (wrapped - self._first) % self._count
+        self._centres_m[new] = (cells + 0.5) * self.cell_m
+
+    def _know_less(self) -> None:
+        self._known = self._known[self._evidence[self._known] > 0.0]
 
     def _set_full(self, columns: Indices, full: Mask) -> None:
         self.version += bool((self._full[columns] != full).any())
@@ -188,6 +198,7 @@ class Columns:
     def _forget(self, columns: Indices) -> None:
         self._set_full(columns, np.zeros(len(columns), dtype=np.bool_))
         self._evidence[columns] = 0.0
+        self._know_less()
 
     # Ends go in steps of a cell, so that noise in a height is not news every time.
     def _up(self, heights_m: Array) -> Array:

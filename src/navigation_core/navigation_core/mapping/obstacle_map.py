@@ -178,10 +178,15 @@ class ObstacleMap:
         if not len(known) or not len(fan.bearings_rad):
             return
         offsets = self._columns.centres_m(known) - np.array(origin_enu_m[:2])
+        # No ray goes farther.
+        within = np.abs(offsets).max(axis=1) < fan.free_m.max()
+        known, offsets = known[within], offsets[within]
         above, seen = fan.passes(offsets, self._columns.cell_m)
         # A ray that is as low as the ground has met it without telling.
         seen &= _stands(offsets[:, None], above, origin_enu_m, ground_enu_m)
-        self._columns.pass_by(known, above + origin_enu_m[2], seen, hit)
+        passed = seen.any(axis=1)
+        above_m = above[passed] + origin_enu_m[2]
+        self._columns.pass_by(known[passed], above_m, seen[passed], hit)
 
 
 def _stands(
