@@ -26,6 +26,7 @@ from navigation_core.mapping.obstacle_outlines import (
     outside,
 )
 from navigation_core.mapping.obstacle_shapes import Box, Cylinder, KnownObstacle, ObstacleError
+from navigation_core.mapping.obstacle_sweep import Indices, Sweep
 
 __all__ = ["NOTHING", "Box", "Cylinder", "KnownObstacle", "ObstacleError", "Obstacles"]
 
@@ -36,9 +37,14 @@ POST_COLUMNS = 5
 BOX_COLUMNS = 7
 # Pairs of lines and obstacles that are looked at in one go, to bound the memory.
 _PAIRS_MAX = 200_000
+# From so many pairs on, most are left out by the order of the obstacles from west to east.
+_SWEEP_MIN = 3000
 # Points for which the few obstacles that can be nearest are looked up together. They come along
 # a path, so they are near each other; 400 points beside 2,000 posts take least time with this.
 _POINTS_TOGETHER = 32
+# A vehicle asks often about what is near it. From so many obstacles on, those of its vicinity are
+# kept for the next questions: all within this distance of the last one.
+_VICINITY_MIN, _VICINITY_M = 100, 12.0
 # A line that rises less than this is level.
 _LEVEL_M = 1e-9
 # Far above what sums of coordinates lose.
@@ -58,6 +64,8 @@ class Obstacles:
         """Take over two tables; they must not be changed afterwards."""
         self.posts = np.empty((0, POST_COLUMNS)) if posts is None else posts
         self.boxes = np.empty((0, BOX_COLUMNS)) if boxes is None else boxes
+        # The last small cuboid that was asked about, widened, and what touches it.
+        self._vicinity: tuple[Array, Array, Obstacles] | None = None
 
     @classmethod
     def of(cls, known: tuple[KnownObstacle, ...]) -> Obstacles:
@@ -108,10 +116,22 @@ class Obstacles:
     def near(self, low_enu_m: Vector3, high_enu_m: Vector3, within_m: float) -> Obstacles:
         """Return those that may be within a distance of an upright cuboid of the map frame."""
         low, high = np.array(low_enu_m) - within_m, np.array(high_enu_m) + within_m
-        return Obstacles(
-            self.posts[_may_touch(self.posts, self.posts[:, 2], low, high)],
-            self.boxes[_may_touch(self.boxes, np.hypot(*self.boxes[:, 2:4].T), low, high)],
-        )
+        vicinity = self._vicinity
+        if vicinity is not None and (vicinity[0] <= low).all() and (high <= vicinity[1]).all():
+            return vicinity[2]._touching(low, high)
+        if len(self) < _VICINITY_MIN or (high - low).max() > _VICINITY_M:
+            return self._touching(low, high)
+        wide_low, wide_high = low - _VICINITY_M, high + _VICINITY_M
+        wide = self._touching(wide_low, wide_high)
+        self._vicinity = (wide_low, wide_high, wide)
+        return wide._touching(low, high)
+
+    def _touching(self, low: Array, high: Array) -> Obstacles:
+        """Return those whose surrounding cuboids touch another."""
+        boxes = self.boxes
+        if len(boxes):
+            boxes = boxes[_may_touch(boxes, np.hypot(boxes[:, 2], boxes[:, 3]), low, high)]
+        return Obstacles(self.posts[_may_touch(self.posts, self.posts[:, 2], low, high)], boxes)
 
     def between(self, low_m: float, high_m: float) -> Obstacles:
         """Return those of which some part is between two heights (map z)."""
@@ -215,42 +235,54 @@ class Obstacles:
             obstacles.append(obstacle[hit])
         return np.concatenate(lines), np.concatenate(obstacles)
 
-    def _may_meet(
-        self, starts: Array, ends: Array, clearance_m: float
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def _may_meet(self, starts: Array, ends: Array, clearance_m: float) -> tuple[Indices, Indices]:
+        """Return the pairs of a line and an obstacle that no straight line can part."""
+        middle = 0.5 * (starts[:, :2] + ends[:, :2])
+        span = 0.5 * (ends[:, :2] - starts[:, :2])
+        pairs = None
+        if len(starts) * len(self) > _SWEEP_MIN:
+            pairs = self._sweep.pairs(middle[:, 0], np.abs(span[:, 0]) + clearance_m)
+        line, obstacle = self._in_circles(middle, span, clearance_m) if pairs is None else pairs
+        # Parted along the line, or along a side of a box; what is not further away, rather than
+        # what is nearer: with NaN nothing is clear.
+        room = self._radius_m[obstacle] + (clearance_m + _ROUNDING_M)
+        east = self._east_m[obstacle] - middle[line, 0]
+        north = self._north_m[obstacle] - middle[line, 1]
+        along_east, along_north = span[line, 0], span[line, 1]
+        if len(self.boxes):
+            cosine, sine = self._cosine[obstacle], self._sine[obstacle]
+            east, north = east * cosine + north * sine, north * cosine - east * sine
+            along_east, along_north = (
+                along_east * cosine + along_north * sine,
+                along_north * cosine - along_east * sine,
+            )
+        half_x, half_y = self._half_x_m[obstacle], self._half_y_m[obstacle]
+        x, y = np.abs(along_east), np.abs(along_north)
+        length = np.maximum(np.sqrt(x * x + y * y), _ROUNDING_M)
+        aside = np.abs(along_east * north - along_north * east)
+        near = ~(aside > half_x * y + half_y * x + room * length)
+        near &= ~(np.abs(east) > half_x + x + room)
+        near &= ~(np.abs(north) > half_y + y + room)
+        return line[near], obstacle[near]
+
+    def _in_circles(
+        self, middle: Array, span: Array, clearance_m: float
+    ) -> tuple[Indices, Indices]:
         """Return the pairs of a line and an obstacle that a circle about each cannot part."""
-        middle = 0.5 * (starts + ends)
-        span = 0.5 * (ends - starts)
         reach = self._reach_m + (np.hypot(span[:, 0], span[:, 1]) + clearance_m)[:, None]
         east, north = self._east_m - middle[:, 0:1], self._north_m - middle[:, 1:2]
         # In place: on large tables most of the time goes into new memory.
         gap2 = np.multiply(east, east, out=east)
         gap2 += np.multiply(north, north, out=north)
         reach *= reach
-        # What is not further away, rather than what is nearer: with NaN nothing is clear.
         line, obstacle = np.nonzero(~(gap2 > reach))
-        # Long lines have wide circles: what is far aside is left out too.
-        along = span[line]
-        offset_east = self._east_m[obstacle] - middle[line, 0]
-        offset_north = self._north_m[obstacle] - middle[line, 1]
-        length = np.maximum(np.hypot(along[:, 0], along[:, 1]), _ROUNDING_M)
-        aside = np.abs(along[:, 0] * offset_north - along[:, 1] * offset_east) / length
-        near = ~(aside > self._reach_m[obstacle] + clearance_m)
-        return line[near], obstacle[near]
+        return line, obstacle
 
     def _hits(
         self, starts: Array, ends: Array, which: NDArray[np.intp], clearance_m: float
     ) -> NDArray[np.bool_]:
         """Whether lines come nearer than a clearance to an obstacle each, shape (K,)."""
-        # The part of each line that is not above or below the obstacle, as shares of the line.
-        low, high = self._bottom_m[which] - clearance_m, self._top_m[which] + clearance_m
-        begin, rise = starts[:, 2], ends[:, 2] - starts[:, 2]
-        level = np.abs(rise) < _LEVEL_M
-        safe = np.where(level, 1.0, rise)
-        first, last = (low - begin) / safe, (high - begin) / safe
-        enter = np.where(level, 0.0, np.maximum(np.minimum(first, last), 0.0))
-        leave = np.where(level, 1.0, np.minimum(np.maximum(first, last), 1.0))
-        hit = np.where(level, (begin > low) & (begin < high), ~(enter >= leave))
+        hit, enter, leave = self._beside(starts, ends, which, clearance_m)
         count = len(self.posts)
         for table, chosen, nearest_m in (
             (self.posts, hit & (which < count), lines_to_posts_m),
@@ -262,6 +294,26 @@ class Obstacles:
                 gap_m = nearest_m(start, along, enter[chosen], leave[chosen], rows)
                 hit[chosen] = ~(gap_m >= clearance_m)
         return hit
+
+    def _beside(
+        self, starts: Array, ends: Array, which: Indices, clearance_m: float
+    ) -> tuple[NDArray[np.bool_], Array, Array]:
+        """Return the part of each line that is not above or below an obstacle each.
+
+        Returns:
+            Whether there is one, and where it begins and ends, as shares of the line.
+        """
+        low, high = self._bottom_m[which] - clearance_m, self._top_m[which] + clearance_m
+        begin, rise = starts[:, 2], ends[:, 2] - starts[:, 2]
+        level = np.abs(rise) < _LEVEL_M
+        beside = np.asarray((begin > low) & (begin < high))
+        if level.all():
+            return beside, np.zeros(len(begin)), np.ones(len(begin))
+        safe = np.where(level, 1.0, rise)
+        first, last = (low - begin) / safe, (high - begin) / safe
+        enter = np.where(level, 0.0, np.maximum(np.minimum(first, last), 0.0))
+        leave = np.where(level, 1.0, np.minimum(np.maximum(first, last), 1.0))
+        return np.where(level, beside, ~(enter >= leave)), enter, leave
 
     @cached_property
     def _east_m(self) -> Array:
@@ -275,6 +327,30 @@ class Obstacles:
     def _reach_m(self) -> Array:
         """How far their outlines are from their middles at most."""
         return np.concatenate([self.posts[:, 2], np.hypot(self.boxes[:, 2], self.boxes[:, 3])])
+
+    @cached_property
+    def _radius_m(self) -> Array:
+        return np.concatenate([self.posts[:, 2], np.zeros(len(self.boxes))])
+
+    @cached_property
+    def _half_x_m(self) -> Array:
+        return np.concatenate([np.zeros(len(self.posts)), self.boxes[:, 2]])
+
+    @cached_property
+    def _half_y_m(self) -> Array:
+        return np.concatenate([np.zeros(len(self.posts)), self.boxes[:, 3]])
+
+    @cached_property
+    def _cosine(self) -> Array:
+        return np.concatenate([np.ones(len(self.posts)), np.cos(self.boxes[:, 4])])
+
+    @cached_property
+    def _sine(self) -> Array:
+        return np.concatenate([np.zeros(len(self.posts)), np.sin(self.boxes[:, 4])])
+
+    @cached_property
+    def _sweep(self) -> Sweep:
+        return Sweep(self._east_m, self._reach_m)
 
     @cached_property
     def _bottom_m(self) -> Array:

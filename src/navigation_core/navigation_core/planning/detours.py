@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.planning.enclosure_proof import is_walled_in
+from navigation_core.planning.enclosure_proof import is_end_walled_in, is_walled_in
 from navigation_core.planning.path_search import CLIMB_COST, path_cost_m, shortest_path
 from navigation_core.planning.roadmap import build_net
 from navigation_core.planning.shortcuts import pulled_tight, with_fewer_corners
@@ -63,11 +65,11 @@ def around(
     promising = _promising(others, ends, obstacles, clearance_m)
     for height in promising:
         best = _cheaper(best, _at_level(ends, height, obstacles, clearance_m, _cost_m(best)))
-    best = _cheaper(best, _beside(ends, beside, clearance_m, _cost_m(best)))
     few, every = sorted({float(start_enu_m[2]), *promising}), sorted({low, high, *others})
-    if best is None and is_walled_in(
-        ends[0], ends[1], obstacles, clearance_m, (every[0], every[-1])
-    ):
+    bounds_m = every[0], every[-1]
+    no_way_in = partial(is_end_walled_in, ends[1], ends[0], obstacles, clearance_m, bounds_m)
+    best = _cheaper(best, _beside(ends, beside, clearance_m, _cost_m(best), no_way_in))
+    if best is None and is_walled_in(ends[0], ends[1], obstacles, clearance_m, bounds_m):
         return None
     if best is None:
         last = thorough and every == few
@@ -123,10 +125,16 @@ def _cheaper(one: Array | None, other: Array | None) -> Array | None:
     return other if other is not None and _cost_m(other) < _cost_m(one) else one
 
 
-def _beside(ends: Array, beside: Obstacles, clearance_m: float, most_m: float) -> Array | None:
+def _beside(
+    ends: Array,
+    beside: Obstacles,
+    clearance_m: float,
+    most_m: float,
+    is_hopeless: Callable[[], bool],
+) -> Array | None:
     """Return a path around all that is between two heights, its height changing evenly."""
     plane = ends * (1.0, 1.0, 0.0)
-    path = tangent_path(plane[0], plane[1], beside.endless(), clearance_m, most_m)
+    path = tangent_path(plane[0], plane[1], beside.endless(), clearance_m, most_m, is_hopeless)
     if path is None:
         return None
     lines = np.diff(path, axis=0)

@@ -14,14 +14,12 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from navigation_core.mapping.obstacle_outlines import in_boxes, outside
 from navigation_core.mapping.obstacles import Array, Obstacles
+from navigation_core.planning.planar_shapes import PlanarShapes, places_of
 
-__all__ = ["is_walled_in"]
+__all__ = ["is_end_walled_in", "is_walled_in"]
 
 _CELL_M = 0.4
-# Posts of about one size are looked up together, and taken to be as thin as the thinnest.
-_SIZES_M = 0.25
 _HALF_M = 20.0
 _EIGHT_NEIGHBOURS = np.ones((3, 3))
 
@@ -43,15 +41,21 @@ def is_walled_in(
         heights_m: lowest and highest map z of all paths that may be looked for, both ends
             included.
     """
-    low, high = heights_m
-    walls = _spanning(obstacles, low, high)
     return any(
-        _is_enclosed(end, other, walls, clearance_m)
+        is_end_walled_in(end, other, obstacles, clearance_m, heights_m)
         for end, other in ((goal_enu_m, start_enu_m), (start_enu_m, goal_enu_m))
     )
 
 
-def _is_enclosed(end: Array, other: Array, walls: Obstacles, clearance_m: float) -> bool:
+def is_end_walled_in(
+    end: Array,
+    other: Array,
+    obstacles: Obstacles,
+    clearance_m: float,
+    heights_m: tuple[float, float],
+) -> bool:
+    """Whether one end is walled in; see :func:`is_walled_in`."""
+    walls = _spanning(obstacles, *heights_m)
     # Where a cell's middle has less than this, none of its points has the clearance.
     limit_m = clearance_m - _CELL_M * math.sqrt(0.5)
     corner = (end[0] - _HALF_M, end[1] - _HALF_M, end[2])
@@ -60,10 +64,8 @@ def _is_enclosed(end: Array, other: Array, walls: Obstacles, clearance_m: float)
     if len(near) < 2 or limit_m <= 0.0:
         return False
     count = round(_HALF_M / _CELL_M)
-    steps = _CELL_M * np.arange(-count, count + 1)
-    middles = np.stack(np.meshgrid(end[0] + steps, end[1] + steps, indexing="ij"), axis=-1)
-    shut = _shut(middles.reshape(-1, 2), near, limit_m)
-    open_ = ~shut.reshape(len(steps), -1)
+    side = 2 * count + 1
+    open_ = ~_shut(end[:2] - _CELL_M * count, side, near, limit_m)
     patches, _ = scipy.ndimage.label(open_, _EIGHT_NEIGHBOURS)
     patch = patches[count, count]
     if patch == 0:
@@ -72,7 +74,7 @@ def _is_enclosed(end: Array, other: Array, walls: Obstacles, clearance_m: float)
     if (rim == patch).any():
         return False
     row, column = (round(float(other[k] - end[k]) / _CELL_M) + count for k in (0, 1))
-    inside = 0 <= row < len(steps) and 0 <= column < len(steps)
+    inside = 0 <= row < side and 0 <= column < side
     return not (inside and patches[row, column] == patch)
 
 
@@ -85,20 +87,31 @@ def _spanning(obstacles: Obstacles, low_m: float, high_m: float) -> Obstacles:
     )
 
 
-def _shut(points: Array, walls: Obstacles, limit_m: float) -> NDArray[np.bool_]:
-    """Whether points at a height that all walls span are surely nearer to one than a limit."""
-    shut = np.zeros(len(points), dtype=np.bool_)
-    for box in walls.boxes:
-        offsets = points - box[:2]
-        # A cell more than the reach, as the sum may be rounded.
-        reach_m = math.hypot(box[2], box[3]) + limit_m + _CELL_M
-        near = np.flatnonzero(np.abs(offsets).max(axis=1) < reach_m)
-        turned = np.stack(in_boxes(offsets[near], box[None]), axis=-1)
-        shut[near] |= outside(turned, box[2:4]) < limit_m
-    sizes = np.floor(walls.posts[:, 2] / _SIZES_M)
-    for size in np.unique(sizes):
-        alike = walls.posts[sizes == size]
-        reach_m = limit_m + float(alike[:, 2].min())
-        away_m, _ = scipy.spatial.cKDTree(alike[:, :2]).query(points, distance_upper_bound=reach_m)
-        shut |= away_m < reach_m
+def _shut(corner_m: Array, side: int, walls: Obstacles, limit_m: float) -> NDArray[np.bool_]:
+    """Whether the middles of cells are surely nearer to one of some walls than a limit.
+
+    Only the cells around each wall are looked at.
+
+    Args:
+        corner_m: the middle of the first cell.
+        side: number of cells east and north.
+        walls: obstacles that span all heights that count.
+        limit_m: the distance.
+
+    Returns:
+        Shape (side, side).
+    """
+    shapes, last = PlanarShapes(walls), side - 1
+    reach_m = shapes.extent_m + limit_m
+    first = np.ceil((shapes.middle_m - reach_m - corner_m) / _CELL_M).clip(0, side).astype(np.intp)
+    end = np.floor((shapes.middle_m + reach_m - corner_m) / _CELL_M).clip(-1, last).astype(np.intp)
+    rows, columns = np.maximum(end - first + 1, 0).T
+    owner, place = np.repeat(np.arange(len(shapes)), rows * columns), places_of(rows * columns)
+    width = columns[owner]
+    row = place // width
+    cells = np.stack([first[owner, 0] + row, first[owner, 1] + place - row * width], axis=1)
+    gap_m = shapes.gap_m(corner_m + _CELL_M * cells, owner)
+    row, column = cells[gap_m < limit_m].T
+    shut = np.zeros((side, side), dtype=np.bool_)
+    shut[row, column] = True
     return shut

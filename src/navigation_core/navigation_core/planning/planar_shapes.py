@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from navigation_core.mapping.obstacles import Array, Obstacles
 
-__all__ = ["Indices", "PlanarShapes"]
+__all__ = ["Indices", "PlanarShapes", "places_of"]
 
 Indices: TypeAlias = NDArray[np.intp]
 
@@ -42,6 +42,26 @@ class PlanarShapes:
         """How many shapes."""
         return len(self.radius_m)
 
+    @property
+    def extent_m(self) -> Array:
+        """How far the outlines are from their middles at most, east and north, shape (M, 2)."""
+        east, north = np.abs(self.axis).T
+        x, y = self.half_m.T
+        return np.asarray(
+            self.radius_m[:, None] + np.stack([east * x + north * y, north * x + east * y], 1)
+        )
+
+    def gaps_m(self, points_m: Array) -> Array:
+        """Return how far points (N, 2) are from all shapes, shape (N, M); at most 0 within one."""
+        east = points_m[:, 0:1] - self.middle_m[:, 0]
+        north = points_m[:, 1:2] - self.middle_m[:, 1]
+        axis_east, axis_north = self.axis[:, 0], self.axis[:, 1]
+        x = np.abs(east * axis_east + north * axis_north) - self.half_m[:, 0]
+        y = np.abs(north * axis_east - east * axis_north) - self.half_m[:, 1]
+        np.maximum(x, 0.0, out=x)
+        np.maximum(y, 0.0, out=y)
+        return np.asarray(np.hypot(x, y) - self.radius_m)
+
     def away(self, points_m: Array, of: Indices) -> tuple[Array, Array]:
         """Return how far points are from one shape each, and which direction leads off it.
 
@@ -53,17 +73,27 @@ class PlanarShapes:
             Distances, shape (N,), at most 0 within a shape; and unit vectors away from it, shape
             (N, 2), zero inside of a box.
         """
-        axis, half = self.axis[of], self.half_m[of]
-        offset = points_m - self.middle_m[of]
-        x = offset[:, 0] * axis[:, 0] + offset[:, 1] * axis[:, 1]
-        y = offset[:, 1] * axis[:, 0] - offset[:, 0] * axis[:, 1]
-        x -= np.clip(x, -half[:, 0], half[:, 0])
-        y -= np.clip(y, -half[:, 1], half[:, 1])
+        axis = self.axis[of]
+        x, y = self._beyond(points_m, of, axis)
         reach = np.hypot(x, y)
         scale = 1.0 / np.maximum(reach, 1e-12)
         east = (x * axis[:, 0] - y * axis[:, 1]) * scale
         north = (x * axis[:, 1] + y * axis[:, 0]) * scale
         return reach - self.radius_m[of], np.column_stack([east, north])
+
+    def gap_m(self, points_m: Array, of: Indices) -> Array:
+        """Return how far points (N, 2) are from one shape each (N,); at most 0 within it."""
+        x, y = self._beyond(points_m, of, self.axis[of])
+        return np.asarray(np.hypot(x, y) - self.radius_m[of])
+
+    def _beyond(self, points_m: Array, of: Indices, axis: Array) -> tuple[Array, Array]:
+        """Return how far points are beyond the sides of shapes, in the shapes' own axes."""
+        half, offset = self.half_m[of], points_m - self.middle_m[of]
+        x = offset[:, 0] * axis[:, 0] + offset[:, 1] * axis[:, 1]
+        y = offset[:, 1] * axis[:, 0] - offset[:, 0] * axis[:, 1]
+        x -= np.minimum(np.maximum(x, -half[:, 0]), half[:, 0])
+        y -= np.minimum(np.maximum(y, -half[:, 1]), half[:, 1])
+        return x, y
 
     def depth_m(self, point_m: Array) -> float:
         """Return how far a point is within the outline of any shape, at most; 0 if in none."""
@@ -110,7 +140,7 @@ class PlanarShapes:
 
     def _rings(self, index: Indices, spacing_m: float) -> tuple[Array, Indices]:
         count = np.ceil(math.tau * self.radius_m[index] / spacing_m).astype(np.intp)
-        owner, place = np.repeat(index, count), _places(count)
+        owner, place = np.repeat(index, count), places_of(count)
         angle = math.tau * place / np.repeat(count, count)
         ring = np.column_stack([np.cos(angle), np.sin(angle)]) * self.radius_m[owner, None]
         return self.middle_m[owner] + ring, owner
@@ -119,7 +149,7 @@ class PlanarShapes:
         self, index: Indices, start: Array, end: Array, count: Indices
     ) -> tuple[Array, Indices]:
         """Points along lines within shapes, from start to end in the shapes' own axes."""
-        owner, place = np.repeat(index, count), _places(count)
+        owner, place = np.repeat(index, count), places_of(count)
         number = np.repeat(count, count)
         share = np.where(number == 1, 0.5, place / np.maximum(number - 1, 1))[:, None]
         first, last = np.repeat(start, count, axis=0), np.repeat(end, count, axis=0)
@@ -130,7 +160,7 @@ class PlanarShapes:
         return self.middle_m[owner] + np.column_stack([east, north]), owner
 
 
-def _places(count: Indices) -> Indices:
+def places_of(count: Indices) -> Indices:
     """Return 0, 1, ... for each group of so many."""
     total = np.cumsum(count)
     last = int(total[-1]) if len(total) else 0

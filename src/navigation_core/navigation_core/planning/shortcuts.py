@@ -42,7 +42,7 @@ def pulled_tight(path: Array, obstacles: Obstacles, clearance_m: float) -> Array
         drawn = _drawn(_split(path, nearby, clearance_m), nearby, clearance_m)
         # From the other end each time: both are worth their time only for the first, long path.
         turn = -1 if number % 2 else 1
-        shorter = _skipped_forward(drawn[::turn], nearby, clearance_m)[::turn]
+        shorter = _skipped_forward([drawn[::turn]], nearby, clearance_m)[0][::turn]
         before, after = path_cost_m(path), path_cost_m(shorter)
         path = shorter
         if before - after < 0.001 * before:
@@ -54,22 +54,27 @@ def _skipped(path: Array, obstacles: Obstacles, clearance_m: float) -> Array:
     """Leave out points, from either end, as far as lines are clear; the shorter result."""
     if len(path) == 2:
         return path
-    paths = (
-        _skipped_forward(path, obstacles, clearance_m),
-        _skipped_forward(path[::-1], obstacles, clearance_m)[::-1],
-    )
-    return min(paths, key=path_cost_m)
+    forward, back = _skipped_forward([path, path[::-1]], obstacles, clearance_m)
+    return min((forward, back[::-1]), key=path_cost_m)
 
 
-def _skipped_forward(path: Array, obstacles: Obstacles, clearance_m: float) -> Array:
-    kept, here = [0], 0
-    while here < len(path) - 1:
-        there = np.arange(here + 2, min(len(path), here + _POINTS_MAX))
-        starts = np.broadcast_to(path[here], (len(there), 3))
-        clear = np.flatnonzero(obstacles.are_clear(starts, path[there], clearance_m))
-        here = int(there[clear[-1]]) if len(clear) else here + 1
-        kept.append(here)
-    return path[kept]
+def _skipped_forward(paths: list[Array], obstacles: Obstacles, clearance_m: float) -> list[Array]:
+    """Leave out the points of paths up to the farthest that can be seen from each that is kept.
+
+    All are followed at once: a question about few lines takes as long as one about some more.
+    """
+    kept = [[0] for _ in paths]
+    while open_ := [k for k, path in enumerate(paths) if kept[k][-1] < len(path) - 1]:
+        starts, ends = [], []
+        for k in open_:
+            here = kept[k][-1]
+            ends.append(paths[k][here + 2 : here + _POINTS_MAX])
+            starts.append(np.broadcast_to(paths[k][here], ends[-1].shape))
+        clear = obstacles.are_clear(np.concatenate(starts), np.concatenate(ends), clearance_m)
+        for k, those in zip(open_, ends, strict=True):
+            seen, clear = np.flatnonzero(clear[: len(those)]), clear[len(those) :]
+            kept[k].append(kept[k][-1] + (int(seen[-1]) + 2 if len(seen) else 1))
+    return [path[rows] for path, rows in zip(paths, kept, strict=True)]
 
 
 def _drawn(path: Array, obstacles: Obstacles, clearance_m: float) -> Array:

@@ -11,6 +11,7 @@ Outlines are taken as polygons about them, which makes a path longer by up to 2 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import scipy
@@ -26,6 +27,7 @@ _CORNERS = 16
 # in, and of lines.
 _SHAPES_MAX = 70
 _ROUNDS_MAX = 40
+_ROUNDS_FEW = 3
 _LINES_MAX = 7500
 # A line along a polygon must not be nearer than the clearance by rounding.
 _ROOM = 1.0 + 1e-6
@@ -37,6 +39,7 @@ def tangent_path(
     level: Obstacles,
     clearance_m: float,
     longest_m: float = math.inf,
+    is_hopeless: Callable[[], bool] = lambda: False,
 ) -> Array | None:
     """Return the points of the shortest path in the plane of the start, shape (N, 3).
 
@@ -46,12 +49,15 @@ def tangent_path(
         level: the obstacles at this height.
         clearance_m: that every line of the path keeps.
         longest_m: no path of this length or more is wanted.
+        is_hopeless: asked once, when it takes longer, whether there is surely no path.
 
     Returns:
         None if there is none, or if that is not clear with few obstacles.
     """
     search = _Search(start_enu_m, goal_enu_m, level, clearance_m)
-    for _ in range(_ROUNDS_MAX):
+    for number in range(_ROUNDS_MAX):
+        if number == _ROUNDS_FEW and is_hopeless():
+            return None
         path = search.shortest()
         if path is None or np.hypot(*np.diff(path[:, :2], axis=0).T).sum() >= longest_m:
             return None
@@ -75,10 +81,10 @@ class _Search:
         self._height = start[2]
         self._rows = np.empty(0, dtype=np.intp)
         self.looked_at = 0
-        # For each point: where it is, and where its neighbours on its polygon are. The start
+        # For each point: where it is, and the vectors to its neighbours on its polygon. The start
         # and the goal are polygons of one point.
         self._points = np.array([start[:2], goal[:2]])
-        self._before, self._after = self._points, self._points
+        self._before = self._after = np.zeros((2, 2))
         self._sound = np.ones(2, dtype=np.bool_)
         self._begins = np.array([0], dtype=np.intp)
         self._ends = np.array([1], dtype=np.intp)
@@ -114,12 +120,11 @@ class _Search:
         self._rows = np.concatenate([self._rows, rows])
         taken = _of(self._level, self._rows)
         first = self._add_points(rows)
-        places = self._in_space(np.arange(len(self._points)))
-        self._sound[:first] &= self._are_sound(new, places[:first])
-        self._sound[first:] = self._are_sound(taken, places[first:])
+        self._sound[:first] &= self._are_sound(new, self._points[:first])
+        self._sound[first:] = self._are_sound(taken, self._points[first:])
         begins, ends = self._touching(first)
         self.looked_at += len(begins)
-        clear = taken.are_clear(places[begins], places[ends], self._clearance_m)
+        clear = taken.are_clear(self._in_space(begins), self._in_space(ends), self._clearance_m)
         self._begins = np.concatenate([self._begins, begins[clear]])
         self._ends = np.concatenate([self._ends, ends[clear]])
 
@@ -127,16 +132,20 @@ class _Search:
         """Add the polygons about outlines; returns the first new point."""
         first = len(self._points)
         polygons = self._polygons(rows)
-        places = (polygons, np.roll(polygons, 1, axis=1), np.roll(polygons, -1, axis=1))
-        new, before, after = (place.reshape(-1, 2) for place in places)
+        sides = np.empty_like(polygons)
+        sides[:, :-1] = polygons[:, 1:] - polygons[:, :-1]
+        sides[:, -1] = polygons[:, 0] - polygons[:, -1]
+        back = np.concatenate([-sides[:, -1:], -sides[:, :-1]], axis=1)
+        new, before, after = (part.reshape(-1, 2) for part in (polygons, back, sides))
         self._points = np.concatenate([self._points, new])
         self._before = np.concatenate([self._before, before])
         self._after = np.concatenate([self._after, after])
         self._sound = np.concatenate([self._sound, np.ones(len(new), dtype=np.bool_)])
         return first
 
-    def _are_sound(self, obstacles: Obstacles, places: Array) -> NDArray[np.bool_]:
-        return obstacles.are_clear(places, places, self._clearance_m)
+    def _are_sound(self, obstacles: Obstacles, points: Array) -> NDArray[np.bool_]:
+        gaps_m = PlanarShapes(obstacles).gaps_m(points)
+        return np.asarray((gaps_m >= self._clearance_m).all(axis=1))
 
     def _polygons(self, rows: Indices) -> Array:
         """Return polygons about outlines with the clearance, shape (N, _CORNERS, 2)."""
@@ -154,23 +163,25 @@ class _Search:
         """Return the lines between new points and all before that enter no own polygon."""
         new = first + np.flatnonzero(self._sound[first:])
         every = np.flatnonzero(self._sound)
-        line = self._points[every] - self._points[new][:, None]
-        rows, columns = np.nonzero(self._passes(new[:, None], line))
-        line, begins, ends = line[rows, columns], new[rows], every[columns]
-        touches = self._passes(ends, line) & (begins > ends)
+        east = self._points[every, 0] - self._points[new, 0, None]
+        north = self._points[every, 1] - self._points[new, 1, None]
+        rows, columns = np.nonzero(self._passes(new[:, None], east, north))
+        begins, ends = new[rows], every[columns]
+        touches = self._passes(ends, east[rows, columns], north[rows, columns]) & (begins > ends)
         return begins[touches], ends[touches]
 
-    def _passes(self, points: Indices, line: Array) -> NDArray[np.bool_]:
+    def _passes(self, points: Indices, east: Array, north: Array) -> NDArray[np.bool_]:
         """Whether lines leave both neighbours of a point on one side of them, or touch them."""
-        before = self._before[points] - self._points[points]
-        after = self._after[points] - self._points[points]
-        one = line[..., 0] * before[..., 1] - line[..., 1] * before[..., 0]
-        other = line[..., 0] * after[..., 1] - line[..., 1] * after[..., 0]
-        return np.asarray(one * other >= -1e-9)
+        before, after = self._before[points], self._after[points]
+        one = east * before[..., 1] - north * before[..., 0]
+        one *= east * after[..., 1] - north * after[..., 0]
+        return np.asarray(one >= -1e-9)
 
     def _in_space(self, points: Indices) -> Array:
-        heights = np.full(len(points), self._height)
-        return np.column_stack([self._points[points], heights])
+        places = np.empty((len(points), 3))
+        places[:, :2] = self._points[points]
+        places[:, 2] = self._height
+        return places
 
 
 def _of(level: Obstacles, rows: Indices) -> Obstacles:
