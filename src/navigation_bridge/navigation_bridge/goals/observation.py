@@ -11,7 +11,7 @@ from mavlink_vehicle.vehicle import SetpointNed, Vehicle
 from navigation_bridge.goals.mission_plan import MissionTracker
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_bridge.vehicle.traits import traits_of
+from navigation_bridge.vehicle.traits import drives
 from navigation_core.geometry import dot
 from navigation_core.tasks.intents import Fly, Setpoint
 from navigation_core.tasks.observation import Observation, OperationReport, VehicleMode
@@ -65,11 +65,11 @@ def observe(
     ground_enu_m = map_frame.ground_enu_m(state)
     velocity = position = None
     age_s = math.inf
-    drives = vehicle.profile is not None and not traits_of(vehicle.profile).flies
+    on_ground = drives(vehicle.profile)
     if state.global_position is not None and pose is not None:
         velocity = frames.ned_to_enu(state.global_position.velocity_ned_m_s)
         position = pose.position_enu_m
-        if drives:
+        if on_ground:
             # Its height is that of the ground, whatever the GPS reports.
             position = (position[0], position[1], ground_enu_m)
             velocity = (velocity[0], velocity[1], 0.0)
@@ -91,7 +91,7 @@ def observe(
         landing=state.landed_state is LandedState.LANDING,
         mission=None if mission is None else mission.report(state, vehicle.mission_change),
         obstacles=obstacles.obstacles,
-        obstacles_seen=obstacles.seen if drives else None,
+        obstacles_seen=obstacles.seen if on_ground else None,
         obstacles_age_s=obstacles.age_s(now),
         obstacles_reach_m=obstacles.reach_m,
         moving=obstacles.moving,

@@ -21,8 +21,9 @@ from mavlink_vehicle.ranges import RangeAxes, RangesMeasured, RangeSource
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.sensor_poses import Carrier, SensorPose, carrier_at
 from navigation_bridge.configuration.settings import ObstacleConfig
-from navigation_bridge.obstacles.standing_obstacles import HEADROOM_M, StandingObstacles, drives
+from navigation_bridge.obstacles.standing_obstacles import HEADROOM_M, StandingObstacles
 from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.vehicle.traits import drives
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
@@ -132,7 +133,7 @@ class ObstacleFeed:
     @property
     def seen(self) -> Obstacles:
         """All obstacles where they are, without where something that moves is about to be."""
-        sensed = self._seen.joined(self._map.seen(), endless=drives(self._vehicle))
+        sensed = self._seen.joined(self._map.seen(), endless=drives(self._vehicle.profile))
         return self._all_seen.joined(self._standing.known, sensed, self._standing.walls)
 
     @property
@@ -143,7 +144,7 @@ class ObstacleFeed:
     @property
     def sensed(self) -> Obstacles:
         """Sensed obstacles."""
-        return self._sensed.joined(self._map.obstacles(), endless=drives(self._vehicle))
+        return self._sensed.joined(self._map.obstacles(), endless=drives(self._vehicle.profile))
 
     @property
     def moving(self) -> tuple[Moving, ...]:
@@ -268,7 +269,7 @@ class ObstacleFeed:
         """
         self._heard_s.setdefault(kind, now)
         state, origin = self._vehicle.state, self._map_frame.origin
-        carrier = carrier_at(state, self._map_frame, drives(self._vehicle), now)
+        carrier = carrier_at(state, self._map_frame, drives(self._vehicle.profile), now)
         if carrier is None or origin is None:
             return None
         before = self._origin or origin
@@ -295,7 +296,7 @@ class ObstacleFeed:
         It is the height at which the vehicle last stood. The home of a PX4 moves, by a metre in a
         minute (observed), so it is only the second choice.
         """
-        if drives(self._vehicle):
+        if drives(self._vehicle.profile):
             return None
         if self._stood_m is not None:
             return self._stood_m

@@ -9,12 +9,12 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.obstacles.fence_walls import fence_walls
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_bridge.vehicle.traits import traits_of
+from navigation_bridge.vehicle.traits import drives
 from navigation_core.mapping.obstacles import NOTHING, KnownObstacle, Obstacles
 from navigation_core.safety.fences import CircleArea, Fence
 from navigation_core.safety.target_checks import FlightVolume
 
-__all__ = ["HEADROOM_M", "StandingObstacles", "drives"]
+__all__ = ["HEADROOM_M", "StandingObstacles"]
 
 HEADROOM_M = 2.0
 """Height above its base from which a rover or boat passes below an obstacle."""
@@ -24,11 +24,6 @@ _ROUNDING_M = 0.01
 # Walls farther away do not affect paths around sensed obstacles, and slow down planning.
 _WALLS_REACH_M = 60.0
 _WALLS_STEP_M = 10.0
-
-
-def drives(vehicle: Vehicle) -> bool:
-    """Whether a vehicle is known to stay on the ground."""
-    return vehicle.profile is not None and not traits_of(vehicle.profile).flies
 
 
 class StandingObstacles:
@@ -66,7 +61,7 @@ class StandingObstacles:
     def _place(self) -> None:
         """Place the known obstacles for the map frame and the kind of vehicle."""
         known, frame = self._config.known, self._map_frame.frame
-        on_ground = drives(self._vehicle)
+        on_ground = drives(self._vehicle.profile)
         key = (known, frame if known.needs_origin else None, on_ground)
         if key == self._placed_key:
             return

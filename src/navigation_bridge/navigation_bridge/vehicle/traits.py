@@ -30,6 +30,11 @@ _ROVER_BRAKING_M_S2, _BOAT_BRAKING_M_S2 = 0.6, 0.4
 _ROVER_LAG_S, _BOAT_LAG_S = 0.3, 1.0
 
 
+def drives(profile: Profile | None) -> bool:
+    """Whether a vehicle is known to stay on the ground."""
+    return profile is not None and profile.kind in (VehicleKind.ROVER, VehicleKind.BOAT)
+
+
 def circle_radius_m(
     profile: Profile, parameters: Mapping[str, float], about_launch: bool = False
 ) -> float:
@@ -62,7 +67,7 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             height_min_m=_PLANE_HEIGHT_MIN_M,
             takeoff_height_m=_PLANE_TAKEOFF_M,
         )
-    if profile.kind in (VehicleKind.ROVER, VehicleKind.BOAT):
+    if drives(profile):
         boat = profile.kind is VehicleKind.BOAT
         driving = driving_of(parameters)
         braking_m_s2, turn_rad_s = _ROVER_BRAKING_M_S2, _ROVER_TURN_RAD_S
