@@ -23,12 +23,12 @@ from tests.support.worlds.random_worlds import CLEARANCE_M, World, random_world
 
 WORLDS = 100
 CROWDED_WORLDS = 140
-OBSTACLES = 200
+OBSTACLES, MANY_OBSTACLES = 200, 1000
 LOW_TOP_M = 8.0
 CELL_M = 0.25
 CELLS_MAX = 2000
 TIME_S = 0.05
-GOAL_MS, CELLS_GOAL_MS = 50.0, 100.0
+GOAL_MS, MANY_GOAL_MS, LOW_GOAL_MS, CELLS_GOAL_MS = 10.0, 25.0, 50.0, 100.0
 IN_PLANE = PlanLimits(CLEARANCE_M)
 IN_AIR = PlanLimits(CLEARANCE_M, (1.0, 30.0))
 RIVALS = ("RRT-Connect", "BIT*")
@@ -45,24 +45,26 @@ class _Outcome:
 def measures() -> list[dict[str, Any]]:
     """Measure the time of a plan, then success and length beside OMPL."""
     crowded = [random_world(seed, OBSTACLES) for seed in range(CROWDED_WORLDS)]
-    times = {
-        f"plan among {OBSTACLES} obstacles": [(w, w.obstacles, IN_PLANE) for w in crowded],
-        f"plan among {OBSTACLES} low obstacles, in space": [
-            (w, Obstacles.of(w.fixed), IN_AIR)
-            for w in (
-                random_world(seed, OBSTACLES, top_m=LOW_TOP_M) for seed in range(CROWDED_WORLDS)
-            )
-        ],
-        f"plan among up to {CELLS_MAX} sensed cells": [
-            (w, _as_cells(w), IN_PLANE) for w in crowded[: CROWDED_WORLDS // 2]
-        ],
-    }
+    many = [random_world(seed, MANY_OBSTACLES) for seed in range(CROWDED_WORLDS // 2)]
+    low = [random_world(seed, OBSTACLES, top_m=LOW_TOP_M) for seed in range(CROWDED_WORLDS)]
     rows = []
-    for name, cases in times.items():
+    for among, goal_ms, cases in (
+        (f"{OBSTACLES} obstacles", GOAL_MS, [(w, w.obstacles, IN_PLANE) for w in crowded]),
+        (f"{MANY_OBSTACLES} obstacles", MANY_GOAL_MS, [(w, w.obstacles, IN_PLANE) for w in many]),
+        (
+            f"{OBSTACLES} low obstacles, in space",
+            LOW_GOAL_MS,
+            [(w, w.obstacles, IN_AIR) for w in low],
+        ),
+        (
+            f"up to {CELLS_MAX} sensed cells",
+            CELLS_GOAL_MS,
+            [(w, _as_cells(w), IN_PLANE) for w in crowded[: CROWDED_WORLDS // 2]],
+        ),
+    ):
         spent = np.percentile([_time_ms(*case) for case in cases], (50.0, 99.0))
-        goal_ms = CELLS_GOAL_MS if "cells" in name else GOAL_MS
-        row = _row(f"{name}, 99th percentile", spent[1], "ms", "median", spent[0], goal_ms)
-        rows.append(row)
+        name = f"plan among {among}, 99th percentile"
+        rows.append(_row(name, spent[1], "ms", "median", spent[0], goal_ms))
     return rows + _beside_ompl([_outcome(seed) for seed in range(WORLDS)])
 
 
