@@ -201,7 +201,7 @@ def the_landing_begins(ask: Ask) -> None:
     land = item(mav.MAV_CMD_NAV_LAND, 20.0, 0.0)
     assert upload(station, [home(), waypoint(90, 0, 60), start, waypoint(60, 0, 40), land]) == 0
     assert ask() == ACCEPTED
-    assert mode_name(station) == "AUTO"
+    assert mode_name(station) == ("AUTO RTL" if ask.vehicle == "copter" else "AUTO")
     assert station.vehicle.plans.current >= 2
 
 
@@ -471,6 +471,22 @@ def another_airspeed(ask: Ask) -> None:
     assert station.vehicle.snapshot().airspeed_m_s == pytest.approx(26.0, abs=1.5)
 
 
+def another_height(ask: Ask) -> None:
+    station = ask.moving()
+    assert ask(at=(0, 0, 150.0)) == ACCEPTED
+    before_m = -station.position[2]
+    station.run(10.0)
+    assert -station.position[2] > before_m + 5.0
+
+
+def another_heading(ask: Ask) -> None:
+    station = ask.moving()
+    assert ask(0, 60.0, 5.0) == ACCEPTED
+    station.run(20.0)
+    course_deg = math.degrees(math.atan2(station.velocity[1], station.velocity[0]))
+    assert course_deg == pytest.approx(60.0, abs=3.0)
+
+
 Effect = Callable[[Ask], None]
 EVERY_KIND: dict[str, Effect] = {
     "DO_SET_MODE": set_a_mode,
@@ -535,6 +551,8 @@ EFFECTS: dict[str, dict[str, Effect]] = {
         "DO_LAND_START": the_landing_begins,
         "DO_GO_AROUND": go_around,
         "GUIDED_CHANGE_SPEED": another_airspeed,
+        "GUIDED_CHANGE_ALTITUDE": another_height,
+        "GUIDED_CHANGE_HEADING": another_heading,
     },
 }
 REFUSED = {
