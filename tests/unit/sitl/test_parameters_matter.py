@@ -209,12 +209,24 @@ def switched(flight: Flight) -> None:
         flight.watch(1)
 
 
+def by_switch(channel: int) -> Callable[[Flight], None]:
+    """That channel's switch is thrown in flight."""
+
+    def fly(flight: Flight) -> None:
+        flight.up()
+        Transmitter(flight.station).put({channel: 1900})
+        flight.watch(3)
+
+    return fly
+
+
 def restarted(flight: Flight) -> None:
     flight.change()
     flight.station.vehicle.power_cycle()
     flight.watch(4)
 
 
+TO_LAND = 18.0
 FENCE = {"FENCE_ENABLE": 1.0, "FENCE_RADIUS": 15.0, "AVOID_ENABLE": 0.0}
 FLAT = {"SIM_BATT_VOLTAGE": 10.0, "BATT_LOW_TIMER": 6.0}
 CRITICAL = {**FLAT, "BATT_CRT_VOLT": 10.2}
@@ -279,6 +291,7 @@ CASES: dict[str, Case] = {
     "PSC_JERK_XY": (guided, {}, 1.0),
     "PSC_JERK_Z": (guided, {}, 1.0),
     "RALLY_LIMIT_KM": (back, {}, 0.002),
+    **{f"RC{n}_OPTION": (by_switch(n), {}, TO_LAND) for n in range(1, 17)},
     "RC1_DZ": (gently_by_pilot, {}, 0.0),
     "RC1_MAX": (by_pilot, {}, 1750.0),
     "RC1_MIN": (by_pilot, {}, 1300.0),

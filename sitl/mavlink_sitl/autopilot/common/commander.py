@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
+from mavlink_sitl.autopilot.common.aux_switches import AuxSwitches
 from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
 from mavlink_sitl.autopilot.common.mode_switch import ModeSwitch
 from mavlink_sitl.autopilot.devices import aux_functions
@@ -32,11 +33,19 @@ class Commander(Firmware):
         steered = "ARMING_RUDDER" in start.parameters
         self.mode_switch = ModeSwitch(self) if steered else None
         self.rudder = Rudder(self) if steered else None
+        self.aux_switches = AuxSwitches(self) if steered else None
 
     def first_mode(self) -> int:
         """INITIAL_MODE; soon after the start that of the pilot's switch follows."""
         wanted = int(self.parameters["INITIAL_MODE"])
         return wanted if wanted in self._modes else super().first_mode()
+
+    def switched_mode(self) -> int:
+        """The mode of the pilot's mode switch; without one that after the start."""
+        position = None if self.mode_switch is None else self.mode_switch.read()
+        if self.mode_switch is None or position is None:
+            return self.first_mode()
+        return self.mode_switch.mode_there(position)
 
     def begin_underway(self) -> None:
         """See `Firmware`; the switch is where it was before."""
@@ -56,6 +65,8 @@ class Commander(Firmware):
         if self.started and self.rudder is not None and self.mode_switch is not None:
             self.mode_switch.watch()
             self.rudder.watch()
+        if self.started and self.aux_switches is not None:
+            self.aux_switches.watch()
 
     @property
     def aloft(self) -> bool:

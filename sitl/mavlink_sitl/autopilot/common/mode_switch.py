@@ -26,7 +26,7 @@ class ModeSwitch:
         of_rover = "MODE_CH" in self._vehicle.parameters
         return ("MODE_CH", "MODE") if of_rover else ("FLTMODE_CH", "FLTMODE")
 
-    def _read(self) -> int | None:
+    def read(self) -> int | None:
         """The position, 0..5; None where there is no such channel or no pulse."""
         vehicle = self._vehicle
         channel = int(vehicle.parameters[self._names()[0]])
@@ -37,7 +37,7 @@ class ModeSwitch:
 
     def settle(self) -> None:
         """It has been where it is for long."""
-        self._position = self._moved_to = self._read()
+        self._position = self._moved_to = self.read()
 
     def mode_there(self, position: int) -> int:
         """The number of the mode that belongs to a position."""
@@ -49,7 +49,7 @@ class ModeSwitch:
         vehicle = self._vehicle
         if not vehicle.radio.obeyed(vehicle.now_s):
             return
-        position = self._read()
+        position = self.read()
         if position is None:
             return
         if position == self._position:

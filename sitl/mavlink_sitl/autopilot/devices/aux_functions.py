@@ -58,8 +58,8 @@ class SwitchedVehicle(VehicleView, Protocol):
     def set_mode(self, number: int) -> Result:
         """DO_SET_MODE."""
 
-    def first_mode(self) -> int:
-        """The mode after power-up."""
+    def switched_mode(self) -> int:
+        """The mode of the pilot's mode switch."""
 
     def clear_mission(self) -> None:
         """Forget the mission."""
@@ -143,7 +143,7 @@ def _change_mode(vehicle: SwitchedVehicle, name: str, position: int) -> bool:
     if position == HIGH:
         vehicle.set_mode(modes[name])
     elif vehicle.mode.spec.name == name and (position == LOW or _returns_from_middle(vehicle)):
-        vehicle.set_mode(vehicle.first_mode())
+        vehicle.set_mode(vehicle.switched_mode())
     return True
 
 
