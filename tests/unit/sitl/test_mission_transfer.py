@@ -150,6 +150,14 @@ def test_another_sender_is_denied_while_an_upload_runs(station: GroundStation) -
     assert answer(other, home()).type == 14
 
 
+def test_another_sender_clears_nothing_while_an_upload_runs(station: GroundStation) -> None:
+    other = GroundStation(station.simulation, system=77)
+    station.send(mav.MAVLink_mission_count_message(1, 1, 2, 0))
+    answers = other.send(mav.MAVLink_mission_clear_all_message(1, 1, 0))
+    assert [m.type for m in answers if m.get_type() == "MISSION_ACK"] == [14, 1]
+    assert answer(station, home()).seq == 1
+
+
 @pytest.mark.parametrize("mission_type", [0, 1, 2])
 def test_clear_all_clears(station: GroundStation, mission_type: int) -> None:
     upload(station, items(4))

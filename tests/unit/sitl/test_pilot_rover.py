@@ -210,3 +210,14 @@ def test_do_set_reverse_drives_the_way_tail_first() -> None:
     station.setpoint(POSITION, (-20.0, 0.0, 0.0))
     station.run(6.0)
     assert speed(station) < -0.5
+
+
+@pytest.mark.parametrize(("number", "armed"), [(0, True), (4, True), (1, False), (3, False)])
+def test_without_gps_only_modes_that_control_no_speed_can_be_armed(
+    number: int, armed: bool
+) -> None:
+    station = standing("rover")
+    station.vehicle.parameters.set("SIM_GPS1_ENABLE", 0.0)
+    station.run(15.0)
+    assert station.mode(number) == ACCEPTED
+    assert (station.arm() == ACCEPTED) is armed

@@ -107,7 +107,7 @@ class Commander(Firmware):
             return True
         if self.armed:
             reason = None
-            if mode.spec.requires_position and not self.estimator.position_ok:
+            if mode.spec.requires_estimate and not self.estimator.position_ok:
                 reason = "requires position"
             elif not self.may_begin(mode):
                 reason = "init failed"

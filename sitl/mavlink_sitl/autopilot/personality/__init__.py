@@ -23,6 +23,7 @@ class ModeSpec:
         requires_position: rejected in the air while the estimator has no position.
         armable: motors may be armed in it.
         position_controlled: the position controller runs in it (base_mode GUIDED_ENABLED).
+        requires_velocity: the same of a velocity, which the estimator has where it has a position.
         base_flags: HEARTBEAT.base_mode in it, besides CUSTOM_MODE_ENABLED, SAFETY_ARMED and that.
     """
 
@@ -33,6 +34,12 @@ class ModeSpec:
     armable: bool = False
     position_controlled: bool = False
     base_flags: int = 0x50
+    requires_velocity: bool = False
+
+    @property
+    def requires_estimate(self) -> bool:
+        """Whether it needs the estimator's position or velocity."""
+        return self.requires_position or self.requires_velocity
 
 
 @dataclass(frozen=True)

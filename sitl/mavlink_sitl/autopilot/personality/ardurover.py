@@ -20,17 +20,22 @@ def _driven(number: int, name: str, behaviour: str) -> ModeSpec:
     return ModeSpec(number, name, behaviour, armable=True, base_flags=MANUAL_INPUT)
 
 
+def _controlled(number: int, name: str, behaviour: str) -> ModeSpec:
+    """Driven by the pilot, with a speed or a rate of turn that is controlled."""
+    return replace(_driven(number, name, behaviour), requires_velocity=True)
+
+
 def _by_itself(number: int, name: str, behaviour: str, armable: bool = True) -> ModeSpec:
     return ModeSpec(number, name, behaviour, True, armable, base_flags=AUTONOMOUS)
 
 
 _MODES = (
     _driven(0, "MANUAL", "manual"),
-    _driven(1, "ACRO", "acro"),
-    _driven(3, "STEERING", "steering"),
+    _controlled(1, "ACRO", "acro"),
+    _controlled(3, "STEERING", "steering"),
     ModeSpec(4, "HOLD", "hold", armable=True, base_flags=0),
     _by_itself(5, "LOITER", "loiter"),
-    _driven(7, "SIMPLE", "simple"),
+    _controlled(7, "SIMPLE", "simple"),
     _by_itself(9, "CIRCLE", "circle"),
     _by_itself(10, "AUTO", "auto"),
     _by_itself(11, "RTL", "rtl", armable=False),

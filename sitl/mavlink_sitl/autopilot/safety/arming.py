@@ -41,7 +41,7 @@ def prearm_failures(copter: VehicleView) -> list[str]:
     if not copter.started:
         return list(NOT_STARTED)
     reasons = [] if copter.damage is None else [copter.damage]
-    needs_position = copter.mode.spec.requires_position
+    needs_position = copter.mode.spec.requires_estimate
     leans = copter.personality.kind == "copter"
     aligned = copter.said_at_boot(ALIGNED)
     if leans and needs_position and not aligned:

@@ -263,7 +263,7 @@ class MissionServer(MissionSender):
     # Clearing, current item.
 
     def _on_clear_all(self, message: Message) -> None:
-        wanted = message.mission_type
+        wanted, sender = message.mission_type, sender_of(message)
         result = items.OK
         for plan_type in PlanType:
             if wanted not in (plan_type, ALL_TYPES):
@@ -271,13 +271,18 @@ class MissionServer(MissionSender):
             if plan_type == PlanType.MISSION and self._rules.locked_in_auto and self._in_auto():
                 result = items.ERROR
                 continue
-            if self._upload is not None and self._upload.plan_type == plan_type:
+            upload = self._upload
+            if upload is not None and upload.plan_type == plan_type:
+                if self._rules.in_place and upload.sender != sender:
+                    self._ack(sender, items.DENIED, plan_type)
+                    result = items.ERROR  # the real one answers twice
+                    continue
                 self._upload = None
             self._vehicle.plans.of(plan_type).replace([])
             if plan_type == PlanType.MISSION:
                 self._vehicle.plans.forget_progress()
             self._changed(plan_type)
-        self._ack(sender_of(message), result, wanted)
+        self._ack(sender, result, wanted)
 
     def _in_auto(self) -> bool:
         return self._vehicle.armed and self._vehicle.mode is self._vehicle.auto
