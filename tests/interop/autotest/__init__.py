@@ -1,0 +1,1 @@
+"""ArduPilot's own vehicle tests against the simulated autopilot."""
