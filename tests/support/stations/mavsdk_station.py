@@ -22,11 +22,25 @@ from mavsdk.plugins.mission import Mission  # noqa: E402
 from mavsdk.plugins.mission_raw import MissionItem, MissionRaw  # noqa: E402
 from mavsdk.plugins.offboard import Offboard  # noqa: E402
 from mavsdk.plugins.param import Param  # noqa: E402
-from mavsdk.plugins.telemetry import Telemetry  # noqa: E402
+from mavsdk.plugins.telemetry import Telemetry, TelemetryError  # noqa: E402
 
 WAIT_S = 30.0
 METRES_PER_DEGREE = 111318.845
 WAYPOINT, TAKE_OFF = 16, 22
+
+
+def ask_for_rate(set_rate: Callable[[float], None], rate_hz: float) -> None:
+    """Until MAVSDK knows the autopilot, it leaves NaN in a field; ArduPilot denies that."""
+    end_s = time.monotonic() + WAIT_S
+    while True:
+        try:
+            set_rate(rate_hz)
+        except TelemetryError:
+            if time.monotonic() > end_s:
+                raise
+            time.sleep(0.25)
+        else:
+            return
 
 
 class Station:
@@ -50,7 +64,7 @@ class Station:
             telemetry.set_rate_landed_state,
             telemetry.set_rate_health,
         ):
-            set_rate(20.0)
+            ask_for_rate(set_rate, 20.0)
 
     def send(self, name: str, **fields: float) -> None:
         message = MavlinkMessage(name, 245, 190, 1, 1, json.dumps(fields))

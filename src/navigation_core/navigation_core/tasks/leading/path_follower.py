@@ -314,7 +314,9 @@ class PathFollower:
             joint_s = carrot.time_s
         points = self._points
         if under_way:
-            points = points[self._passed_by(joint_s) :] or points[-1:]
+            # A path from where the vehicle is joins nothing: what it has passed counts from there.
+            passed = self.passed if self.starts_here else self._passed_by(joint_s)
+            points = points[passed:] or points[-1:]
             gap_m = distance(points[0].position_enu_m, start.position_enu_m)
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
