@@ -16,7 +16,7 @@ from draw_check import save_svg
 from rich.console import Console
 
 from drone_navigation.client import events as client_events
-from drone_navigation.client.live import LiveView
+from drone_navigation.client.terminal.live import LiveView
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
 
 ROOT = Path(__file__).resolve().parents[1]

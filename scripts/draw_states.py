@@ -11,7 +11,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from mavlink_vehicle.protocols.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.machine import Machine
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.mission.list_operation import ListOperation
@@ -19,9 +18,10 @@ from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
 from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
 from mavlink_vehicle.protocols.mission.mission_upload import MissionUpload
+from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.operations.command import CommandExchange
 from mavlink_vehicle.protocols.operations.operations import Operation
-from mavlink_vehicle.protocols.setpoint_stream import SetpointStream
+from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream
 from navigation_bridge.goals import lifecycle
 from navigation_core.planning import replanner
 from navigation_core.tasks.flying import goto_phases

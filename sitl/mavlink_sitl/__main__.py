@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from mavlink_sitl.options import parse
+from mavlink_sitl.command_line.options import parse
+from mavlink_sitl.command_line.summary import Summary
 from mavlink_sitl.simulation import Simulation
-from mavlink_sitl.summary import Summary
 from mavlink_sitl.wall_clock_link import LinkError, Runner
 
 _BOLD, _DIM, _RESET = "\033[1m", "\033[2m", "\033[0m"

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from mavlink_sitl.command_version import PrintVersion
+from mavlink_sitl.command_line.command_version import PrintVersion
 from mavlink_sitl.recordings.aspects import ASPECTS
 from mavlink_sitl.recordings.meant import (
     FOR_INFORMATION,

@@ -31,7 +31,7 @@ from mavlink_sitl.links.tlog import TlogWriter
 from mavlink_sitl.physics.copter_pipeline import DT_S
 from mavlink_sitl.physics.fleets import make_fleets
 from mavlink_sitl.truth import Estimate, FleetState, Truth
-from mavlink_sitl.vehicle import SimulatedVehicle
+from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import load_world
 from mavlink_sitl.world.model import World
 

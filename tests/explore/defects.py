@@ -28,7 +28,7 @@ _FLIGHT = "navigation_core.tasks.flying.flight"
 _STOPPING = "navigation_core.tasks.flying.stopping"
 _ARRIVAL = "navigation_core.tasks.flying.arrival"
 _VEHICLE = "mavlink_vehicle.vehicle"
-_STREAM = "mavlink_vehicle.protocols.setpoint_stream"
+_STREAM = "mavlink_vehicle.protocols.streams.setpoint_stream"
 _POINTS = "navigation_bridge.goals.point_requests"
 _PLAN = "navigation_bridge.goals.mission_plan"
 _RULES = "navigation_bridge.supervision.station_rules"
@@ -278,7 +278,7 @@ MUTANTS: tuple[Mutant, ...] = (
            "        return (\n            heard_s is not None"),
     Mutant("an operation never ends", "mavlink_vehicle.protocols.operations.operations",
            "        elif now >= self._limit_s:\n", "        elif now < self._limit_s - 1e9:\n"),
-    Mutant("silence is never noticed", "mavlink_vehicle.protocols.heartbeat",
+    Mutant("silence is never noticed", "mavlink_vehicle.protocols.monitoring.heartbeat",
            "        if now >= self._deadline:\n", "        if now > self._deadline + 1e9:\n"),
     Mutant("a take-off is over on the ground",
            "mavlink_vehicle.protocols.operations.takeoff_goal",

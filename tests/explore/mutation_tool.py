@@ -31,7 +31,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
                  "navigation_core.tasks.watching."),
     "planner": ("navigation_core.planning.", "navigation_core.tasks.leading."),
     "vehicle": ("mavlink_vehicle.vehicle", "mavlink_vehicle.protocols.operations.",
-                "mavlink_vehicle.protocols.setpoint_stream", "mavlink_vehicle.protocols.heartbeat",
+                "mavlink_vehicle.protocols.streams.setpoint_stream",
+                "mavlink_vehicle.protocols.monitoring.heartbeat",
                 "mavlink_vehicle.protocols.operation_slot", "navigation_core.tasks.flying."),
 }  # fmt: skip
 """What is mutated: groups of modules, each with the beginnings of their names."""

@@ -8,10 +8,10 @@ import random
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from drone_navigation.server.telemetry_messages import external_diagnostic
+from drone_navigation.server.publishing.telemetry_messages import external_diagnostic
 from mavlink_sitl.config import DEFAULT_HOME, VehicleConfig
 from mavlink_vehicle.positions.frames import quaternion_from_euler
-from mavlink_vehicle.protocols.external_position import ExternalPose, ExternalPositionError
+from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.requests import LandRequest
 from tests.support.flights.simulated_flight import SimulatedFlight

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_vehicle.protocols.rtcm import RtcmError
+from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.unit.vehicle.test_rtcm import rtcm
 

@@ -15,8 +15,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from flight_logs.errors import LogError
-from flight_logs.framing import FRONT
-from flight_logs.pieces import pieces
+from flight_logs.frames.framing import FRONT
+from flight_logs.frames.pieces import pieces
 from flight_logs.tlog import Counts, Tlog, iterate_tlog, read_tlog
 from mavlink_vehicle.codec import mavlink
 from tests.support.logs.made_logs import random_packets, tlog_of

@@ -18,8 +18,8 @@ from custom_interfaces.action import Navigate
 from drone_navigation.processes import Process, free_udp_port, ros_environment
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.publishing.topics import Topics
 from drone_navigation.server.service_servers import ServiceServers
-from drone_navigation.server.topics import Topics
 from drone_navigation.server.vehicle_application import VehicleApplication
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.clock import MonotonicClock

@@ -19,9 +19,9 @@ import pytest
 
 from drone_navigation.client import events as client_events
 from drone_navigation.client import options as client_options
-from drone_navigation.client.keys import Key
 from drone_navigation.client.options import COMMANDS
 from drone_navigation.client.options import make_parser as client_parser
+from drone_navigation.client.terminal.keys import Key
 from drone_navigation.console.options import make_parser as console_parser
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.navigation_nav2 import make_parser as nav2_parser
@@ -31,7 +31,7 @@ from flight_logs.export_command import make_parser as export_parser
 from flight_reports.flight_plot import make_parser as plot_parser
 from flight_reports.flight_video import make_parser as video_parser
 from flight_reports.navigation_report import make_parser as report_parser
-from mavlink_sitl.options import make_parser as simulator_parser
+from mavlink_sitl.command_line.options import make_parser as simulator_parser
 from mavlink_vehicle import protocols
 from mavlink_vehicle.protocols.machine import Machine
 from navigation_bridge.configuration.parameter_table import PARAMETERS

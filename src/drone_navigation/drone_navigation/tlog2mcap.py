@@ -16,7 +16,7 @@ from drone_navigation.bag.vehicle import RecordedFleet, RecordedVehicle
 from flight_logs.command_version import add_version
 from flight_logs.errors import LogError
 from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
-from flight_logs.packets import iterate_packets
+from flight_logs.frames.packets import iterate_packets
 from flight_logs.progress import bytes_bar
 from flight_logs.tlog import iterate_tlog
 from mavlink_vehicle.codec import Codec, mavlink

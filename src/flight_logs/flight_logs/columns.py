@@ -11,7 +11,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from flight_logs.dialect import HEADER_FIELDS, MessageTable, enum_entries, message_names
-from flight_logs.records import Records
+from flight_logs.frames.records import Records
 
 
 def to_table(records: Records, message: MessageTable, enum_names: bool = False) -> pa.Table:

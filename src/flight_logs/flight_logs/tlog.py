@@ -19,8 +19,8 @@ import numpy as np
 
 from flight_logs.dialect import MessageTable, message_names
 from flight_logs.errors import LogError
-from flight_logs.pieces import DEFAULT_CHUNK_BYTES, LogPiece, pieces
-from flight_logs.records import Records, empty_records, headers_of, records_by_name
+from flight_logs.frames.pieces import DEFAULT_CHUNK_BYTES, LogPiece, pieces
+from flight_logs.frames.records import Records, empty_records, headers_of, records_by_name
 
 __all__ = ["DEFAULT_CHUNK_BYTES", "Counts", "Tlog", "for_each_log", "iterate_tlog", "read_tlog"]
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight_logs.errors import LogError
-from flight_logs.packets import iterate_packets
+from flight_logs.frames.packets import iterate_packets
 from flight_reports.recorded_events import TEXT, Source, Teller
 from flight_reports.timeline import Timeline
 from mavlink_vehicle.codec import Codec, Message, mavlink

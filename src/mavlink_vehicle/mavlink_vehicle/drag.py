@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
+from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointNed
 from mavlink_vehicle.state.telemetry import Attitude, LocalPosition
 
 __all__ = ["Drag"]

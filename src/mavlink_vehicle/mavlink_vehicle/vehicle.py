@@ -26,7 +26,7 @@ from mavlink_vehicle.protocols.operations.takeoff_goal import (
     takeoff_problem,
     takeoff_timeout_s,
 )
-from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
+from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointNed
 from mavlink_vehicle.storage import Storage
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
 from mavlink_vehicle.vehicle_core import VehicleCore

@@ -34,9 +34,6 @@ from mavlink_vehicle.events import (
 from mavlink_vehicle.message_layout import FrameHeader
 from mavlink_vehicle.mission_items import HOME_PLACEHOLDER, MissionItem, MissionType
 from mavlink_vehicle.profiles import Profile, profile_for
-from mavlink_vehicle.protocols.external_position import ExternalPose, ExternalPositionSender
-from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
-from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.job_slot import JobSlot
 from mavlink_vehicle.protocols.logs.log_transfer import LOG_MESSAGES, LogTransfer
 from mavlink_vehicle.protocols.message_rates import MessageRates
@@ -48,17 +45,20 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
 )
 from mavlink_vehicle.protocols.mission.stored_lists import StoredLists, lists_taken
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
+from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
+from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
+from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
+from mavlink_vehicle.protocols.monitoring.stream_gap import STREAM_GAP_S, StreamGap
+from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
-from mavlink_vehicle.protocols.own_gap import OwnGap
 from mavlink_vehicle.protocols.parameters import ParameterReader
-from mavlink_vehicle.protocols.rtcm import RtcmSender
 from mavlink_vehicle.protocols.sequence import ModeOrder
-from mavlink_vehicle.protocols.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.protocols.stations.overheard import ANSWERS
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
-from mavlink_vehicle.protocols.stream_gap import STREAM_GAP_S, StreamGap
-from mavlink_vehicle.protocols.timesync import Timesync
+from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionSender
+from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
+from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader
 from mavlink_vehicle.state.reducer import MEASUREMENTS, VehicleState, reduce
 from mavlink_vehicle.state.restarts import evolve

@@ -26,8 +26,8 @@ from mavlink_vehicle.events import (
     VehicleRebooted,
 )
 from mavlink_vehicle.positions.projections import Geodetic
-from mavlink_vehicle.protocols.external_position import ExternalPose, ExternalPositionError
-from mavlink_vehicle.protocols.rtcm import RtcmError
+from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
+from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes

@@ -19,7 +19,7 @@ from mavlink_sitl.config import PERSONALITIES, VehicleConfig
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.links.addresses import LinkAddress
 from mavlink_sitl.simulation import Simulation
-from mavlink_sitl.vehicle import SimulatedVehicle
+from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from mavlink_sitl.wall_clock_link import Runner
 
 _CHANNELS = struct.Struct("<16H")

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.vehicle import SimulatedVehicle
+from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from mavlink_sitl.world.model import RangeSensor, World
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from navigation_bridge.configuration.parameter_table import ParameterValue

@@ -13,7 +13,7 @@ from unittest import mock
 import numpy as np
 from pymavlink import mavutil
 
-from flight_logs.records import Records
+from flight_logs.frames.records import Records
 from mavlink_vehicle.codec import Codec, mavlink
 from mavlink_vehicle.io.tlog import TlogReader
 from tests.support.logs.recordings import NAMES, recording

@@ -12,7 +12,7 @@ from typing import Any
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
-from mavlink_sitl.vehicle import SimulatedVehicle
+from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 
 Message = Any
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from flight_logs.errors import NotATlogError
-from flight_logs.packets import iterate_packets
+from flight_logs.frames.packets import iterate_packets
 from flight_logs.tlog import read_tlog
 from mavlink_vehicle.codec import Codec
 from tests.support.logs.read_logs import OWN_LOGS

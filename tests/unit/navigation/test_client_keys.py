@@ -11,7 +11,15 @@ from collections.abc import Iterator
 
 import pytest
 
-from drone_navigation.client.keys import HELP, HINT, HINT_SHORT, Key, Keyboard, Keys, Pressed
+from drone_navigation.client.terminal.keys import (
+    HELP,
+    HINT,
+    HINT_SHORT,
+    Key,
+    Keyboard,
+    Keys,
+    Pressed,
+)
 
 
 def fed(keys: Keys, *reads: str) -> list[Pressed]:
@@ -69,7 +77,7 @@ def terminal() -> Iterator[tuple[int, int]]:
 
 IN_TERMINAL = """
 import fcntl, sys, termios
-from drone_navigation.client.keys import Keyboard
+from drone_navigation.client.terminal.keys import Keyboard
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 keyboard = Keyboard(sys.stdin)
 modes = []

@@ -7,8 +7,8 @@ import math
 import pytest
 from nav_msgs.msg import Odometry
 
-from drone_navigation.server.external_odometry import external_pose
-from mavlink_vehicle.protocols.external_position import ExternalPositionError
+from drone_navigation.server.subscribing.external_odometry import external_pose
+from mavlink_vehicle.protocols.streams.external_position import ExternalPositionError
 from navigation_bridge.configuration.make_config import ConfigurationError, make_config
 
 

@@ -10,7 +10,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from drone_navigation.nav2.maps import FREE, INSCRIBED, LETHAL, costs, obstacles_of, path
-from drone_navigation.server.obstacle_markers import obstacle_markers
+from drone_navigation.server.publishing.obstacle_markers import obstacle_markers
 from navigation_core.mapping.obstacle_shapes import Box, Cylinder
 from navigation_core.mapping.obstacles import Obstacles
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flight_logs.records import Records
+from flight_logs.frames.records import Records
 from flight_reports.analysis.link_quality import link_quality, missing_before
 from flight_reports.analysis.tracking import TrackSamples, tracking
 from flight_reports.page.figures import line

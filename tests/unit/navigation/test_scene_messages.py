@@ -9,7 +9,7 @@ import pytest
 
 from custom_interfaces.msg import FenceArea
 from drone_navigation.console import facts
-from drone_navigation.server.scene_topics import fence_message, items_message
+from drone_navigation.server.publishing.scene_topics import fence_message, items_message
 from mavlink_vehicle.mission_items import NO_FRAME, MissionItem
 from navigation_bridge.scene import SceneArea, SceneFence, SceneItem
 from navigation_core.safety.fences import CircleArea, PolygonArea

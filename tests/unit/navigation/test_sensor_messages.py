@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from visualization_msgs.msg import Marker
 
-from drone_navigation.server.obstacle_markers import KNOWN, SENSED, obstacle_markers
-from drone_navigation.server.sensor_topics import Newest
+from drone_navigation.server.publishing.obstacle_markers import KNOWN, SENSED, obstacle_markers
+from drone_navigation.server.subscribing.sensor_topics import Newest
 from navigation_bridge.obstacles.sensor_messages import (
     POINTS_MAX,
     SensorMessageError,

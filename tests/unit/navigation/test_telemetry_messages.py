@@ -14,7 +14,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, NavSatFix, NavSatStatus
 
 from custom_interfaces.msg import GoalCode
-from drone_navigation.server import telemetry_messages as messages
+from drone_navigation.server.publishing import telemetry_messages as messages
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state.reducer import VehicleState

@@ -8,8 +8,8 @@ import pytest
 from builtin_interfaces.msg import Time
 
 from drone_navigation.server.frame_names import FrameNames
-from drone_navigation.server.telemetry_messages import geo_pose
-from drone_navigation.server.transforms import Transforms, geoid_height_m
+from drone_navigation.server.publishing.telemetry_messages import geo_pose
+from drone_navigation.server.publishing.transforms import Transforms, geoid_height_m
 from mavlink_vehicle.state.telemetry import GlobalPosition, GpsFix
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.configuration.sensor_poses import SensorPose

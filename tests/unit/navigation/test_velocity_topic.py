@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from geometry_msgs.msg import Twist
 
-from drone_navigation.server.velocity_topic import command_of
+from drone_navigation.server.subscribing.velocity_topic import command_of
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 
 

@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from drone_navigation.bag.message_definitions import type_name
 from drone_navigation.server.frame_names import FRAME_EARTH, PLAIN
-from drone_navigation.server.topics import Topics
+from drone_navigation.server.publishing.topics import Topics
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.geodesy import ARDUPILOT
-from mavlink_sitl.options import parse
 from tests.unit.sitl.test_program import client, running
 
 

@@ -16,7 +16,7 @@ from mavlink_sitl import Simulation
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.exchange import Severity
 from mavlink_sitl.mavlink.logs import logbook
-from mavlink_sitl.vehicle import SimulatedVehicle
+from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from tests.support.stations.ground_station import GroundStation
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from mavlink_sitl.command_line.options import make_parser, parse
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.links.addresses import AddressError, LinkAddress, parse_address
 from mavlink_sitl.links.faults import LinkFaults
-from mavlink_sitl.options import make_parser, parse
 
 
 def test_defaults() -> None:

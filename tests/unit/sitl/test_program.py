@@ -21,8 +21,8 @@ from pymavlink.dialects.v20 import all as mav
 
 from drone_navigation.processes import free_udp_port
 from mavlink_sitl import Simulation
+from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.links.tlog import read_records
-from mavlink_sitl.options import parse
 from mavlink_sitl.simulation import EPOCH_US
 
 WAIT_S = 20.0

@@ -9,8 +9,8 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4
+from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.config import ConfigurationError
-from mavlink_sitl.options import parse
 from tests.support.stations.ground_station import (
     ACCEPTED,
     DENIED,

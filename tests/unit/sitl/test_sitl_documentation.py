@@ -6,9 +6,9 @@ import re
 from pathlib import Path
 
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.command_line.options import make_parser, parse
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.messages.telemetry import BUILDERS
-from mavlink_sitl.options import make_parser, parse
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 TEXT = (DOCS / "sitl.md").read_text("utf-8")

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.config import ConfigurationError, Underway, VehicleConfig
-from mavlink_sitl.options import parse
 from mavlink_sitl.simulation import Simulation
 from mavlink_sitl.world.model import Obstacle, RangeSensor, World
 

@@ -21,7 +21,7 @@ from mavlink_sitl import (
     load_world,
     parse_world,
 )
-from mavlink_sitl.options import make_parser
+from mavlink_sitl.command_line.options import make_parser
 from mavlink_sitl.world import range_finder
 from mavlink_sitl.world.loader import schema
 from mavlink_sitl.world.model import (

@@ -8,7 +8,7 @@ import pytest
 
 from mavlink_vehicle.drag import Drag, push_m_s2
 from mavlink_vehicle.profiles import ardupilot, px4
-from mavlink_vehicle.protocols.setpoint_stream import SetpointNed
+from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointNed
 from mavlink_vehicle.state.telemetry import Attitude, LocalPosition
 
 _STEP_S = 0.1

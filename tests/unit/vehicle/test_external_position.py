@@ -14,7 +14,7 @@ from mavlink_vehicle.positions.frames import (
     quaternion_from_euler,
     quaternion_ned_frd_to_enu_flu,
 )
-from mavlink_vehicle.protocols.external_position import (
+from mavlink_vehicle.protocols.streams.external_position import (
     ExternalPose,
     ExternalPositionError,
     ExternalPositionSender,

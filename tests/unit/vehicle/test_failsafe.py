@@ -6,7 +6,7 @@ import pytest
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
-from mavlink_vehicle.protocols.failsafe_watch import FailsafeWatch
+from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.state.failsafe import failsafe_words
 from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.state.warning_signs import Failsafe

@@ -4,7 +4,7 @@ import pytest
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
-from mavlink_vehicle.protocols.heartbeat import HeartbeatSender, HeartbeatWatch
+from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
 from tests.support.messages.autopilot_messages import AutopilotMessages
 
 

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
+from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.own_gap import OwnGap
 
 ADDRESS = Address(255, 191, 1, 1)
 

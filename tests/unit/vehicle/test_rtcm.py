@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mavlink_sitl.mavlink.corrections import Corrections
-from mavlink_vehicle.protocols.rtcm import (
+from mavlink_vehicle.protocols.streams.rtcm import (
     LONGEST_BYTES,
     RATE_BYTES_S,
     RtcmError,

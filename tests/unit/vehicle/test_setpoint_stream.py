@@ -15,7 +15,11 @@ from mavlink_vehicle.profiles.px4 import COPTER as PX4_COPTER
 from mavlink_vehicle.profiles.px4 import PLANE as PX4_PLANE
 from mavlink_vehicle.profiles.px4 import ROVER as PX4_ROVER
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.setpoint_stream import SetpointNed, SetpointStream, legal_setpoint
+from mavlink_vehicle.protocols.streams.setpoint_stream import (
+    SetpointNed,
+    SetpointStream,
+    legal_setpoint,
+)
 
 ADDRESS = Address(1, 191, 1, 1)
 HERE: Vector3 = (1.0, 2.0, -3.0)

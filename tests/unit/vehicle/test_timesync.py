@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mavlink_vehicle.codec import make
+from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.timesync import Timesync
 
 ADDRESS = Address(1, 191, 1, 1)
 

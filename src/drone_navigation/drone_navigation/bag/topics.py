@@ -1,4 +1,4 @@
-"""Bag-backed stand-in for the node that :class:`~drone_navigation.server.topics.Topics` needs."""
+"""Bag-backed stand-in for the node that the server's ``publishing.topics.Topics`` needs."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from drone_navigation.bag.goals import BagGoals
 from drone_navigation.bag.mcap_bag import Bag
 from drone_navigation.bag.topics import BagClock, BagNode
 from drone_navigation.server.frame_names import FrameNames
-from drone_navigation.server.topics import Topics
+from drone_navigation.server.publishing.topics import Topics
 from drone_navigation.server.vehicle_application import VehicleApplication
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.io.clock import ManualClock

@@ -11,7 +11,7 @@ from std_msgs.msg import String
 
 from custom_interfaces.action import Navigate
 from custom_interfaces.msg import GoalEvent
-from drone_navigation.client.errands import Errand
+from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import (
     Accepted,
     Ended,
@@ -29,7 +29,7 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
-from drone_navigation.client.view import ClientView
+from drone_navigation.client.terminal.view import ClientView
 from drone_navigation.client.watch import LOST_TIMEOUT_S, ServerWatch
 from drone_navigation.presence import Presence
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
@@ -50,7 +50,11 @@ class Course:
     """
 
     def __init__(
-        self, node: Node, view: ClientView, first: Errand, lost_timeout_s: float = LOST_TIMEOUT_S
+        self,
+        node: Node,
+        view: ClientView,
+        first: ClientGoal,
+        lost_timeout_s: float = LOST_TIMEOUT_S,
     ) -> None:
         """Prepare on ``node`` to send ``first`` and points after it.
 
@@ -148,20 +152,20 @@ class Course:
         """Show an event."""
         self._view.tell(event, self.t_s(time.monotonic()))
 
-    def send(self, errand: Errand, *, typed: bool = False) -> None:
+    def send(self, client_goal: ClientGoal, *, typed: bool = False) -> None:
         """Send a goal.
 
         Args:
-            errand: the goal.
+            client_goal: the goal.
             typed: whether a person typed it in flight, and will see what becomes of it.
         """
         self._sent += 1
         self.rejections.clear()
-        self.tell(Sending(self._sent, errand.name, errand.description))
-        client = self._clients[errand.name]
+        self.tell(Sending(self._sent, client_goal.name, client_goal.description))
+        client = self._clients[client_goal.name]
         now_s = time.monotonic()
         self._goals.append(
-            SentGoal(self._sent, errand, client, self._on_feedback, now_s, typed=typed)
+            SentGoal(self._sent, client_goal, client, self._on_feedback, now_s, typed=typed)
         )
 
     def cancel(self, now_s: float) -> None:

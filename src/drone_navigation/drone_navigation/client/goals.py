@@ -12,7 +12,7 @@ from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
 from rclpy.task import Future
 
-from drone_navigation.client.errands import Errand
+from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Ended, Telemetry
 
 RESPONSE_TIMEOUT_S = 5.0
@@ -41,7 +41,7 @@ class SentGoal:
 
     Attributes:
         number: counted from 1.
-        errand: what was sent.
+        client_goal: what was sent.
         typed: whether a person typed it in flight.
         stage: as of the last :meth:`look`.
         since_s: when the stage began.
@@ -50,7 +50,7 @@ class SentGoal:
     def __init__(
         self,
         number: int,
-        errand: Errand,
+        client_goal: ClientGoal,
         client: ActionClient,
         on_feedback: Callable[[SentGoal, Telemetry], None],
         now_s: float,
@@ -61,14 +61,14 @@ class SentGoal:
 
         Args:
             number: counted from 1.
-            errand: what to send.
-            client: of the errand's action.
+            client_goal: what to send.
+            client: of the client_goal's action.
             on_feedback: is told each feedback of this goal.
             now_s: the time, of any clock that goes steadily.
             typed: whether a person typed it in flight.
         """
         self.number = number
-        self.errand = errand
+        self.client_goal = client_goal
         self.typed = typed
         self.stage = GoalStage.SENT
         self.since_s = now_s
@@ -78,7 +78,7 @@ class SentGoal:
         self._cancelled_s = 0.0
         self._cancel_again_s = -math.inf
         self._answer = client.send_goal_async(
-            errand.goal,
+            client_goal.goal,
             feedback_callback=lambda message: on_feedback(self, self._telemetry(message.feedback)),
         )
 
@@ -173,7 +173,7 @@ class SentGoal:
 
     def _telemetry(self, feedback: Any) -> Telemetry:
         place = feedback.current_pose.pose.position
-        route = self.errand.waypoints > 0
+        route = self.client_goal.waypoints > 0
         return Telemetry(
             goal=self.number,
             status=feedback.current_status,
@@ -184,7 +184,7 @@ class SentGoal:
             replans=getattr(feedback, "replans", 0),
             setpoint_delay_s=getattr(feedback, "setpoint_delay", 0.0),
             waypoint=feedback.current_waypoint + 1 if route else None,
-            waypoints=self.errand.waypoints if route else None,
+            waypoints=self.client_goal.waypoints if route else None,
             lap=feedback.current_lap + 1 if route else None,
         )
 

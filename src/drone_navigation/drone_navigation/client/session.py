@@ -19,11 +19,10 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
+from drone_navigation.client.client_goal import ClientGoal, make_client_goal, make_point_client_goal
 from drone_navigation.client.course import Course
-from drone_navigation.client.errands import Errand, make_errand, make_point_errand
 from drone_navigation.client.events import Exit
 from drone_navigation.client.goals import RESPONSE_TIMEOUT_S
-from drone_navigation.client.keys import HELP, Key, Keyboard, Keys, Pressed
 from drone_navigation.client.options import (
     EXIT_ABORTED,
     EXIT_CANCELED,
@@ -32,8 +31,9 @@ from drone_navigation.client.options import (
     EXIT_SUCCESS,
 )
 from drone_navigation.client.servers import no_server
+from drone_navigation.client.terminal.keys import HELP, Key, Keyboard, Keys, Pressed
+from drone_navigation.client.terminal.view import ClientView, make_view
 from drone_navigation.client.updates import Update, UpdateError, parse_point
-from drone_navigation.client.view import ClientView, make_view
 from drone_navigation.presence import duplicate
 from navigation_bridge.names import SERVER_NODE_NAME
 
@@ -58,7 +58,7 @@ class NavigationClient:
         self,
         node: Node,
         view: ClientView,
-        errand: Errand,
+        client_goal: ClientGoal,
         options: argparse.Namespace,
         keyboard: Keyboard | None,
     ) -> None:
@@ -67,19 +67,19 @@ class NavigationClient:
         Args:
             node: the client's own.
             view: what shows it all.
-            errand: the first goal.
+            client_goal: the first goal.
             options: the command line.
             keyboard: where keys come from, if from anywhere.
         """
         self._node = node
         self._view = view
-        self._errand = errand
+        self._client_goal = client_goal
         self._options = options
         self._keyboard = keyboard
         self._keys = Keys()
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
-        self._course = Course(node, view, errand, options.lost_timeout)
+        self._course = Course(node, view, client_goal, options.lost_timeout)
         self._services = {
             key: node.create_client(Trigger, f"{SERVER_NODE_NAME}/{key.name.lower()}")
             for key in (Key.PAUSE, Key.RESUME)
@@ -135,9 +135,9 @@ class NavigationClient:
             # A key may be pressed at once.
             services = self._services.values()
             self._wait(lambda: all(service.service_is_ready() for service in services), _SERVERS_S)
-        for note in self._errand.notes:
+        for note in self._client_goal.notes:
             course.say(note)
-        course.send(self._errand)
+        course.send(self._client_goal)
         code = None
         while code is None:
             self._spin_once()
@@ -148,7 +148,7 @@ class NavigationClient:
         if self._interrupts:
             self._course.say("Interrupted; no goal was sent.", bad=True)
             return EXIT_CANCELED
-        self._course.say(no_server(self._node, self._errand.name), bad=True)
+        self._course.say(no_server(self._node, self._client_goal.name), bad=True)
         return EXIT_NO_SERVER
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
@@ -217,7 +217,7 @@ class NavigationClient:
         if not self._course.unanswered:
             self._waiting = False
             update = self._updates.popleft()
-            self._course.send(make_point_errand(self._options, update.position_m))
+            self._course.send(make_point_client_goal(self._options, update.position_m))
 
     def _goes_on(self) -> bool:
         """True if another goal follows one that has arrived."""
@@ -264,7 +264,7 @@ class NavigationClient:
             self._course.say(str(error), bad=True)
             self._keys.typed = line  # to be put right
             return
-        self._course.send(make_point_errand(self._options, position_m), typed=True)
+        self._course.send(make_point_client_goal(self._options, position_m), typed=True)
 
     def _call(self, key: Key, now_s: float) -> None:
         if self._cancelling:
@@ -291,7 +291,7 @@ class NavigationClient:
 
 def run_goal(options: argparse.Namespace, argv: list[str]) -> int:
     """Send the goal of the command line, show its progress, and return the exit code."""
-    errand = make_errand(options)
+    client_goal = make_client_goal(options)
     with ExitStack() as on_exit:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
         on_exit.callback(rclpy.try_shutdown)
@@ -304,7 +304,7 @@ def run_goal(options: argparse.Namespace, argv: list[str]) -> int:
             on_exit.callback(keyboard.close)
         view = make_view(plain=options.plain, json=options.json, keys=people)
         on_exit.callback(view.close)
-        client = NavigationClient(node, view, errand, options, keyboard)
+        client = NavigationClient(node, view, client_goal, options, keyboard)
         on_exit.callback(client.close)
         _handle_signals(client, keyboard)
         return client.run()

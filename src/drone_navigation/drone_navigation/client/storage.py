@@ -29,7 +29,7 @@ from drone_navigation.client.options import (
     EXIT_SUCCESS,
     make_command_parser,
 )
-from drone_navigation.client.progress import counting_bar
+from drone_navigation.client.terminal.progress import counting_bar
 from mavlink_vehicle.events import Parameter
 from navigation_bridge.goals.plan_files import PlanError
 from navigation_bridge.goals.requests import AltitudeReference

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from custom_interfaces.msg import GoalCode
 from drone_navigation.client.events import Telemetry
 from drone_navigation.nav2.flights import Flights, Order
-from drone_navigation.nav2.navigators import Navigators, Preferences, point_errand
+from drone_navigation.nav2.navigators import Navigators, Preferences, point_client_goal
 from drone_navigation.nav2.outcomes import Outcome, aborted, result
 from drone_navigation.nav2.served import duration, serve
 from drone_navigation.nav2.targets import Target, TargetError, turns
@@ -137,14 +137,16 @@ class Behaviours:
         started_s: float,
         tell: Any,
     ) -> Outcome:
-        errand = point_errand(target, speed_m_s, avoid_obstacles=self._preferences.avoid_obstacles)
+        client_goal = point_client_goal(
+            target, speed_m_s, avoid_obstacles=self._preferences.avoid_obstacles
+        )
         allowed = handle.request.time_allowance
         allowance_s = allowed.sec + 1e-9 * allowed.nanosec
         if allowance_s > 0.0:
             allowance_s = max(allowance_s - (time.monotonic() - started_s), 0.1)
         return await self._flights.fly(
             Order(
-                errand,
+                client_goal,
                 target.position_enu_m[2],
                 lambda: handle.is_cancel_requested,
                 tell,

@@ -18,7 +18,7 @@ from rclpy.node import Node
 
 from custom_interfaces.action import Navigate, NavigateWaypoints
 from custom_interfaces.msg import GoalRejected
-from drone_navigation.client.errands import Errand
+from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Telemetry
 from drone_navigation.client.goals import GoalStage, SentGoal
 from drone_navigation.client.servers import no_server
@@ -53,14 +53,14 @@ class Order:
     """What a client's goal asks of the server.
 
     Attributes:
-        errand: the server's goal.
+        client_goal: the server's goal.
         target_m: map z of its (last) target.
         is_cancelled: returns whether the client cancels it.
         on_telemetry: gets the feedback of the server.
         allowance_s: time after which it is stopped, 0 for none.
     """
 
-    errand: Errand
+    client_goal: ClientGoal
     target_m: float
     is_cancelled: Callable[[], bool]
     on_telemetry: Callable[[Telemetry], None] = lambda _telemetry: None
@@ -110,8 +110,8 @@ class Flights:
     async def fly(self, order: Order) -> Outcome:
         """Send a goal and follow it to its end, unless a newer one replaces it."""
         why = self._vehicle.why_not()
-        if why is None and not self._clients[order.errand.name].server_is_ready():
-            why = Refusal("NO_VEHICLE", no_server(self._node, order.errand.name))
+        if why is None and not self._clients[order.client_goal.name].server_is_ready():
+            why = Refusal("NO_VEHICLE", no_server(self._node, order.client_goal.name))
         if why is not None:
             return aborted(*why)
         self._turning += 1
@@ -140,8 +140,8 @@ class Flights:
 
         self._rejections.clear()
         self._sent += 1
-        client = self._clients[order.errand.name]
-        goal = SentGoal(self._sent, order.errand, client, hear, started_s)
+        client = self._clients[order.client_goal.name]
+        goal = SentGoal(self._sent, order.client_goal, client, hear, started_s)
         self._goal = goal
         late = False
         while True:

@@ -23,7 +23,7 @@ from sensor_msgs.msg import NavSatFix
 
 from custom_interfaces.action import Navigate, NavigateWaypoints
 from custom_interfaces.msg import Waypoint
-from drone_navigation.client.errands import Errand
+from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Telemetry
 from drone_navigation.nav2.flights import Flights, Order
 from drone_navigation.nav2.outcomes import Outcome, aborted, result
@@ -36,7 +36,7 @@ from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_bridge.goals.point_requests import yaw_enu_rad
 from navigation_bridge.names import ACTION_NAME, FRAME_MAP, WAYPOINTS_ACTION_NAME
 
-__all__ = ["Navigators", "Preferences", "point_errand"]
+__all__ = ["Navigators", "Preferences", "point_client_goal"]
 
 # Laps of a route are written out.
 _WAYPOINTS_MAX = 5000
@@ -55,7 +55,7 @@ class Preferences:
     waypoint_pause_s: float
 
 
-def point_errand(target: Target, max_speed_m_s: float, *, avoid_obstacles: bool) -> Errand:
+def point_client_goal(target: Target, max_speed_m_s: float, *, avoid_obstacles: bool) -> ClientGoal:
     """Return the server's goal to a target."""
     goal = Navigate.Goal(avoid_obstacles=avoid_obstacles, max_speed=max_speed_m_s)
     goal.target_pose.header.frame_id = FRAME_MAP
@@ -64,7 +64,7 @@ def point_errand(target: Target, max_speed_m_s: float, *, avoid_obstacles: bool)
     orientation.w = 0.0
     if target.yaw_enu_rad is not None:
         orientation.w, _, _, orientation.z = frames.quaternion_from_yaw(target.yaw_enu_rad)
-    return Errand(Navigate, ACTION_NAME, goal, "")
+    return ClientGoal(Navigate, ACTION_NAME, goal, "")
 
 
 class Navigators:
@@ -138,7 +138,7 @@ class Navigators:
 
     async def _to_pose(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
         (target,) = self.targets([handle.request.pose], self.present())
-        errand = point_errand(
+        client_goal = point_client_goal(
             target,
             self._preferences.max_speed_m_s,
             avoid_obstacles=self._preferences.avoid_obstacles,
@@ -148,7 +148,9 @@ class Navigators:
         def tell(telemetry: Telemetry) -> None:
             handle.publish_feedback(self._feedback(NavigateToPose, telemetry, started_s))
 
-        order = Order(errand, target.position_enu_m[2], lambda: handle.is_cancel_requested, tell)
+        order = Order(
+            client_goal, target.position_enu_m[2], lambda: handle.is_cancel_requested, tell
+        )
         return await self._flights.fly(order), None
 
     def _feedback(self, kind: Any, telemetry: Telemetry, started_s: float) -> Any:
@@ -285,11 +287,11 @@ class Navigators:
             max_speed=self._preferences.max_speed_m_s,
             avoid_obstacles=self._preferences.avoid_obstacles,
         )
-        errand = Errand(
+        client_goal = ClientGoal(
             NavigateWaypoints, WAYPOINTS_ACTION_NAME, goal, "", waypoints=len(waypoints)
         )
         last_m = targets[-1].position_enu_m[2]
-        order = Order(errand, last_m, lambda: handle.is_cancel_requested, tell)
+        order = Order(client_goal, last_m, lambda: handle.is_cancel_requested, tell)
         return await self._flights.fly(order)
 
 

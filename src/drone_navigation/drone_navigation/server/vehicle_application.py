@@ -13,8 +13,8 @@ from rclpy.node import Node
 
 from drone_navigation.logs.log_servers import LogServers
 from drone_navigation.server.actions import GoalServers
+from drone_navigation.server.publishing.topics import Topics
 from drone_navigation.server.service_servers import ServiceServers
-from drone_navigation.server.topics import Topics
 from mavlink_vehicle.codec import Codec, Message, with_source
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.tlog import TlogWriter

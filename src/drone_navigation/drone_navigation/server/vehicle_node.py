@@ -12,18 +12,18 @@ from drone_navigation.logs.log_servers import LogServers
 from drone_navigation.presence import SERVER_ID, Presence
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.correction_topic import CorrectionTopic
-from drone_navigation.server.external_odometry import ExternalOdometry
 from drone_navigation.server.frame_names import FrameNames
 from drone_navigation.server.parameters import follow_changes
-from drone_navigation.server.sensor_topics import SensorTopics
+from drone_navigation.server.publishing.topics import StationLinks, Topics
 from drone_navigation.server.service_servers import ServiceServers
 from drone_navigation.server.spinning import Spinner
 from drone_navigation.server.storage.list_servers import ListServers
 from drone_navigation.server.storage.parameter_servers import ParameterServers
-from drone_navigation.server.topics import StationLinks, Topics
+from drone_navigation.server.subscribing.correction_topic import CorrectionTopic
+from drone_navigation.server.subscribing.external_odometry import ExternalOdometry
+from drone_navigation.server.subscribing.sensor_topics import SensorTopics
+from drone_navigation.server.subscribing.velocity_topic import VelocityTopic
 from drone_navigation.server.vehicle_application import VehicleApplication
-from drone_navigation.server.velocity_topic import VelocityTopic
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.tlog import TlogWriter

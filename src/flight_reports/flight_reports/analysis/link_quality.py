@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_logs.records import Records
+from flight_logs.frames.records import Records
 from flight_reports.analysis.log_reader import Floats
 
 # A sequence number that is this little behind the newest is a packet that came late; one that

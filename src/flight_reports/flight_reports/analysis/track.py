@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_logs.records import Records
+from flight_logs.frames.records import Records
 from flight_reports.analysis.log_reader import ESTIMATORS, SETPOINTS, Floats, LogContents
 from flight_reports.analysis.tracking import TrackSamples
 from flight_reports.recorded_events import Source

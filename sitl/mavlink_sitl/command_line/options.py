@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import NoReturn
 
 from mavlink_sitl.autopilot.parameters import Parameters, UnknownParameterError
-from mavlink_sitl.command_version import PrintVersion
+from mavlink_sitl.command_line.command_version import PrintVersion
 from mavlink_sitl.config import (
     DEFAULT_HEADING_DEG,
     DEFAULT_HOME,

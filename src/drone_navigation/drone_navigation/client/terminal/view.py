@@ -11,8 +11,8 @@ from typing import Protocol
 from rich.console import Console
 
 from drone_navigation.client.events import Event, Telemetry, as_json
-from drone_navigation.client.keys import HINT
-from drone_navigation.client.live import LiveView
+from drone_navigation.client.terminal.keys import HINT
+from drone_navigation.client.terminal.live import LiveView
 from navigation_core.geometry import Vector3
 from navigation_core.safety.lateness import LATE_S
 

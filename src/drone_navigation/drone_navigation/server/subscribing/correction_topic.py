@@ -7,7 +7,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import UInt8MultiArray
 
 from drone_navigation.server.bridge_access import BridgeAccess
-from mavlink_vehicle.protocols.rtcm import RtcmError
+from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 
 __all__ = ["CorrectionTopic"]
 

@@ -19,13 +19,13 @@ from custom_interfaces.msg import GoalEvent, HomePosition, VehicleStatus
 from custom_interfaces.msg import GoalRejected as GoalRejectedMessage
 from drone_navigation.presence import Presence
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
-from drone_navigation.server import telemetry_messages as messages
 from drone_navigation.server.conversions import pose_stamped
 from drone_navigation.server.frame_names import PLAIN, FrameNames
-from drone_navigation.server.obstacle_grid import ObstacleGrid
-from drone_navigation.server.obstacle_markers import ObstacleMarkers
-from drone_navigation.server.scene_topics import SceneTopics
-from drone_navigation.server.transforms import Transforms, geoid_height_m, is_heard
+from drone_navigation.server.publishing import telemetry_messages as messages
+from drone_navigation.server.publishing.obstacle_grid import ObstacleGrid
+from drone_navigation.server.publishing.obstacle_markers import ObstacleMarkers
+from drone_navigation.server.publishing.scene_topics import SceneTopics
+from drone_navigation.server.publishing.transforms import Transforms, geoid_height_m, is_heard
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.bridge import Bridge

@@ -8,10 +8,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_logs.checksums import rows
 from flight_logs.dialect import PAYLOAD_OFFSET, MessageTable, messages
-from flight_logs.framing import MAGIC_1, STAMP_SIZE, Packets
-from flight_logs.grouping import grouped
+from flight_logs.frames.checksums import rows
+from flight_logs.frames.framing import MAGIC_1, STAMP_SIZE, Packets
+from flight_logs.frames.grouping import grouped
 
 Records: TypeAlias = NDArray[np.void]
 """A structured array of one message, shape (n,): see `dialect.MessageTable.dtype`."""

@@ -10,9 +10,9 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.sensor_topics import Newest
+from drone_navigation.server.subscribing.sensor_topics import Newest
 from mavlink_vehicle.positions.frames import enu_to_ned, quaternion_enu_flu_to_ned_frd
-from mavlink_vehicle.protocols.external_position import ExternalPose, ExternalPositionError
+from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
 from navigation_bridge.names import FRAME_BASE_LINK, FRAME_MAP
 
 __all__ = ["ExternalOdometry", "external_pose"]

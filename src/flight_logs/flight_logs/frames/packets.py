@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from flight_logs.pieces import pieces
+from flight_logs.frames.pieces import pieces
 
 _CHUNK_BYTES = 256 << 10
 

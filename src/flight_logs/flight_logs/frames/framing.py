@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_logs.checksums import right_checksums, rows
 from flight_logs.dialect import crc_extras, message_indices
+from flight_logs.frames.checksums import right_checksums, rows
 
 STAMP_SIZE = 8
 PACKET_SIZE_LIMIT = 280

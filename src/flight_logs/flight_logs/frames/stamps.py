@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_logs.framing import STAMP_SIZE, Packets
+from flight_logs.frames.framing import STAMP_SIZE, Packets
 
 # pymavlink's reader, too, takes a time after a damaged place to be wrong if it is that far off.
 _CREDIBLE_GAP_S = 3 * 24 * 3600.0

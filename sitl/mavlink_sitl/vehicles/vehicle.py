@@ -23,15 +23,15 @@ from mavlink_sitl.exchange import (
     Result,
     Severity,
 )
-from mavlink_sitl.firmwares import firmware_class, make_logbook, make_servers
-from mavlink_sitl.injection import Failures
 from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
 from mavlink_sitl.physics.fleets import Fleet
-from mavlink_sitl.vehicle_body import VehicleBody
+from mavlink_sitl.vehicles.body import VehicleBody
+from mavlink_sitl.vehicles.firmwares import firmware_class, make_logbook, make_servers
+from mavlink_sitl.vehicles.injection import Failures
 
 REBOOT_US = 1_200_000
 """Silence from the acknowledgement of a reboot to the first HEARTBEAT"""

@@ -23,7 +23,7 @@ from custom_interfaces.msg import HomePosition, VehicleStatus
 from drone_navigation.server.conversions import code_number, pose_stamped
 from drone_navigation.server.frame_names import PLAIN, FrameNames
 from mavlink_vehicle.positions import frames
-from mavlink_vehicle.protocols.external_position import FRESH_S
+from mavlink_vehicle.protocols.streams.external_position import FRESH_S
 from mavlink_vehicle.state.health import battery_is_low, estimator_faults
 from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.state.telemetry import GpsFix

@@ -11,7 +11,7 @@ from rich.style import Style
 from rich.text import Text
 
 from drone_navigation.client.events import Ended, Event, Sending, Telemetry
-from drone_navigation.client.keys import HINT, HINT_SHORT
+from drone_navigation.client.terminal.keys import HINT, HINT_SHORT
 from navigation_core.safety.lateness import LATE_S
 
 _PERIOD_S = 0.1

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Errand:
+class ClientGoal:
     """One goal.
 
     Attributes:
@@ -52,35 +52,35 @@ class Errand:
     waypoints: int = 0
 
 
-def make_errand(options: argparse.Namespace) -> Errand:
+def make_client_goal(options: argparse.Namespace) -> ClientGoal:
     """Return the goal of the command line; the program ends if its file cannot be flown."""
     if options.command in ACTION_COMMANDS:
         return _command(options)
     if options.plan is not None or options.waypoints is not None:
         return _route(_planned(options), options)
-    return make_point_errand(options, options.goal)
+    return make_point_client_goal(options, options.goal)
 
 
-def make_point_errand(options: argparse.Namespace, position_m: Vector3) -> Errand:
+def make_point_client_goal(options: argparse.Namespace, position_m: Vector3) -> ClientGoal:
     """Return a goal to a point with the options of the command line."""
     x, y, z = position_m
     goal = _point(options, position_m)
     # Ten digits: a latitude to the centimetre.
     unit = "" if options.frame == Navigate.Goal.FRAME_WGS84 else " m"
     place = f"goal ({x:.10g}, {y:.10g}, {z:.10g}){unit} in frame {options.frame or 'map'}"
-    return Errand(Navigate, ACTION_NAME, goal, place)
+    return ClientGoal(Navigate, ACTION_NAME, goal, place)
 
 
-def _command(options: argparse.Namespace) -> Errand:
+def _command(options: argparse.Namespace) -> ClientGoal:
     """Return the goal of a command."""
     if options.command == "takeoff":
         goal = Takeoff.Goal()
         goal.height = options.height
         height = f" to {options.height:g} m" if options.height else ""
-        return Errand(Takeoff, TAKEOFF_ACTION_NAME, goal, f"take-off{height}")
+        return ClientGoal(Takeoff, TAKEOFF_ACTION_NAME, goal, f"take-off{height}")
     if options.command == "land":
-        return Errand(Land, LAND_ACTION_NAME, Land.Goal(), "landing")
-    return Errand(ReturnToLaunch, RETURN_ACTION_NAME, ReturnToLaunch.Goal(), "return to launch")
+        return ClientGoal(Land, LAND_ACTION_NAME, Land.Goal(), "landing")
+    return ClientGoal(ReturnToLaunch, RETURN_ACTION_NAME, ReturnToLaunch.Goal(), "return to launch")
 
 
 def _point(options: argparse.Namespace, position_m: Vector3) -> Navigate.Goal:
@@ -114,7 +114,7 @@ def _planned(options: argparse.Namespace) -> PlannedRoute:
         make_parser().error(str(error))
 
 
-def _route(route: PlannedRoute, options: argparse.Namespace) -> Errand:
+def _route(route: PlannedRoute, options: argparse.Namespace) -> ClientGoal:
     goal = NavigateWaypoints.Goal()
     goal.execution = goal.EXECUTION_MISSION if options.mission else goal.EXECUTION_SETPOINTS
     goal.waypoints = [_message(waypoint) for waypoint in route.waypoints]
@@ -123,7 +123,7 @@ def _route(route: PlannedRoute, options: argparse.Namespace) -> Errand:
     goal.avoid_obstacles = options.avoid
     executed = "as a mission" if options.mission else "by setpoints"
     description = f"a route of {len(route.waypoints)} waypoints, {executed}"
-    return Errand(
+    return ClientGoal(
         NavigateWaypoints,
         WAYPOINTS_ACTION_NAME,
         goal,

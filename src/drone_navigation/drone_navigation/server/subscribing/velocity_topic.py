@@ -11,7 +11,7 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.sensor_topics import Newest
+from drone_navigation.server.subscribing.sensor_topics import Newest
 from navigation_bridge.configuration.settings import CommandConfig
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 

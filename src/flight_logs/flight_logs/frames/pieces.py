@@ -17,7 +17,7 @@ from flight_logs.errors import (
     RawStreamError,
     SwappedStampsError,
 )
-from flight_logs.framing import (
+from flight_logs.frames.framing import (
     FRONT,
     PACKET_SIZE_LIMIT,
     PADDING,
@@ -26,7 +26,7 @@ from flight_logs.framing import (
     Packets,
     find_packets,
 )
-from flight_logs.stamps import Stamps, are_swapped, read_stamps
+from flight_logs.frames.stamps import Stamps, are_swapped, read_stamps
 
 DEFAULT_CHUNK_BYTES = 4 << 20
 _LEAST_CHUNK_BYTES = 4 << 10

@@ -1,0 +1,1 @@
+"""One simulated vehicle: its body, its firmware, and what is injected into it."""

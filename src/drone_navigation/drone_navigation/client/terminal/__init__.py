@@ -1,0 +1,1 @@
+"""The terminal of the navigation client: live view, lines, keys, progress."""

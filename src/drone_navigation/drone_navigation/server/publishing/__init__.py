@@ -1,0 +1,1 @@
+"""Topics and transforms that a server publishes."""

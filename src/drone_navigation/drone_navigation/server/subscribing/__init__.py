@@ -1,0 +1,1 @@
+"""Topics that a server subscribes to."""
