@@ -12,15 +12,15 @@ import time
 from dataclasses import replace
 from typing import Any
 
-from flight_rehearsal.order import Order, RouteWaypoint
 from flight_rehearsal.rehearsal import lose_link, rehearse
+from flight_rehearsal.request import RehearsalRequest, RehearsalWaypoint
 from tests.bench.rows import row
 
 GOAL_S, OF_S = 0.5, 60.0
 ROUNDS = 5
-_ORDER = Order(
+_ORDER = RehearsalRequest(
     "",
-    (RouteWaypoint((100.0, 130.0, 10.0)),),
+    (RehearsalWaypoint((100.0, 130.0, 10.0)),),
     position_enu_m=(0.0, 0.0, 5.0),
     armed=True,
     flying=True,
@@ -29,7 +29,7 @@ _ORDER = Order(
 _POSTS = tuple((x + 0.4 * (y % 3), float(y), 0.5, 0.0, 20.0) for x in range(15, 90, 15)
                for y in range(10, 130, 12))  # fmt: skip
 _DRIVEN = replace(
-    _ORDER, waypoints=(RouteWaypoint((100.0, 130.0, 0.0)),), position_enu_m=3 * (0.0,)
+    _ORDER, waypoints=(RehearsalWaypoint((100.0, 130.0, 0.0)),), position_enu_m=3 * (0.0,)
 )
 
 
@@ -46,7 +46,7 @@ def measures() -> list[dict[str, Any]]:
     return [*rows, _row("Rehearsal of a lost link, ArduPilot copter", copter, lost=True)]
 
 
-def _row(name: str, order: Order, lost: bool = False) -> dict[str, Any]:
+def _row(name: str, order: RehearsalRequest, lost: bool = False) -> dict[str, Any]:
     flown = rehearse(order)
     assert flown.code == "SUCCESS", flown.text
     times_s = []

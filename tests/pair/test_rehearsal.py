@@ -10,8 +10,8 @@ from dataclasses import replace
 import pytest
 
 from flight_rehearsal.flight_parameters import KINDS, SERVER_PARAMETERS, VEHICLE_PARAMETERS
-from flight_rehearsal.order import HomePoint, Order, OrderError, RouteWaypoint
 from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
+from flight_rehearsal.request import HomePoint, RehearsalRequest, RehearsalWaypoint, RequestError
 from flight_rehearsal.stage import Stage
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
@@ -22,9 +22,9 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 GOALS = 7
 ERROR_MAX = 0.05
 SERVER = {"arming": "auto", "battery_policy": "ignore"}
-COPTER = Order(
+COPTER = RehearsalRequest(
     "ArduCopter",
-    (RouteWaypoint((20.0, 10.0, 6.0)),),
+    (RehearsalWaypoint((20.0, 10.0, 6.0)),),
     position_enu_m=(0.0, 0.0, 5.0),
     armed=True,
     flying=True,
@@ -32,14 +32,16 @@ COPTER = Order(
     server=SERVER,
 )
 ROUTE = (
-    RouteWaypoint((10.0, 0.0, 5.0)),
-    RouteWaypoint((10.0, 10.0, 8.0), 2.0),
-    RouteWaypoint((0.0, 10.0, 5.0)),
+    RehearsalWaypoint((10.0, 0.0, 5.0)),
+    RehearsalWaypoint((10.0, 10.0, 8.0), 2.0),
+    RehearsalWaypoint((0.0, 10.0, 5.0)),
 )
 POST = (10.0, 0.0, 1.0, 0.0, 20.0)
 
 
-def order_of(flight: SimulatedFlight, name: str, goal: Vector3, speed_m_s: float) -> Order:
+def order_of(
+    flight: SimulatedFlight, name: str, goal: Vector3, speed_m_s: float
+) -> RehearsalRequest:
     """Return what a console would know of a flight at this moment."""
     pose, state = flight.bridge.pose, flight.vehicle.state
     assert pose is not None
@@ -50,9 +52,9 @@ def order_of(flight: SimulatedFlight, name: str, goal: Vector3, speed_m_s: float
     assert home_at is not None
     north, east, down = state.local_position.velocity_ned_m_s
     home = state.home
-    return Order(
+    return RehearsalRequest(
         name,
-        (RouteWaypoint(goal),),
+        (RehearsalWaypoint(goal),),
         position_enu_m=pose.position_enu_m,
         yaw_enu_rad=pose.yaw_enu_rad,
         velocity_enu_m_s=(east, north, -down),
@@ -123,7 +125,7 @@ def test_a_route_with_a_hold_is_rehearsed(name: str) -> None:
 
 
 def test_obstacles_are_flown_round_only_where_that_is_asked_for() -> None:
-    past = replace(COPTER, waypoints=(RouteWaypoint((20.0, 0.0, 5.0)),), posts=(POST,))
+    past = replace(COPTER, waypoints=(RehearsalWaypoint((20.0, 0.0, 5.0)),), posts=(POST,))
     through = rehearse(past)
     assert through.clearance_m == 0.0
     round_it = rehearse(replace(past, avoid_obstacles=True))
@@ -147,7 +149,7 @@ def test_a_goal_from_the_ground_takes_off_and_one_that_may_not_is_rejected() -> 
     assert not refused.accepted
     assert refused.code == "ARMING_NOT_ALLOWED"
     assert refused.text.endswith(".")
-    far = rehearse(replace(COPTER, waypoints=(RouteWaypoint((9000.0, 0.0, 5.0)),)))
+    far = rehearse(replace(COPTER, waypoints=(RehearsalWaypoint((9000.0, 0.0, 5.0)),)))
     assert not far.accepted
 
 
@@ -170,7 +172,7 @@ def test_wind_and_the_charge_decide_the_flight() -> None:
 def test_a_lost_link_ends_as_the_failsafe_says(
     name: str, parameters: dict[str, float], mode: str, landed_at: Vector3 | None
 ) -> None:
-    far = (RouteWaypoint((80.0, 0.0, 5.0)),)
+    far = (RehearsalWaypoint((80.0, 0.0, 5.0)),)
     order = replace(COPTER, autopilot=name, parameters=parameters, waypoints=far)
     lost = lose_link(order, 0.5 * rehearse(order).duration_s)
     assert lost.mode == mode
@@ -195,11 +197,11 @@ def test_it_begins_as_the_vehicle_moves_and_where_the_map_lies() -> None:
 
 
 def test_what_cannot_be_rehearsed_is_said() -> None:
-    with pytest.raises(OrderError, match="no rehearsal for ArduPlane"):
+    with pytest.raises(RequestError, match="no rehearsal for ArduPlane"):
         rehearse(replace(COPTER, autopilot="ArduPlane"))
-    with pytest.raises(OrderError, match="speed_max_m_s"):
+    with pytest.raises(RequestError, match="speed_max_m_s"):
         rehearse(replace(COPTER, server={"speed_max_m_s": -1.0}))
-    with pytest.raises(OrderError, match="NO_SUCH"):
+    with pytest.raises(RequestError, match="NO_SUCH"):
         rehearse(replace(COPTER, parameters={"NO_SUCH": 1.0}))
     with pytest.raises(StoppedError):
         rehearse(COPTER, lambda: True)

@@ -13,7 +13,7 @@ from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Fly, Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.observation import OperationKind, OperationStatus
+from navigation_core.tasks.observation import OperationStatus, TaskOperation
 from tests.support.models.core_strategies import limits
 from tests.support.models.point_mass import Flight, PointMass, fly
 
@@ -22,7 +22,7 @@ _TIME_MAX_S = 600.0
 times = st.floats(0.0, 30.0)
 durations = st.floats(0.05, 6.0)
 targets = st.tuples(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0), st.floats(0.0, 20.0))
-kinds = st.sampled_from(list(OperationKind))
+kinds = st.sampled_from(list(TaskOperation))
 final = st.sampled_from(
     [state for state in OperationStatus if state is not OperationStatus.PENDING]
 )
@@ -146,8 +146,8 @@ def test_every_flight_ends_once_and_honestly(
     yaw: float | None,
     may_arm: bool,
     begins: str,
-    results: dict[OperationKind, OperationStatus],
-    delays: dict[OperationKind, float],
+    results: dict[TaskOperation, OperationStatus],
+    delays: dict[TaskOperation, float],
     schedule: list[tuple[Callable[[PointMass, bool], None], float, float]],
     cancel_s: float | None,
 ) -> None:

@@ -18,8 +18,8 @@ from dataclasses import asdict
 from typing import Any, TextIO
 
 from flight_rehearsal.flight_parameters import SERVER_PARAMETERS, VEHICLE_PARAMETERS
-from flight_rehearsal.order import OrderError, read_order
 from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
+from flight_rehearsal.request import RequestError, read_request
 
 _GIVE_UP_S = 10.0
 _NICENESS = 5
@@ -80,7 +80,7 @@ def _serve(line: str, orders: _Orders) -> None:
 
     try:
         number = json.loads(line).get("number")
-        order = read_order(line)
+        order = read_request(line)
         flown = rehearse(order, is_over)
         _tell(sys.stdout, number=number, rehearsal=_rounded(asdict(flown)))
         if flown.accepted:
@@ -89,7 +89,7 @@ def _serve(line: str, orders: _Orders) -> None:
     except StoppedError:
         if not orders.superseded:
             _tell(sys.stdout, number=number, error=f"It took longer than {_GIVE_UP_S:g} s.")
-    except OrderError as error:
+    except RequestError as error:
         _tell(sys.stdout, number=number, error=str(error))
 
 

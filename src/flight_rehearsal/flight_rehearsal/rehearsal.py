@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight_rehearsal.order import Order
+from flight_rehearsal.request import RehearsalRequest
 from flight_rehearsal.stage import Stage
 from navigation_bridge.goals.requests import (
     NavigateRequest,
@@ -74,7 +74,7 @@ class Lost:
     path_enu_m: tuple[Vector3, ...]
 
 
-def rehearse(order: Order, is_over: IsOver = lambda: False) -> Rehearsal:
+def rehearse(order: RehearsalRequest, is_over: IsOver = lambda: False) -> Rehearsal:
     """Fly an order.
 
     Args:
@@ -82,7 +82,7 @@ def rehearse(order: Order, is_over: IsOver = lambda: False) -> Rehearsal:
         is_over: is asked now and then whether to stop.
 
     Raises:
-        OrderError: it cannot be rehearsed.
+        RequestError: it cannot be rehearsed.
         StoppedError: `is_over`.
     """
     stage = Stage(order)
@@ -105,7 +105,7 @@ def rehearse(order: Order, is_over: IsOver = lambda: False) -> Rehearsal:
     return Rehearsal(code, text, True, tuple(path), stage.now - began_s, stage.battery, clearance_m)
 
 
-def lose_link(order: Order, after_s: float, is_over: IsOver = lambda: False) -> Lost:
+def lose_link(order: RehearsalRequest, after_s: float, is_over: IsOver = lambda: False) -> Lost:
     """Fly an order again, and lose the link for good some time after its start.
 
     Args:
@@ -114,7 +114,7 @@ def lose_link(order: Order, after_s: float, is_over: IsOver = lambda: False) -> 
         is_over: is asked now and then whether to stop.
 
     Raises:
-        OrderError: it cannot be rehearsed.
+        RequestError: it cannot be rehearsed.
         StoppedError: `is_over`.
     """
     stage = Stage(order)
@@ -141,7 +141,7 @@ def _go_on(stage: Stage, is_over: IsOver) -> None:
         raise StoppedError
 
 
-def _begin(stage: Stage, order: Order) -> Rehearsal | None:
+def _begin(stage: Stage, order: RehearsalRequest) -> Rehearsal | None:
     request = _request(order)
     rejection = stage.bridge.check(request, stage.now)
     if rejection is not None:
@@ -150,7 +150,7 @@ def _begin(stage: Stage, order: Order) -> Rehearsal | None:
     return None
 
 
-def _request(order: Order) -> Request:
+def _request(order: RehearsalRequest) -> Request:
     """The request that the console sends."""
     first = order.waypoints[0]
     if len(order.waypoints) == 1 and not first.hold_time_s and order.laps == 1:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from flight_rehearsal.flight_parameters import SERVER_PARAMETERS
-from flight_rehearsal.order import Order
+from flight_rehearsal.request import RehearsalRequest
 from mavlink_sitl.config import DEFAULT_HOME, Underway, VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
@@ -34,7 +34,7 @@ _POLYGONS = 4
 """Of FENCE_TYPE: the fence's areas, which no order has"""
 
 
-def server_config(order: Order) -> ServerConfig:
+def server_config(order: RehearsalRequest) -> ServerConfig:
     """Return the server's settings, with all obstacles as known ones, at low rates.
 
     Raises:
@@ -65,7 +65,7 @@ def server_config(order: Order) -> ServerConfig:
     )
 
 
-def home_point(order: Order) -> GeoPoint | None:
+def home_point(order: RehearsalRequest) -> GeoPoint | None:
     """Return where home is on the earth, if that is known."""
     home = order.home
     if home is None:
@@ -73,7 +73,7 @@ def home_point(order: Order) -> GeoPoint | None:
     return GeoPoint(home.latitude_deg, home.longitude_deg, home.altitude_amsl_m)
 
 
-def origin_of(order: Order, kind: str, autopilot: str) -> GeoPoint:
+def origin_of(order: RehearsalRequest, kind: str, autopilot: str) -> GeoPoint:
     """Return the place of the map's origin on the earth: home's place there and in the map tell."""
     point = home_point(order)
     if order.home is None or point is None:
@@ -83,7 +83,9 @@ def origin_of(order: Order, kind: str, autopilot: str) -> GeoPoint:
     return LocalFrame(point, projection).to_geodetic(-north, -east, up)
 
 
-def vehicle_config(order: Order, kind: str, autopilot: str, origin: GeoPoint) -> VehicleConfig:
+def vehicle_config(
+    order: RehearsalRequest, kind: str, autopilot: str, origin: GeoPoint
+) -> VehicleConfig:
     """Return the simulated vehicle: where and as the real one is.
 
     Raises:
@@ -115,7 +117,7 @@ def vehicle_config(order: Order, kind: str, autopilot: str, origin: GeoPoint) ->
     )
 
 
-def world(order: Order, kind: str, origin: GeoPoint) -> World:
+def world(order: RehearsalRequest, kind: str, origin: GeoPoint) -> World:
     """Return a plain on which the vehicle stands, or its home, and the wind."""
     up_m = order.home.position_enu_m[2] if order.home else 0.0
     if not order.flying or kind != "copter":

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from flight_rehearsal.flight_parameters import KINDS
-from flight_rehearsal.order import Order, OrderError
+from flight_rehearsal.request import RehearsalRequest, RequestError
 from flight_rehearsal.settings import home_point, origin_of, server_config, vehicle_config, world
 from mavlink_sitl.autopilot.parameters import UnknownParameterError
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
@@ -47,17 +47,17 @@ class Stage:
         ends: how the goal ended.
     """
 
-    def __init__(self, order: Order) -> None:
+    def __init__(self, order: RehearsalRequest) -> None:
         """Place the vehicle, and let the bridge find it.
 
         Raises:
-            OrderError: there is no such vehicle here, or its settings cannot be used.
+            RequestError: there is no such vehicle here, or its settings cannot be used.
         """
         try:
             kind, autopilot = KINDS[order.autopilot]
         except KeyError:
             name = order.autopilot or "a vehicle of an unknown kind"
-            raise OrderError(f"There is no rehearsal for {name}.") from None
+            raise RequestError(f"There is no rehearsal for {name}.") from None
         try:
             self.config = server_config(order)
             origin = origin_of(order, kind, autopilot)
@@ -67,7 +67,7 @@ class Stage:
                 tick_s=TICK_S,
             )
         except (ConfigurationError, ServerConfigurationError, UnknownParameterError) as error:
-            raise OrderError(f"The vehicle's settings cannot be rehearsed: {error}") from error
+            raise RequestError(f"The vehicle's settings cannot be rehearsed: {error}") from error
         self.simulated = self.simulation.vehicles[0]
         self.bridge = Bridge(Vehicle(self.config.vehicle), self.config.bridge)
         self.now = 0.0
@@ -79,13 +79,13 @@ class Stage:
         self._beat_s = 0.0
         self._get_ready(order)
 
-    def _get_ready(self, order: Order) -> None:
+    def _get_ready(self, order: RehearsalRequest) -> None:
         self.bridge.start(self.now)
         self.simulated.silence_streams()
         home, known_s = home_point(order), math.inf
         while self.now < known_s + _SETTLE_S:
             if self.now > READY_TIMEOUT_S:
-                raise OrderError("The simulated vehicle did not get ready.")
+                raise RequestError("The simulated vehicle did not get ready.")
             self.tick()
             copter = self.simulated.copter
             if home is not None and copter.started and copter.estimator.position_ok:

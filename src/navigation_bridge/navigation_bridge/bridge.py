@@ -68,9 +68,9 @@ from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.intents import Fly, Handover, Outcome, Perform
 from navigation_core.tasks.observation import (
     Observation,
-    OperationKind,
     OperationReport,
     OperationStatus,
+    TaskOperation,
 )
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.velocity_command import VelocityCommand
@@ -87,7 +87,7 @@ _LATE_TOLD_S = 2.0
 # Beyond what a fast vehicle moves between the two.
 _EXTERNAL_OFF_M = 3.0
 _OF_ONE_MISSION = frozenset(
-    {OperationKind.UPLOAD_MISSION, OperationKind.START_MISSION, OperationKind.CLEAR_MISSION}
+    {TaskOperation.UPLOAD_MISSION, TaskOperation.START_MISSION, TaskOperation.CLEAR_MISSION}
 )
 
 
@@ -681,7 +681,7 @@ class Bridge:
         if goal.operation is not None and goal.operation.kind is intent.kind and not elsewhere:
             return
         goal.asked = intent
-        if intent.kind is OperationKind.UPLOAD_MISSION:
+        if intent.kind is TaskOperation.UPLOAD_MISSION:
             goal.operation_id, goal.mission = begin_upload(
                 self._vehicle, self._map_frame, intent, now
             )

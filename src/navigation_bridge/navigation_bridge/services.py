@@ -10,7 +10,7 @@ from navigation_bridge.goals.operations import begin_operation
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.tasks.intents import Perform
-from navigation_core.tasks.observation import OperationKind
+from navigation_core.tasks.observation import TaskOperation
 
 
 class Service(Enum):
@@ -23,9 +23,9 @@ class Service(Enum):
 
 
 _OPERATIONS = {
-    Service.HOLD: OperationKind.HOLD,
-    Service.ARM: OperationKind.ARM,
-    Service.DISARM: OperationKind.DISARM,
+    Service.HOLD: TaskOperation.HOLD,
+    Service.ARM: TaskOperation.ARM,
+    Service.DISARM: TaskOperation.DISARM,
 }
 
 

@@ -16,9 +16,9 @@ from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform
 from navigation_core.tasks.observation import (
     Observation,
-    OperationKind,
     OperationReport,
     OperationStatus,
+    TaskOperation,
 )
 from navigation_core.tasks.task import Task
 
@@ -64,8 +64,8 @@ class PointMass:
     speed_max_m_s: float = 12.0
     acceleration_max_m_s2: float = 6.0
     obeys: bool = True
-    results: dict[OperationKind, OperationStatus] = field(default_factory=dict)
-    delays: dict[OperationKind, float] = field(default_factory=dict)
+    results: dict[TaskOperation, OperationStatus] = field(default_factory=dict)
+    delays: dict[TaskOperation, float] = field(default_factory=dict)
     reason: str = ""
     now: float = 100.0
     requests: list[Perform] = field(default_factory=list)
@@ -128,24 +128,24 @@ class PointMass:
 
     def _work_on(self, request: Perform, dt_s: float) -> None:
         kind = request.kind
-        if kind is OperationKind.TAKE_OFF and kind not in self.results:
+        if kind is TaskOperation.TAKE_OFF and kind not in self.results:
             if not self._climb(request, dt_s):
                 return
         elif self.now - self._asked_s < self.delays.get(kind, 0.3):
             return
         result = self.results.get(kind, OperationStatus.ACHIEVED)
         if result is OperationStatus.ACHIEVED:
-            if kind is OperationKind.TAKE_CONTROL:
+            if kind is TaskOperation.TAKE_CONTROL:
                 self.in_control = True
-            elif kind in (OperationKind.ARM, OperationKind.DISARM):
-                self.armed = kind is OperationKind.ARM
+            elif kind in (TaskOperation.ARM, TaskOperation.DISARM):
+                self.armed = kind is TaskOperation.ARM
         elif result not in _FINAL:
             return
         self._pending = None
         self._report = OperationReport(kind, result, self.reason if result in _FINAL else "")
 
     def _climb(self, request: Perform, dt_s: float) -> bool:
-        if self.now - self._asked_s < self.delays.get(OperationKind.TAKE_OFF, 1.0):
+        if self.now - self._asked_s < self.delays.get(TaskOperation.TAKE_OFF, 1.0):
             return False
         self.airborne = None if self.airborne is None else True
         assert request.height_m is not None

@@ -20,9 +20,9 @@ from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import (
     MissionReport,
     Observation,
-    OperationKind,
     OperationReport,
     OperationStatus,
+    TaskOperation,
     VehicleMode,
 )
 from navigation_core.tasks.task import Task
@@ -72,12 +72,12 @@ TASKS: dict[str, Callable[[], Task]] = {
 }
 DRIVES = {name for name in TASKS if "rover" in name}
 _MODES = {
-    OperationKind.TAKE_CONTROL: VehicleMode.CONTROL,
-    OperationKind.REPOSITION: VehicleMode.CONTROL,
-    OperationKind.HOLD: VehicleMode.HOLD,
-    OperationKind.LAND: VehicleMode.LAND,
-    OperationKind.RETURN: VehicleMode.RETURN,
-    OperationKind.START_MISSION: VehicleMode.MISSION,
+    TaskOperation.TAKE_CONTROL: VehicleMode.CONTROL,
+    TaskOperation.REPOSITION: VehicleMode.CONTROL,
+    TaskOperation.HOLD: VehicleMode.HOLD,
+    TaskOperation.LAND: VehicleMode.LAND,
+    TaskOperation.RETURN: VehicleMode.RETURN,
+    TaskOperation.START_MISSION: VehicleMode.MISSION,
 }
 
 
@@ -86,7 +86,7 @@ class Hostile:
     """A vehicle that does what it is asked, but one operation, and moves as it likes."""
 
     motion: str
-    withheld: OperationKind | None = None
+    withheld: TaskOperation | None = None
     flies: bool = True
     armed: bool = False
     airborne: bool = False
@@ -94,7 +94,7 @@ class Hostile:
     now: float = 100.0
     position: Vector3 = (0.0, 0.0, 0.0)
     velocity: Vector3 = (0.0, 0.0, 0.0)
-    asked: set[OperationKind] = field(default_factory=set)
+    asked: set[TaskOperation] = field(default_factory=set)
     report: OperationReport | None = None
     seen_s: float = 100.0
     rng: random.Random = field(default_factory=lambda: random.Random(1))
@@ -159,9 +159,9 @@ class Hostile:
             return
         self.report = OperationReport(intent.kind, OperationStatus.ACHIEVED, "")
         self.mode = _MODES.get(intent.kind, self.mode)
-        if intent.kind in (OperationKind.ARM, OperationKind.DISARM):
-            self.armed = intent.kind is OperationKind.ARM
-        elif intent.kind in (OperationKind.TAKE_OFF, OperationKind.START_MISSION) and self.flies:
+        if intent.kind in (TaskOperation.ARM, TaskOperation.DISARM):
+            self.armed = intent.kind is TaskOperation.ARM
+        elif intent.kind in (TaskOperation.TAKE_OFF, TaskOperation.START_MISSION) and self.flies:
             self.airborne = True
             self.position = (*self.position[:2], max(self.position[2], 30.0))
 
@@ -175,11 +175,11 @@ MOTIONS = (
 def run(
     name: str,
     motion: str,
-    withheld: OperationKind | None = None,
+    withheld: TaskOperation | None = None,
     cancel_after_s: float = math.inf,
     begins_in_air: bool = True,
     each: Callable[[Task, float], None] = lambda _task, _seconds: None,
-) -> tuple[Outcome, set[OperationKind]]:
+) -> tuple[Outcome, set[TaskOperation]]:
     """Run a task to its end, which must come."""
     task, flies = TASKS[name](), name not in DRIVES
     begins_in_air = begins_in_air and flies
@@ -214,10 +214,10 @@ def test_every_task_ends_whatever_the_vehicle_does(name: str, motion: str) -> No
 
 CASES = [(motion, air, cancel) for motion in ("stands", "circles") for air in (False, True)
          for cancel in (math.inf, 0.25, 1.0, 5.0)]  # fmt: skip
-KINDS: dict[str, set[OperationKind]] = {}
+KINDS: dict[str, set[TaskOperation]] = {}
 
 
-def kinds_of(name: str) -> set[OperationKind]:
+def kinds_of(name: str) -> set[TaskOperation]:
     """The operations that a task asks for, over all cases."""
     if name not in KINDS:
         KINDS[name] = set().union(
@@ -227,7 +227,7 @@ def kinds_of(name: str) -> set[OperationKind]:
 
 
 def test_every_kind_of_operation_is_asked_for_by_some_task() -> None:
-    assert set().union(*(kinds_of(name) for name in TASKS)) == set(OperationKind)
+    assert set().union(*(kinds_of(name) for name in TASKS)) == set(TaskOperation)
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -240,7 +240,7 @@ def test_every_task_ends_though_an_operation_never_does(name: str) -> None:
 @pytest.mark.parametrize("name", TASKS)
 def test_every_task_ends_when_it_is_cancelled_though_nothing_is_ever_done(name: str) -> None:
     for kind in kinds_of(name):
-        for asked in OperationKind:
+        for asked in TaskOperation:
             if asked is not kind:
                 run(name, "wanders", asked, cancel_after_s=3.0)
 

@@ -19,9 +19,9 @@ from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import (
     Observation,
-    OperationKind,
     OperationReport,
     OperationStatus,
+    TaskOperation,
     VehicleMode,
 )
 from navigation_core.tasks.progress import Status
@@ -272,8 +272,8 @@ def test_a_cancel_stops_it_first() -> None:
 
 def test_it_takes_control_and_never_arms_or_takes_off() -> None:
     vehicle = Steered(in_control=False)
-    assert vehicle.step() == Perform(OperationKind.TAKE_CONTROL)
-    done = OperationReport(OperationKind.TAKE_CONTROL, OperationStatus.ACHIEVED, "")
+    assert vehicle.step() == Perform(TaskOperation.TAKE_CONTROL)
+    done = OperationReport(TaskOperation.TAKE_CONTROL, OperationStatus.ACHIEVED, "")
     vehicle.seen = replace(vehicle.seen, operation=done, in_control=True)
     assert isinstance(vehicle.step(), Fly)
     for state in ({"airborne": False}, {"armed": False}):
@@ -285,7 +285,7 @@ def test_it_takes_control_and_never_arms_or_takes_off() -> None:
 def test_a_mode_that_is_refused_ends_it() -> None:
     vehicle = Steered(in_control=False)
     vehicle.step()
-    refused = OperationReport(OperationKind.TAKE_CONTROL, OperationStatus.REFUSED, "no position")
+    refused = OperationReport(TaskOperation.TAKE_CONTROL, OperationStatus.REFUSED, "no position")
     vehicle.seen = replace(vehicle.seen, operation=refused)
     vehicle.step()
     assert vehicle.outcome().code is OutcomeCode.MODE_REFUSED
@@ -295,11 +295,11 @@ def test_a_mode_that_is_refused_ends_it() -> None:
 def test_a_cancel_while_it_takes_control_in_the_air_makes_the_vehicle_hold() -> None:
     vehicle = Steered(in_control=False)
     vehicle.step()
-    pending = OperationReport(OperationKind.TAKE_CONTROL, OperationStatus.PENDING, "")
+    pending = OperationReport(TaskOperation.TAKE_CONTROL, OperationStatus.PENDING, "")
     vehicle.seen = replace(vehicle.seen, operation=pending)
     vehicle.task.cancel(vehicle.now)
-    assert vehicle.step() == Perform(OperationKind.HOLD)
-    done = OperationReport(OperationKind.HOLD, OperationStatus.ACHIEVED, "")
+    assert vehicle.step() == Perform(TaskOperation.HOLD)
+    done = OperationReport(TaskOperation.HOLD, OperationStatus.ACHIEVED, "")
     vehicle.seen = replace(vehicle.seen, operation=done)
     vehicle.step()
     assert vehicle.outcome().code is OutcomeCode.CANCELED

@@ -16,14 +16,14 @@ from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoConfigError, GotoGoal, fly_to
 from navigation_core.tasks.flying.goto_phases import (
     TRANSITIONS,
-    Phase,
+    GotoPhase,
     PhaseError,
     PhaseEvent,
     next_phase,
 )
 from navigation_core.tasks.intents import Fly, Handover, Outcome, Perform, Wait
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.observation import Observation, OperationKind, OperationStatus
+from navigation_core.tasks.observation import Observation, OperationStatus, TaskOperation
 from navigation_core.tasks.progress import Status
 from tests.support.models.point_mass import Flight, PointMass, fly
 
@@ -48,7 +48,9 @@ def goto(
     return fly_to(GotoGoal(target, yaw, speed), FlightTerms(config))
 
 
-def cancel_in(task: SetpointFlight, phase: Phase, after_s: float = 0.0) -> Callable[[float], None]:
+def cancel_in(
+    task: SetpointFlight, phase: GotoPhase, after_s: float = 0.0
+) -> Callable[[float], None]:
     """Return what cancels a task once it has been in a phase for a time."""
     entered: list[float] = []
 
@@ -69,7 +71,7 @@ def assert_silent_on_the_ground(flight: Flight) -> None:
             assert observation.in_control
             assert observation.airborne is not False
             report = observation.operation
-            taking_off = report is not None and report.kind is OperationKind.TAKE_OFF
+            taking_off = report is not None and report.kind is TaskOperation.TAKE_OFF
             assert not (taking_off and report and report.state is OperationStatus.PENDING)
 
 
@@ -95,9 +97,9 @@ def test_from_the_ground_to_the_target() -> None:
         Status.SETTLING,
     ]
     assert [request.kind for request in vehicle.requests] == [
-        OperationKind.TAKE_CONTROL,
-        OperationKind.ARM,
-        OperationKind.TAKE_OFF,
+        TaskOperation.TAKE_CONTROL,
+        TaskOperation.ARM,
+        TaskOperation.TAKE_OFF,
     ]
     assert_silent_on_the_ground(flight)
     error_m = distance(flight.steps[-1][1].position_enu_m or (0.0, 0.0, 0.0), TARGET)
@@ -118,7 +120,7 @@ def test_a_vehicle_that_flies_in_another_mode_is_only_taken_control_of() -> None
     vehicle, task = hovering(in_control=False), goto()
     flight = fly(task, vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
-    assert [request.kind for request in vehicle.requests] == [OperationKind.TAKE_CONTROL]
+    assert [request.kind for request in vehicle.requests] == [TaskOperation.TAKE_CONTROL]
     assert_silent_on_the_ground(flight)
 
 
@@ -128,7 +130,7 @@ def test_a_vehicle_that_does_not_say_whether_it_flies_is_judged_by_its_height() 
     assert vehicle.requests == []
     vehicle = PointMass(airborne=None, in_control=True, armed=True)
     assert fly(goto(), vehicle).outcome.code is OutcomeCode.SUCCESS
-    assert [request.kind for request in vehicle.requests] == [OperationKind.TAKE_OFF]
+    assert [request.kind for request in vehicle.requests] == [TaskOperation.TAKE_OFF]
 
 
 @pytest.mark.parametrize(
@@ -138,7 +140,7 @@ def test_the_takeoff_climbs_towards_the_target_within_bounds(z: float, expected:
     vehicle = PointMass()
     flight = fly(goto((5.0, 0.0, z)), vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
-    assert vehicle.requests[-1] == Perform(OperationKind.TAKE_OFF, expected)
+    assert vehicle.requests[-1] == Perform(TaskOperation.TAKE_OFF, expected)
 
 
 def test_arrival_does_not_overshoot() -> None:
@@ -178,7 +180,7 @@ def test_a_repeated_position_is_not_dwelt_on() -> None:
     frozen: list[float] = []
 
     def lose_after_arrival(_: float) -> None:
-        if task.phase is Phase.SETTLING:
+        if task.phase is GotoPhase.SETTLING:
             frozen.append(vehicle.now)
             vehicle.position_age_s = vehicle.now - frozen[0]
 
@@ -199,7 +201,7 @@ def test_a_velocity_that_is_off_does_not_hide_an_arrival() -> None:
     settling: list[float] = []
 
     def note(_: float) -> None:
-        if task.phase is Phase.SETTLING:
+        if task.phase is GotoPhase.SETTLING:
             settling.append(vehicle.now)
 
     vehicle.observe = biased  # type: ignore[method-assign]
@@ -219,8 +221,8 @@ def test_a_goal_that_names_a_yaw_is_not_reached_before_the_vehicle_has_it(
     def slowly_turning() -> Observation:
         nonlocal turned_s
         observation = true()
-        off = 0.3 if task.phase is Phase.NAVIGATING or vehicle.now < turned_s else 0.05
-        if task.phase is Phase.SETTLING and turned_s == math.inf:
+        off = 0.3 if task.phase is GotoPhase.NAVIGATING or vehicle.now < turned_s else 0.05
+        if task.phase is GotoPhase.SETTLING and turned_s == math.inf:
             turned_s = vehicle.now + 5.0
         return replace(observation, yaw_enu_rad=(observation.yaw_enu_rad or 0.0) - off)
 
@@ -247,7 +249,7 @@ def test_a_vehicle_that_circles_fast_around_the_target_has_not_arrived() -> None
     vehicle, task = hovering(), goto()
 
     def circle(elapsed_s: float) -> None:
-        if task.phase is Phase.SETTLING:
+        if task.phase is GotoPhase.SETTLING:
             vehicle.position = (TARGET[0] + 0.2 * math.sin(2.0 * elapsed_s), *TARGET[1:])
             vehicle.velocity = (0.4, 0.0, 0.0)
 
@@ -261,7 +263,7 @@ def test_the_dwell_restarts_after_the_position_was_lost() -> None:
     settled: list[float] = []
 
     def lose(elapsed_s: float) -> None:
-        if task.phase is Phase.SETTLING and not settled:
+        if task.phase is GotoPhase.SETTLING and not settled:
             settled.append(elapsed_s)
         lost_s = elapsed_s - settled[0] - 0.6 if settled else 0.0
         vehicle.position_age_s = lost_s if 0.0 < lost_s < 1.5 else 0.0
@@ -329,7 +331,7 @@ def test_with_leave_to_take_off_a_vehicle_that_somebody_armed_is_flown() -> None
     vehicle = PointMass(armed=True)
     flight = fly(goto(config=GotoConfig(may_take_off=True)), vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
-    assert OperationKind.ARM not in {request.kind for request in vehicle.requests}
+    assert TaskOperation.ARM not in {request.kind for request in vehicle.requests}
 
 
 def test_a_vehicle_that_was_landed_meanwhile_is_not_lifted_again() -> None:
@@ -347,9 +349,9 @@ def test_a_vehicle_that_was_landed_meanwhile_is_not_lifted_again() -> None:
 @pytest.mark.parametrize(
     ("kind", "code"),
     [
-        (OperationKind.TAKE_CONTROL, OutcomeCode.MODE_REFUSED),
-        (OperationKind.ARM, OutcomeCode.ARMING_REFUSED),
-        (OperationKind.TAKE_OFF, OutcomeCode.TAKEOFF_REFUSED),
+        (TaskOperation.TAKE_CONTROL, OutcomeCode.MODE_REFUSED),
+        (TaskOperation.ARM, OutcomeCode.ARMING_REFUSED),
+        (TaskOperation.TAKE_OFF, OutcomeCode.TAKEOFF_REFUSED),
     ],
 )
 @pytest.mark.parametrize(
@@ -361,7 +363,7 @@ def test_a_vehicle_that_was_landed_meanwhile_is_not_lifted_again() -> None:
     ],
 )
 def test_a_rejection_ends_the_goal_with_the_vehicles_reason(
-    kind: OperationKind, code: OutcomeCode, state: OperationStatus, words: str
+    kind: TaskOperation, code: OutcomeCode, state: OperationStatus, words: str
 ) -> None:
     vehicle = PointMass(results={kind: state}, reason="Arm: need 3D fix")
     flight = fly(goto(), vehicle)
@@ -370,32 +372,32 @@ def test_a_rejection_ends_the_goal_with_the_vehicles_reason(
     assert flight.setpoints == []
     assert vehicle.armed is False  # nobody leaves propellers turning on the ground
     # After anything but a clear refusal to arm, the motors may start in a moment.
-    unclear = kind is not OperationKind.TAKE_CONTROL and (
-        state is not OperationStatus.REFUSED or kind is OperationKind.TAKE_OFF
+    unclear = kind is not TaskOperation.TAKE_CONTROL and (
+        state is not OperationStatus.REFUSED or kind is TaskOperation.TAKE_OFF
     )
-    assert (vehicle.requests[-1].kind is OperationKind.DISARM) is unclear
+    assert (vehicle.requests[-1].kind is TaskOperation.DISARM) is unclear
 
 
 def test_a_rejection_without_a_reason_says_so() -> None:
-    vehicle = PointMass(results={OperationKind.ARM: OperationStatus.REFUSED})
+    vehicle = PointMass(results={TaskOperation.ARM: OperationStatus.REFUSED})
     assert "gave no reason" in fly(goto(), vehicle).outcome.message
 
 
 def test_a_link_lost_while_arming_is_called_that() -> None:
-    vehicle = PointMass(results={OperationKind.ARM: OperationStatus.LINK_LOST})
+    vehicle = PointMass(results={TaskOperation.ARM: OperationStatus.LINK_LOST})
     assert fly(goto(), vehicle).outcome.code is OutcomeCode.LINK_LOST
 
 
 @pytest.mark.parametrize(
     ("kind", "code"),
     [
-        (OperationKind.TAKE_CONTROL, OutcomeCode.MODE_REFUSED),
-        (OperationKind.ARM, OutcomeCode.ARMING_REFUSED),
-        (OperationKind.TAKE_OFF, OutcomeCode.TAKEOFF_REFUSED),
+        (TaskOperation.TAKE_CONTROL, OutcomeCode.MODE_REFUSED),
+        (TaskOperation.ARM, OutcomeCode.ARMING_REFUSED),
+        (TaskOperation.TAKE_OFF, OutcomeCode.TAKEOFF_REFUSED),
     ],
 )
 def test_an_operation_that_never_reports_does_not_hang(
-    kind: OperationKind, code: OutcomeCode
+    kind: TaskOperation, code: OutcomeCode
 ) -> None:
     vehicle = PointMass(delays={kind: 1e9})
     flight = fly(goto(), vehicle)
@@ -408,12 +410,12 @@ def test_a_takeoff_that_sticks_in_the_air_is_left_hovering() -> None:
 
     def stick(_: float) -> None:
         if vehicle.airborne:
-            vehicle.delays[OperationKind.TAKE_OFF] = 1e9
+            vehicle.delays[TaskOperation.TAKE_OFF] = 1e9
 
     flight = fly(goto(), vehicle, stick)
     assert flight.outcome.code is OutcomeCode.TAKEOFF_REFUSED
     assert vehicle.armed
-    assert OperationKind.DISARM not in [request.kind for request in vehicle.requests]
+    assert TaskOperation.DISARM not in [request.kind for request in vehicle.requests]
 
 
 # --- cancelling ----------------------------------------------------------------------
@@ -430,26 +432,26 @@ def test_cancel_before_the_first_step() -> None:
 
 def test_cancel_while_preparing_ends_at_once() -> None:
     vehicle, task = PointMass(), goto()
-    flight = fly(task, vehicle, cancel_in(task, Phase.PREPARING, 0.1))
+    flight = fly(task, vehicle, cancel_in(task, GotoPhase.PREPARING, 0.1))
     assert flight.outcome.code is OutcomeCode.CANCELED
     assert len(flight.steps) <= 4
-    assert [request.kind for request in vehicle.requests] == [OperationKind.TAKE_CONTROL]
+    assert [request.kind for request in vehicle.requests] == [TaskOperation.TAKE_CONTROL]
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.2])
 def test_cancel_while_arming_disarms(delay: float) -> None:
-    vehicle, task = PointMass(delays={OperationKind.ARM: 0.5}), goto()
-    flight = fly(task, vehicle, cancel_in(task, Phase.ARMING, delay))
+    vehicle, task = PointMass(delays={TaskOperation.ARM: 0.5}), goto()
+    flight = fly(task, vehicle, cancel_in(task, GotoPhase.ARMING, delay))
     assert flight.outcome.code is OutcomeCode.CANCELED
     assert "disarmed" in flight.outcome.message
-    assert vehicle.requests[-1].kind is OperationKind.DISARM
+    assert vehicle.requests[-1].kind is TaskOperation.DISARM
     assert not vehicle.armed
     assert flight.setpoints == []
 
 
 def test_cancel_before_lift_off_disarms() -> None:
-    vehicle, task = PointMass(delays={OperationKind.TAKE_OFF: 3.0}), goto()
-    flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 1.0))
+    vehicle, task = PointMass(delays={TaskOperation.TAKE_OFF: 3.0}), goto()
+    flight = fly(task, vehicle, cancel_in(task, GotoPhase.TAKING_OFF, 1.0))
     assert flight.outcome.code is OutcomeCode.CANCELED
     assert not vehicle.armed
     assert vehicle.position[2] == 0.0
@@ -457,26 +459,26 @@ def test_cancel_before_lift_off_disarms() -> None:
 
 
 def test_cancel_before_lift_off_leaves_a_vehicle_armed_that_somebody_else_armed() -> None:
-    vehicle = PointMass(delays={OperationKind.TAKE_OFF: 3.0})
+    vehicle = PointMass(delays={TaskOperation.TAKE_OFF: 3.0})
     vehicle.armed = True
     task = goto()
-    flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 1.0))
+    flight = fly(task, vehicle, cancel_in(task, GotoPhase.TAKING_OFF, 1.0))
     assert flight.outcome.code is OutcomeCode.CANCELED
     assert vehicle.armed
     asked = [request.kind for request in vehicle.requests]
-    assert asked[-1] is OperationKind.HOLD
-    assert OperationKind.DISARM not in asked
+    assert asked[-1] is TaskOperation.HOLD
+    assert TaskOperation.DISARM not in asked
     assert flight.setpoints == []
 
 
 def test_a_disarm_that_is_rejected_is_admitted() -> None:
     vehicle = PointMass(
-        delays={OperationKind.TAKE_OFF: 3.0},
-        results={OperationKind.DISARM: OperationStatus.REFUSED},
+        delays={TaskOperation.TAKE_OFF: 3.0},
+        results={TaskOperation.DISARM: OperationStatus.REFUSED},
         reason="not landed",
     )
     task = goto()
-    flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 1.0))
+    flight = fly(task, vehicle, cancel_in(task, GotoPhase.TAKING_OFF, 1.0))
     assert flight.outcome.code is OutcomeCode.CANCELED
     assert "to disarm was rejected: not landed." in flight.outcome.message
     assert "may still be armed" in flight.outcome.message
@@ -484,7 +486,7 @@ def test_a_disarm_that_is_rejected_is_admitted() -> None:
 
 def test_cancel_while_climbing_stops_in_the_air() -> None:
     vehicle, task = PointMass(), goto((10.0, 5.0, 8.0))
-    flight = fly(task, vehicle, cancel_in(task, Phase.TAKING_OFF, 2.0))
+    flight = fly(task, vehicle, cancel_in(task, GotoPhase.TAKING_OFF, 2.0))
     assert flight.outcome.code is OutcomeCode.CANCELED
     assert "has stopped" in flight.outcome.message
     assert vehicle.armed
@@ -495,12 +497,12 @@ def test_cancel_while_climbing_stops_in_the_air() -> None:
 
 def test_cancel_after_a_take_off_waits_for_the_autopilot_to_end_the_climb() -> None:
     """A PX4 calls its take-off over while it still rises, in a mode of its own."""
-    vehicle, task = PointMass(delays={OperationKind.TAKE_CONTROL: 30.0}), goto()
+    vehicle, task = PointMass(delays={TaskOperation.TAKE_CONTROL: 30.0}), goto()
     rising_m_s = 0.6
 
     def climb_on(_: float) -> None:
         nonlocal rising_m_s
-        if task.phase is Phase.TAKING_OFF:
+        if task.phase is GotoPhase.TAKING_OFF:
             vehicle.in_control = False
         elif vehicle.airborne:
             rising_m_s = max(0.0, rising_m_s - 0.01)
@@ -515,13 +517,13 @@ def test_cancel_after_a_take_off_waits_for_the_autopilot_to_end_the_climb() -> N
 
 
 def test_a_vehicle_that_lifts_off_instead_of_disarming_is_stopped_in_the_air() -> None:
-    vehicle = PointMass(delays={OperationKind.TAKE_OFF: 3.0, OperationKind.DISARM: 5.0})
+    vehicle = PointMass(delays={TaskOperation.TAKE_OFF: 3.0, TaskOperation.DISARM: 5.0})
     task = goto()
-    cancel = cancel_in(task, Phase.TAKING_OFF, 1.0)
+    cancel = cancel_in(task, GotoPhase.TAKING_OFF, 1.0)
 
     def lift_off(elapsed_s: float) -> None:
         cancel(elapsed_s)
-        if task.phase is Phase.DISARMING and not vehicle.airborne:
+        if task.phase is GotoPhase.DISARMING and not vehicle.airborne:
             vehicle.airborne = True
             vehicle.position, vehicle.velocity = (0.0, 0.0, 0.6), (0.0, 0.0, 1.0)
 
@@ -534,7 +536,7 @@ def test_a_vehicle_that_lifts_off_instead_of_disarming_is_stopped_in_the_air() -
 @pytest.mark.parametrize("after_s", [0.0, 1.0, 2.0, 3.0])
 def test_cancel_in_flight_brakes_without_a_jump(after_s: float) -> None:
     vehicle, task = hovering(), goto((60.0, 20.0, 12.0))
-    flight = fly(task, vehicle, cancel_in(task, Phase.NAVIGATING, after_s))
+    flight = fly(task, vehicle, cancel_in(task, GotoPhase.NAVIGATING, after_s))
     assert flight.outcome.code is OutcomeCode.CANCELED
     assert vehicle.speed < CONFIG.stop_speed_m_s
     assert_setpoints_are_smooth(flight, CONFIG.limits)
@@ -545,17 +547,17 @@ def test_cancel_in_flight_brakes_without_a_jump(after_s: float) -> None:
 
 def test_cancel_while_settling() -> None:
     vehicle, task = hovering(), goto()
-    flight = fly(task, vehicle, cancel_in(task, Phase.SETTLING, 0.2))
+    flight = fly(task, vehicle, cancel_in(task, GotoPhase.SETTLING, 0.2))
     assert flight.outcome.code is OutcomeCode.CANCELED
 
 
 def test_a_vehicle_that_does_not_stop_ends_the_cancel_with_its_speed() -> None:
     vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
-    cancel = cancel_in(task, Phase.NAVIGATING, 3.0)
+    cancel = cancel_in(task, GotoPhase.NAVIGATING, 3.0)
 
     def run_away(elapsed_s: float) -> None:
         cancel(elapsed_s)
-        if task.phase is Phase.BRAKING:
+        if task.phase is GotoPhase.BRAKING:
             vehicle.obeys = False
             vehicle.velocity = (3.0, 0.0, 0.0)
 
@@ -566,7 +568,7 @@ def test_a_vehicle_that_does_not_stop_ends_the_cancel_with_its_speed() -> None:
 
 def test_a_cancel_waits_for_the_setpoint_to_stop_too() -> None:
     vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
-    cancel = cancel_in(task, Phase.NAVIGATING, 3.0)
+    cancel = cancel_in(task, GotoPhase.NAVIGATING, 3.0)
 
     def freeze(elapsed_s: float) -> None:
         cancel(elapsed_s)
@@ -581,11 +583,11 @@ def test_a_cancel_waits_for_the_setpoint_to_stop_too() -> None:
 
 def test_a_cancel_without_a_position_ends_with_an_unknown_speed() -> None:
     vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
-    cancel = cancel_in(task, Phase.NAVIGATING, 2.0)
+    cancel = cancel_in(task, GotoPhase.NAVIGATING, 2.0)
 
     def blind(elapsed_s: float) -> None:
         cancel(elapsed_s)
-        vehicle.position_known = task.phase is not Phase.BRAKING
+        vehicle.position_known = task.phase is not GotoPhase.BRAKING
 
     flight = fly(task, vehicle, blind)
     assert flight.outcome.code is OutcomeCode.CANCELED
@@ -601,7 +603,7 @@ def test_cancelling_twice_is_cancelling_once() -> None:
 # --- what the vehicle does by itself ---------------------------------------------------
 
 
-@pytest.mark.parametrize("phase", [Phase.NAVIGATING, Phase.SETTLING, Phase.BRAKING])
+@pytest.mark.parametrize("phase", [GotoPhase.NAVIGATING, GotoPhase.SETTLING, GotoPhase.BRAKING])
 @pytest.mark.parametrize(
     ("change", "code"),
     [
@@ -610,13 +612,13 @@ def test_cancelling_twice_is_cancelling_once() -> None:
     ],
 )
 def test_a_vehicle_that_is_taken_away_ends_the_goal_at_once(
-    phase: Phase, change: dict[str, object], code: OutcomeCode
+    phase: GotoPhase, change: dict[str, object], code: OutcomeCode
 ) -> None:
     vehicle, task = hovering(), goto()
-    cancel = cancel_in(task, Phase.NAVIGATING, 1.0)
+    cancel = cancel_in(task, GotoPhase.NAVIGATING, 1.0)
 
     def take_away(elapsed_s: float) -> None:
-        if phase is Phase.BRAKING:
+        if phase is GotoPhase.BRAKING:
             cancel(elapsed_s)
         if task.phase is phase:
             for name, value in change.items():
@@ -630,10 +632,10 @@ def test_a_vehicle_that_is_taken_away_ends_the_goal_at_once(
 
 
 def test_a_vehicle_that_is_disarmed_before_lift_off() -> None:
-    vehicle, task = PointMass(delays={OperationKind.TAKE_OFF: 3.0}), goto()
+    vehicle, task = PointMass(delays={TaskOperation.TAKE_OFF: 3.0}), goto()
 
     def disarm(_: float) -> None:
-        if task.phase is Phase.TAKING_OFF:
+        if task.phase is GotoPhase.TAKING_OFF:
             vehicle.armed = False
 
     flight = fly(task, vehicle, disarm)
@@ -664,7 +666,7 @@ def test_a_landed_state_that_flaps_does_not_end_the_goal() -> None:
 
 def test_a_short_loss_of_position_holds_and_goes_on() -> None:
     vehicle, task = hovering(), goto((30.0, 0.0, 2.5))
-    phases: set[Phase] = set()
+    phases: set[GotoPhase] = set()
 
     def lose(elapsed_s: float) -> None:
         phases.add(task.phase)
@@ -672,7 +674,7 @@ def test_a_short_loss_of_position_holds_and_goes_on() -> None:
 
     flight = fly(task, vehicle, lose)
     assert flight.outcome.code is OutcomeCode.SUCCESS
-    assert Phase.HOLDING in phases
+    assert GotoPhase.HOLDING in phases
     assert_setpoints_are_smooth(flight, CONFIG.limits)
 
 
@@ -725,7 +727,7 @@ def test_a_gap_while_settling_is_flown_again() -> None:
     begun: list[float] = []
 
     def drop_out(elapsed_s: float) -> None:
-        if task.phase is Phase.SETTLING and not begun:
+        if task.phase is GotoPhase.SETTLING and not begun:
             begun.append(elapsed_s)
             vehicle.position = (0.0, 0.0, 2.5)
         vehicle.connected = not begun or elapsed_s > begun[0] + 2.0
@@ -738,7 +740,7 @@ def test_a_gap_while_settling_is_flown_again() -> None:
 
 def test_a_gap_while_braking_brakes_where_the_vehicle_is() -> None:
     vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
-    cancel = cancel_in(task, Phase.NAVIGATING, 3.0)
+    cancel = cancel_in(task, GotoPhase.NAVIGATING, 3.0)
 
     def drop_out(elapsed_s: float) -> None:
         cancel(elapsed_s)
@@ -827,7 +829,7 @@ def test_a_vehicle_that_does_not_settle_ends_in_timeout_with_numbers() -> None:
     vehicle, task = hovering(), goto()
 
     def pull(_: float) -> None:
-        if task.phase is Phase.SETTLING:
+        if task.phase is GotoPhase.SETTLING:
             vehicle.wind = (1.5, 0.0, 0.0)
 
     flight = fly(task, vehicle, pull)
@@ -906,7 +908,7 @@ def test_a_new_goal_on_the_way_up_waits_for_the_takeoff() -> None:
     assert flight.outcome.code is OutcomeCode.SUCCESS
     assert_silent_on_the_ground(flight)
     kinds = [request.kind for request in vehicle.requests]
-    assert kinds.count(OperationKind.TAKE_OFF) == 1
+    assert kinds.count(TaskOperation.TAKE_OFF) == 1
 
 
 def test_a_new_goal_that_is_cancelled_on_the_way_up_stops_there() -> None:
@@ -924,19 +926,19 @@ def test_a_new_goal_that_is_cancelled_on_the_way_up_stops_there() -> None:
 
 
 def test_a_new_goal_while_the_old_one_disarms_arms_again() -> None:
-    vehicle, first = PointMass(delays={OperationKind.TAKE_OFF: 5.0}), goto()
+    vehicle, first = PointMass(delays={TaskOperation.TAKE_OFF: 5.0}), goto()
     first.start(vehicle.observe(), vehicle.now)
-    while first.phase is not Phase.DISARMING:
-        if first.phase is Phase.TAKING_OFF:
+    while first.phase is not GotoPhase.DISARMING:
+        if first.phase is GotoPhase.TAKING_OFF:
             first.cancel(vehicle.now)
         vehicle.obey(_intent(first, vehicle))
         vehicle.advance(0.05)
     flight = fly(goto(), vehicle)
     assert flight.outcome.code is OutcomeCode.SUCCESS
     assert [request.kind for request in vehicle.requests][-3:] == [
-        OperationKind.DISARM,
-        OperationKind.ARM,
-        OperationKind.TAKE_OFF,
+        TaskOperation.DISARM,
+        TaskOperation.ARM,
+        TaskOperation.TAKE_OFF,
     ]
 
 
@@ -982,7 +984,7 @@ def test_the_estimate_falls_and_is_right_half_way() -> None:
 
 
 def test_the_estimate_from_the_ground_counts_the_phases_ahead() -> None:
-    vehicle, task = PointMass(delays={OperationKind.ARM: 3.0, OperationKind.TAKE_OFF: 2.0}), goto()
+    vehicle, task = PointMass(delays={TaskOperation.ARM: 3.0, TaskOperation.TAKE_OFF: 2.0}), goto()
     task.start(vehicle.observe(), vehicle.now)
     first = task.progress(vehicle.observe(), vehicle.now)
     flight = fly(task, vehicle)
@@ -1017,14 +1019,14 @@ def test_settings_that_make_no_sense_are_named(name: str, value: float) -> None:
 
 
 def test_every_phase_leads_to_the_end_and_none_leads_on_from_it() -> None:
-    for phase in Phase:
+    for phase in GotoPhase:
         for event in PhaseEvent:
             if (phase, event) in TRANSITIONS:
-                assert phase is not Phase.ENDED
+                assert phase is not GotoPhase.ENDED
             else:
                 with pytest.raises(PhaseError, match=f"{event.name} cannot happen"):
                     next_phase(phase, event)
-        assert phase is Phase.ENDED or next_phase(phase, PhaseEvent.OVER) is Phase.ENDED
+        assert phase is GotoPhase.ENDED or next_phase(phase, PhaseEvent.OVER) is GotoPhase.ENDED
 
 
 # --- a position that is in doubt -----------------------------------------------------
@@ -1104,7 +1106,7 @@ def test_a_pause_outlasts_a_doubt() -> None:
         if 5.0 <= elapsed_s < 5.1:
             task.pause(elapsed_s)
         if 9.0 <= elapsed_s < 10.0:
-            assert task.phase is Phase.PAUSED
+            assert task.phase is GotoPhase.PAUSED
         elif elapsed_s >= 10.0:
             task.unpause(elapsed_s)
 

@@ -17,9 +17,9 @@ from navigation_core.tasks.intents import Intent, Outcome, Perform
 from navigation_core.tasks.observation import (
     MissionReport,
     Observation,
-    OperationKind,
     OperationReport,
     OperationStatus,
+    TaskOperation,
     VehicleMode,
 )
 from navigation_core.tasks.progress import Status
@@ -51,14 +51,14 @@ class Mission:
     airborne: bool = False
     mode: VehicleMode = VehicleMode.HOLD
     position: Vector3 = (0.0, 0.0, 0.0)
-    refuses: frozenset[OperationKind] = frozenset()
+    refuses: frozenset[TaskOperation] = frozenset()
     answers: bool = True
     told: frozenset[int] = frozenset(range(9))
     changed: str = ""
     now: float = 0.0
     current: int = 0
     plan: MissionPlan | None = None
-    asked: list[OperationKind] = field(default_factory=list)
+    asked: list[TaskOperation] = field(default_factory=list)
     outcome: Outcome | None = None
     statuses: list[Status] = field(default_factory=list)
     _operation: OperationReport | None = None
@@ -116,17 +116,17 @@ class Mission:
             self._operation = OperationReport(kind, OperationStatus.REFUSED, "because")
             return
         self._operation = OperationReport(kind, OperationStatus.ACHIEVED, "")
-        if kind is OperationKind.ARM:
+        if kind is TaskOperation.ARM:
             self.armed = True
-        elif kind is OperationKind.DISARM:
+        elif kind is TaskOperation.DISARM:
             self.armed = False
-        elif kind is OperationKind.HOLD:
+        elif kind is TaskOperation.HOLD:
             self.mode = VehicleMode.HOLD
-        elif kind is OperationKind.TAKE_CONTROL:
+        elif kind is TaskOperation.TAKE_CONTROL:
             self.mode = VehicleMode.CONTROL
-        elif kind is OperationKind.START_MISSION:
+        elif kind is TaskOperation.START_MISSION:
             self.mode = VehicleMode.MISSION
-        elif kind is OperationKind.CLEAR_MISSION:
+        elif kind is TaskOperation.CLEAR_MISSION:
             self.plan = None
 
     def _move(self) -> None:
@@ -169,8 +169,8 @@ def pause_it(mission: Mission) -> None:
     assert mission.task.pause(mission.now) is None
 
 
-UPLOAD, CONTROL, ARM = OperationKind.UPLOAD_MISSION, OperationKind.TAKE_CONTROL, OperationKind.ARM
-START, HOLD, CLEAR = OperationKind.START_MISSION, OperationKind.HOLD, OperationKind.CLEAR_MISSION
+UPLOAD, CONTROL, ARM = TaskOperation.UPLOAD_MISSION, TaskOperation.TAKE_CONTROL, TaskOperation.ARM
+START, HOLD, CLEAR = TaskOperation.START_MISSION, TaskOperation.HOLD, TaskOperation.CLEAR_MISSION
 
 
 def test_from_the_ground_it_is_uploaded_before_anything_moves() -> None:
@@ -277,7 +277,7 @@ def test_a_cut_off_upload_leaves_no_half_mission() -> None:
     ],
 )
 def test_a_rejection_ends_it_with_the_reason_and_the_motors_off(
-    kind: OperationKind, code: OutcomeCode
+    kind: TaskOperation, code: OutcomeCode
 ) -> None:
     vehicle = mission(refuses=frozenset({kind}))
     outcome = vehicle.run()
@@ -344,7 +344,7 @@ def test_a_pause_holds_and_goes_on_with_the_same_mission() -> None:
 
     assert vehicle.run(each).code is OutcomeCode.SUCCESS
     # An ArduCopter forgets its speed in a pause.
-    assert vehicle.asked == [UPLOAD, START, HOLD, START, OperationKind.CHANGE_SPEED]
+    assert vehicle.asked == [UPLOAD, START, HOLD, START, TaskOperation.CHANGE_SPEED]
     assert Status.PAUSED in vehicle.statuses
 
 

@@ -10,9 +10,9 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome, Perform, Wait
 from navigation_core.tasks.observation import (
     Observation,
-    OperationKind,
     OperationReport,
     OperationStatus,
+    TaskOperation,
     VehicleMode,
 )
 from navigation_core.tasks.traits import Traits
@@ -38,7 +38,7 @@ def waypoint(
 
 def seen(
     place: Place,
-    report: tuple[OperationKind, OperationStatus] | None = None,
+    report: tuple[TaskOperation, OperationStatus] | None = None,
     armed: bool = True,
     airborne: bool = True,
     in_control: bool = True,
@@ -66,12 +66,12 @@ def test_on_the_ground_it_arms_takes_off_and_only_then_goes_to_the_place() -> No
             break
         asked.append((answer.kind, answer.height_m, answer.target_enu_m))
         report = (answer.kind, ACHIEVED)
-        armed, airborne = True, answer.kind is not OperationKind.ARM
+        armed, airborne = True, answer.kind is not TaskOperation.ARM
     kinds = list(dict.fromkeys(asked))
     assert kinds == [
-        (OperationKind.ARM, None, None),
-        (OperationKind.TAKE_OFF, 40.0, None),
-        (OperationKind.REPOSITION, None, target),
+        (TaskOperation.ARM, None, None),
+        (TaskOperation.TAKE_OFF, 40.0, None),
+        (TaskOperation.REPOSITION, None, target),
     ]
 
 
@@ -88,7 +88,7 @@ def test_a_pause_while_it_is_sent_off_asks_for_the_place_where_it_is() -> None:
     assert isinstance(first, Perform)
     assert first.target_enu_m == (300.0, 0.0, 60.0)
     plane.pause(0.1)
-    second = plane.step(seen((5.0, 0.0, 12.0), (OperationKind.REPOSITION, PENDING)), 0.1)
+    second = plane.step(seen((5.0, 0.0, 12.0), (TaskOperation.REPOSITION, PENDING)), 0.1)
     assert isinstance(second, Perform)
     assert second.target_enu_m == (5.0, 0.0, 20.0), "no lower than it may circle"
 
@@ -97,10 +97,10 @@ def test_a_rejected_speed_does_not_end_the_flight_but_is_reported_at_its_end() -
     plane = task(waypoint((300.0, 0.0, 60.0), speed_m_s=3.0))
     here: Place = (0.0, 0.0, 60.0)
     plane.step(seen(here), 0.0)
-    asks = plane.step(seen(here, (OperationKind.REPOSITION, ACHIEVED)), 0.1)
+    asks = plane.step(seen(here, (TaskOperation.REPOSITION, ACHIEVED)), 0.1)
     assert isinstance(asks, Perform)
-    assert (asks.kind, asks.speed_m_s) == (OperationKind.CHANGE_SPEED, 3.0)
-    assert plane.step(seen(here, (OperationKind.CHANGE_SPEED, REFUSED)), 0.2) == Wait()
+    assert (asks.kind, asks.speed_m_s) == (TaskOperation.CHANGE_SPEED, 3.0)
+    assert plane.step(seen(here, (TaskOperation.CHANGE_SPEED, REFUSED)), 0.2) == Wait()
     end = plane.step(seen(here, armed=False), 0.3)
     assert isinstance(end, Outcome)
     assert end.code.value == "DISARMED"
@@ -117,7 +117,7 @@ def test_a_rejected_speed_does_not_end_the_flight_but_is_reported_at_its_end() -
 def test_what_takes_the_plane_away_ends_the_goal(observation: Observation, code: str) -> None:
     plane = task(waypoint((300.0, 0.0, 60.0)))
     plane.step(seen((0.0, 0.0, 60.0)), 0.0)
-    assert plane.step(seen((0.0, 0.0, 60.0), (OperationKind.REPOSITION, ACHIEVED)), 0.1) == Wait()
+    assert plane.step(seen((0.0, 0.0, 60.0), (TaskOperation.REPOSITION, ACHIEVED)), 0.1) == Wait()
     end = plane.step(observation, 0.2)
     assert isinstance(end, Outcome)
     assert end.code.value == code
@@ -126,7 +126,7 @@ def test_what_takes_the_plane_away_ends_the_goal(observation: Observation, code:
 def test_what_comes_no_nearer_ends_in_bounded_time() -> None:
     plane, here = task(waypoint((300.0, 0.0, 60.0))), (0.0, 0.0, 60.0)
     plane.step(seen(here), 0.0)
-    plane.step(seen(here, (OperationKind.REPOSITION, ACHIEVED)), 0.1)
+    plane.step(seen(here, (TaskOperation.REPOSITION, ACHIEVED)), 0.1)
     answers = [plane.step(seen(here), float(now)) for now in range(1, 120)]
     end = answers[-1]
     assert isinstance(end, Outcome)

@@ -12,9 +12,9 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome, Perform, Wait
 from navigation_core.tasks.observation import (
     Observation,
-    OperationKind,
     OperationReport,
     OperationStatus,
+    TaskOperation,
     VehicleMode,
 )
 from navigation_core.tasks.progress import Status
@@ -45,7 +45,7 @@ FLYING = Observation(
 )
 
 
-def report(kind: OperationKind, state: OperationStatus, reason: str = "") -> Observation:
+def report(kind: TaskOperation, state: OperationStatus, reason: str = "") -> Observation:
     return replace(FLYING, operation=OperationReport(kind, state, reason))
 
 
@@ -63,7 +63,7 @@ def test_a_rejection_ends_it_with_the_vehicles_reason() -> None:
     task = VehicleLed(LAND, GotoConfig(), COPTER)
     task.start(FLYING, 0.0)
     task.step(FLYING, 0.0)
-    answer = task.step(report(OperationKind.LAND, OperationStatus.REFUSED, "no position"), 1.0)
+    answer = task.step(report(TaskOperation.LAND, OperationStatus.REFUSED, "no position"), 1.0)
     assert isinstance(answer, Outcome)
     assert answer.code is OutcomeCode.MODE_REFUSED
     assert "no position" in answer.message
@@ -223,8 +223,8 @@ def test_a_vehicle_that_is_stuck_ends_it() -> None:
 def test_a_cancel_asks_for_hold_and_ends_at_a_standstill() -> None:
     task = under_way(LAND)
     task.cancel(2.0)
-    assert task.step(FLYING, 2.0) == Perform(OperationKind.HOLD)
-    held = report(OperationKind.HOLD, OperationStatus.ACHIEVED)
+    assert task.step(FLYING, 2.0) == Perform(TaskOperation.HOLD)
+    held = report(TaskOperation.HOLD, OperationStatus.ACHIEVED)
     for step in range(7):
         height_m = 10.0 - 0.3 * step
         moving = replace(held, time_s=2.0 + 0.2 * step, position_enu_m=(0.0, 0.0, height_m))
@@ -240,7 +240,7 @@ def test_a_cancel_says_when_the_vehicle_does_not_stop() -> None:
     task = under_way(LAND, config=GotoConfig(cancel_timeout_s=5.0))
     task.cancel(2.0)
     task.step(FLYING, 2.0)
-    held = report(OperationKind.HOLD, OperationStatus.ACHIEVED)
+    held = report(TaskOperation.HOLD, OperationStatus.ACHIEVED)
     for step in range(13):
         place = (0.0, 1.5 * step, 10.0)
         answer = task.step(

@@ -7,14 +7,14 @@ import io
 from rich.console import Console
 
 from drone_navigation.check.report import CheckVerdict, Report
-from drone_navigation.check.sections import Line, Section
+from drone_navigation.check.sections import CheckSection, Line
 from drone_navigation.check.view import plain_lines, show
 
 
 def test_a_shared_warning_is_shown_once() -> None:
     lines = tuple(Line(name, "0 (nothing)", "Off.") for name in ("A", "B"))
     alone = Line("C", "1", "Look here.")
-    report = Report(CheckVerdict.READY, "Ready.", (Section("Itself", (*lines, alone)),))
+    report = Report(CheckVerdict.READY, "Ready.", (CheckSection("Itself", (*lines, alone)),))
     assert plain_lines(report).count("    ! Off.") == 0
     assert "  ! A, B: Off." in plain_lines(report)
     assert "    ! Look here." in plain_lines(report)

@@ -13,10 +13,10 @@ from drone_navigation.console.lease import SILENCE_S, Leases
 from drone_navigation.console.messages import (
     Alive,
     Cancel,
-    Command,
-    Fly,
     Hold,
     Pace,
+    PageCommand,
+    PageGoal,
     RejectedError,
     Take,
     parse,
@@ -159,10 +159,10 @@ def test_good_messages_are_read() -> None:
     assert parse('{"type": "hold", "vehicle": "/"}') == Hold("/")
     assert parse('{"type": "cancel", "vehicle": "/"}') == Cancel("/")
     flown = parse(json.dumps(FLY))
-    assert isinstance(flown, Fly)
+    assert isinstance(flown, PageGoal)
     assert flown.waypoints[0].position_enu_m == (5.0, 1.0, 4.0)
     for message in MOVING:
-        assert isinstance(parse(json.dumps(message)), (Fly, Command))
+        assert isinstance(parse(json.dumps(message)), (PageGoal, PageCommand))
 
 
 @pytest.mark.parametrize("confirmed", ["click", "", None, True, 1])

@@ -11,7 +11,7 @@ import pytest
 from drone_navigation.console import plans
 from drone_navigation.console.board import Board
 from drone_navigation.console.lease import SILENCE_S
-from drone_navigation.console.messages import Command, Fly, PageWaypoint, Rehearse, Replay
+from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Rehearse, Replay
 from drone_navigation.console.session import Page, Rules
 from tests.support.messages.random_console_messages import FLY, MOVING, broken
 
@@ -35,7 +35,7 @@ class FakePilots:
     def cancel(self, vehicle: str, answer: Any) -> None:
         self.stopped.append("cancel")
 
-    def command(self, command: Command, by: str, answer: Any) -> None:
+    def command(self, command: PageCommand, by: str, answer: Any) -> None:
         self.moved.append(command)
 
     def replay(self, replay: Replay, answer: Any) -> None:
@@ -44,7 +44,7 @@ class FakePilots:
     def rehearse(self, order: Rehearse, by: str, tell: Any) -> None:
         tell({"type": "rehearsal", "number": order.number})
 
-    def fly(self, order: Fly, by: str, answer: Any) -> None:
+    def fly(self, order: PageGoal, by: str, answer: Any) -> None:
         self.moved.append(by)
 
 

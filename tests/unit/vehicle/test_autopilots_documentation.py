@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mavlink_vehicle.profiles import (
-    AltitudeReference,
+    CommandAltitude,
     Profile,
     SetpointField,
     TakeoffForm,
@@ -58,7 +58,7 @@ def test_every_profile_is_listed_as_it_is(profile: Profile) -> None:
     assert land == (profile.land_mode or "none")
     assert back.removesuffix(" (circles)") == profile.return_mode
     assert ("DO_REPOSITION" in way) == profile.reposition
-    amsl = profile.altitude_reference is AltitudeReference.AMSL
+    amsl = profile.altitude_reference is CommandAltitude.AMSL
     assert not profile.reposition or ("above sea level" in way) == amsl
     for word, group in (
         ("position", SetpointField.POSITION),

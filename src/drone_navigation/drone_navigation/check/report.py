@@ -9,7 +9,7 @@ from drone_navigation.check.examination import Checker
 from drone_navigation.check.sections import (
     FIX_3D,
     NO_FIX,
-    Section,
+    CheckSection,
     battery_section,
     failsafes_section,
     link_section,
@@ -54,7 +54,7 @@ class Report:
 
     verdict: CheckVerdict
     sentence: str
-    sections: tuple[Section, ...] = ()
+    sections: tuple[CheckSection, ...] = ()
     missing: tuple[Missing, ...] = ()
     yours: tuple[str, ...] = ()
 

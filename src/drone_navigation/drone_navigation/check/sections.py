@@ -30,21 +30,21 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Section:
+class CheckSection:
     """Lines that belong together."""
 
     title: str
     lines: tuple[Line, ...]
 
 
-def vehicle_section(checker: Checker, profile: Profile) -> Section:
+def vehicle_section(checker: Checker, profile: Profile) -> CheckSection:
     """Identity and state of the vehicle."""
     vehicle = checker.vehicle
     state = vehicle.state
     failsafe = None if state.failsafe is None else state.failsafe.text
     goto = checker.config.bridge.goto
     unarmed = "no, but may take off once armed" if goto.may_leave_ground else "no"
-    return Section(
+    return CheckSection(
         "Vehicle",
         (
             Line("firmware", f"{profile.name} {state.firmware_version or '(version unknown)'}"),
@@ -63,7 +63,7 @@ def vehicle_section(checker: Checker, profile: Profile) -> Section:
     )
 
 
-def position_section(state: VehicleState) -> Section:
+def position_section(state: VehicleState) -> CheckSection:
     """Position and estimator."""
     gps, estimator, position = state.gps, state.estimator, state.global_position
     lines = []
@@ -105,18 +105,18 @@ def position_section(state: VehicleState) -> Section:
         if origin is None
         else Line("origin", f"{origin.latitude_deg:.7f}, {origin.longitude_deg:.7f}")
     )
-    return Section("Position", tuple(lines))
+    return CheckSection("Position", tuple(lines))
 
 
-def battery_section(state: VehicleState) -> Section:
+def battery_section(state: VehicleState) -> CheckSection:
     """Battery."""
     battery = state.battery
     if battery is None:
         line = Line("battery", _UNKNOWN, "The battery check is inactive.")
-        return Section("Battery", (line,))
+        return CheckSection("Battery", (line,))
     remaining = battery.remaining
     low = remaining is not None and remaining < _BATTERY_LOW
-    return Section(
+    return CheckSection(
         "Battery",
         (
             Line(
@@ -134,7 +134,7 @@ def battery_section(state: VehicleState) -> Section:
     )
 
 
-def failsafes_section(checker: Checker, profile: Profile) -> Section:
+def failsafes_section(checker: Checker, profile: Profile) -> CheckSection:
     """Failsafe actions, by the vehicle's parameters."""
     told = checker.parameters
     lines = []
@@ -150,15 +150,15 @@ def failsafes_section(checker: Checker, profile: Profile) -> Section:
         lines.append(Line(name, f"{setting.about}: {setting.describe(value)}", warning))
     if untold:
         lines.append(Line(_UNKNOWN, ", ".join(untold)))
-    return Section("Vehicle failsafes", tuple(lines))
+    return CheckSection("Vehicle failsafes", tuple(lines))
 
 
-def link_section(checker: Checker, health: LinkHealth) -> Section:
+def link_section(checker: Checker, health: LinkHealth) -> CheckSection:
     """Link quality."""
     warning = "The link loses too much." if health.loss_share > health.LOSS_WARNING else None
     values = health.values
     note = parse_url(checker.config.link_url).note
-    return Section(
+    return CheckSection(
         "Link",
         (
             Line("link", checker.config.link_url),
@@ -171,9 +171,9 @@ def link_section(checker: Checker, health: LinkHealth) -> Section:
     )
 
 
-def rates_section(checker: Checker, profile: Profile, now: float) -> Section:
+def rates_section(checker: Checker, profile: Profile, now: float) -> CheckSection:
     """Message rates."""
-    return Section(
+    return CheckSection(
         "Message rates, of those requested",
         tuple(_rate_line(rate, profile) for rate in checker.rates(now)),
     )

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from drone_navigation.check.report import CheckVerdict, Report
-from drone_navigation.check.sections import Section
+from drone_navigation.check.sections import CheckSection
 
 _COLOURS = {
     CheckVerdict.READY: "green",
@@ -58,7 +58,7 @@ def plain_lines(report: Report) -> list[str]:
     return [*lines, report.sentence]
 
 
-def _shared_warnings(section: Section) -> dict[str, list[str]]:
+def _shared_warnings(section: CheckSection) -> dict[str, list[str]]:
     """Return the warnings shared by several lines of a section, with the line names."""
     names: dict[str, list[str]] = {}
     for line in section.lines:

@@ -31,7 +31,7 @@ from drone_navigation.client.servers import no_server
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 
-__all__ = ["Command", "run_command"]
+__all__ = ["ClientCommand", "run_command"]
 
 # An arming or a mode change may take 10 s (VehicleConfig.operation_timeout_s).
 _ANSWER_TIMEOUT_S = 20.0
@@ -41,7 +41,7 @@ _SPIN_S = 0.05
 
 
 def run_command(
-    options: argparse.Namespace, argv: list[str], kind: type[Command] | None = None
+    options: argparse.Namespace, argv: list[str], kind: type[ClientCommand] | None = None
 ) -> int:
     """Run the command, of a kind of its own or with a single request; return the exit code."""
     with ExitStack() as on_exit:
@@ -49,7 +49,7 @@ def run_command(
         on_exit.callback(rclpy.try_shutdown)
         node = Node("navigation_client", namespace=options.vehicle)
         on_exit.callback(node.destroy_node)
-        command = (kind or Command)(node, options)
+        command = (kind or ClientCommand)(node, options)
         on_exit.callback(command.close)
         try:
             return command.run()
@@ -58,7 +58,7 @@ def run_command(
             return EXIT_CANCELED
 
 
-class Command:
+class ClientCommand:
     """One command, from finding the server to the answer."""
 
     def __init__(self, node: Node, options: argparse.Namespace) -> None:

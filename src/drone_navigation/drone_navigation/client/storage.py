@@ -20,7 +20,7 @@ from custom_interfaces.srv import (
     SetRallyPoints,
     SetVehicleParameter,
 )
-from drone_navigation.client.commands import Command, run_command
+from drone_navigation.client.commands import ClientCommand, run_command
 from drone_navigation.client.options import (
     EXIT_ABORTED,
     EXIT_CANCELED,
@@ -58,7 +58,7 @@ _REFERENCES = {
 
 
 @dataclass(frozen=True)
-class Task:
+class StorageRequest:
     """A request: its type, the name of its service or action, and its fields.
 
     Attributes:
@@ -83,7 +83,7 @@ def run_storage_command(options: argparse.Namespace, argv: list[str]) -> int:
     return run_command(options, argv, StorageCommand)
 
 
-def prepare(options: argparse.Namespace) -> Task:
+def prepare(options: argparse.Namespace) -> StorageRequest:
     """Return the request of the command line; files are read and checked here.
 
     Raises:
@@ -96,41 +96,47 @@ def prepare(options: argparse.Namespace) -> Task:
         return _rally(options)
     name = f"vehicle_parameters/{'list' if options.verb == 'save' else options.verb}"
     if options.verb == "get":
-        return Task(GetVehicleParameter, name, {"name": options.name})
+        return StorageRequest(GetVehicleParameter, name, {"name": options.name})
     if options.verb == "set":
         fields = {"name": options.name, "value": options.value}
-        return Task(SetVehicleParameter, name, {**fields, "while_armed": options.while_armed})
+        return StorageRequest(
+            SetVehicleParameter, name, {**fields, "while_armed": options.while_armed}
+        )
     if options.verb == "load":
         read = files.read_parameters(options.file)
         wanted = [VehicleParameter(name=n, value=value) for n, value in read.values.items()]
         fields = {"parameters": wanted, "while_armed": options.while_armed}
-        return Task(LoadVehicleParameters, name, fields, read.notes)
+        return StorageRequest(LoadVehicleParameters, name, fields, read.notes)
     if options.verb == "save":
         files.format_of(options.file)
         if options.file.exists() and not options.force:
             text = f"{options.file}: exists already; give --force to replace it."
             raise files.ParameterFileError(text)
-    return Task(ListVehicleParameters, name, {})
+    return StorageRequest(ListVehicleParameters, name, {})
 
 
-def _fence(options: argparse.Namespace) -> Task:
+def _fence(options: argparse.Namespace) -> StorageRequest:
     if options.plan is None:
-        return Task(SetFence, "set_fence", {}) if options.clear else Task(GetFence, "get_fence", {})
+        return (
+            StorageRequest(SetFence, "set_fence", {})
+            if options.clear
+            else StorageRequest(GetFence, "get_fence", {})
+        )
     fence = read_plan_fence(options.plan)
     fields = {
         "areas": [_area(area) for area in fence.areas],
         "return_point": list(fence.return_point_deg or ()),
     }
-    return Task(SetFence, "set_fence", fields)
+    return StorageRequest(SetFence, "set_fence", fields)
 
 
-def _rally(options: argparse.Namespace) -> Task:
+def _rally(options: argparse.Namespace) -> StorageRequest:
     if options.plan is not None:
         points = [_point(point) for point in read_plan_rally(options.plan)]
-        return Task(SetRallyPoints, "set_rally_points", {"points": points})
+        return StorageRequest(SetRallyPoints, "set_rally_points", {"points": points})
     if options.clear:
-        return Task(SetRallyPoints, "set_rally_points", {})
-    return Task(GetRallyPoints, "get_rally_points", {})
+        return StorageRequest(SetRallyPoints, "set_rally_points", {})
+    return StorageRequest(GetRallyPoints, "get_rally_points", {})
 
 
 def _area(area: GeoArea) -> FenceArea:
@@ -151,12 +157,12 @@ def _point(point: PlannedPoint) -> RallyPoint:
     )
 
 
-class StorageCommand(Command):
+class StorageCommand(ClientCommand):
     """One of these commands, from finding the server to the answer."""
 
     def run(self) -> int:
         """Send the request and show the answer."""
-        task: Task = self._options.task
+        task: StorageRequest = self._options.task
         for note in task.notes:
             print(note, file=sys.stderr)
         name = f"{SERVER_NODE_NAME}/{task.name}"
@@ -177,7 +183,7 @@ class StorageCommand(Command):
 
     _cancelled = False
 
-    def _ask(self, task: Task, name: str) -> Any:
+    def _ask(self, task: StorageRequest, name: str) -> Any:
         """Return the response of a service, or an exit code."""
         client = self._node.create_client(task.kind, name)
         if not self._wait(client.service_is_ready, self._options.server_timeout):
@@ -187,7 +193,7 @@ class StorageCommand(Command):
             return self._unanswered(_ANSWER_TIMEOUT_S)
         return answer.result()
 
-    def _act(self, task: Task, name: str) -> Any:
+    def _act(self, task: StorageRequest, name: str) -> Any:
         """Return the result of an action, or an exit code; Ctrl-C cancels it."""
         client = ActionClient(self._node, task.kind, name)
         if not self._wait(client.server_is_ready, self._options.server_timeout):

@@ -14,7 +14,7 @@ from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutEx
 from rclpy.node import Node
 
 from drone_navigation.console.board import Board
-from drone_navigation.console.messages import Command, Fly, Rehearse, Replay
+from drone_navigation.console.messages import PageCommand, PageGoal, Rehearse, Replay
 from drone_navigation.console.rehearsals import Rehearsals
 from drone_navigation.console.requests import Answer, VehicleRequests
 from drone_navigation.console.vehicle import VehicleClient
@@ -96,13 +96,13 @@ class Fleet:
         """Cancel all goals of a vehicle."""
         self.post(lambda: self._with(vehicle, lambda v: v.cancel(answer), answer))
 
-    def command(self, command: Command, by: str, answer: Answer) -> None:
+    def command(self, command: PageCommand, by: str, answer: Answer) -> None:
         """Execute a command of a page; `by` names the page."""
         self.post(
             lambda: self._with(command.vehicle, lambda v: v.command(command, by, answer), answer)
         )
 
-    def fly(self, order: Fly, by: str, answer: Answer) -> None:
+    def fly(self, order: PageGoal, by: str, answer: Answer) -> None:
         """Send a goal or a route; `by` names the page."""
         self.post(lambda: self._with(order.vehicle, lambda v: v.fly(order, by, answer), answer))
 

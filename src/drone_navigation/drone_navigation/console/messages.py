@@ -9,13 +9,28 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 from navigation_core.geometry import Vector3
 
 __all__ = [
-    "Alive", "Cancel", "Command", "Fly", "Give", "Hold", "Message", "Pace", "PageWaypoint",
-    "ReadPlan", "Rehearse", "RejectedError", "Replay", "SavePlan", "StoredMission", "Take", "parse",
+    "Alive",
+    "Cancel",
+    "ConvertMission",
+    "Give",
+    "Hold",
+    "Message",
+    "Pace",
+    "PageCommand",
+    "PageGoal",
+    "PageWaypoint",
+    "ReadPlan",
+    "Rehearse",
+    "RejectedError",
+    "Replay",
+    "SavePlan",
+    "Take",
+    "parse",
 ]  # fmt: skip
 
 SIZE_MAX_BYTES = 1_000_000
@@ -52,6 +67,8 @@ class PageWaypoint:
 class Alive:
     """The page is there."""
 
+    kind: ClassVar[str] = "alive"
+
 
 @dataclass(frozen=True)
 class _ForVehicle:
@@ -64,24 +81,34 @@ class _ForVehicle:
 class Take(_ForVehicle):
     """Ask for control; `over`: from the page that has it."""
 
+    kind: ClassVar[str] = "take"
+
     over: bool
 
 
 class Give(_ForVehicle):
     """Give control away."""
 
+    kind: ClassVar[str] = "give"
+
 
 class Hold(_ForVehicle):
     """End the goal and hold. Open to every page."""
+
+    kind: ClassVar[str] = "hold"
 
 
 class Cancel(_ForVehicle):
     """Cancel all goals, whoever sent them. Open to every page."""
 
+    kind: ClassVar[str] = "cancel"
+
 
 @dataclass(frozen=True)
-class Command(_ForVehicle):
+class PageCommand(_ForVehicle):
     """One of COMMANDS; height above ground in m for a take-off, 0 for the server's default."""
+
+    kind: ClassVar[str] = "command"
 
     name: str
     height_m: float
@@ -97,13 +124,17 @@ class _Order(_ForVehicle):
     avoid_obstacles: bool
 
 
-class Fly(_Order):
+class PageGoal(_Order):
     """Go to a point, or follow a route."""
+
+    kind: ClassVar[str] = "fly"
 
 
 @dataclass(frozen=True)
 class Rehearse(_Order):
     """Tell how a goal or a route would go; moves nothing. `number` comes back with the answer."""
+
+    kind: ClassVar[str] = "rehearse"
 
     number: int
 
@@ -112,6 +143,8 @@ class Rehearse(_Order):
 class ReadPlan(_ForVehicle):
     """Convert a `.plan` file into waypoints of the vehicle's map."""
 
+    kind: ClassVar[str] = "read_plan"
+
     text: str
 
 
@@ -119,12 +152,16 @@ class ReadPlan(_ForVehicle):
 class SavePlan(_ForVehicle):
     """Convert waypoints of the vehicle's map into a `.plan` file."""
 
+    kind: ClassVar[str] = "save_plan"
+
     waypoints: tuple[PageWaypoint, ...]
 
 
 @dataclass(frozen=True)
-class StoredMission(_ForVehicle):
+class ConvertMission(_ForVehicle):
     """Convert the mission in the vehicle into one of MISSION_FORMS."""
+
+    kind: ClassVar[str] = "mission"
 
     form: str
 
@@ -136,13 +173,15 @@ class Replay(_ForVehicle):
     `value` is for "speed" a factor of real time, for "seek" seconds from the start.
     """
 
+    kind: ClassVar[str] = "replay"
+
     name: str
     value: float
 
 
 Message: TypeAlias = (
-    Alive | Take | Give | Hold | Cancel | Command | Fly | Rehearse | ReadPlan | SavePlan
-    | StoredMission | Replay
+    Alive | Take | Give | Hold | Cancel | PageCommand | PageGoal | Rehearse | ReadPlan | SavePlan
+    | ConvertMission | Replay
 )  # fmt: skip
 
 
@@ -252,30 +291,30 @@ def _waypoint(value: Any) -> PageWaypoint:
     return waypoint
 
 
-def _command(members: _Members) -> Command:
+def _command(members: _Members) -> PageCommand:
     name = members.text("name", _NAME_MAX)
     if name not in COMMANDS:
         raise RejectedError("name is not a known command.")
     if name not in UNCONFIRMED:
         members.confirmed()
     height_m = members.number("height", 0.0, _HEIGHT_MAX_M) if name == "takeoff" else 0.0
-    return Command(members.vehicle(), name, height_m)
+    return PageCommand(members.vehicle(), name, height_m)
 
 
-def _fly(members: _Members) -> Fly:
+def _fly(members: _Members) -> PageGoal:
     members.confirmed()
-    return Fly(*members.order())
+    return PageGoal(*members.order())
 
 
 def _rehearse(members: _Members) -> Rehearse:
     return Rehearse(*members.order(), members.count("number", _COUNT_MAX))
 
 
-def _mission(members: _Members) -> StoredMission:
+def _mission(members: _Members) -> ConvertMission:
     form = members.text("form", _NAME_MAX)
     if form not in MISSION_FORMS:
         raise RejectedError("form is neither route nor file.")
-    return StoredMission(members.vehicle(), form)
+    return ConvertMission(members.vehicle(), form)
 
 
 def _replay(members: _Members) -> Replay:
@@ -291,18 +330,20 @@ def _replay(members: _Members) -> Replay:
 
 
 _READERS: dict[str, Callable[[_Members], Message]] = {
-    "alive": lambda _members: Alive(),
-    "take": lambda members: Take(members.vehicle(), members.flag("over")),
-    "give": lambda members: Give(members.vehicle()),
-    "hold": lambda members: Hold(members.vehicle()),
-    "cancel": lambda members: Cancel(members.vehicle()),
-    "command": _command,
-    "fly": _fly,
-    "rehearse": _rehearse,
-    "replay": _replay,
-    "mission": _mission,
-    "read_plan": lambda members: ReadPlan(members.vehicle(), members.text("text", SIZE_MAX_BYTES)),
-    "save_plan": lambda members: SavePlan(members.vehicle(), members.waypoints()),
+    Alive.kind: lambda _members: Alive(),
+    Take.kind: lambda members: Take(members.vehicle(), members.flag("over")),
+    Give.kind: lambda members: Give(members.vehicle()),
+    Hold.kind: lambda members: Hold(members.vehicle()),
+    Cancel.kind: lambda members: Cancel(members.vehicle()),
+    PageCommand.kind: _command,
+    PageGoal.kind: _fly,
+    Rehearse.kind: _rehearse,
+    Replay.kind: _replay,
+    ConvertMission.kind: _mission,
+    ReadPlan.kind: lambda members: ReadPlan(
+        members.vehicle(), members.text("text", SIZE_MAX_BYTES)
+    ),
+    SavePlan.kind: lambda members: SavePlan(members.vehicle(), members.waypoints()),
 }
 
 

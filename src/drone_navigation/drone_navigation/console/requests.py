@@ -19,7 +19,7 @@ from unique_identifier_msgs.msg import UUID
 from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
 from custom_interfaces.msg import Waypoint
 from custom_interfaces.srv import SeekReplay
-from drone_navigation.console.messages import Command, Fly, PageWaypoint, Replay
+from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Replay
 from navigation_bridge.names import (
     ACTION_NAME,
     FRAME_MAP,
@@ -249,7 +249,7 @@ class VehicleRequests:
             # A request of zeros means every goal.
             self._call(client.call_async(CancelGoal.Request()), take, lambda: take(None))
 
-    def command(self, command: Command, by: str, answer: Answer) -> None:
+    def command(self, command: PageCommand, by: str, answer: Answer) -> None:
         """Execute a command of a page; `by` names the page."""
         if command.name in ("pause", "resume"):
             self.trigger(command.name, answer)
@@ -261,7 +261,7 @@ class VehicleRequests:
         else:
             self._send(RETURN_ACTION_NAME, ReturnToLaunch.Goal(), (), by, answer)
 
-    def fly(self, order: Fly, by: str, answer: Answer) -> None:
+    def fly(self, order: PageGoal, by: str, answer: Answer) -> None:
         """Send a goal, or a route if it has several waypoints, a hold time or laps."""
         waypoints = order.waypoints
         if len(waypoints) == 1 and not waypoints[0].hold_time_s and order.laps == 1:

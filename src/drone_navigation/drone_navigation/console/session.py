@@ -13,18 +13,18 @@ from drone_navigation.console.lease import Leases
 from drone_navigation.console.messages import (
     Alive,
     Cancel,
-    Command,
-    Fly,
+    ConvertMission,
     Give,
     Hold,
     Message,
     Pace,
+    PageCommand,
+    PageGoal,
     ReadPlan,
     Rehearse,
     RejectedError,
     Replay,
     SavePlan,
-    StoredMission,
     Take,
     parse,
 )
@@ -49,10 +49,10 @@ class Pilots(Protocol):
     def cancel(self, vehicle: str, answer: Callable[[bool, str], None]) -> None:
         """Cancel all goals."""
 
-    def command(self, command: Command, by: str, answer: Callable[[bool, str], None]) -> None:
+    def command(self, command: PageCommand, by: str, answer: Callable[[bool, str], None]) -> None:
         """Execute a command."""
 
-    def fly(self, order: Fly, by: str, answer: Callable[[bool, str], None]) -> None:
+    def fly(self, order: PageGoal, by: str, answer: Callable[[bool, str], None]) -> None:
         """Send a goal or a route."""
 
     def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
@@ -137,7 +137,7 @@ class Rules:
         _answer_to(page, "")(False, f"Rejected: {sentence}")
 
     def _act(self, page: Page, message: Message, now: float) -> None:
-        answer = _answer_to(page, type(message).__name__.lower())
+        answer = _answer_to(page, message.kind)
         if isinstance(message, Hold):
             self._pilots.hold(message.vehicle, answer)
         elif isinstance(message, Cancel):
@@ -148,12 +148,12 @@ class Rules:
             self._take_control(page, message, now)
         elif isinstance(message, Give):
             self.leases.give(page.number, message.vehicle)
-        elif isinstance(message, (ReadPlan, SavePlan, StoredMission)):
+        elif isinstance(message, (ReadPlan, SavePlan, ConvertMission)):
             self._convert(page, message)
-        elif isinstance(message, (Command, Fly)):
+        elif isinstance(message, (PageCommand, PageGoal)):
             if not self.leases.holds(message.vehicle, page.number, now):
                 self._deny(page, "control", "This page does not have control.")
-            elif isinstance(message, Command):
+            elif isinstance(message, PageCommand):
                 self._pilots.command(message, page.name, answer)
             else:
                 self._pilots.fly(message, page.name, answer)
@@ -165,20 +165,20 @@ class Rules:
             holder = self.leases.holder(message.vehicle)
             self._deny(page, "control", f"Page {holder} has control of this vehicle.")
 
-    def _convert(self, page: Page, message: ReadPlan | SavePlan | StoredMission) -> None:
+    def _convert(self, page: Page, message: ReadPlan | SavePlan | ConvertMission) -> None:
         status = self._board.get(message.vehicle, "status") or {}
         known = (status.get("autopilot", ""), self._board.get(message.vehicle, "home"))
         try:
             if isinstance(message, SavePlan):
                 text = plans.make_plan(message.waypoints, *known)
-            elif isinstance(message, StoredMission):
+            elif isinstance(message, ConvertMission):
                 get = partial(self._board.get, message.vehicle)
                 stored = (get("mission"), get("fence"), get("rally_points"))
                 text = plans.stored_plan(*stored, *known)
             else:
                 text = message.text
             if isinstance(message, ReadPlan) or (
-                isinstance(message, StoredMission) and message.form == "route"
+                isinstance(message, ConvertMission) and message.form == "route"
             ):
                 waypoints, notes = plans.map_waypoints(text, *known)
                 page.tell({"type": "plan", "waypoints": waypoints, "notes": notes})

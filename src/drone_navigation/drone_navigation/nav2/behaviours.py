@@ -12,12 +12,12 @@ from rclpy.node import Node
 
 from custom_interfaces.msg import GoalCode
 from drone_navigation.client.events import Telemetry
-from drone_navigation.nav2.flights import Flights, Order
+from drone_navigation.nav2.flights import FlightRequest, Flights
 from drone_navigation.nav2.navigators import Navigators, Preferences, point_client_goal
-from drone_navigation.nav2.outcomes import Outcome, aborted, result
+from drone_navigation.nav2.outcomes import Nav2Outcome, aborted, result
 from drone_navigation.nav2.served import duration, serve
+from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import Target, TargetError, turns
-from drone_navigation.nav2.vehicle import Vehicle
 from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_core.geometry import distance, wrap_angle
@@ -35,7 +35,7 @@ class Behaviours:
     def __init__(
         self,
         node: Node,
-        vehicle: Vehicle,
+        vehicle: ServerState,
         flights: Flights,
         navigators: Navigators,
         preferences: Preferences,
@@ -64,7 +64,7 @@ class Behaviours:
                 "NOT_FLYING", "The vehicle is not in the air; send it to a pose first."
             )
 
-    async def _spin(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+    async def _spin(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
         turn_rad = handle.request.target_yaw
         self._check("turn on the spot", (VehicleKind.COPTER,))
         if not math.isfinite(turn_rad) or abs(turn_rad) > _SPIN_MAX_RAD:
@@ -89,13 +89,13 @@ class Behaviours:
                 break
         return outcome, _timed(Spin, outcome, started_s)
 
-    async def _back_up(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+    async def _back_up(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
         # As Nav2 does: backwards, whatever the signs are.
         self._check("reverse", (VehicleKind.COPTER,))
         request = handle.request
         return await self._straight(handle, BackUp, -abs(request.target.x), abs(request.speed))
 
-    async def _drive_on_heading(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+    async def _drive_on_heading(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
         request = handle.request
         kinds = [VehicleKind.COPTER]
         if request.target.x > 0.0:
@@ -108,7 +108,7 @@ class Behaviours:
 
     async def _straight(
         self, handle: ServerGoalHandle, kind: Any, forward_m: float, speed_m_s: float
-    ) -> tuple[Outcome, Any]:
+    ) -> tuple[Nav2Outcome, Any]:
         target = handle.request.target
         if target.y or target.z or not math.isfinite(forward_m) or not math.isfinite(speed_m_s):
             text = "Only target.x may be set, to a finite number."
@@ -136,7 +136,7 @@ class Behaviours:
         speed_m_s: float,
         started_s: float,
         tell: Any,
-    ) -> Outcome:
+    ) -> Nav2Outcome:
         client_goal = point_client_goal(
             target, speed_m_s, avoid_obstacles=self._preferences.avoid_obstacles
         )
@@ -145,7 +145,7 @@ class Behaviours:
         if allowance_s > 0.0:
             allowance_s = max(allowance_s - (time.monotonic() - started_s), 0.1)
         return await self._flights.fly(
-            Order(
+            FlightRequest(
                 client_goal,
                 target.position_enu_m[2],
                 lambda: handle.is_cancel_requested,
@@ -155,7 +155,7 @@ class Behaviours:
         )
 
 
-def _timed(kind: Any, outcome: Outcome, started_s: float) -> Any:
+def _timed(kind: Any, outcome: Nav2Outcome, started_s: float) -> Any:
     message = result(kind, outcome)
     message.total_elapsed_time = duration(time.monotonic() - started_s)
     if outcome.code == GoalCode.TIMEOUT:

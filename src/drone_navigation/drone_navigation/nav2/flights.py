@@ -23,13 +23,13 @@ from drone_navigation.client.events import Telemetry
 from drone_navigation.client.goals import GoalStage, SentGoal
 from drone_navigation.client.servers import no_server
 from drone_navigation.client.watch import ServerWatch
-from drone_navigation.nav2.outcomes import PREEMPTED, Outcome, aborted, ended
+from drone_navigation.nav2.outcomes import PREEMPTED, Nav2Outcome, aborted, ended
+from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import Refusal
-from drone_navigation.nav2.vehicle import Vehicle
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME, WAYPOINTS_ACTION_NAME
 
-__all__ = ["Flights", "Order"]
+__all__ = ["FlightRequest", "Flights"]
 
 _PERIOD_S = 0.05
 # The reason of a rejection comes on its own topic, usually before the rejection itself.
@@ -49,7 +49,7 @@ class _Turn:
 
 
 @dataclass
-class Order:
+class FlightRequest:
     """What a client's goal asks of the server.
 
     Attributes:
@@ -70,7 +70,7 @@ class Order:
 class Flights:
     """Sends goals to the server; each replaces its predecessor."""
 
-    def __init__(self, node: Node, vehicle: Vehicle) -> None:
+    def __init__(self, node: Node, vehicle: ServerState) -> None:
         """Find the actions of the server.
 
         Args:
@@ -107,7 +107,7 @@ class Flights:
         """Cancel what is under way; their clients see it aborted."""
         self._stopping = self._turning > 0
 
-    async def fly(self, order: Order) -> Outcome:
+    async def fly(self, order: FlightRequest) -> Nav2Outcome:
         """Send a goal and follow it to its end, unless a newer one replaces it."""
         why = self._vehicle.why_not()
         if why is None and not self._clients[order.client_goal.name].server_is_ready():
@@ -124,7 +124,7 @@ class Flights:
                 self._timer.cancel()
                 self._stopping = False
 
-    async def _fly(self, order: Order) -> Outcome:
+    async def _fly(self, order: FlightRequest) -> Nav2Outcome:
         self._orders += 1
         own = self._orders
         before, self._goal = self._goal, None
@@ -173,8 +173,8 @@ class Flights:
         return True
 
     async def _end(
-        self, goal: SentGoal, before: SentGoal | None, order: Order, *, late: bool
-    ) -> Outcome:
+        self, goal: SentGoal, before: SentGoal | None, order: FlightRequest, *, late: bool
+    ) -> Nav2Outcome:
         if goal.stage is GoalStage.ENDED:
             end = goal.end(replaced=False)
             if late and end.state == "CANCELED":

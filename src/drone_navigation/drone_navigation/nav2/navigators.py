@@ -25,11 +25,11 @@ from custom_interfaces.action import Navigate, NavigateWaypoints
 from custom_interfaces.msg import Waypoint
 from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Telemetry
-from drone_navigation.nav2.flights import Flights, Order
-from drone_navigation.nav2.outcomes import Outcome, aborted, result
+from drone_navigation.nav2.flights import FlightRequest, Flights
+from drone_navigation.nav2.outcomes import Nav2Outcome, aborted, result
 from drone_navigation.nav2.served import duration, serve
+from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import HeightRule, Present, Target, TargetError, map_target
-from drone_navigation.nav2.vehicle import Vehicle
 from drone_navigation.server.frame_names import FrameNames
 from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles.profile import VehicleKind
@@ -71,7 +71,7 @@ class Navigators:
     """Serves the actions that lead to poses, and the topic `goal_pose`."""
 
     def __init__(
-        self, node: Node, vehicle: Vehicle, flights: Flights, preferences: Preferences
+        self, node: Node, vehicle: ServerState, flights: Flights, preferences: Preferences
     ) -> None:
         """Offer them on ``node``."""
         self._node = node
@@ -136,7 +136,7 @@ class Navigators:
 
     # --- one pose -------------------------------------------------------------------------
 
-    async def _to_pose(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+    async def _to_pose(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
         (target,) = self.targets([handle.request.pose], self.present())
         client_goal = point_client_goal(
             target,
@@ -148,7 +148,7 @@ class Navigators:
         def tell(telemetry: Telemetry) -> None:
             handle.publish_feedback(self._feedback(NavigateToPose, telemetry, started_s))
 
-        order = Order(
+        order = FlightRequest(
             client_goal, target.position_enu_m[2], lambda: handle.is_cancel_requested, tell
         )
         return await self._flights.fly(order), None
@@ -164,7 +164,7 @@ class Navigators:
 
     # --- routes ---------------------------------------------------------------------------
 
-    async def _through_poses(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+    async def _through_poses(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
         targets = self.targets(handle.request.poses, self.present())
         started_s = time.monotonic()
 
@@ -179,12 +179,12 @@ class Navigators:
             waypoint.acceptance_radius = _PASS_M
         return await self._route(handle, waypoints, targets, tell), None
 
-    async def _follow_waypoints(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+    async def _follow_waypoints(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
         targets = self.targets(handle.request.poses, self.present())
         waypoints = [self._waypoint(t, self._pause_s()) for t in targets]
         return await self._follow(handle, FollowWaypoints, waypoints, targets)
 
-    async def _follow_gps_waypoints(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+    async def _follow_gps_waypoints(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
         present = self.present()
         targets: list[Target] = []
         waypoints: list[Waypoint] = []
@@ -238,7 +238,7 @@ class Navigators:
         kind: Any,
         waypoints: Sequence[Waypoint],
         targets: Sequence[Target],
-    ) -> tuple[Outcome, Any]:
+    ) -> tuple[Nav2Outcome, Any]:
         """Fly laps, the first from `goal_index` on, as Nav2's waypoint follower does."""
         request = handle.request
         count = len(waypoints)
@@ -277,7 +277,7 @@ class Navigators:
         waypoints: Sequence[Waypoint],
         targets: Sequence[Target],
         tell: Callable[[Telemetry], None],
-    ) -> Outcome:
+    ) -> Nav2Outcome:
         if not waypoints:
             return aborted("INVALID_WAYPOINTS", "There are no poses.")
         goal = NavigateWaypoints.Goal(
@@ -291,7 +291,7 @@ class Navigators:
             NavigateWaypoints, WAYPOINTS_ACTION_NAME, goal, "", waypoints=len(waypoints)
         )
         last_m = targets[-1].position_enu_m[2]
-        order = Order(client_goal, last_m, lambda: handle.is_cancel_requested, tell)
+        order = FlightRequest(client_goal, last_m, lambda: handle.is_cancel_requested, tell)
         return await self._flights.fly(order)
 
 

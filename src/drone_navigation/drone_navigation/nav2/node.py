@@ -15,8 +15,8 @@ from drone_navigation.nav2.flights import Flights
 from drone_navigation.nav2.navigators import Navigators, Preferences
 from drone_navigation.nav2.others import ACTION, Others
 from drone_navigation.nav2.planners import Planners
+from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the_rest
-from drone_navigation.nav2.vehicle import Vehicle
 
 __all__ = ["StartError", "run"]
 
@@ -53,7 +53,7 @@ def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     others = Others(node)
-    vehicle = Vehicle(node)
+    vehicle = ServerState(node)
     # Others are discovered meanwhile.
     _spin_until(executor, stopped.is_set, _DISCOVERY_S)
     # A client that does not ask whether it is active sends its goal at once.

@@ -10,11 +10,11 @@ from action_msgs.msg import GoalStatus
 from custom_interfaces.msg import GoalCode
 from drone_navigation.client.events import Ended
 
-__all__ = ["PREEMPTED", "SUCCEEDED", "Outcome", "aborted", "ended", "result"]
+__all__ = ["PREEMPTED", "SUCCEEDED", "Nav2Outcome", "aborted", "ended", "result"]
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Nav2Outcome:
     """The end of a goal of a Nav2 client.
 
     Attributes:
@@ -31,10 +31,10 @@ class Outcome:
     missed: tuple[int, ...] = field(default=())
 
 
-SUCCEEDED = Outcome(GoalStatus.STATUS_SUCCEEDED)
+SUCCEEDED = Nav2Outcome(GoalStatus.STATUS_SUCCEEDED)
 
 
-def aborted(code: str, text: str, number: int | None = None) -> Outcome:
+def aborted(code: str, text: str, number: int | None = None) -> Nav2Outcome:
     """Return the end of a goal that is not executed.
 
     Args:
@@ -44,13 +44,13 @@ def aborted(code: str, text: str, number: int | None = None) -> Outcome:
     """
     if number is None:
         number = getattr(GoalCode, code, GoalCode.INTERNAL_ERROR)
-    return Outcome(GoalStatus.STATUS_ABORTED, number, f"{code}: {text}")
+    return Nav2Outcome(GoalStatus.STATUS_ABORTED, number, f"{code}: {text}")
 
 
 PREEMPTED = aborted("PREEMPTED", "A new goal replaced this one.")
 
 
-def ended(end: Ended, *, cancelled: bool) -> Outcome:
+def ended(end: Ended, *, cancelled: bool) -> Nav2Outcome:
     """Return the end for the client of a goal that the server has ended.
 
     Args:
@@ -62,12 +62,12 @@ def ended(end: Ended, *, cancelled: bool) -> Outcome:
         return SUCCEEDED
     missed = end.waypoints_missed or ()
     if cancelled and end.code in ("CANCELED", "PREEMPTED"):
-        return Outcome(GoalStatus.STATUS_CANCELED, GoalCode.CANCELED, end.message, missed)
+        return Nav2Outcome(GoalStatus.STATUS_CANCELED, GoalCode.CANCELED, end.message, missed)
     code = getattr(GoalCode, end.code, GoalCode.INTERNAL_ERROR)
-    return Outcome(GoalStatus.STATUS_ABORTED, code, end.message, missed)
+    return Nav2Outcome(GoalStatus.STATUS_ABORTED, code, end.message, missed)
 
 
-def result(kind: Any, outcome: Outcome) -> Any:
+def result(kind: Any, outcome: Nav2Outcome) -> Any:
     """Return the result message of an action's type for an end."""
     message = kind.Result()
     message.error_code = outcome.code

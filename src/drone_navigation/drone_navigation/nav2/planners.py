@@ -23,9 +23,9 @@ from visualization_msgs.msg import MarkerArray
 
 from drone_navigation.nav2.maps import costs, obstacles_of, path
 from drone_navigation.nav2.navigators import Navigators
-from drone_navigation.nav2.outcomes import SUCCEEDED, Outcome, aborted, result
+from drone_navigation.nav2.outcomes import SUCCEEDED, Nav2Outcome, aborted, result
 from drone_navigation.nav2.served import duration, serve
-from drone_navigation.nav2.vehicle import Vehicle
+from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_core.geometry import Vector3
@@ -47,7 +47,7 @@ _NAMES = (
 class Planners:
     """Serves paths and cost maps."""
 
-    def __init__(self, node: Node, vehicle: Vehicle, navigators: Navigators) -> None:
+    def __init__(self, node: Node, vehicle: ServerState, navigators: Navigators) -> None:
         """Offer them on ``node``."""
         self._node = node
         self._vehicle = vehicle
@@ -85,10 +85,10 @@ class Planners:
 
     # --- paths ----------------------------------------------------------------------------
 
-    async def _to_pose(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+    async def _to_pose(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
         return self._compute(ComputePathToPose, handle.request, [handle.request.goal])
 
-    async def _through_poses(self, handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+    async def _through_poses(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
         goals = handle.request.goals
         if not goals:
             code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
@@ -97,7 +97,7 @@ class Planners:
 
     def _compute(
         self, kind: Any, request: Any, goals: Sequence[PoseStamped]
-    ) -> tuple[Outcome, Any]:
+    ) -> tuple[Nav2Outcome, Any]:
         began_s = time.monotonic()
         present = self._navigators.present()
         codes = kind.Result

@@ -12,12 +12,12 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
-from drone_navigation.nav2.outcomes import Outcome, aborted, result
+from drone_navigation.nav2.outcomes import Nav2Outcome, aborted, result
 from drone_navigation.nav2.targets import TargetError
 
 __all__ = ["Run", "duration", "serve"]
 
-Run: TypeAlias = Callable[[ServerGoalHandle], Awaitable[tuple[Outcome, Any]]]
+Run: TypeAlias = Callable[[ServerGoalHandle], Awaitable[tuple[Nav2Outcome, Any]]]
 """Executes a goal; returns its end, and its result message or None for one with nothing more"""
 
 # As in server/actions.py: rcl's own default of 900 s grows memory.

@@ -22,9 +22,9 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from drone_navigation.nav2.flights import Flights
-from drone_navigation.nav2.outcomes import Outcome, aborted
+from drone_navigation.nav2.outcomes import Nav2Outcome, aborted
 from drone_navigation.nav2.served import serve
-from drone_navigation.nav2.vehicle import Vehicle
+from drone_navigation.nav2.server_state import ServerState
 
 __all__ = ["LifeCycle", "offer_clearing", "reject_the_rest"]
 
@@ -53,7 +53,7 @@ def reject_the_rest(node: Node) -> None:
         code = getattr(kind.Result, "UNKNOWN", 0)
         outcome = aborted("UNSUPPORTED", f"{name} is not offered. {why}", code)
 
-        async def run(_handle: ServerGoalHandle) -> tuple[Outcome, Any]:
+        async def run(_handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
             return outcome, None
 
         serve(node, kind, name, run)
@@ -94,7 +94,7 @@ def offer_clearing(node: Node) -> None:
 class LifeCycle:
     """State of the nodes that clients of Nav2 wait for: active while a goal can be sent."""
 
-    def __init__(self, node: Node, vehicle: Vehicle, flights: Flights) -> None:
+    def __init__(self, node: Node, vehicle: ServerState, flights: Flights) -> None:
         """Offer the services on ``node``."""
         self._node = node
         self._vehicle = vehicle

@@ -5,7 +5,7 @@ from __future__ import annotations
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.profiles.ardupilot import ardupilot_profile
 from mavlink_vehicle.profiles.profile import (
-    AltitudeReference,
+    CommandAltitude,
     ModePacking,
     Profile,
     SetpointField,
@@ -16,7 +16,7 @@ from mavlink_vehicle.profiles.px4 import px4_profile
 
 __all__ = [
     "GENERIC",
-    "AltitudeReference",
+    "CommandAltitude",
     "ModePacking",
     "Profile",
     "SetpointField",

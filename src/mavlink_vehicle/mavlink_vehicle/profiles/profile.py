@@ -45,7 +45,7 @@ class TakeoffForm(enum.Enum):
     """A mode takes off, to the height of a parameter of its own (ArduPlane: TKOFF_ALT)."""
 
 
-class AltitudeReference(enum.Enum):
+class CommandAltitude(enum.Enum):
     """From where the altitude of a command counts."""
 
     HOME = "home"
@@ -170,7 +170,7 @@ class Profile:
     takeoff: TakeoffForm = TakeoffForm.NONE
     takeoff_mode: str | None = None
     after_takeoff_mode: str | None = None
-    altitude_reference: AltitudeReference = AltitudeReference.HOME
+    altitude_reference: CommandAltitude = CommandAltitude.HOME
     reposition: bool = False
     circle_radius_m: float = 0.0
     circle_parameters: tuple[str, ...] = ()

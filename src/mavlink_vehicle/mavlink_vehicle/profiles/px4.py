@@ -16,7 +16,7 @@ from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.positions.projections import AzimuthalEquidistant
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
-    AltitudeReference,
+    CommandAltitude,
     ModePacking,
     Profile,
     SetpointField,
@@ -93,7 +93,7 @@ _COMMON = Profile(
     return_mode="AUTO.RTL",
     mission_mode="AUTO.MISSION",
     missions=_MISSIONS,
-    altitude_reference=AltitudeReference.AMSL,
+    altitude_reference=CommandAltitude.AMSL,
     # navigator_main.cpp: the cruising speed of the navigator's modes; OFFBOARD has none. It
     # does not tell ground speed from airspeed.
     speed_command=SpeedCommand(1, frozenset({"AUTO.LOITER", "AUTO.MISSION"})),

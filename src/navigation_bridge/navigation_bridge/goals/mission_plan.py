@@ -16,7 +16,7 @@ from mavlink_vehicle.mission_items import (
     MissionRules,
 )
 from mavlink_vehicle.positions import frames
-from mavlink_vehicle.profiles import AltitudeReference, Profile, VehicleKind
+from mavlink_vehicle.profiles import CommandAltitude, Profile, VehicleKind
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
@@ -66,7 +66,7 @@ class _Writer:
         self._map_frame = map_frame
         self._plane = profile.kind is VehicleKind.PLANE
         self._ground_enu_m = map_frame.ground_enu_m(state)
-        above_home = profile.altitude_reference is AltitudeReference.HOME
+        above_home = profile.altitude_reference is CommandAltitude.HOME
         self._home_amsl_m = state.home.altitude_amsl_m if above_home and state.home else None
 
     def items(self) -> Iterator[PlannedItem]:

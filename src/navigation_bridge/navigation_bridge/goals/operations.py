@@ -6,15 +6,15 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.goals.mission_plan import MissionTracker, plan_items
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.tasks.intents import Perform
-from navigation_core.tasks.observation import OperationKind
+from navigation_core.tasks.observation import TaskOperation
 
 # Operations during which the stream continues, where the vehicle needs one.
 STREAMED = frozenset(
     {
-        OperationKind.TAKE_CONTROL,
-        OperationKind.HOLD,
-        OperationKind.LAND,
-        OperationKind.RETURN,
+        TaskOperation.TAKE_CONTROL,
+        TaskOperation.HOLD,
+        TaskOperation.LAND,
+        TaskOperation.RETURN,
     }
 )
 
@@ -30,29 +30,29 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
     needs_stream = profile is not None and profile.prestream_s > 0.0
     if not needs_stream or kind not in STREAMED:
         vehicle.close_stream()
-    elif kind is OperationKind.TAKE_CONTROL and not vehicle.stream_open:
+    elif kind is TaskOperation.TAKE_CONTROL and not vehicle.stream_open:
         vehicle.open_stream(now)
-    if kind is OperationKind.TAKE_OFF:
+    if kind is TaskOperation.TAKE_OFF:
         assert intent.height_m is not None
         return vehicle.take_off(intent.height_m, now)
-    if kind is OperationKind.REPOSITION:
+    if kind is TaskOperation.REPOSITION:
         assert intent.target_enu_m is not None
         return vehicle.reposition(*map_frame.geodetic(intent.target_enu_m), now)
     pose = map_frame.pose(vehicle.state)
-    if kind is OperationKind.HOLD and _circles_elsewhere(vehicle) and pose is not None:
+    if kind is TaskOperation.HOLD and _circles_elsewhere(vehicle) and pose is not None:
         return vehicle.reposition(*map_frame.geodetic(pose.position_enu_m), now)
-    if kind is OperationKind.CHANGE_SPEED:
+    if kind is TaskOperation.CHANGE_SPEED:
         assert intent.speed_m_s is not None
         return vehicle.change_speed(intent.speed_m_s, now)
     simple = {
-        OperationKind.TAKE_CONTROL: vehicle.take_control,
-        OperationKind.ARM: vehicle.arm,
-        OperationKind.DISARM: vehicle.disarm,
-        OperationKind.HOLD: vehicle.hold,
-        OperationKind.LAND: vehicle.land,
-        OperationKind.RETURN: vehicle.return_to_launch,
-        OperationKind.START_MISSION: vehicle.missions.start,
-        OperationKind.CLEAR_MISSION: vehicle.missions.clear,
+        TaskOperation.TAKE_CONTROL: vehicle.take_control,
+        TaskOperation.ARM: vehicle.arm,
+        TaskOperation.DISARM: vehicle.disarm,
+        TaskOperation.HOLD: vehicle.hold,
+        TaskOperation.LAND: vehicle.land,
+        TaskOperation.RETURN: vehicle.return_to_launch,
+        TaskOperation.START_MISSION: vehicle.missions.start,
+        TaskOperation.CLEAR_MISSION: vehicle.missions.clear,
     }
     return simple[kind](now)
 

@@ -30,7 +30,7 @@ class ParameterFileError(ValueError):
 
 
 @dataclass(frozen=True)
-class ParameterFile:
+class VehicleParameterFile:
     """Content of a file.
 
     Attributes:
@@ -102,7 +102,7 @@ def write_parameters(path: Path, text: str) -> None:
         raise ParameterFileError(f"{path}: {error.strerror or error}.") from None
 
 
-def read_parameters(path: Path) -> ParameterFile:
+def read_parameters(path: Path) -> VehicleParameterFile:
     """Read a file of either format; which it is, each line shows.
 
     Raises:
@@ -122,7 +122,7 @@ def read_parameters(path: Path) -> ParameterFile:
         raise ParameterFileError(f"{path}: {error}") from None
 
 
-def parse_parameters(text: str) -> ParameterFile:
+def parse_parameters(text: str) -> VehicleParameterFile:
     """Return the parameters of a file's text.
 
     Raises:
@@ -154,7 +154,7 @@ def parse_parameters(text: str) -> ParameterFile:
     if not values:
         raise ParameterFileError("it contains no parameters of the autopilot.")
     notes = (f"{others} parameters of other components are left out.",) if others else ()
-    return ParameterFile(values, notes)
+    return VehicleParameterFile(values, notes)
 
 
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:

@@ -9,22 +9,22 @@ from dataclasses import dataclass
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform
-from navigation_core.tasks.observation import Observation, OperationKind, OperationStatus
+from navigation_core.tasks.observation import Observation, OperationStatus, TaskOperation
 from navigation_core.tasks.traits import Traits
 
 _WHAT = {
-    OperationKind.TAKE_CONTROL: "enter the mode in which it follows setpoints",
-    OperationKind.ARM: "arm",
-    OperationKind.DISARM: "disarm",
-    OperationKind.TAKE_OFF: "take off",
-    OperationKind.HOLD: "hold",
-    OperationKind.LAND: "land",
-    OperationKind.RETURN: "return to the launch point",
-    OperationKind.REPOSITION: "go to the target",
-    OperationKind.CHANGE_SPEED: "change the speed",
-    OperationKind.UPLOAD_MISSION: "upload the mission",
-    OperationKind.START_MISSION: "start the mission",
-    OperationKind.CLEAR_MISSION: "clear the mission",
+    TaskOperation.TAKE_CONTROL: "enter the mode in which it follows setpoints",
+    TaskOperation.ARM: "arm",
+    TaskOperation.DISARM: "disarm",
+    TaskOperation.TAKE_OFF: "take off",
+    TaskOperation.HOLD: "hold",
+    TaskOperation.LAND: "land",
+    TaskOperation.RETURN: "return to the launch point",
+    TaskOperation.REPOSITION: "go to the target",
+    TaskOperation.CHANGE_SPEED: "change the speed",
+    TaskOperation.UPLOAD_MISSION: "upload the mission",
+    TaskOperation.START_MISSION: "start the mission",
+    TaskOperation.CLEAR_MISSION: "clear the mission",
 }
 # More than the noise of a position at rest.
 _HEADWAY_M = 1.0

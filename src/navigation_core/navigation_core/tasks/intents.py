@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.observation import OperationKind
+from navigation_core.tasks.observation import TaskOperation
 from navigation_core.tasks.waypoint import MissionPlan
 
 
@@ -48,7 +48,7 @@ class Perform:
         mission: for UPLOAD_MISSION, what is to be flown.
     """
 
-    kind: OperationKind
+    kind: TaskOperation
     height_m: float | None = None
     target_enu_m: Vector3 | None = None
     speed_m_s: float | None = None

@@ -13,7 +13,7 @@ from navigation_core.safety.fences import Fence
 from navigation_core.tasks.velocity_command import VelocityCommand
 
 
-class OperationKind(Enum):
+class TaskOperation(Enum):
     """Something that takes the vehicle a while and that it may reject."""
 
     TAKE_CONTROL = "TAKE_CONTROL"
@@ -65,7 +65,7 @@ class OperationReport:
         reason: what the vehicle gave as its reason; empty if it gave none.
     """
 
-    kind: OperationKind
+    kind: TaskOperation
     state: OperationStatus
     reason: str
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import OperationKind
-from mavlink_vehicle.profiles import AltitudeReference, ModePacking, Profile
+from mavlink_vehicle.profiles import CommandAltitude, ModePacking, Profile
 from mavlink_vehicle.protocols.operations.command import CommandRequest
 from mavlink_vehicle.state.reducer import VehicleState
 
@@ -246,7 +246,7 @@ def reposition_problem(
     if not state.armed:
         # PX4 acknowledges it, changes the mode and forgets the place.
         return f"{profile.name} is disarmed; arm it first"
-    if profile.altitude_reference is AltitudeReference.HOME and state.home is None:
+    if profile.altitude_reference is CommandAltitude.HOME and state.home is None:
         return "the altitude of home is not known yet"
     return None
 
@@ -260,7 +260,7 @@ def reposition_goal(
     """Return the goal for a place without a `reposition_problem`; the parameters are the same."""
     latitude_deg, longitude_deg, altitude_m = place
     frame, yaw = mavlink.MAV_FRAME_GLOBAL_INT, math.nan
-    if profile.altitude_reference is AltitudeReference.HOME and state.home is not None:
+    if profile.altitude_reference is CommandAltitude.HOME and state.home is not None:
         altitude_m -= state.home.altitude_amsl_m
         # PX4 takes a yaw here; ArduPlane the direction of the circle, 0 clockwise.
         frame, yaw = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, 0.0

@@ -13,7 +13,7 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import can_move
-from navigation_core.tasks.observation import Observation, OperationKind, OperationStatus
+from navigation_core.tasks.observation import Observation, OperationStatus, TaskOperation
 from navigation_core.tasks.traits import Traits
 
 
@@ -53,8 +53,8 @@ class FlightParts:
 
 # Of a replaced goal: what was sent arrives, and the vehicle would leave the control mode again.
 NOT_TAKEN_BACK = (
-    *(OperationKind.DISARM, OperationKind.HOLD, OperationKind.LAND, OperationKind.RETURN),
-    OperationKind.START_MISSION,
+    *(TaskOperation.DISARM, TaskOperation.HOLD, TaskOperation.LAND, TaskOperation.RETURN),
+    TaskOperation.START_MISSION,
 )
 
 
@@ -83,7 +83,7 @@ class Departure:
     def prepare(self, observation: Observation, now: float) -> Step:
         """Take control, as far as that comes first."""
         # A take-off that a replaced goal began goes on.
-        taking_off = is_pending(observation, OperationKind.TAKE_OFF)
+        taking_off = is_pending(observation, TaskOperation.TAKE_OFF)
         rejection = check_departure(observation, self._parts.config, self._parts.traits)
         if rejection is not None and not taking_off:
             return Outcome(
@@ -94,7 +94,7 @@ class Departure:
         moves = self._moves(observation)
         needs_control = self._parts.traits.control_before_takeoff or moves
         if not observation.in_control and not taking_off and needs_control:
-            control, refusal = Perform(OperationKind.TAKE_CONTROL), OutcomeCode.MODE_REFUSED
+            control, refusal = Perform(TaskOperation.TAKE_CONTROL), OutcomeCode.MODE_REFUSED
             answer = self._parts.requests.perform(control, refusal, observation, now)
             if answer is not None:
                 return answer
@@ -108,7 +108,7 @@ class Departure:
     def arm(self, observation: Observation, now: float) -> Step:
         """Arm."""
         self.arming_asked = True
-        arm, refusal = Perform(OperationKind.ARM), OutcomeCode.ARMING_REFUSED
+        arm, refusal = Perform(TaskOperation.ARM), OutcomeCode.ARMING_REFUSED
         answer = self._parts.requests.perform(arm, refusal, observation, now)
         report = observation.operation
         refused = report is not None and report.state is OperationStatus.REFUSED
@@ -126,7 +126,7 @@ class Departure:
             return Outcome(OutcomeCode.DISARMED, text, self._parts.arrival.error_m(observation))
         height_m = self._estimator.takeoff_height_m(observation.ground_enu_m)
         self.take_off_asked = True
-        climb, refusal = Perform(OperationKind.TAKE_OFF, height_m), OutcomeCode.TAKEOFF_REFUSED
+        climb, refusal = Perform(TaskOperation.TAKE_OFF, height_m), OutcomeCode.TAKEOFF_REFUSED
         answer = self._parts.requests.perform(climb, refusal, observation, now)
         if isinstance(answer, Outcome) and self.arming_asked and not self._moves(observation):
             # Turning propellers on the ground are a danger, and this task armed them.
@@ -139,7 +139,7 @@ class Departure:
         return can_move(observation, self._parts.traits, self._parts.config.airborne_height_m)
 
 
-def is_pending(observation: Observation, kind: OperationKind) -> bool:
+def is_pending(observation: Observation, kind: TaskOperation) -> bool:
     """Whether an operation of this kind is under way."""
     report = observation.operation
     if report is None or report.kind is not kind:

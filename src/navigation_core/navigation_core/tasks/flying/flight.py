@@ -23,7 +23,7 @@ from navigation_core.tasks.flying.departure import (
     StopFirst,
     is_pending,
 )
-from navigation_core.tasks.flying.goto_phases import Phase, PhaseEvent, next_phase
+from navigation_core.tasks.flying.goto_phases import GotoPhase, PhaseEvent, next_phase
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.flying.itinerary import Itinerary, Section
 from navigation_core.tasks.flying.stopping import Stopping
@@ -43,23 +43,23 @@ from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.turning_circle import Pursuer
 from navigation_core.tasks.measurement import is_located, measured_state
-from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
+from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.trajectories.trajectory import TrajectoryError
 
-_PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
+_PAUSABLE = frozenset({GotoPhase.NAVIGATING, GotoPhase.SETTLING, GotoPhase.BLOCKED})
 # What drives is led by its pursuit; in all other phases it is being stopped, or stands.
-_LED = frozenset({Phase.NAVIGATING, Phase.SETTLING})
-_DOUBTING = _PAUSABLE | {Phase.PAUSED}
-_FLYING = _PAUSABLE | {Phase.HOLDING, Phase.PAUSED, Phase.BRAKING}
-_STOPPING = frozenset({Phase.BRAKING, Phase.DISARMING})
+_LED = frozenset({GotoPhase.NAVIGATING, GotoPhase.SETTLING})
+_DOUBTING = _PAUSABLE | {GotoPhase.PAUSED}
+_FLYING = _PAUSABLE | {GotoPhase.HOLDING, GotoPhase.PAUSED, GotoPhase.BRAKING}
+_STOPPING = frozenset({GotoPhase.BRAKING, GotoPhase.DISARMING})
 _BEGINS = frozenset({PhaseEvent.FLIES, PhaseEvent.REPLAN})
 # So much nearer along the path than ever before is progress.
 _NEARER_M = 1.0
 
 
-class SetpointFlight(PhasedTask[Phase]):
+class SetpointFlight(PhasedTask[GotoPhase]):
     """The task of a flight through the stops of an itinerary.
 
     See :class:`~navigation_core.tasks.task.Task`.
@@ -68,7 +68,7 @@ class SetpointFlight(PhasedTask[Phase]):
     def __init__(self, itinerary: Itinerary, terms: FlightTerms) -> None:
         """Prepare; the itinerary is expected to have passed ``safety.check_target``."""
         config, traits = terms.config, terms.traits
-        super().__init__(config, Phase.PREPARING)
+        super().__init__(config, GotoPhase.PREPARING)
         section = itinerary.begin_section()
         self._itinerary = itinerary
         self._traits = traits
@@ -92,19 +92,19 @@ class SetpointFlight(PhasedTask[Phase]):
         self._held_s = 0.0
         self._least_left_m = math.inf
         self._landed = Dwell(config.landed_timeout_s)
-        self._steps: dict[Phase, Callable[[Observation, float], Step | None]] = {
-            Phase.PREPARING: self._departure.prepare,
-            Phase.ARMING: self._departure.arm,
-            Phase.TAKING_OFF: self._departure.take_off,
-            Phase.NAVIGATING: self._navigate,
-            Phase.SETTLING: self._settle,
-            Phase.BLOCKED: self._wait_for_path,
-            Phase.HOLDING: self._hold,
-            Phase.PAUSED: self._stay,
-            Phase.BRAKING: lambda observation, now: self._stopping.brake(
+        self._steps: dict[GotoPhase, Callable[[Observation, float], Step | None]] = {
+            GotoPhase.PREPARING: self._departure.prepare,
+            GotoPhase.ARMING: self._departure.arm,
+            GotoPhase.TAKING_OFF: self._departure.take_off,
+            GotoPhase.NAVIGATING: self._navigate,
+            GotoPhase.SETTLING: self._settle,
+            GotoPhase.BLOCKED: self._wait_for_path,
+            GotoPhase.HOLDING: self._hold,
+            GotoPhase.PAUSED: self._stay,
+            GotoPhase.BRAKING: lambda observation, now: self._stopping.brake(
                 observation, now, self._phase_since_s
             ),
-            Phase.DISARMING: self._stopping.disarm,
+            GotoPhase.DISARMING: self._stopping.disarm,
         }
         self._set_section(section)
 
@@ -133,7 +133,7 @@ class SetpointFlight(PhasedTask[Phase]):
 
     def think(self, observation: Observation, now: float) -> None:
         """Look for another path around obstacles, if need be."""
-        if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
+        if self._avoider is None or self._phase is not GotoPhase.NAVIGATING or self._cancel_asked:
             return
         if is_located(observation, self._config.position_stale_s) and not self._follower.is_stale:
             try:
@@ -143,7 +143,7 @@ class SetpointFlight(PhasedTask[Phase]):
 
     def take_up(self, now: float) -> None:
         """Take control again, and plan from where the vehicle is then."""
-        if self._phase is Phase.PREPARING or self._phase in _STOPPING:
+        if self._phase is GotoPhase.PREPARING or self._phase in _STOPPING:
             return
         self._follower.forget_commanded()
         if self._avoider is not None:
@@ -172,9 +172,9 @@ class SetpointFlight(PhasedTask[Phase]):
         )
         if self._avoider is not None:
             progress = replace(progress, replans=self._avoider.replans)
-            if self._phase is Phase.BLOCKED and self._avoider.reason:
+            if self._phase is GotoPhase.BLOCKED and self._avoider.reason:
                 progress = replace(progress, blocked=self._avoider.reason)
-            elif self._phase is Phase.BLOCKED:
+            elif self._phase is GotoPhase.BLOCKED:
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
         position = observation.position_enu_m
@@ -206,7 +206,7 @@ class SetpointFlight(PhasedTask[Phase]):
             answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
         if not isinstance(answer, Fly):
             return answer
-        braking = self._doubted and self._phase is Phase.BRAKING
+        braking = self._doubted and self._phase is GotoPhase.BRAKING
         if observation.position_doubt or braking:
             answer = replace(answer, by_velocity=True)
             self._doubted = True
@@ -261,16 +261,16 @@ class SetpointFlight(PhasedTask[Phase]):
         """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""
         self._stopping.ending = ending
         arming_asked = self._departure.arming_asked
-        inherited = self._phase is Phase.PREPARING and self._follower.commanded is not None
+        inherited = self._phase is GotoPhase.PREPARING and self._follower.commanded is not None
         # A replaced goal may have left something under way.
         arming = any(
-            is_pending(observation, kind) for kind in (OperationKind.ARM, OperationKind.DISARM)
+            is_pending(observation, kind) for kind in (TaskOperation.ARM, TaskOperation.DISARM)
         )
-        taking_off = is_pending(observation, OperationKind.TAKE_OFF)
-        on_ground = self._phase is Phase.TAKING_OFF or arming or taking_off
+        taking_off = is_pending(observation, TaskOperation.TAKE_OFF)
+        on_ground = self._phase is GotoPhase.TAKING_OFF or arming or taking_off
         # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
         taking_control = observation.airborne is True and is_pending(
-            observation, OperationKind.TAKE_CONTROL
+            observation, TaskOperation.TAKE_CONTROL
         )
         if self._phase in _FLYING or (inherited and observation.in_control):
             self._follower.plan_stop(observation)
@@ -326,7 +326,7 @@ class SetpointFlight(PhasedTask[Phase]):
             self._begin_flight(PhaseEvent.REPLAN, observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             return PhaseEvent.NO_WAY
-        if self._phase is not Phase.NAVIGATING:
+        if self._phase is not GotoPhase.NAVIGATING:
             return None
         carrot = self._follower.carrot
         assert carrot is not None
@@ -463,6 +463,6 @@ class SetpointFlight(PhasedTask[Phase]):
             return self._over(*self._avoider.failure(), observation)
         if decision is Decision.REPLAN:
             self._begin_flight(PhaseEvent.REPLAN, observation, now)
-            if self._phase is not Phase.BLOCKED:
+            if self._phase is not GotoPhase.BLOCKED:
                 return None
         return self._stand(observation, now)

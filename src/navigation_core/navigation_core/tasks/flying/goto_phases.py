@@ -13,7 +13,7 @@ from __future__ import annotations
 from enum import Enum, auto
 
 
-class Phase(Enum):
+class GotoPhase(Enum):
     """The phase of the task."""
 
     PREPARING = auto()
@@ -50,60 +50,64 @@ class PhaseError(RuntimeError):
     """An event came in a phase in which it cannot happen: a programming error."""
 
 
-TRANSITIONS: dict[tuple[Phase, PhaseEvent], Phase] = {
-    (Phase.PREPARING, PhaseEvent.NEEDS_ARMING): Phase.ARMING,
-    (Phase.PREPARING, PhaseEvent.NEEDS_TAKEOFF): Phase.TAKING_OFF,
-    (Phase.PREPARING, PhaseEvent.FLIES): Phase.NAVIGATING,
-    (Phase.PREPARING, PhaseEvent.STOP_ON_GROUND): Phase.DISARMING,
-    (Phase.PREPARING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.ARMING, PhaseEvent.NEEDS_TAKEOFF): Phase.TAKING_OFF,
+TRANSITIONS: dict[tuple[GotoPhase, PhaseEvent], GotoPhase] = {
+    (GotoPhase.PREPARING, PhaseEvent.NEEDS_ARMING): GotoPhase.ARMING,
+    (GotoPhase.PREPARING, PhaseEvent.NEEDS_TAKEOFF): GotoPhase.TAKING_OFF,
+    (GotoPhase.PREPARING, PhaseEvent.FLIES): GotoPhase.NAVIGATING,
+    (GotoPhase.PREPARING, PhaseEvent.STOP_ON_GROUND): GotoPhase.DISARMING,
+    (GotoPhase.PREPARING, PhaseEvent.STOP_IN_AIR): GotoPhase.BRAKING,
+    (GotoPhase.ARMING, PhaseEvent.NEEDS_TAKEOFF): GotoPhase.TAKING_OFF,
     # What drives needs no take-off.
-    (Phase.ARMING, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.ARMING, PhaseEvent.STOP_ON_GROUND): Phase.DISARMING,
+    (GotoPhase.ARMING, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
+    (GotoPhase.ARMING, PhaseEvent.STOP_ON_GROUND): GotoPhase.DISARMING,
     # Some autopilots leave the mode that obeys setpoints for the take-off.
-    (Phase.TAKING_OFF, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.TAKING_OFF, PhaseEvent.FLIES): Phase.NAVIGATING,
-    (Phase.TAKING_OFF, PhaseEvent.STOP_ON_GROUND): Phase.DISARMING,
-    (Phase.NAVIGATING, PhaseEvent.TRAJECTORY_ENDED): Phase.SETTLING,
-    (Phase.NAVIGATING, PhaseEvent.POSITION_LOST): Phase.HOLDING,
-    (Phase.NAVIGATING, PhaseEvent.REPLAN): Phase.NAVIGATING,
-    (Phase.NAVIGATING, PhaseEvent.PAUSE): Phase.PAUSED,
-    (Phase.NAVIGATING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.SETTLING, PhaseEvent.POSITION_LOST): Phase.HOLDING,
-    (Phase.SETTLING, PhaseEvent.REPLAN): Phase.NAVIGATING,
-    (Phase.SETTLING, PhaseEvent.PAUSE): Phase.PAUSED,
-    (Phase.SETTLING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.HOLDING, PhaseEvent.REPLAN): Phase.NAVIGATING,
-    (Phase.HOLDING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.PAUSED, PhaseEvent.REPLAN): Phase.NAVIGATING,
-    (Phase.PAUSED, PhaseEvent.POSITION_LOST): Phase.HOLDING,
-    (Phase.PAUSED, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
-    (Phase.DISARMING, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
+    (GotoPhase.TAKING_OFF, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
+    (GotoPhase.TAKING_OFF, PhaseEvent.FLIES): GotoPhase.NAVIGATING,
+    (GotoPhase.TAKING_OFF, PhaseEvent.STOP_ON_GROUND): GotoPhase.DISARMING,
+    (GotoPhase.NAVIGATING, PhaseEvent.TRAJECTORY_ENDED): GotoPhase.SETTLING,
+    (GotoPhase.NAVIGATING, PhaseEvent.POSITION_LOST): GotoPhase.HOLDING,
+    (GotoPhase.NAVIGATING, PhaseEvent.REPLAN): GotoPhase.NAVIGATING,
+    (GotoPhase.NAVIGATING, PhaseEvent.PAUSE): GotoPhase.PAUSED,
+    (GotoPhase.NAVIGATING, PhaseEvent.STOP_IN_AIR): GotoPhase.BRAKING,
+    (GotoPhase.SETTLING, PhaseEvent.POSITION_LOST): GotoPhase.HOLDING,
+    (GotoPhase.SETTLING, PhaseEvent.REPLAN): GotoPhase.NAVIGATING,
+    (GotoPhase.SETTLING, PhaseEvent.PAUSE): GotoPhase.PAUSED,
+    (GotoPhase.SETTLING, PhaseEvent.STOP_IN_AIR): GotoPhase.BRAKING,
+    (GotoPhase.HOLDING, PhaseEvent.REPLAN): GotoPhase.NAVIGATING,
+    (GotoPhase.HOLDING, PhaseEvent.STOP_IN_AIR): GotoPhase.BRAKING,
+    (GotoPhase.PAUSED, PhaseEvent.REPLAN): GotoPhase.NAVIGATING,
+    (GotoPhase.PAUSED, PhaseEvent.POSITION_LOST): GotoPhase.HOLDING,
+    (GotoPhase.PAUSED, PhaseEvent.STOP_IN_AIR): GotoPhase.BRAKING,
+    (GotoPhase.DISARMING, PhaseEvent.STOP_IN_AIR): GotoPhase.BRAKING,
     # A ground station had stopped it in a mode of its own, and resumes it.
-    (Phase.NAVIGATING, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.SETTLING, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.HOLDING, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.PAUSED, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
-    (Phase.BLOCKED, PhaseEvent.NEEDS_CONTROL): Phase.PREPARING,
+    (GotoPhase.NAVIGATING, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
+    (GotoPhase.SETTLING, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
+    (GotoPhase.HOLDING, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
+    (GotoPhase.PAUSED, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
+    (GotoPhase.BLOCKED, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
     # Wherever a flight begins or goes on, obstacles may leave no path.
-    (Phase.PREPARING, PhaseEvent.NO_WAY): Phase.BLOCKED,
-    (Phase.TAKING_OFF, PhaseEvent.NO_WAY): Phase.BLOCKED,
-    (Phase.NAVIGATING, PhaseEvent.NO_WAY): Phase.BLOCKED,
-    (Phase.SETTLING, PhaseEvent.NO_WAY): Phase.BLOCKED,
-    (Phase.HOLDING, PhaseEvent.NO_WAY): Phase.BLOCKED,
-    (Phase.PAUSED, PhaseEvent.NO_WAY): Phase.BLOCKED,
-    (Phase.BLOCKED, PhaseEvent.NO_WAY): Phase.BLOCKED,
-    (Phase.BLOCKED, PhaseEvent.REPLAN): Phase.NAVIGATING,
-    (Phase.BLOCKED, PhaseEvent.POSITION_LOST): Phase.HOLDING,
-    (Phase.BLOCKED, PhaseEvent.PAUSE): Phase.PAUSED,
-    (Phase.BLOCKED, PhaseEvent.STOP_IN_AIR): Phase.BRAKING,
+    (GotoPhase.PREPARING, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,
+    (GotoPhase.TAKING_OFF, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,
+    (GotoPhase.NAVIGATING, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,
+    (GotoPhase.SETTLING, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,
+    (GotoPhase.HOLDING, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,
+    (GotoPhase.PAUSED, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,
+    (GotoPhase.BLOCKED, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,
+    (GotoPhase.BLOCKED, PhaseEvent.REPLAN): GotoPhase.NAVIGATING,
+    (GotoPhase.BLOCKED, PhaseEvent.POSITION_LOST): GotoPhase.HOLDING,
+    (GotoPhase.BLOCKED, PhaseEvent.PAUSE): GotoPhase.PAUSED,
+    (GotoPhase.BLOCKED, PhaseEvent.STOP_IN_AIR): GotoPhase.BRAKING,
 }
 TRANSITIONS.update(
-    {(phase, PhaseEvent.OVER): Phase.ENDED for phase in Phase if phase is not Phase.ENDED}
+    {
+        (phase, PhaseEvent.OVER): GotoPhase.ENDED
+        for phase in GotoPhase
+        if phase is not GotoPhase.ENDED
+    }
 )
 
 
-def next_phase(phase: Phase, event: PhaseEvent) -> Phase:
+def next_phase(phase: GotoPhase, event: PhaseEvent) -> GotoPhase:
     """Return the phase that an event leads to.
 
     Raises:

@@ -8,7 +8,7 @@ from navigation_core.tasks.flying.goto_phases import PhaseEvent
 from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Wait
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import can_move, is_located
-from navigation_core.tasks.observation import Observation, OperationKind
+from navigation_core.tasks.observation import Observation, TaskOperation
 from navigation_core.tasks.standstill import Standstill
 
 # A setpoint slower than this has come to its end.
@@ -64,7 +64,7 @@ class Stopping:
             assert self.ending is not None
             timeout_s = self._parts.config.cancel_timeout_s
             answer = self._parts.requests.perform(
-                Perform(OperationKind.HOLD), self.ending.code, observation, now, timeout_s
+                Perform(TaskOperation.HOLD), self.ending.code, observation, now, timeout_s
             )
             if isinstance(answer, Outcome):
                 return self.ended(f"{answer.message} It may still be flying.", observation)
@@ -94,14 +94,14 @@ class Stopping:
             return PhaseEvent.STOP_IN_AIR
         if not self.armed_for_us:
             return self._last(
-                OperationKind.HOLD,
+                TaskOperation.HOLD,
                 "The vehicle holds; whoever armed it may disarm it.",
                 "It is still armed.",
                 observation,
                 now,
             )
         return self._last(
-            OperationKind.DISARM,
+            TaskOperation.DISARM,
             "The vehicle is disarmed.",
             "It may still be armed.",
             observation,
@@ -109,7 +109,7 @@ class Stopping:
         )
 
     def _last(
-        self, kind: OperationKind, done: str, failed: str, observation: Observation, now: float
+        self, kind: TaskOperation, done: str, failed: str, observation: Observation, now: float
     ) -> Step:
         """Have a last operation done, and end by how that went."""
         assert self.ending is not None

@@ -14,7 +14,7 @@ from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.flying.departure import NOT_TAKEN_BACK, is_pending
 from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.measurement import can_move, is_located
-from navigation_core.tasks.observation import Observation, OperationKind
+from navigation_core.tasks.observation import Observation, TaskOperation
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
@@ -26,7 +26,7 @@ __all__ = ["FollowVelocity"]
 _STANDS_M_S = 0.01
 
 
-class Phase(Enum):
+class VelocityPhase(Enum):
     """The phases."""
 
     PREPARING = auto()
@@ -42,13 +42,13 @@ class Phase(Enum):
     ENDED = auto()
 
 
-class FollowVelocity(PhasedTask[Phase]):
+class FollowVelocity(PhasedTask[VelocityPhase]):
     """The task. See :class:`navigation_core.tasks.task.Task`."""
 
     def __init__(self, terms: VelocityTerms) -> None:
         """Prepare."""
         config, traits = terms.flight.config, terms.flight.traits
-        super().__init__(config, Phase.PREPARING)
+        super().__init__(config, VelocityPhase.PREPARING)
         self._traits = traits
         self._timeout_s = terms.command_timeout_s
         self._steersman = Steersman(terms)
@@ -61,11 +61,11 @@ class FollowVelocity(PhasedTask[Phase]):
         self._ending: Outcome | None = None
         self._status = Status.PREPARING
         self._handlers = {
-            Phase.PREPARING: self._prepare,
-            Phase.FOLLOWING: self._follow,
-            Phase.BLIND: self._hold,
-            Phase.STOPPING: self._stop,
-            Phase.RELEASING: self._release,
+            VelocityPhase.PREPARING: self._prepare,
+            VelocityPhase.FOLLOWING: self._follow,
+            VelocityPhase.BLIND: self._hold,
+            VelocityPhase.STOPPING: self._stop,
+            VelocityPhase.RELEASING: self._release,
         }
 
     # --- the task protocol -----------------------------------------------------------
@@ -87,10 +87,14 @@ class FollowVelocity(PhasedTask[Phase]):
 
     def take_up(self, now: float) -> None:
         """Take control again; what was sent before is past."""
-        if self._phase not in (Phase.STOPPING, Phase.RELEASING, Phase.ENDED):
+        if self._phase not in (
+            VelocityPhase.STOPPING,
+            VelocityPhase.RELEASING,
+            VelocityPhase.ENDED,
+        ):
             self._forget()
             self._command_s = now
-            self._go(Phase.PREPARING, now)
+            self._go(VelocityPhase.PREPARING, now)
 
     def unpause(self, now: float) -> None:
         """Follow commands again."""
@@ -128,7 +132,7 @@ class FollowVelocity(PhasedTask[Phase]):
         return ended or super()._handle(observation, now)
 
     def _end(self, now: float) -> None:
-        self._phase = Phase.ENDED
+        self._phase = VelocityPhase.ENDED
 
     def _forget(self) -> None:
         self._steersman.forget()
@@ -137,21 +141,21 @@ class FollowVelocity(PhasedTask[Phase]):
 
     def _leave(self, observation: Observation, now: float) -> bool:
         """Begin to stop; False if the vehicle was not moved and need not be stopped."""
-        asked = is_pending(observation, OperationKind.TAKE_CONTROL)
+        asked = is_pending(observation, TaskOperation.TAKE_CONTROL)
         led = self._steersman.commanded is not None
         self._still.reset()
         if led and observation.in_control:
-            self._go(Phase.STOPPING, now)
+            self._go(VelocityPhase.STOPPING, now)
         elif asked and can_move(observation, self._traits, self._config.airborne_height_m):
             # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
-            self._go(Phase.RELEASING, now)
+            self._go(VelocityPhase.RELEASING, now)
         else:
             return False
         return True
 
     def _check_vehicle(self, observation: Observation, now: float) -> Answer:
         """Look for what ends every phase in which the vehicle is led."""
-        if self._phase in (Phase.PREPARING, Phase.RELEASING):
+        if self._phase in (VelocityPhase.PREPARING, VelocityPhase.RELEASING):
             return None
         if not observation.armed:
             text = "The vehicle was disarmed during the goal."
@@ -177,18 +181,18 @@ class FollowVelocity(PhasedTask[Phase]):
         if any(is_pending(observation, kind) for kind in NOT_TAKEN_BACK):
             return Wait()
         if not observation.in_control:
-            control, refusal = Perform(OperationKind.TAKE_CONTROL), OutcomeCode.MODE_REFUSED
+            control, refusal = Perform(TaskOperation.TAKE_CONTROL), OutcomeCode.MODE_REFUSED
             answer = self._requests.perform(control, refusal, observation, now)
             if answer is not None:
                 return answer
         self._command_s = now
-        self._go(Phase.FOLLOWING, now)
+        self._go(VelocityPhase.FOLLOWING, now)
         return None
 
     def _follow(self, observation: Observation, now: float) -> Answer:
         located = is_located(observation, self._config.position_stale_s)
         if not located or observation.position_doubt:
-            self._go(Phase.BLIND, now)
+            self._go(VelocityPhase.BLIND, now)
             return None
         command = self._current(observation, now)
         if self._pause_asked:
@@ -199,7 +203,7 @@ class FollowVelocity(PhasedTask[Phase]):
             if ending is not None:
                 self._ending = ending
                 self._still.reset()
-                self._go(Phase.STOPPING, now)
+                self._go(VelocityPhase.STOPPING, now)
                 return None
         return self._lead(observation, command, now)
 
@@ -229,7 +233,7 @@ class FollowVelocity(PhasedTask[Phase]):
         if located and not observation.position_doubt:
             self._forget()
             self._command_s = now
-            self._go(Phase.FOLLOWING, now)
+            self._go(VelocityPhase.FOLLOWING, now)
             return None
         if located:
             self._phase_since_s = now  # for how long it may be in doubt is not ours
@@ -259,7 +263,7 @@ class FollowVelocity(PhasedTask[Phase]):
         self._status = Status.CANCELLING
         assert self._ending is not None
         answer = self._requests.perform(
-            Perform(OperationKind.HOLD),
+            Perform(TaskOperation.HOLD),
             self._ending.code,
             observation,
             now,

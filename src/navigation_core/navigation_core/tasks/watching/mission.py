@@ -16,7 +16,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.conditions import Dwell, Headway, check_departure
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
-from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
+from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
@@ -173,7 +173,7 @@ class FlyMission(PhasedTask[MissionPhase]):
 
     def _do(
         self,
-        kind: OperationKind,
+        kind: TaskOperation,
         refusal: OutcomeCode,
         following: MissionPhase,
         observation: Observation,
@@ -196,7 +196,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             self._go(MissionPhase.UPLOADING, now)
             return None
         return self._do(
-            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.UPLOADING, observation, now
+            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.UPLOADING, observation, now
         )
 
     def _upload(self, observation: Observation, now: float) -> Answer:
@@ -205,7 +205,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             return Outcome(rejection.code, rejection.message, None)
         timeout_s = self._config.operation_timeout_s + _ITEM_UPLOAD_S * len(self._plan.waypoints)
         answer = self._requests.perform(
-            Perform(OperationKind.UPLOAD_MISSION, mission=self._plan),
+            Perform(TaskOperation.UPLOAD_MISSION, mission=self._plan),
             OutcomeCode.MISSION_REFUSED,
             observation,
             now,
@@ -221,7 +221,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             self._go(MissionPhase.ARMING, now)
             return None
         return self._do(
-            OperationKind.TAKE_CONTROL,
+            TaskOperation.TAKE_CONTROL,
             OutcomeCode.MODE_REFUSED,
             MissionPhase.ARMING,
             observation,
@@ -231,7 +231,7 @@ class FlyMission(PhasedTask[MissionPhase]):
     def _arm(self, observation: Observation, now: float) -> Answer:
         self._armed_by_us = True
         return self._do(
-            OperationKind.ARM, OutcomeCode.ARMING_REFUSED, MissionPhase.STARTING, observation, now
+            TaskOperation.ARM, OutcomeCode.ARMING_REFUSED, MissionPhase.STARTING, observation, now
         )
 
     def _begin(self, observation: Observation, now: float) -> Answer:
@@ -241,7 +241,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             self._stop_with(Outcome(rejection.code, rejection.message, None), now)
             return None
         answer = self._do(
-            OperationKind.START_MISSION,
+            TaskOperation.START_MISSION,
             OutcomeCode.MISSION_REFUSED,
             MissionPhase.FLYING,
             observation,
@@ -291,7 +291,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         speed_m_s = self._mission.target.max_speed_m_s or self._plan.speed_m_s
         answer: Answer = None
         if speed_m_s is not None:
-            intent = Perform(OperationKind.CHANGE_SPEED, speed_m_s=speed_m_s)
+            intent = Perform(TaskOperation.CHANGE_SPEED, speed_m_s=speed_m_s)
             answer = self._requests.perform(intent, OutcomeCode.MISSION_REFUSED, observation, now)
         if answer is not None and not isinstance(answer, Outcome):
             return answer
@@ -349,7 +349,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             self._go(MissionPhase.PAUSED, now)
             return None
         return self._do(
-            OperationKind.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.PAUSED, observation, now
+            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.PAUSED, observation, now
         )
 
     def _stay(self, observation: Observation, now: float) -> Answer:
@@ -374,7 +374,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             return None
         grounded = self._armed_by_us and not self._started
         down = grounded or (self._armed_by_us and self._measures.on_ground(observation))
-        kind = OperationKind.DISARM if down else OperationKind.HOLD
+        kind = TaskOperation.DISARM if down else TaskOperation.HOLD
         timeout_s = self._config.cancel_timeout_s
         answer = None
         if down or not self._holds_already(observation):
@@ -407,7 +407,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         # A PX4 that stands in its mission mode without a mission will not arm again.
         stands_in_mode = not observation.armed and observation.mode is VehicleMode.MISSION
         if stands_in_mode and not self._left_mode:
-            hold = Perform(OperationKind.HOLD)
+            hold = Perform(TaskOperation.HOLD)
             answer = self._requests.perform(hold, self._ending.code, observation, now, _CLEAR_S)
             if answer is not None and not isinstance(answer, Outcome):
                 return answer
@@ -416,7 +416,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         if not self._stored or changed:
             return self._ending
         answer = self._requests.perform(
-            Perform(OperationKind.CLEAR_MISSION), self._ending.code, observation, now, _CLEAR_S
+            Perform(TaskOperation.CLEAR_MISSION), self._ending.code, observation, now, _CLEAR_S
         )
         if isinstance(answer, Outcome):
             self._add_to_ending(answer.message)
@@ -431,14 +431,14 @@ class FlyMission(PhasedTask[MissionPhase]):
     def _holds_already(self, observation: Observation) -> bool:
         """Whether it is in its hold mode, and nobody here has asked for another one."""
         report = observation.operation
-        starting = report is not None and report.kind is OperationKind.START_MISSION
+        starting = report is not None and report.kind is TaskOperation.START_MISSION
         return (
             self._requests.current is None and observation.mode is VehicleMode.HOLD and not starting
         )
 
     def _arming(self, observation: Observation) -> bool:
         report = observation.operation
-        return report is not None and report.kind is OperationKind.ARM
+        return report is not None and report.kind is TaskOperation.ARM
 
     def _status(self, observation: Observation) -> Status:
         if self._phase is MissionPhase.FLYING:

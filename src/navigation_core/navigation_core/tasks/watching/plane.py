@@ -24,7 +24,7 @@ from navigation_core.tasks.measurement import (
     measured_speed,
     measured_state,
 )
-from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
+from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
@@ -230,13 +230,13 @@ class FlyPlane(PhasedTask[_Phase]):
     def _arm(self, observation: Observation, now: float) -> Answer:
         self._arming_asked = True
         refusal = OutcomeCode.ARMING_REFUSED
-        answer = self._requests.perform(Perform(OperationKind.ARM), refusal, observation, now)
+        answer = self._requests.perform(Perform(TaskOperation.ARM), refusal, observation, now)
         if answer is None:
             self._go(_Phase.TAKING_OFF, now)
         return answer
 
     def _take_off(self, observation: Observation, now: float) -> Answer:
-        intent = Perform(OperationKind.TAKE_OFF, self._takeoff_height_m)
+        intent = Perform(TaskOperation.TAKE_OFF, self._takeoff_height_m)
         answer = self._requests.perform(intent, OutcomeCode.TAKEOFF_REFUSED, observation, now)
         if answer is None:
             self._go(_Phase.FLYING, now)
@@ -248,7 +248,7 @@ class FlyPlane(PhasedTask[_Phase]):
         """Have it fly to a place and circle it; None once it has taken that."""
         if self._sent:
             return None
-        intent = Perform(OperationKind.REPOSITION, target_enu_m=place)
+        intent = Perform(TaskOperation.REPOSITION, target_enu_m=place)
         answer = self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
         if answer is None:
             self._sent = True
@@ -260,7 +260,7 @@ class FlyPlane(PhasedTask[_Phase]):
         speed_m_s = self._route.current.max_speed_m_s
         if speed_m_s is None or speed_m_s == self._speed_told_m_s:
             return None
-        intent = Perform(OperationKind.CHANGE_SPEED, speed_m_s=speed_m_s)
+        intent = Perform(TaskOperation.CHANGE_SPEED, speed_m_s=speed_m_s)
         answer = self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
         if isinstance(answer, Outcome):
             self._speed_problem = f"It flew at its own speed. {answer.message}"
@@ -381,7 +381,7 @@ class FlyPlane(PhasedTask[_Phase]):
             self._begin_stop(observation, now)
             return None
         code, text = OutcomeCode.CANCELED, "The goal was cancelled."
-        answer = self._requests.perform(Perform(OperationKind.DISARM), code, observation, now)
+        answer = self._requests.perform(Perform(TaskOperation.DISARM), code, observation, now)
         if answer is None:
             return self._over(code, f"{text} The vehicle is disarmed.", observation)
         if isinstance(answer, Outcome):

@@ -17,7 +17,7 @@ from navigation_core.tasks.conditions import Dwell, Headway
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.measurement import is_airborne, measured_speed
-from navigation_core.tasks.observation import Observation, OperationKind, VehicleMode
+from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
@@ -70,13 +70,13 @@ class VehicleLedGoal:
         name: for sentences: "landing".
     """
 
-    operation: OperationKind
+    operation: TaskOperation
     mode: VehicleMode
     name: str
 
 
-LAND = VehicleLedGoal(OperationKind.LAND, VehicleMode.LAND, "landing")
-RETURN_TO_LAUNCH = VehicleLedGoal(OperationKind.RETURN, VehicleMode.RETURN, "return")
+LAND = VehicleLedGoal(TaskOperation.LAND, VehicleMode.LAND, "landing")
+RETURN_TO_LAUNCH = VehicleLedGoal(TaskOperation.RETURN, VehicleMode.RETURN, "return")
 
 
 class VehicleLed(PhasedTask[_Phase]):
@@ -244,7 +244,7 @@ class VehicleLed(PhasedTask[_Phase]):
         return (way_m, height_m, max(_RETURN_HEIGHT_MAX_M - height_m, 0.0))
 
     def _stop(self, observation: Observation, now: float) -> Intent | Outcome:
-        answer = self._ask(Perform(OperationKind.HOLD), observation, now)
+        answer = self._ask(Perform(TaskOperation.HOLD), observation, now)
         if isinstance(answer, Outcome):
             return Outcome(OutcomeCode.CANCELED, f"The goal was cancelled. {answer.message}", None)
         still = self._stopped.holds(observation, self._config.position_stale_s)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from flight_rehearsal.order import HomePoint, OrderError, RouteWaypoint, read_order
+from flight_rehearsal.request import HomePoint, RehearsalWaypoint, RequestError, read_request
 
 STATUS = {
     "autopilot": "ArduCopter",
@@ -25,8 +25,8 @@ LEAST: dict[str, Any] = {
 
 
 def test_what_is_missing_has_a_default() -> None:
-    order = read_order(json.dumps(LEAST))
-    assert order.waypoints == (RouteWaypoint((4.0, 5.0, 6.0), 7.0),)
+    order = read_request(json.dumps(LEAST))
+    assert order.waypoints == (RehearsalWaypoint((4.0, 5.0, 6.0), 7.0),)
     assert order.position_enu_m == (1.0, 2.0, 3.0)
     assert order.velocity_enu_m_s == (1.0, 0.0, 0.0)
     assert order.flying
@@ -54,7 +54,7 @@ def test_all_that_is_known_counts() -> None:
         "laps": 3,
         "avoid": True,
     }
-    order = read_order(json.dumps(given))
+    order = read_request(json.dumps(given))
     assert order.battery == pytest.approx(0.45)
     assert order.home == HomePoint(47.0, 8.0, 500.0, (0.0, 0.0, -1.0))
     assert order.posts == ((1.0, 2.0, 0.5, 0.0, 9.0), (5.0, 6.0, 0.1, 0.0, 2.0))
@@ -77,14 +77,14 @@ def test_all_that_is_known_counts() -> None:
     ],
 )
 def test_what_cannot_be_flown_is_said(change: dict[str, Any], reason: str) -> None:
-    with pytest.raises(OrderError, match=reason):
-        read_order(json.dumps({**LEAST, **change}))
+    with pytest.raises(RequestError, match=reason):
+        read_request(json.dumps({**LEAST, **change}))
 
 
 @pytest.mark.parametrize("text", ["", "[]", "7", "{", '{"status": 1, "motion": 2}'])
 def test_what_is_no_order_is_rejected(text: str) -> None:
-    with pytest.raises(OrderError):
-        read_order(text)
+    with pytest.raises(RequestError):
+        read_request(text)
 
 
 @pytest.mark.parametrize(
@@ -100,4 +100,4 @@ def test_who_is_armed_and_not_on_the_ground_flies(
     landed: str | None, armed: bool, flying: bool
 ) -> None:
     status = {**STATUS, "landed": landed, "armed": armed}
-    assert read_order(json.dumps({**LEAST, "status": status})).flying is flying
+    assert read_request(json.dumps({**LEAST, "status": status})).flying is flying

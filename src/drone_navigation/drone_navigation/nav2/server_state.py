@@ -21,7 +21,7 @@ from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_bridge.goals.point_requests import yaw_enu_rad
 from navigation_bridge.names import SERVER_NODE_NAME
 
-__all__ = ["Vehicle"]
+__all__ = ["ServerState"]
 
 # A status comes once a second; the slowest odometry of a server is as slow.
 _SILENT_S = 3.0
@@ -39,7 +39,7 @@ def _kinds() -> dict[str, VehicleKind]:
     return {profile.name: profile.kind for profile in profiles}
 
 
-class Vehicle:
+class ServerState:
     """Last messages of the server, and the pose that `amcl` would publish.
 
     Attributes:

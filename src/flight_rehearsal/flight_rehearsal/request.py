@@ -10,17 +10,17 @@ from typing import Any
 
 from navigation_core.geometry import Vector3
 
-__all__ = ["HomePoint", "Order", "OrderError", "RouteWaypoint", "read_order"]
+__all__ = ["HomePoint", "RehearsalRequest", "RehearsalWaypoint", "RequestError", "read_request"]
 
 _PERCENT = 100.0
 
 
-class OrderError(ValueError):
+class RequestError(ValueError):
     """Nothing can be rehearsed; the text says why, for people."""
 
 
 @dataclass(frozen=True)
-class RouteWaypoint:
+class RehearsalWaypoint:
     """A waypoint: ENU metres in the map; hold time in s, 0 to fly through."""
 
     position_enu_m: Vector3
@@ -38,7 +38,7 @@ class HomePoint:
 
 
 @dataclass(frozen=True)
-class Order:
+class RehearsalRequest:
     """A goal or a route, and where and how the vehicle is.
 
     Attributes:
@@ -62,7 +62,7 @@ class Order:
     """
 
     autopilot: str
-    waypoints: tuple[RouteWaypoint, ...]
+    waypoints: tuple[RehearsalWaypoint, ...]
     position_enu_m: Vector3 = (0.0, 0.0, 0.0)
     yaw_enu_rad: float = 0.0
     velocity_enu_m_s: Vector3 = (0.0, 0.0, 0.0)
@@ -80,30 +80,30 @@ class Order:
     boxes: tuple[tuple[float, ...], ...] = ()
 
 
-def read_order(text: str) -> Order:
+def read_request(text: str) -> RehearsalRequest:
     """Return the order that a line of JSON has; unknown members are ignored.
 
     Raises:
-        OrderError: it is not one, or says too little of the vehicle.
+        RequestError: it is not one, or says too little of the vehicle.
     """
     try:
         given = json.loads(text)
         return _order(given)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        if isinstance(error, OrderError):
+        if isinstance(error, RequestError):
             raise
-        raise OrderError(f"The request cannot be read: {error!r}.") from error
+        raise RequestError(f"The request cannot be read: {error!r}.") from error
 
 
-def _order(given: dict[str, Any]) -> Order:
+def _order(given: dict[str, Any]) -> RehearsalRequest:
     motion, status = given.get("motion"), given.get("status")
     if not motion or not status or not status.get("position_valid"):
-        raise OrderError("The vehicle's position is not known.")
+        raise RequestError("The vehicle's position is not known.")
     obstacles = given.get("obstacles") or {}
     percent = given.get("battery")
     home = given.get("home")
     flying = status.get("landed") != "on the ground" and bool(status.get("armed"))
-    return Order(
+    return RehearsalRequest(
         autopilot=str(status.get("autopilot", "")),
         waypoints=tuple(_waypoint(row) for row in given["waypoints"]),
         position_enu_m=_vector(motion["at"]),
@@ -125,9 +125,9 @@ def _order(given: dict[str, Any]) -> Order:
     )
 
 
-def _waypoint(row: Any) -> RouteWaypoint:
+def _waypoint(row: Any) -> RehearsalWaypoint:
     x, y, z, hold_s = (float(value) for value in row)
-    return RouteWaypoint((x, y, z), hold_s)
+    return RehearsalWaypoint((x, y, z), hold_s)
 
 
 def _home(home: dict[str, Any]) -> HomePoint | None:
@@ -141,7 +141,7 @@ def _home(home: dict[str, Any]) -> HomePoint | None:
 def _vector(value: Any) -> Vector3:
     x, y, z = (float(each) for each in value)
     if not all(map(math.isfinite, (x, y, z))):
-        raise OrderError("A position or velocity is not known.")
+        raise RequestError("A position or velocity is not known.")
     return x, y, z
 
 
