@@ -24,43 +24,22 @@ CLIMBS_M_S = 0.0
 _SCALAR = ScalarOps()
 
 
-class Stabilize(Mode):
-    """The sticks lean and turn it, and the throttle is thrust."""
+class Leans(Mode):
+    """A mode in which the sticks lean it."""
 
-    def enter(self) -> None:
-        """Pass the sticks on."""
-        self.update()
-
-    def update(self) -> None:
-        """Pass the sticks on when they moved."""
-        copter = self.vehicle
-        north, east = pilot_input.lean(copter, pilot_input.lean_limit_rad(copter))
-        yaw_mode, yaw_rate = pilot_input.yaw(copter)
-        self.drive(
-            Guidance(
-                motors=Motors.MANUAL,
-                throttle=pilot_input.thrust(copter),
-                direct_lean=1.0,
-                lean_north=north,
-                lean_east=east,
-                yaw_mode=yaw_mode,
-                yaw_rate_rad_s=yaw_rate,
-            )
-        )
-
-    def ground_motors(self) -> Motors:
-        """The stick decides."""
-        return Motors.MANUAL
+    def leaning(self) -> pilot_input.Lean:
+        """The lean of this step, north and east."""
+        return pilot_input.lean(self.vehicle, pilot_input.lean_limit_rad(self.vehicle))
 
 
-class Acro(Mode):
-    """The sticks turn it, and it turns level again by itself: ACRO_TRAINER 2."""
+class Turns(Leans):
+    """A mode in which the sticks turn it, and it turns level again by itself: ACRO_TRAINER 2."""
 
     def enter(self) -> None:
         """Begin with the attitude that it has."""
         m = self.vehicle.motion
         self._roll, self._pitch = m.roll_rad, m.pitch_rad
-        self.update()
+        super().enter()
 
     def _angles(self) -> tuple[float, float]:
         """Roll and pitch one step on, within ANGLE_MAX."""
@@ -77,23 +56,24 @@ class Acro(Mode):
         self._roll, self._pitch = angles
         return self._roll, self._pitch
 
-    def _yaw(self) -> tuple[YawMode, float]:
-        copter = self.vehicle
-        rate = math.radians(copter.parameters["ACRO_Y_RATE"])
-        obeyed = copter.radio.obeyed(copter.now_s)
-        stick = copter.radio.angle("Yaw", copter.now_s) if obeyed else 0.0
-        return (YawMode.RATE if stick else YawMode.HOLD), stick * rate
-
     def leaning(self) -> pilot_input.Lean:
         """The lean of this step, north and east."""
         roll, pitch = self._angles()
         forward = (-math.tan(pitch), math.tan(roll))
         return pilot_input.turned(forward, self.vehicle.motion.yaw_rad)
 
+
+class Stabilize(Leans):
+    """The sticks lean and turn it, and the throttle is thrust."""
+
+    def yawing(self) -> tuple[YawMode, float]:
+        """How the yaw is led in this step, and its rate, rad/s."""
+        return pilot_input.yaw(self.vehicle)
+
     def update(self) -> None:
-        """Follow the sticks; the throttle is thrust."""
+        """Pass the sticks on when they moved."""
         north, east = self.leaning()
-        yaw_mode, yaw_rate = self._yaw()
+        yaw_mode, yaw_rate = self.yawing()
         self.drive(
             Guidance(
                 motors=Motors.MANUAL,
@@ -109,6 +89,18 @@ class Acro(Mode):
     def ground_motors(self) -> Motors:
         """The stick decides."""
         return Motors.MANUAL
+
+
+class Acro(Turns, Stabilize):
+    """The sticks turn it, and the throttle is thrust."""
+
+    def yawing(self) -> tuple[YawMode, float]:
+        """At ACRO_Y_RATE."""
+        copter = self.vehicle
+        rate = math.radians(copter.parameters["ACRO_Y_RATE"])
+        obeyed = copter.radio.obeyed(copter.now_s)
+        stick = copter.radio.angle("Yaw", copter.now_s) if obeyed else 0.0
+        return (YawMode.RATE if stick else YawMode.HOLD), stick * rate
 
 
 class HeightMode(Mode):
@@ -151,25 +143,8 @@ class HeightMode(Mode):
             self.guide(guidance)
 
 
-class AltHold(HeightMode):
+class AltHold(HeightMode, Leans):
     """Leans as the sticks say, holds the height, and drifts."""
-
-    def update(self) -> None:
-        """Follow the sticks."""
-        copter = self.vehicle
-        guidance = self.pilot_guidance()
-        north, east = pilot_input.lean(copter, pilot_input.lean_limit_rad(copter))
-        self.hand_on(replace(guidance, direct_lean=1.0, lean_north=north, lean_east=east))
-
-
-class Sport(AltHold, Acro):
-    """The sticks turn it as in ACRO, and the height is held."""
-
-    def enter(self) -> None:
-        """Begin with the attitude that it has."""
-        m = self.vehicle.motion
-        self._roll, self._pitch = m.roll_rad, m.pitch_rad
-        HeightMode.enter(self)
 
     def update(self) -> None:
         """Follow the sticks."""
@@ -177,9 +152,9 @@ class Sport(AltHold, Acro):
         north, east = self.leaning()
         self.hand_on(replace(guidance, direct_lean=1.0, lean_north=north, lean_east=east))
 
-    def ground_motors(self) -> Motors:
-        """A raised stick takes off."""
-        return HeightMode.ground_motors(self)
+
+class Sport(Turns, AltHold):
+    """The sticks turn it as in ACRO, and the height is held."""
 
 
 class PilotHeight(HeightMode):
