@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.autopilot.state.pilot import CHANNELS, KEEP, RECEIVED_AT_FIRST, RELEASE
+from mavlink_sitl.autopilot.state.pilot import CHANNELS, KEEP, released
 from mavlink_sitl.mavlink.codec import Message
 
 NO_AXIS = 32767
@@ -34,9 +34,8 @@ def of_manual_control(message: Message, vehicle: Commander) -> list[int]:
         axes += [("Pitch", x, 1000, 2000), ("Throttle", message.z, 0, 1000)]
         axes += [("Yaw", message.r, 1000, 2000)]
     for axis, value, offset, span in axes:
-        channel = vehicle.radio.calibration(axis)
-        raw_us = channel.least + (channel.most - channel.least) * (value + offset) / span
-        released = 0 if channel.channel <= RECEIVED_AT_FIRST else RELEASE
-        within = 0.0 < raw_us < KEEP - 1
-        channels[channel.channel - 1] = int(raw_us) if value != NO_AXIS and within else released
+        stick = vehicle.radio.calibration(axis)
+        raw_us = stick.least + (stick.most - stick.least) * (value + offset) / span
+        place, within = stick.channel - 1, 0.0 < raw_us < KEEP - 1
+        channels[place] = int(raw_us) if value != NO_AXIS and within else released(place)
     return channels

@@ -7,22 +7,13 @@ move.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from mavlink_sitl.autopilot.common.mode_switch import LEAST_US, MOST_US, SETTLED_S
+from mavlink_sitl.autopilot.common.mode_switch import SettledPosition
 from mavlink_sitl.autopilot.devices.aux_functions import HIGH, LOW, MIDDLE, SwitchedVehicle, run
+from mavlink_sitl.autopilot.state.pilot import CHANNELS
 
 HIGH_US, LOW_US = 1800, 1200
-CHANNELS = 16
 ARMING = frozenset({153, 154, 165})
 """Functions whose first position is where the switch stands"""
-
-
-@dataclass
-class _Switch:
-    position: int
-    moved_to: int
-    moved_s: float = 0.0
 
 
 def position_of(pulse_us: int) -> int:
@@ -39,7 +30,7 @@ class AuxSwitches:
         self._vehicle = vehicle
         self._revision = -1
         self._functions: list[tuple[int, int]] = []
-        self._switches: dict[int, _Switch] = {}
+        self._switches: dict[int, SettledPosition] = {}
 
     def watch(self) -> None:
         """Look at the switches, while the radio is heard."""
@@ -51,22 +42,15 @@ class AuxSwitches:
             self._functions = [(n, function) for n, function in options if function]
         if not self._functions or not vehicle.radio.obeyed(vehicle.now_s):
             return
-        channels = vehicle.radio.channels(vehicle.now_s)
         for channel, function in self._functions:
-            pulse_us = channels[channel - 1] if channel <= len(channels) else 0
-            if LEAST_US < pulse_us < MOST_US:
+            pulse_us = vehicle.radio.pulse_us(channel, vehicle.now_s)
+            if pulse_us is not None:
                 self._look(channel, function, position_of(pulse_us))
 
     def _look(self, channel: int, function: int, position: int) -> None:
         switch = self._switches.get(channel)
         if switch is None:
             first = position if function in ARMING else LOW
-            switch = self._switches[channel] = _Switch(first, first)
-        now_s = self._vehicle.now_s
-        if position == switch.position:
-            switch.moved_to = position
-        elif position != switch.moved_to:
-            switch.moved_to, switch.moved_s = position, now_s
-        elif now_s - switch.moved_s >= SETTLED_S:
-            switch.position = position
+            switch = self._switches[channel] = SettledPosition(first)
+        if switch.see(position, self._vehicle.now_s):
             run(self._vehicle, function, position)

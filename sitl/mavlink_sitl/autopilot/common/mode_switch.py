@@ -6,10 +6,31 @@ from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 
 BANDS_US = (1231, 1361, 1491, 1621, 1750)
 """Between the positions"""
-LEAST_US, MOST_US = 800, 2200
-"""A pulse that is not between them is none"""
 SETTLED_S = 0.2
 """A position counts once the switch has been there for so long"""
+
+
+class SettledPosition:
+    """The position of a switch, which counts once the switch has been there for a while.
+
+    Attributes:
+        position: the one that counts.
+    """
+
+    def __init__(self, position: int | None) -> None:
+        self.position = self._moved_to = position
+        self._moved_s = 0.0
+
+    def see(self, position: int, now_s: float) -> bool:
+        """Take where the switch is; returns whether that has just begun to count."""
+        if position == self.position:
+            self._moved_to = position
+        elif position != self._moved_to:
+            self._moved_to, self._moved_s = position, now_s
+        elif now_s - self._moved_s >= SETTLED_S:
+            self.position = position
+            return True
+        return False
 
 
 class ModeSwitch:
@@ -17,9 +38,7 @@ class ModeSwitch:
 
     def __init__(self, vehicle: VehicleView) -> None:
         self._vehicle = vehicle
-        self._position: int | None = None
-        self._moved_to: int | None = None
-        self._moved_s = 0.0
+        self._switch = SettledPosition(None)
 
     def _names(self) -> tuple[str, str]:
         """Of the parameter with the channel, and of those with the modes."""
@@ -30,19 +49,16 @@ class ModeSwitch:
         """The position, 0..5; None where there is no such channel or no pulse."""
         vehicle = self._vehicle
         channel = int(vehicle.parameters[self._names()[0]])
-        channels = vehicle.radio.channels(vehicle.now_s)
-        if not 1 <= channel <= len(channels) or not LEAST_US < channels[channel - 1] < MOST_US:
-            return None
-        return sum(channels[channel - 1] >= band for band in BANDS_US)
+        pulse_us = vehicle.radio.pulse_us(channel, vehicle.now_s)
+        return None if pulse_us is None else sum(pulse_us >= band for band in BANDS_US)
 
     def settle(self) -> None:
         """It has been where it is for long."""
-        self._position = self._moved_to = self.read()
+        self._switch = SettledPosition(self.read())
 
     def mode_there(self, position: int) -> int:
         """The number of the mode that belongs to a position."""
-        n, p = position + 1, self._vehicle.parameters
-        return int(p[f"MODE{n}" if "MODE_CH" in p else f"FLTMODE{n}"])
+        return int(self._vehicle.parameters[f"{self._names()[1]}{position + 1}"])
 
     def watch(self) -> None:
         """Look at the switch, while the radio is heard."""
@@ -50,12 +66,5 @@ class ModeSwitch:
         if not vehicle.radio.obeyed(vehicle.now_s):
             return
         position = self.read()
-        if position is None:
-            return
-        if position == self._position:
-            self._moved_to = position
-        elif position != self._moved_to:
-            self._moved_to, self._moved_s = position, vehicle.now_s
-        elif vehicle.now_s - self._moved_s >= SETTLED_S:
-            self._position = position
+        if position is not None and self._switch.see(position, vehicle.now_s):
             vehicle.choose_mode(self.mode_there(position))

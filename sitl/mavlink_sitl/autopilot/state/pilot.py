@@ -20,6 +20,11 @@ KEEP, RELEASE = 65535, 65534
 """In RC_CHANNELS_OVERRIDE: the channel as it is; the receiver's, of channels 9 and up"""
 
 
+def released(place: int) -> int:
+    """What RC_CHANNELS_OVERRIDE has for a channel, counted from 0, to give it back."""
+    return 0 if place < RECEIVED_AT_FIRST else RELEASE
+
+
 class Pilot:
     """Raw channels 1..16, and overrides that run out.
 
@@ -57,12 +62,9 @@ class Pilot:
     def override(self, channels: Sequence[int], now_s: float) -> None:
         """RC_CHANNELS_OVERRIDE: which values give a channel back or leave it differs above 8."""
         for place, raw_us in enumerate(channels[:CHANNELS]):
-            low = place < RECEIVED_AT_FIRST
-            if raw_us == KEEP or (raw_us == 0 and not low):
-                continue
-            if raw_us == (0 if low else RELEASE):
+            if raw_us == released(place):
                 self._overrides.pop(place, None)
-            else:
+            elif raw_us not in (0, KEEP):
                 self._overrides[place] = (raw_us, now_s)
 
     def channels(self, now_s: float, timeout_s: float) -> list[int]:

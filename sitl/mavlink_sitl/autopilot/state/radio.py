@@ -14,6 +14,8 @@ AXES = {
     "Yaw": "RCMAP_YAW",
 }
 """The firmware's names of the sticks, and which channel each is"""
+LEAST_US, MOST_US = 800, 2200
+"""A pulse that is not between them is none"""
 FULL_STICK = 4000 / 4500
 """Further out a stick counts as held to the side"""
 
@@ -92,6 +94,13 @@ class Radio:
     def channels(self, now_s: float) -> list[int]:
         """All channels, microseconds."""
         return self._pilot.channels(now_s, self._parameters["RC_OVERRIDE_TIME"])
+
+    def pulse_us(self, channel: int, now_s: float) -> int | None:
+        """The pulse of a channel, 1..16; None where there is no such channel or no pulse."""
+        if not 1 <= channel <= CHANNELS:
+            return None
+        raw_us = self.channels(now_s)[channel - 1]
+        return raw_us if LEAST_US < raw_us < MOST_US else None
 
     def raw_us(self, axis: str, now_s: float) -> int:
         """The pulse of a stick."""
