@@ -85,7 +85,29 @@ def stopping_point(copter: VehicleView) -> Vector:
     return motion.north_m + v_n * ahead, motion.east_m + v_e * ahead, motion.down_m + below
 
 
-class ReturnToLaunch(Mode):
+class LandsAtTheEnd(Mode):
+    """A mode whose last stage lands."""
+
+    _speed_m_s = 0.0
+
+    def descend(self, guidance: Guidance) -> None:
+        """Go down where the guidance leads, at the speed of LAND."""
+        speed = landing_speed_m_s(self.vehicle)
+        if abs(speed - self._speed_m_s) < 0.02:
+            return
+        first, self._speed_m_s = self._speed_m_s == 0.0, speed
+        self.guide(
+            replace(
+                guidance,
+                track_position_z=0.0,
+                velocity_down_m_s=speed,
+                restart_xy=False,
+                restart_z=first,
+            )
+        )
+
+
+class ReturnToLaunch(LandsAtTheEnd):
     """Goes home by itself."""
 
     def __init__(self, copter: VehicleView, spec: ModeSpec) -> None:
@@ -140,7 +162,8 @@ class ReturnToLaunch(Mode):
         elif self.stage is ReturnStage.WAIT:
             self._update_wait()
         if self.stage is ReturnStage.LAND:
-            self._update_land()
+            north, east, _ = self._home
+            self.descend(replace(self._base, north_m=north, east_m=east))
 
     def _climbing(self, guidance: Guidance) -> Guidance:
         """Add the climb, which goes on into the next stage."""
@@ -182,21 +205,4 @@ class ReturnToLaunch(Mode):
         waited_s = self.vehicle.now_s - self._arrived_s
         if waited_s >= self.vehicle.parameters["RTL_LOIT_TIME"] / 1000.0:
             self.stage = ReturnStage.LAND
-            self._speed = 0.0
-
-    def _update_land(self) -> None:
-        speed = landing_speed_m_s(self.vehicle)
-        if abs(speed - self._speed) < 0.02:
-            return
-        first = self._speed == 0.0
-        self._speed = speed
-        self.guide(
-            replace(
-                self._base,
-                north_m=self._home[0],
-                east_m=self._home[1],
-                track_position_z=0.0,
-                velocity_down_m_s=speed,
-                restart_z=first,
-            )
-        )
+            self._speed_m_s = 0.0

@@ -7,10 +7,8 @@ from dataclasses import replace
 from enum import Enum
 from typing import Protocol
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import landing_speed_m_s
-from mavlink_sitl.autopilot.ardupilot.copter.rtl import stopping_point
+from mavlink_sitl.autopilot.ardupilot.copter.rtl import LandsAtTheEnd, stopping_point
 from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
-from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Severity, Vector, YawMode
 
@@ -73,7 +71,7 @@ class Stage(Enum):
     LAND = 3
 
 
-class SmartReturn(Mode):
+class SmartReturn(LandsAtTheEnd):
     """Flies from corner to corner of its way, and lands where it was armed."""
 
     vehicle: TrailView
@@ -89,7 +87,7 @@ class SmartReturn(Mode):
         crumbs = self.vehicle.trail.crumbs
         self._points = crumbs.shortest() if crumbs is not None else []
         self._stage = Stage.FOLLOW
-        self._speed = 0.0
+        self._speed_m_s = 0.0
         self._target = stopping_point(self.vehicle)
         self.guide(self._towards(self._target, restarts=True))
 
@@ -109,7 +107,7 @@ class SmartReturn(Mode):
         if copter.landed or not copter.armed:
             return
         if self._stage is Stage.LAND:
-            self._land()
+            self.descend(self.hold_guidance().at(self._target))
         elif self._there():
             self._advance()
 
@@ -132,19 +130,3 @@ class SmartReturn(Mode):
             down -= ABOVE_M
         self._target = (north, east, down)
         self.guide(self._towards(self._target))
-
-    def _land(self) -> None:
-        speed = landing_speed_m_s(self.vehicle)
-        if abs(speed - self._speed) < 0.02:
-            return
-        first, self._speed = self._speed == 0.0, speed
-        guidance = self.hold_guidance().at(self._target)
-        self.guide(
-            replace(
-                guidance,
-                track_position_z=0.0,
-                velocity_down_m_s=speed,
-                restart_xy=False,
-                restart_z=first,
-            )
-        )
