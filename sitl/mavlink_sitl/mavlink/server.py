@@ -11,7 +11,7 @@ for somebody goes where that one was heard last, and what others say is handed o
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.exchange import (
@@ -56,13 +56,30 @@ SCANNER_US = 100_000
 _HOME_POSITION, _GPS_GLOBAL_ORIGIN, _OBSTACLE_DISTANCE = 242, 49, 330
 
 
+class PoweredUp(NamedTuple):
+    """A vehicle from one power-up to the next, as its servers know it.
+
+    Attributes:
+        copter: its firmware.
+        system_id: its MAVLink id.
+        now_us: simulated time of power-up.
+        snapshot: what it would report now.
+        logbook: its own logs.
+    """
+
+    copter: Commander
+    system_id: int
+    now_us: int
+    snapshot: Callable[[], Snapshot]
+    logbook: Logbook
+
+
 class MavlinkServer:
     """Speaks for one vehicle, from one power-up to the next.
 
     Args:
+        served: the vehicle.
         encoders: one for each link; they keep the sequence numbers, over reboots too.
-        now_us: simulated time of power-up.
-        logbook: its own logs.
 
     Attributes:
         outboxes: for each link frames to send, oldest first.
@@ -81,15 +98,8 @@ class MavlinkServer:
     builders = telemetry.BUILDERS
     """By message id: what can be streamed and requested"""
 
-    def __init__(
-        self,
-        copter: Commander,
-        encoders: Sequence[Encoder],
-        system_id: int,
-        now_us: int,
-        snapshot: Callable[[], Snapshot],
-        logbook: Logbook,
-    ) -> None:
+    def __init__(self, served: PoweredUp, encoders: Sequence[Encoder]) -> None:
+        copter, system_id, now_us, snapshot, logbook = served
         self.vehicle = copter
         self.system_id = system_id
         self.now_us = now_us
@@ -246,6 +256,7 @@ class MavlinkServer:
             self._send_telemetry(self._later.pop(0))
 
     def _report(self, event: Event) -> None:
+        """Report to all links."""
         if isinstance(event, StatusText):
             for message in self._texts.messages(event):
                 self.send(message)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
@@ -17,9 +17,8 @@ from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.logs.dataflash import DataFlashLog
 from mavlink_sitl.mavlink.logs.logbook import Logbook
 from mavlink_sitl.mavlink.logs.ulog import ULog
-from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.px4.server import Px4Server
-from mavlink_sitl.mavlink.server import MavlinkServer
+from mavlink_sitl.mavlink.server import MavlinkServer, PoweredUp
 
 _CLASSES: dict[str, type[Commander]] = {
     "copter": Copter,
@@ -44,19 +43,14 @@ def make_logbook(personality: Personality) -> Logbook:
 
 
 def make_servers(
-    copter: Commander,
-    encoders: Sequence[Encoder],
-    system_id: int,
-    now_us: int,
-    snapshot: Callable[[], Snapshot],
-    logbook: Logbook,
-    roles: Sequence[str],
+    served: PoweredUp, encoders: Sequence[Encoder], roles: Sequence[str]
 ) -> list[MavlinkServer]:
     """The MAVLink side: one for all links, or with PX4 one for each of them."""
+    copter = served.copter
     if not isinstance(copter, Px4Vehicle):
-        return [MavlinkServer(copter, encoders, system_id, now_us, snapshot, logbook)]
+        return [MavlinkServer(served, encoders)]
     servers = [
-        Px4Server(copter, encoder, system_id, now_us, snapshot, logbook, role)
+        Px4Server(served, copter, encoder, role)
         for encoder, role in zip(encoders, roles, strict=True)
     ]
     for server in servers:

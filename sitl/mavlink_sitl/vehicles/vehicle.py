@@ -27,7 +27,7 @@ from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
-from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer
+from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, PoweredUp
 from mavlink_sitl.physics.fleets import Fleet
 from mavlink_sitl.vehicles.body import VehicleBody
 from mavlink_sitl.vehicles.firmwares import firmware_class, make_logbook, make_servers
@@ -131,15 +131,8 @@ class SimulatedVehicle(VehicleBody):
         if self.config.external_position:
             self.copter.external_position = self.take_external_position
         self._revision = -1
-        self._servers = make_servers(
-            self.copter,
-            self._encoders,
-            self.system_id,
-            self.now_us,
-            self.snapshot,
-            self.logbook,
-            self.config.links,
-        )
+        served = PoweredUp(self.copter, self.system_id, self.now_us, self.snapshot, self.logbook)
+        self._servers = make_servers(served, self._encoders, self.config.links)
         self._begin_scanning()
         self._pass_guidance()
 

@@ -43,7 +43,7 @@ from mavlink_sitl.mavlink.px4 import (
 )
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.received_command import from_message
-from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, _name
+from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, PoweredUp, _name
 
 GCS_TIMEOUT_US = 2_500_000
 """A ground station that has been silent for longer gets no texts"""
@@ -73,9 +73,9 @@ class Px4Server(MavlinkServer):
     """Speaks for one vehicle on one link, from one power-up to the next.
 
     Args:
+        served: the vehicle, with the firmware of `copter`.
+        copter: its firmware.
         encoder: keeps the link's sequence numbers, over reboots too.
-        now_us: simulated time of power-up.
-        logbook: its own logs.
         role: "onboard" for a companion computer's link, "gcs" for a ground station's.
 
     Attributes:
@@ -89,21 +89,12 @@ class Px4Server(MavlinkServer):
     steady = frozenset({0, 42})
     """HEARTBEAT, and MISSION_CURRENT of the mission service"""
 
-    def __init__(
-        self,
-        copter: Px4Vehicle,
-        encoder: Encoder,
-        system_id: int,
-        now_us: int,
-        snapshot: Callable[[], Snapshot],
-        logbook: Logbook,
-        role: str = GCS,
-    ) -> None:
+    def __init__(self, served: PoweredUp, copter: Px4Vehicle, encoder: Encoder, role: str) -> None:
         self.builders = {
             **kind_messages.BUILDERS[copter.personality.kind],
             _CURRENT_MODE: self._current_mode,
         }
-        super().__init__(copter, (encoder,), system_id, now_us, snapshot, logbook)
+        super().__init__(served, (encoder,))
         self.vehicle = copter
         self.role = role
         self.peers: list[Px4Server] = [self]
@@ -112,7 +103,7 @@ class Px4Server(MavlinkServer):
         self._gcs_heard_us: int | None = None
         self._ping_seq = 0
         self._ping_us = round(1e6 / rates.PING_HZ[role])
-        self._ping_due_us = now_us + self._ping_us
+        self._ping_due_us = served.now_us + self._ping_us
         self._timesync_due_us = NEVER_US
         self._asker = (0, 0)
         self._reached: tuple[int, int, int] | None = None
@@ -226,16 +217,9 @@ class Px4Server(MavlinkServer):
 
     # What the firmware says.
 
-    def flush_events(self) -> None:
-        """Report the events of the firmware to all links."""
-        events = self.vehicle.events
-        while events:
-            event = events.popleft()
-            self.log_event(event)
-            for peer in self.peers:
-                peer.tell(event)
-        while self._later:
-            self._send_telemetry(self._later.pop(0))
+    def _report(self, event: Event) -> None:
+        for peer in self.peers:
+            peer.tell(event)
 
     def tell(self, event: Event) -> None:
         """Report to this link."""
