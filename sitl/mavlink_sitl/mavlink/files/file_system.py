@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import errno
 import posixpath
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Protocol
@@ -37,7 +38,7 @@ class Card(Protocol):
         """Those that are stored."""
 
 
-class FileSystem:
+class FileSystem(ABC):
     """What both firmwares have.
 
     Attributes:
@@ -56,9 +57,9 @@ class FileSystem:
         """The path as it is known here."""
         return posixpath.normpath(f"/{path}").replace("//", "/")
 
+    @abstractmethod
     def own_files(self) -> Mapping[str, bytes | bytearray]:
         """What is there and cannot be changed, by path."""
-        raise NotImplementedError
 
     def folders(self) -> set[str]:
         """All folders."""

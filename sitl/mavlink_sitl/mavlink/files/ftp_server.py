@@ -12,7 +12,7 @@ import struct
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.files import requests as ftp
@@ -40,6 +40,8 @@ from mavlink_sitl.mavlink.messages.streams import NEVER_US
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
+
+T = TypeVar("T")
 
 _STEP_US = 2_000
 _BURST_PER_STEP = 8
@@ -182,21 +184,13 @@ class FtpServer:
         if self._session is not None:
             raise RefusedError(ftp.FAIL)
 
-    def _contents(self, request: Request) -> Contents:
-        """The file that is read."""
+    def _in_session(self, request: Request, file: T | None) -> T:
+        """The file that is read or written, if the session has one."""
         if self._session is None:
             raise RefusedError(ftp.NOT_FOUND)
-        if self._open is None:
+        if file is None:
             raise RefusedError(ftp.FAIL)
-        return self._open
-
-    def _target(self, request: Request) -> bytearray:
-        """The file that is written."""
-        if self._session is None:
-            raise RefusedError(ftp.NOT_FOUND)
-        if self._written is None:
-            raise RefusedError(ftp.FAIL)
-        return self._written
+        return file
 
     def _session_for(self, request: Request) -> int:
         return request.session
@@ -219,17 +213,17 @@ class FtpServer:
         self._open, self._session = contents, self._session_for(request)
         return struct.pack("<I", contents.told_size)
 
-    def _part(self, request: Request, contents: Contents, count: int) -> bytes:
-        part = contents.read(request.offset, count)
+    def _part(self, request: Request, count: int) -> bytes:
+        part = self._in_session(request, self._open).read(request.offset, count)
         if not part:
             raise RefusedError(ftp.END)
         return part
 
     def _read(self, request: Request) -> bytes:
-        return self._part(request, self._contents(request), min(request.size, DATA_BYTES))
+        return self._part(request, min(request.size, DATA_BYTES))
 
     def _begin_burst(self, request: Request) -> None:
-        self._contents(request)
+        self._in_session(request, self._open)
         self._last = None
         size = min(request.size, DATA_BYTES) or DATA_BYTES
         self._burst = Burst(request, size, self.parts_max)
@@ -238,7 +232,7 @@ class FtpServer:
         request, number = burst.request, burst.request.number + 1
         last = burst.left == 1
         try:
-            part = self._part(request, self._contents(request), burst.part_bytes)
+            part = self._part(request, burst.part_bytes)
         except (RefusedError, StorageError) as error:
             refused = isinstance(error, RefusedError)
             given = bytes(error.args) if refused else of_errno(error.number)  # type: ignore[union-attr]
@@ -273,7 +267,8 @@ class FtpServer:
         return b""
 
     def _write(self, request: Request) -> bytes:
-        self._files.storage.write(self._target(request), request.offset, request.data)
+        written = self._in_session(request, self._written)
+        self._files.storage.write(written, request.offset, request.data)
         return b""
 
     def _remove(self, request: Request) -> bytes:
@@ -329,18 +324,13 @@ class Px4FtpServer(FtpServer):
         if self._session is not None:
             raise RefusedError(ftp.NO_SESSIONS)
 
-    def _contents(self, request: Request) -> Contents:
-        if request.session != self._session or self._open is None:
+    def _in_session(self, request: Request, file: T | None) -> T:
+        if request.session != self._session or file is None:
             raise RefusedError(ftp.INVALID_SESSION)
-        return self._open
-
-    def _target(self, request: Request) -> bytearray:
-        if request.session != self._session or self._written is None:
-            raise RefusedError(ftp.INVALID_SESSION)
-        return self._written
+        return file
 
     def _read(self, request: Request) -> bytes:
-        return self._part(request, self._contents(request), DATA_BYTES)
+        return self._part(request, DATA_BYTES)
 
     def _begin_burst(self, request: Request) -> None:
         super()._begin_burst(replace(request, size=DATA_BYTES))
