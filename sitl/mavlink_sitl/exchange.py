@@ -143,6 +143,12 @@ class Observation(NamedTuple):
     gps_off_m: float = 0.0
     """How far the receiver is, over ground, from what the estimator has believed of it."""
 
+    def indicated_m_s(self, true_over_indicated: float) -> float:
+        """The indicated airspeed: measured, or as the speed over ground makes it."""
+        if self.airspeed_m_s is None:
+            return self.motion.speed_m_s / true_over_indicated
+        return self.airspeed_m_s
+
 
 class YawMode(IntEnum):
     """The reference of the yaw controller."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.personality.px4 import LOITER, RTL
-from mavlink_sitl.autopilot.plans.plans import MissionState, PlanItem
+from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.autopilot.px4.mode import Px4Mode
 from mavlink_sitl.exchange import ItemReached, Severity, Vector
 
@@ -78,6 +78,16 @@ class Px4Mission(Px4Mode, Auto):
         plans = self.vehicle.plans
         if plans.state is MissionState.ACTIVE:
             plans.state = MissionState.PAUSED if plans.current else MissionState.NOT_STARTED
+
+    def _begin(self, item: PlanItem) -> None:
+        if item.command == Cmd.RTL:
+            self.return_home()
+        else:
+            self._begin_moving(item)
+
+    def _begin_moving(self, item: PlanItem) -> None:
+        """Begin an item that moves and is no RTL: give `task` a value."""
+        raise NotImplementedError
 
     def return_home(self) -> None:
         """An RTL item, once it is armed."""

@@ -77,13 +77,8 @@ class Plane(Traveller):
     def observe(self, observation: Observation) -> None:
         """See `Commander`; learns whether it flies."""
         super().observe(observation)
-        m = observation.motion
-        speed = m.speed_m_s
-        self.airspeed_m_s = (
-            speed / self.true_over_indicated
-            if observation.airspeed_m_s is None
-            else observation.airspeed_m_s
-        )
+        speed = observation.motion.speed_m_s
+        self.airspeed_m_s = observation.indicated_m_s(self.true_over_indicated)
         if self.arming_or_none() and speed > FLYING_M_S:
             self._flying = True
         elif self._flying and observation.touching_ground and speed < STANDING_M_S:

@@ -43,11 +43,8 @@ class Mission(CopterMode, Px4Mission):
         """See `Px4Mission`."""
         return self.task.target if isinstance(self.task, GoTo) else self.here()
 
-    def _begin(self, item: PlanItem) -> None:
+    def _begin_moving(self, item: PlanItem) -> None:
         command = item.command
-        if command == Cmd.RTL:
-            self.return_home()
-            return
         target = self.place_of(item, self.last_place())
         if command == Cmd.LAND:
             self.task = LandAt(self, item, target)

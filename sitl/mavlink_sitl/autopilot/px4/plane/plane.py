@@ -85,10 +85,7 @@ class Px4Plane(Px4Vehicle):
     def observe(self, observation: Observation) -> None:
         """See `Firmware`; takes the airspeed."""
         super().observe(observation)
-        m = observation.motion
-        speed = m.speed_m_s
-        measured = observation.airspeed_m_s
-        self.airspeed_m_s = speed / TRUE_OVER_INDICATED if measured is None else measured
+        self.airspeed_m_s = observation.indicated_m_s(TRUE_OVER_INDICATED)
 
     def update(self, observation: Observation) -> None:
         """See `Firmware`."""

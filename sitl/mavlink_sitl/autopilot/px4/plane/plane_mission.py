@@ -171,10 +171,7 @@ class PlaneMission(PlaneMode, Px4Mission):
         """See `Px4Mission`."""
         return self.task.target if isinstance(self.task, PlaneTask) else self.here()
 
-    def _begin(self, item: PlanItem) -> None:
-        if item.command == Cmd.RTL:
-            self.return_home()
-            return
+    def _begin_moving(self, item: PlanItem) -> None:
         self.rising = False
         before = self.task.target if isinstance(self.task, PlaneTask) else None
         target = self.place_of(item, before or self.here())

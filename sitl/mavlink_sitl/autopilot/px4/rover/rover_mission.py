@@ -117,10 +117,7 @@ class RoverMission(DriveMode, Px4Mission):
             return instead
         return self.place_of(item, (*instead, self.vehicle.motion.down_m))[:2]
 
-    def _begin(self, item: PlanItem) -> None:
-        if item.command == Cmd.RTL:
-            self.return_home()
-            return
+    def _begin_moving(self, item: PlanItem) -> None:
         start = self.task.target if isinstance(self.task, DriveTo) else self.level()
         target = self._place(item, start)
         plans = self.vehicle.plans
