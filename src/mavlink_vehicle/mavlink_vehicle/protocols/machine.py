@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Generic, TypeVar
 
 from mavlink_vehicle.errors import ProtocolError
-from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 
 EventT = TypeVar("EventT")
 
@@ -17,7 +17,7 @@ Table = Mapping[tuple[enum.Enum, enum.Enum], tuple[enum.Enum, "Action | None"]]
 """(state, input) -> (next state, what to do on the way). A missing key is an error."""
 
 
-class Machine(Outbox, Generic[EventT]):
+class Machine(TimedOutbox, Generic[EventT]):
     """A state, moved by a transition table only.
 
     The state is set before the action runs, so an action may fire the next input.
@@ -30,7 +30,6 @@ class Machine(Outbox, Generic[EventT]):
         super().__init__()
         self.state = state
         self._events: deque[EventT] = deque()
-        self._deadline: float | None = None
 
     def _fire(self, what: enum.Enum, now: float) -> None:
         try:
@@ -42,9 +41,10 @@ class Machine(Outbox, Generic[EventT]):
         if action is not None:
             action(self, now)
 
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
-        return self._deadline
+    def _stop(self, now: float) -> None:
+        """Want nothing more, and send nothing more."""
+        self._deadline = None
+        self._outbox.clear()
 
     def next_event(self) -> EventT | None:
         """Return and remove the next event."""

@@ -245,10 +245,8 @@ class MessageRates(Machine[None]):
         wish.received += 1
         return True
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Repeat the command, judge what arrived, ask for the next one."""
-        if self._deadline is None or now < self._deadline:
-            return
         if self._command is not None:
             self._command.handle_timer(now)
             self._step_command(now)

@@ -26,7 +26,7 @@ from mavlink_vehicle.protocols.operations.command import (
     CommandRequest,
     ack_result,
 )
-from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 
 _ANSWER_S = 1.0
 _FIRST_RETRY_S = 1.0
@@ -37,7 +37,7 @@ _REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
-class MessageRequests(Outbox):
+class MessageRequests(TimedOutbox):
     """Asks for each missing message, more and more rarely, until it is there or rejected."""
 
     def __init__(
@@ -60,7 +60,6 @@ class MessageRequests(Outbox):
         self._address: Address | None = None
         self._round: list[int] = []
         self._asked: int | None = None
-        self._deadline: float | None = None
         self._retry_s = _FIRST_RETRY_S
         self._next_round_s = math.inf
         self._unsure_until_s = -math.inf
@@ -113,14 +112,8 @@ class MessageRequests(Outbox):
         if result is not None and result != ACCEPTED:
             self._ask_next(now)
 
-    def next_deadline(self) -> float | None:
-        """Return when to go on."""
-        return self._deadline
-
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Ask for the next one, or begin again."""
-        if self._deadline is None or now < self._deadline:
-            return
         if self._asked is None:
             self._begin_round(now)
         else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mavlink_vehicle.codec import Message
 
-__all__ = ["Outbox"]
+__all__ = ["Outbox", "TimedOutbox"]
 
 
 class Outbox:
@@ -20,3 +20,24 @@ class Outbox:
             return []
         messages, self._outbox = self._outbox, []
         return messages
+
+
+class TimedOutbox(Outbox):
+    """An outbox of what has at most one deadline, at which it repeats, goes on or gives up."""
+
+    def __init__(self) -> None:
+        """Begin without a deadline."""
+        super().__init__()
+        self._deadline: float | None = None
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called."""
+        return self._deadline
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due once the deadline has come."""
+        if self._deadline is not None and now >= self._deadline:
+            self._on_deadline(now)
+
+    def _on_deadline(self, now: float) -> None:
+        """Repeat, go on or give up, and set or clear the deadline."""

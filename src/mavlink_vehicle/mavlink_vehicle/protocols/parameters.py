@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 
 _VALUE = mavlink.MAVLink_param_value_message
 _RETRY_S = 1.0
@@ -49,7 +49,7 @@ def decode_value(message: Message, bytewise: bool) -> float:
     return float(struct.unpack(layout, struct.pack("<f", message.param_value))[0])
 
 
-class ParameterReader(Outbox):
+class ParameterReader(TimedOutbox):
     """Reads the wanted parameters, and again every 30 s."""
 
     def __init__(self) -> None:
@@ -63,7 +63,6 @@ class ParameterReader(Outbox):
         self._others: dict[str, float] = {}
         self._asked_s: dict[str, float] = {}
         self._attempts = 0
-        self._deadline: float | None = None
 
     @property
     def values(self) -> Mapping[str, float]:
@@ -136,13 +135,9 @@ class ParameterReader(Outbox):
             if not self._missing:
                 self._deadline = now + _AGAIN_S
 
-    def next_deadline(self) -> float | None:
-        """Return when to ask again."""
-        return self._deadline
-
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Ask for what is missing; give up after so many times, until the next reading."""
-        if self._deadline is None or now < self._deadline or self._address is None:
+        if self._address is None:
             return
         if not self._missing:
             self.refresh(now)

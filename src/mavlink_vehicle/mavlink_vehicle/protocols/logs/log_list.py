@@ -11,6 +11,7 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import StoredLog
 from mavlink_vehicle.protocols.logs.log_parts import LogLister
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 
 _ENTRY = mavlink.MAVLink_log_entry_message
 # Not before an ArduPilot has finished its answer: it reports a request during one as an error.
@@ -19,7 +20,7 @@ _ATTEMPTS = 8
 _TO_THE_LAST = 0xFFFF
 
 
-class LogList(LogLister):
+class LogList(LogLister, TimedOutbox):
     """Asks for the list until it is complete."""
 
     def __init__(self, address: Address) -> None:
@@ -29,7 +30,6 @@ class LogList(LogLister):
         self._found: dict[int, StoredLog] = {}
         self._count: int | None = None
         self._attempts = 0
-        self._deadline: float | None = None
 
     def start(self, now: float) -> None:
         """Ask for the list."""
@@ -64,14 +64,8 @@ class LogList(LogLister):
             self.logs = dict(sorted(self._found.items()))
             self._deadline = None
 
-    def next_deadline(self) -> float | None:
-        """Return when to ask again."""
-        return self._deadline
-
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Ask again, or give up."""
-        if self._deadline is None or now < self._deadline:
-            return
         if self._attempts < _ATTEMPTS:
             self.start(now)
             return

@@ -10,7 +10,7 @@ import enum
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.protocols.machine import Table
+from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
     Transfer,
@@ -51,10 +51,6 @@ class MissionClear(Transfer):
         self._send("MISSION_CLEAR_ALL")
         self._wait(now)
 
-    def _stop(self, now: float) -> None:
-        self._deadline = None
-        self._outbox.clear()
-
     _S = ClearState
     _I = TransferInput
     table: ClassVar[Table] = {
@@ -64,7 +60,7 @@ class MissionClear(Transfer):
         (_S.ASKING, _I.REFUSED): (_S.FINISHED, Transfer._finish),
         (_S.ASKING, _I.RETRY): (_S.ASKING, _ask),
         (_S.ASKING, _I.EXHAUSTED): (_S.FINISHED, Transfer._finish),
-        (_S.ASKING, _I.CANCEL): (_S.FINISHED, _stop),
+        (_S.ASKING, _I.CANCEL): (_S.FINISHED, Machine._stop),
         (_S.FINISHED, _I.CANCEL): (_S.FINISHED, None),
     }
     del _S, _I

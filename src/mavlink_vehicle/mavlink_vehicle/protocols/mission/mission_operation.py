@@ -161,11 +161,11 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         self._result, self._reason = OperationResult.LINK_LOST, reason
         self._fire(MissionInput.CANCEL, now)
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Repeat, or end."""
         if self._reasons_s is None:
-            super().handle_timer(now)
-        elif self._deadline is not None and now >= self._deadline:
+            super()._on_deadline(now)
+        else:
             self._fire(MissionInput.WAITED, now)
 
     # What its parts say

@@ -106,10 +106,8 @@ class MissionUpload(Transfer):
             kind = TransferResult.GIVEN_UP
         self._refuse(result, now, kind)
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Repeat or give up when it is time."""
-        if self._deadline is None or now < self._deadline:
-            return
         if self.state is UploadState.OFFERING and self._left > 0:
             self._left -= 1
             self._fire(TransferInput.RETRY, now)

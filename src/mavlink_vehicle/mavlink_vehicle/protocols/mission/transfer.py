@@ -142,10 +142,8 @@ class Transfer(Machine[TransferFinished]):
         """Report to the vehicle that the transfer ends; no event follows."""
         self._fire(TransferInput.CANCEL, now)
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Repeat or give up when it is time."""
-        if self._deadline is None or now < self._deadline:
-            return
         if self._left > 0:
             self._left -= 1
             self._fire(TransferInput.RETRY, now)
@@ -196,6 +194,5 @@ class Transfer(Machine[TransferFinished]):
         self._events.append(self._end)
 
     def _stop(self, now: float) -> None:
-        self._deadline = None
-        self._outbox.clear()
+        super()._stop(now)
         self._send("MISSION_ACK", type=CANCELLED)

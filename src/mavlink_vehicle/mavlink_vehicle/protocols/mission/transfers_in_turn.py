@@ -34,10 +34,8 @@ class TransfersInTurn(Machine[_Event]):
         self._part.receive(message, now)
         self._step(now)
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Repeat, or end."""
-        if self._deadline is None or now < self._deadline:
-            return
         if now >= self._limit_s:
             self._end_late(now)
         elif self._part is not None:

@@ -16,13 +16,13 @@ from typing import ClassVar
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
 from mavlink_vehicle.protocols.machine import Machine, Table
-from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 
 PATIENCE = 3.0
 """How many times longer HEARTBEAT may be missing while other messages of the autopilot come."""
 
 
-class HeartbeatSender(Outbox):
+class HeartbeatSender(TimedOutbox):
     """Sends our HEARTBEAT at a fixed rate, the first one at once."""
 
     def __init__(self, interval_s: float, mav_type: int) -> None:
@@ -30,7 +30,6 @@ class HeartbeatSender(Outbox):
         super().__init__()
         self._interval_s = interval_s
         self.mav_type = mav_type
-        self._deadline: float | None = None
 
     def start(self, now: float) -> None:
         """Send the first one."""
@@ -40,14 +39,9 @@ class HeartbeatSender(Outbox):
     def receive(self, message: Message, now: float) -> None:
         """Nothing that comes in matters here."""
 
-    def next_deadline(self) -> float | None:
-        """Return when the next one is due."""
-        return self._deadline
-
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Send one if it is due; after a pause only one, not all that were missed."""
-        if self._deadline is None or now < self._deadline:
-            return
+        assert self._deadline is not None
         self._deadline = max(self._deadline + self._interval_s, now + self._interval_s / 2)
         self._outbox.append(
             make(
@@ -120,10 +114,8 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
         """Set how often the vehicle has restarted by now."""
         self._boot_count = boot_count
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Report the loss when the time is up."""
-        if self._deadline is None or now < self._deadline:
-            return
         longest_s = self._last_s + PATIENCE * self._timeout_s
         self._deadline = min(self.heard_s + self._timeout_s, longest_s)
         if now >= self._deadline:

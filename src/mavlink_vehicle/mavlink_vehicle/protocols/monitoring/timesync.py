@@ -14,7 +14,7 @@ from collections import deque
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
 _NANOSECONDS = 1_000_000_000
@@ -24,7 +24,7 @@ _KEPT = 10
 _FORGOTTEN_S = 5.0
 
 
-class Timesync(Outbox):
+class Timesync(TimedOutbox):
     """Asks at an interval, and keeps the last round trips."""
 
     def __init__(self, interval_s: float) -> None:
@@ -32,7 +32,6 @@ class Timesync(Outbox):
         super().__init__()
         self._interval_s = interval_s
         self._identity = 0
-        self._deadline: float | None = None
         self._asked: dict[int, float] = {}
         self._round_trips_s: deque[float] = deque(maxlen=_KEPT)
 
@@ -60,14 +59,8 @@ class Timesync(Outbox):
         if asked_s is not None:
             self._round_trips_s.append(now - asked_s)
 
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
-        return self._deadline
-
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Ask, if it is time."""
-        if self._deadline is None or now < self._deadline:
-            return
         self._deadline = now + self._interval_s
         for ts1, asked_s in list(self._asked.items()):
             if now - asked_s > _FORGOTTEN_S:

@@ -190,10 +190,8 @@ class CommandExchange(Machine[CommandFinished]):
                 self._result = result
             self._fire(CommandInput.ANSWER, now)
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Repeat or give up when it is time."""
-        if self._deadline is None or now < self._deadline:
-            return
         over = now >= self._started_s + self._timing.limit_s
         exhausted = over or self.attempts >= self._last_attempt
         self._fire(CommandInput.EXHAUSTED if exhausted else CommandInput.RETRY, now)
@@ -211,23 +209,19 @@ class CommandExchange(Machine[CommandFinished]):
         self._deadline = None
         self._events.append(CommandFinished(self._result, self.attempts))
 
-    def _stop(self, now: float) -> None:
-        self._deadline = None
-        self._outbox.clear()
-
     table: ClassVar[Table] = {
         (CommandState.IDLE, CommandInput.START): (CommandState.WAITING, _send),
-        (CommandState.IDLE, CommandInput.CANCEL): (CommandState.FINISHED, _stop),
+        (CommandState.IDLE, CommandInput.CANCEL): (CommandState.FINISHED, Machine._stop),
         (CommandState.WAITING, CommandInput.RETRY): (CommandState.WAITING, _send),
         (CommandState.WAITING, CommandInput.EXHAUSTED): (CommandState.FINISHED, _finish),
         (CommandState.WAITING, CommandInput.PROGRESS): (CommandState.IN_PROGRESS, _extend),
         (CommandState.WAITING, CommandInput.ANSWER): (CommandState.FINISHED, _finish),
-        (CommandState.WAITING, CommandInput.CANCEL): (CommandState.FINISHED, _stop),
+        (CommandState.WAITING, CommandInput.CANCEL): (CommandState.FINISHED, Machine._stop),
         (CommandState.IN_PROGRESS, CommandInput.RETRY): (CommandState.WAITING, _send),
         (CommandState.IN_PROGRESS, CommandInput.EXHAUSTED): (CommandState.FINISHED, _finish),
         (CommandState.IN_PROGRESS, CommandInput.PROGRESS): (CommandState.IN_PROGRESS, _extend),
         (CommandState.IN_PROGRESS, CommandInput.ANSWER): (CommandState.FINISHED, _finish),
-        (CommandState.IN_PROGRESS, CommandInput.CANCEL): (CommandState.FINISHED, _stop),
+        (CommandState.IN_PROGRESS, CommandInput.CANCEL): (CommandState.FINISHED, Machine._stop),
         (CommandState.FINISHED, CommandInput.PROGRESS): (CommandState.FINISHED, None),
         (CommandState.FINISHED, CommandInput.ANSWER): (CommandState.FINISHED, None),
         (CommandState.FINISHED, CommandInput.CANCEL): (CommandState.FINISHED, None),

@@ -204,9 +204,9 @@ class Operation(Machine[OperationFinished]):
             self._reason = reason
             self._fire(OperationInput.FAILED, now)
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Repeat the command, or end."""
-        if self.finished or self._deadline is None or now < self._deadline:
+        if self.finished:
             return
         if self.state is OperationState.PREPARING:
             self._try_gate(now)

@@ -14,7 +14,7 @@ from collections import deque
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import OperationResult, Parameter, ParametersFinished
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.parameter_service.values import parameter_of
 
 _VALUE = mavlink.MAVLink_param_value_message
@@ -27,7 +27,7 @@ _RESTARTS = 3
 _NOTHING_NEW_S = 20.0
 
 
-class ParameterListing(Outbox):
+class ParameterListing(TimedOutbox):
     """One reading of all parameters; ends in one `ParametersFinished`."""
 
     def __init__(self, address: Address, bytewise: bool) -> None:
@@ -47,7 +47,6 @@ class ParameterListing(Outbox):
         self._restarts = 0
         self._streams = True
         self._new_s = 0.0
-        self._deadline: float | None = None
         self._events: deque[ParametersFinished] = deque()
         self.total = 0
         """How many there are; 0 while that is unknown."""
@@ -89,14 +88,8 @@ class ParameterListing(Outbox):
         if self._asked.pop(index, None) is not None:
             self._ask(now)
 
-    def next_deadline(self) -> float | None:
-        """Return when to go on."""
-        return self._deadline
-
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Ask for what has not come."""
-        if self._deadline is None or now < self._deadline:
-            return
         if self._found:
             self._ask(now)
         elif self._lists < _LISTS:

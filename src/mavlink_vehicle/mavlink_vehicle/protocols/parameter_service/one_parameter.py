@@ -13,7 +13,7 @@ import enum
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import Parameter, ParameterChange, ParameterOutcome
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.parameter_service.values import (
     encode_value,
     parameter_of,
@@ -49,7 +49,7 @@ class _Step(enum.Enum):
     FINISHED = "ended"
 
 
-class OneParameter(Outbox):
+class OneParameter(TimedOutbox):
     """One parameter; ends in one `ParameterOutcome`."""
 
     def __init__(
@@ -79,7 +79,6 @@ class OneParameter(Outbox):
         self._step = _Step.READING
         self._reads = self._sets = 0
         self._differs = False
-        self._deadline: float | None = None
         self.outcome: ParameterOutcome | None = None
         """How it ended; None before."""
 
@@ -105,14 +104,8 @@ class OneParameter(Outbox):
                 reason = _ERRORS.get(message.error, f"PARAM_ERROR {message.error}")
                 self._end(ParameterChange.FAILED, f"{self._name} was not changed: {reason}.")
 
-    def next_deadline(self) -> float | None:
-        """Return when to ask again."""
-        return self._deadline
-
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Ask again, or give up."""
-        if self._deadline is None or now < self._deadline:
-            return
         if self._step is _Step.SETTING:
             self._check(now)
         elif self._differs:
