@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from typing import TypeAlias
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import (
     LogChunkReceived,
     LogEvent,
@@ -23,7 +22,7 @@ from mavlink_vehicle.protocols.logs.log_download import LogDownload
 from mavlink_vehicle.protocols.logs.log_list import LogList
 from mavlink_vehicle.protocols.logs.log_parts import LogDownloader, LogLister
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.slot import Slot
 
 LOG_MESSAGES = frozenset(
     {mavlink.MAVLink_log_entry_message, mavlink.MAVLink_log_data_message, FTP_MESSAGE}
@@ -31,7 +30,7 @@ LOG_MESSAGES = frozenset(
 _Part: TypeAlias = LogList | FtpLogList | LogDownload | FtpLogDownload
 
 
-class LogTransfer(Outbox):
+class LogTransfer(Slot[_Part, LogEvent]):
     """Lists and downloads logs; each transfer ends in one `LogTransferEnded`."""
 
     def __init__(self, address: Callable[[], Address], means: LogMeans = LogMeans.AUTO) -> None:
@@ -39,8 +38,6 @@ class LogTransfer(Outbox):
         super().__init__()
         self._address = address
         self._means = means
-        self._part: _Part | None = None
-        self._events: deque[LogEvent] = deque()
 
     @property
     def busy(self) -> bool:
@@ -73,31 +70,6 @@ class LogTransfer(Outbox):
         if self._part is not None:
             self._end(result, reason)
 
-    def receive(self, message: Message, now: float) -> None:
-        """Take LOG_ENTRY and LOG_DATA."""
-        if self._part is not None:
-            self._part.receive(message, now)
-            self._look(now)
-
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
-        return None if self._part is None else self._part.next_deadline()
-
-    def handle_timer(self, now: float) -> None:
-        """Repeat what has not been answered."""
-        if self._part is not None:
-            self._part.handle_timer(now)
-            self._look(now)
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        self._collect()
-        return super().messages_to_send()
-
-    def next_event(self) -> LogEvent | None:
-        """Return and remove the next event."""
-        return self._events.popleft() if self._events else None
-
     def _ftp_list(self, now: float) -> FtpLogList:
         return FtpLogList(FtpLine(self._address(), now))
 
@@ -105,9 +77,9 @@ class LogTransfer(Outbox):
         self.stop("Replaced by another transfer.")
         self._part = part
         part.start(now)
-        self._look(now)
+        self._collect(now)
 
-    def _look(self, now: float) -> None:
+    def _collect(self, now: float) -> None:
         """Hand out what has come, and end what is complete or was given up."""
         part = self._part
         if isinstance(part, LogList) and part.problem and self._means is LogMeans.AUTO:
@@ -125,10 +97,5 @@ class LogTransfer(Outbox):
             self._end(OperationResult.TIMED_OUT, self._part.problem)
 
     def _end(self, result: OperationResult, reason: str) -> None:
-        self._collect()
-        self._part = None
+        self._vacate()
         self._events.append(LogTransferEnded(result, reason))
-
-    def _collect(self) -> None:
-        if self._part is not None:
-            self._outbox += self._part.messages_to_send()

@@ -1,0 +1,85 @@
+"""The base of what holds one part of the protocols at a time, and passes on what it sends."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections import deque
+from typing import Generic, Protocol, TypeVar
+
+from mavlink_vehicle.codec import Message
+
+EventT = TypeVar("EventT")
+
+
+class Part(Protocol):
+    """A part of the protocols that runs for a while."""
+
+    def receive(self, message: Message, now: float) -> None:
+        """Process one message of the autopilot."""
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called."""
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent."""
+
+
+PartT = TypeVar("PartT", bound=Part)
+
+
+class Slot(Generic[PartT, EventT]):
+    """Runs one part at a time; a subclass decides what follows from what it does."""
+
+    def __init__(self) -> None:
+        """Begin empty."""
+        self._part: PartT | None = None
+        self._last_words: list[Message] = []
+        self._events: deque[EventT] = deque()
+
+    @property
+    def pending(self) -> PartT | None:
+        """What is under way."""
+        return self._part
+
+    def start(self, now: float) -> None:
+        """Nothing to do before there is a part."""
+
+    def receive(self, message: Message, now: float) -> None:
+        """Process one message of the autopilot."""
+        if self._part is not None:
+            self._part.receive(message, now)
+            self._collect(now)
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called."""
+        return None if self._part is None else self._part.next_deadline()
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+        if self._part is not None:
+            self._part.handle_timer(now)
+            self._collect(now)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent."""
+        messages, self._last_words = self._last_words, []
+        if self._part is not None:
+            messages += self._part.messages_to_send()
+        return messages
+
+    def next_event(self) -> EventT | None:
+        """Return and remove the next event."""
+        return self._events.popleft() if self._events else None
+
+    def _vacate(self) -> None:
+        """Empty the slot; what its part still has to say is said, such as an acknowledgement."""
+        if self._part is not None:
+            self._last_words += self._part.messages_to_send()
+            self._part = None
+
+    @abstractmethod
+    def _collect(self, now: float) -> None:
+        """Take what the part has done; empty the slot if it has ended."""
