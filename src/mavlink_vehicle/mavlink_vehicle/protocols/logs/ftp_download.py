@@ -57,13 +57,7 @@ class FtpLogDownload(LogDownloader):
     """Downloads one log by MAVFTP."""
 
     def __init__(self, line: FtpLine, log: StoredLog, offset_bytes: int = 0) -> None:
-        """Prepare; `start` asks.
-
-        Args:
-            line: to the autopilot.
-            log: as MAVFTP listed it.
-            offset_bytes: where to begin, 0 to the log's size.
-        """
+        """Prepare for a log that MAVFTP listed, by a line to the autopilot; `start` asks."""
         super().__init__(log, offset_bytes)
         self._line = line
         self._next = offset_bytes
@@ -78,7 +72,6 @@ class FtpLogDownload(LogDownloader):
         self._sizes: dict[int, int] = {}
         self._failures = 0
         self._order = 0
-        self._round_trip_s = 0.0
 
     def start(self, now: float) -> None:
         """Open the file."""
@@ -169,13 +162,13 @@ class FtpLogDownload(LogDownloader):
             for other in self._reads.values():
                 if other.order <= read.order - _OVERTAKEN:
                     other.deadline = now
-            self._round_trip_s = max(took_s, 0.8 * self._round_trip_s + 0.2 * took_s)
+            self._note_round_trip(took_s)
             wanted = self._sizes.pop(offset)
             self._came[offset] = answer.data[:wanted]
             if len(answer.data) < wanted:
                 self._gaps.append(offset + len(answer.data))
                 self._sizes[offset + len(answer.data)] = wanted - len(answer.data)
-            self._give_out()
+            self._give_out_parts()
         if not self.done and not self.problem:
             self._read_on(now)
 
@@ -194,10 +187,7 @@ class FtpLogDownload(LogDownloader):
                 f"{self._log.size_bytes}."
             )
         elif self._failures >= _FAILURES_MAX:
-            self._give_up(
-                f"The autopilot stopped sending {self._log.path} at byte {self._base} of "
-                f"{self._log.size_bytes}; {_FAILURES_MAX} requests were not answered."
-            )
+            self._give_up(self._stopped_sending(self._log.path, _FAILURES_MAX))
 
     def _wants_more(self) -> bool:
         if not self._is_open or len(self._reads) >= _WINDOW:
@@ -224,14 +214,11 @@ class FtpLogDownload(LogDownloader):
             self._outbox.append(message)
             self._free_s = max(self._free_s, now) + _SPACING_S
 
-    def _give_out(self) -> None:
-        parts = []
-        start = self._base
-        while (data := self._came.pop(self._base, None)) is not None:
-            parts.append(data)
-            self._base += len(data)
-        if parts:
-            self._chunks.append((start, b"".join(parts)))
+    def _give_out_parts(self) -> None:
+        parts = b""
+        while (data := self._came.pop(self._base + len(parts), None)) is not None:
+            parts += data
+        self._give_out(parts)
         if self._base >= self._log.size_bytes:
             self.end()
             self.done = True

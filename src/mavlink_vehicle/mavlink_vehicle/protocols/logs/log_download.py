@@ -15,6 +15,7 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import StoredLog
 from mavlink_vehicle.protocols.logs.log_parts import LogDownloader
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 
 _DATA = mavlink.MAVLink_log_data_message
 _PACKET_BYTES = 90
@@ -31,17 +32,11 @@ _BACKED_OFF = 4.0
 _ATTEMPTS = 20
 
 
-class LogDownload(LogDownloader):
+class LogDownload(LogDownloader, TimedOutbox):
     """Downloads one log by LOG_REQUEST_DATA."""
 
     def __init__(self, address: Address, log: StoredLog, offset_bytes: int = 0) -> None:
-        """Prepare; `start` asks.
-
-        Args:
-            address: of the conversation.
-            log: as it was listed.
-            offset_bytes: where to begin, 0 to the log's size.
-        """
+        """Prepare for a log, in the conversation of an address; `start` asks."""
         super().__init__(log, offset_bytes)
         self._address = address
         self._missing = [(offset_bytes, log.size_bytes)] if offset_bytes < log.size_bytes else []
@@ -52,9 +47,7 @@ class LogDownload(LogDownloader):
         self._came = 0
         self._over = False
         self._attempts = 0
-        self._round_trip_s: float | None = None
         self._quiet_s, self._longest_s = _FIRST_QUIET_S, _LONGEST_QUIET_S
-        self._deadline: float | None = None
 
     def start(self, now: float) -> None:
         """Ask for the first span."""
@@ -81,23 +74,14 @@ class LogDownload(LogDownloader):
         elif not self._over:
             self._deadline = now + self._pause_s()
 
-    def next_deadline(self) -> float | None:
-        """Return when to ask for the next span, or again."""
-        return self._deadline
-
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Ask for the next span, or again for what has not come; or give up."""
-        if self._deadline is None or now < self._deadline:
-            return
         if not self._came:
             self._attempts += 1
             self._quiet_s = min(2.0 * self._quiet_s, self._longest_s)
         if self._attempts >= _ATTEMPTS:
             self._deadline = None
-            self.problem = (
-                f"The autopilot stopped sending log {self._log.log_id} at byte {self._base} of "
-                f"{self._log.size_bytes}; {_ATTEMPTS} requests were not answered."
-            )
+            self.problem = self._stopped_sending(f"log {self._log.log_id}", _ATTEMPTS)
             self.end()
             return
         self._go_on(now)
@@ -109,7 +93,7 @@ class LogDownload(LogDownloader):
 
     def _go_on(self, now: float) -> None:
         """Give out what is complete, and ask for the first gap."""
-        self._give_out()
+        self._give_out_complete()
         if not self._missing:
             self.done = True
             self.end()
@@ -135,14 +119,13 @@ class LogDownload(LogDownloader):
             )
         )
 
-    def _give_out(self) -> None:
+    def _give_out_complete(self) -> None:
         complete = self._missing[0][0] if self._missing else self._log.size_bytes
         size = complete - self._base
         if size > 0:
-            self._chunks.append((self._base, bytes(self._held[:size])))
+            self._give_out(bytes(self._held[:size]))
             self._held[:size] = b""
             self._held.extend(bytes(size))
-            self._base = complete
 
     def _keep(self, start: int, data: bytes) -> int:
         """Keep what is missing of it; return how many bytes were."""
@@ -166,15 +149,13 @@ class LogDownload(LogDownloader):
 
     def _pause_s(self) -> float:
         """Return how long an answer that has begun may pause before it counts as over."""
-        return min(self._quiet_s, max(_PAUSE_S, self._round_trip_s or 0.0))
+        return min(self._quiet_s, max(_PAUSE_S, self._round_trip_s))
 
     def _note_answer(self, start: int, now: float) -> None:
         """Learn from the first answer to a request how long to wait for one."""
         if self._came or self._repeated or not self._asked[0] <= start < self._asked[1]:
             return
-        took_s = now - self._asked_s
-        known_s = took_s if self._round_trip_s is None else self._round_trip_s
-        self._round_trip_s = max(took_s, 0.8 * known_s + 0.2 * took_s)
+        self._note_round_trip(now - self._asked_s)
         wanted_s = _ROUND_TRIPS * self._round_trip_s
         self._quiet_s = min(max(wanted_s, _SHORTEST_QUIET_S), _LONGEST_QUIET_S)
         # On a lossy link repetitions are lost, too; they need not become ever slower.

@@ -44,7 +44,25 @@ class LogDownloader(Outbox):
         self._log = log
         self._base = offset_bytes
         self._chunks: list[tuple[int, bytes]] = []
+        self._round_trip_s = 0.0
 
     def next_chunk(self) -> tuple[int, bytes] | None:
         """Return and remove the next bytes with their offset; they follow one another."""
         return self._chunks.pop(0) if self._chunks else None
+
+    def _give_out(self, data: bytes) -> None:
+        """Give out the bytes that follow what was given out before."""
+        if data:
+            self._chunks.append((self._base, data))
+            self._base += len(data)
+
+    def _note_round_trip(self, took_s: float) -> None:
+        """Learn from how long an answer took: slower at once, faster by and by."""
+        self._round_trip_s = max(took_s, 0.8 * self._round_trip_s + 0.2 * took_s)
+
+    def _stopped_sending(self, name: str, requests: int) -> str:
+        """The problem when so many requests for a log of this name were not answered."""
+        return (
+            f"The autopilot stopped sending {name} at byte {self._base} of "
+            f"{self._log.size_bytes}; {requests} requests were not answered."
+        )
