@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from mavlink_vehicle.codec import Message, make, mavlink
@@ -165,12 +165,21 @@ def first_difference(
 
     Both are without home.
     """
+    return _first(sent, stored, lambda a, b: _difference(a, b, rules), rules.offset)
+
+
+def _first(
+    sent: Sequence[MissionItem],
+    stored: Sequence[MissionItem],
+    difference: Callable[[MissionItem, MissionItem], str | None],
+    offset: int = 0,
+) -> str | None:
     if len(sent) != len(stored):
         return f"{len(stored)} items are stored instead of {len(sent)}"
-    for number, (ours, theirs) in enumerate(zip(sent, stored, strict=True)):
-        what = _difference(ours, theirs, rules)
+    for number, (ours, theirs) in enumerate(zip(sent, stored, strict=True), start=offset):
+        what = difference(ours, theirs)
         if what is not None:
-            return f"item {number + rules.offset} has a different {what}"
+            return f"item {number} has a different {what}"
     return None
 
 
@@ -183,22 +192,15 @@ def list_difference(
     the place; its frame and height mean nothing, and ArduPilot gives 0 for them. Of a rally point
     frame, place and altitude.
     """
-    if len(sent) != len(stored):
-        return f"{len(stored)} items are stored instead of {len(sent)}"
-    for number, (ours, theirs) in enumerate(zip(sent, stored, strict=True)):
-        what = _list_item_difference(ours, theirs, kind)
-        if what is not None:
-            return f"item {number} has a different {what}"
-    return None
+    return _first(sent, stored, lambda a, b: _list_item_difference(a, b, kind))
 
 
 def _list_item_difference(ours: MissionItem, theirs: MissionItem, kind: MissionType) -> str | None:
     if ours.command != theirs.command:
         return "command"
-    if abs(ours.x - theirs.x) > _DEGREES_1E7_TOLERANCE:
-        return "latitude"
-    if abs(ours.y - theirs.y) > _DEGREES_1E7_TOLERANCE:
-        return "longitude"
+    where = _place_difference(ours, theirs)
+    if where is not None:
+        return where
     if kind is MissionType.FENCE:
         counts = ours.command != mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
         same = _same_param(ours.params[0], theirs.params[0], is_yaw=False, keeps_nan=True)
@@ -221,13 +223,18 @@ def _difference(ours: MissionItem, theirs: MissionItem, rules: MissionRules) -> 
     if _SAME_FRAME.get(ours.frame, ours.frame) != _SAME_FRAME.get(theirs.frame, theirs.frame):
         return "frame"
     if ours.x or ours.y:  # 0, 0 is "where you are": some put a place there
-        if abs(ours.x - theirs.x) > _DEGREES_1E7_TOLERANCE:
-            return "latitude"
-        if abs(ours.y - theirs.y) > _DEGREES_1E7_TOLERANCE:
-            return "longitude"
+        where = _place_difference(ours, theirs)
+        if where is not None:
+            return where
     if not abs(ours.z - theirs.z) <= _HEIGHT_TOLERANCE_M:
         return "height"
     return None
+
+
+def _place_difference(ours: MissionItem, theirs: MissionItem) -> str | None:
+    if abs(ours.x - theirs.x) > _DEGREES_1E7_TOLERANCE:
+        return "latitude"
+    return "longitude" if abs(ours.y - theirs.y) > _DEGREES_1E7_TOLERANCE else None
 
 
 def _same_param(ours: float, theirs: float, is_yaw: bool, keeps_nan: bool) -> bool:
