@@ -3,29 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from pathlib import Path
 from typing import Any
 
 import yaml
-
-_SIZE_MAX_BYTES = 10_000_000
-
-
-def read_text(path: Path, error_type: type[ValueError]) -> str:
-    """Read a text file.
-
-    Args:
-        path: the file.
-        error_type: raised if it cannot be read.
-    """
-    try:
-        if path.stat().st_size > _SIZE_MAX_BYTES:
-            raise error_type(f"{path}: larger than {_SIZE_MAX_BYTES // 1_000_000} MB.")
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise error_type(f"{path}: {error.strerror or error}.") from None
-    except UnicodeDecodeError:
-        raise error_type(f"{path}: not a text file.") from None
 
 
 def load_yaml(text: str, name: str, error_type: type[ValueError]) -> Any:

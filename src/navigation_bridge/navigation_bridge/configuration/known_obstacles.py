@@ -10,7 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from navigation_bridge.configuration.checked_yaml import hold, load_yaml, read_text
+from navigation_bridge.configuration.checked_yaml import hold, load_yaml
+from navigation_bridge.configuration.text_files import read_text
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle
 
 __all__ = ["KnownObstacles", "ObstaclesError", "parse_obstacles", "read_obstacles"]

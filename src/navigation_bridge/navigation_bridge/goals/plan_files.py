@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from mavlink_vehicle.codec import mavlink
+from navigation_bridge.configuration.text_files import read_text
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest
 
-_SIZE_MAX_BYTES = 10_000_000
 _WPL_HEADER = "QGC WPL 110"
 _WPL_COLUMNS = 12
 _PX4 = mavlink.MAV_AUTOPILOT_PX4
-_FRAMES = {
+FRAME_REFERENCES = {
     mavlink.MAV_FRAME_GLOBAL: AltitudeReference.AMSL,
     mavlink.MAV_FRAME_GLOBAL_INT: AltitudeReference.AMSL,
     mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT: AltitudeReference.HOME,
@@ -106,7 +106,7 @@ def plan_document(path: Path) -> dict[str, Any]:
     Raises:
         PlanError: it is not one.
     """
-    text = _text(path)
+    text = read_text(path, PlanError, "utf-8-sig")
     try:
         return _document(text)
     except PlanError as error:
@@ -114,22 +114,11 @@ def plan_document(path: Path) -> dict[str, Any]:
 
 
 def _read(path: Path, reader: _Reader) -> PlannedRoute:
-    text = _text(path)
+    text = read_text(path, PlanError, "utf-8-sig")
     try:
         return _parse(text, reader)
     except PlanError as error:
         raise PlanError(f"{path}: {error}") from None
-
-
-def _text(path: Path) -> str:
-    try:
-        if path.stat().st_size > _SIZE_MAX_BYTES:
-            raise PlanError(f"{path}: larger than {_SIZE_MAX_BYTES // 1_000_000} MB.")
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise PlanError(f"{path}: {error.strerror or error}.") from None
-    except UnicodeDecodeError:
-        raise PlanError(f"{path}: not a text file.") from None
 
 
 def parse_plan(text: str) -> PlannedRoute:
@@ -306,7 +295,7 @@ class _RouteMaker:
 def _waypoint(
     item: _Item, speed_m_s: float, yaw_deg: float, zero_is_north: bool
 ) -> WaypointRequest:
-    reference = _FRAMES.get(item.frame)
+    reference = FRAME_REFERENCES.get(item.frame)
     if reference is None:
         raise PlanError(f"{item.where}: MAV_FRAME {item.frame} is not supported for a waypoint.")
     latitude_deg, longitude_deg, altitude_m = item.params[4:7]

@@ -10,8 +10,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from navigation_bridge.configuration.checked_yaml import hold, load_yaml, read_text
+from navigation_bridge.configuration.checked_yaml import hold, load_yaml
 from navigation_bridge.configuration.parameter_values import ConfigurationError
+from navigation_bridge.configuration.text_files import read_text
 from navigation_bridge.goals.requests import (
     AltitudeReference,
     LandRequest,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import AMSL, RELATIVE_ALT, TERRAIN_ALT, MissionItem
+from navigation_bridge.goals.plan_files import FRAME_REFERENCES
 from navigation_bridge.goals.requests import AltitudeReference
 
 Degrees = tuple[float, float]
@@ -40,12 +41,6 @@ _FRAMES = {
     AltitudeReference.HOME: RELATIVE_ALT,
     AltitudeReference.AMSL: AMSL,
     AltitudeReference.GROUND: TERRAIN_ALT,
-}
-_REFERENCES = {
-    **{frame: reference for reference, frame in _FRAMES.items()},
-    mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT: AltitudeReference.HOME,
-    mavlink.MAV_FRAME_GLOBAL: AltitudeReference.AMSL,
-    mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT: AltitudeReference.GROUND,
 }
 
 
@@ -257,9 +252,9 @@ def fence_of_items(items: Sequence[MissionItem]) -> GeoFence:
 def rally_of_items(items: Sequence[MissionItem]) -> tuple[RallyPoint, ...]:
     """Return the rally points that items describe; others are left out."""
     return tuple(
-        RallyPoint(_place_deg(item), item.z, _REFERENCES[item.frame])
+        RallyPoint(_place_deg(item), item.z, FRAME_REFERENCES[item.frame])
         for item in items
-        if item.command == _RALLY and item.frame in _REFERENCES
+        if item.command == _RALLY and item.frame in FRAME_REFERENCES
     )
 
 

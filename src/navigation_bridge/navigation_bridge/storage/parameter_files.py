@@ -16,13 +16,13 @@ from pathlib import Path
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import Parameter
+from navigation_bridge.configuration.text_files import read_text
 
 QGROUNDCONTROL, MAVPROXY = ".params", ".parm"
 _SUFFIXES = {QGROUNDCONTROL: QGROUNDCONTROL, MAVPROXY: MAVPROXY, ".param": MAVPROXY}
 NAME = re.compile("[A-Za-z0-9_]{1,16}")
 _AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
 _REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
-_SIZE_MAX_BYTES = 10_000_000
 
 
 class ParameterFileError(ValueError):
@@ -108,14 +108,7 @@ def read_parameters(path: Path) -> VehicleParameterFile:
     Raises:
         ParameterFileError: it is not one, or a line is not a parameter.
     """
-    try:
-        if path.stat().st_size > _SIZE_MAX_BYTES:
-            raise ParameterFileError(f"{path}: larger than {_SIZE_MAX_BYTES // 1_000_000} MB.")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ParameterFileError(f"{path}: {error.strerror or error}.") from None
-    except UnicodeDecodeError:
-        raise ParameterFileError(f"{path}: not a text file.") from None
+    text = read_text(path, ParameterFileError, "utf-8-sig")
     try:
         return parse_parameters(text)
     except ParameterFileError as error:
