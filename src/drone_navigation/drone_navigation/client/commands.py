@@ -6,16 +6,13 @@ import argparse
 import json
 import math
 import sys
-import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any
 
-import rclpy
 from geometry_msgs.msg import PoseStamped
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import BatteryState
 from std_srvs.srv import Trigger
 
@@ -27,6 +24,7 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
+from drone_navigation.client.process import SPIN_S, client_node, wait_for
 from drone_navigation.client.servers import no_server
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
@@ -37,7 +35,6 @@ __all__ = ["ClientCommand", "run_command"]
 _ANSWER_TIMEOUT_S = 20.0
 # Position and battery come several times a second; a vehicle that gives none has none.
 _LOOK_S = 2.0
-_SPIN_S = 0.05
 
 
 def run_command(
@@ -45,10 +42,7 @@ def run_command(
 ) -> int:
     """Run the command, of a kind of its own or with a single request; return the exit code."""
     with ExitStack() as on_exit:
-        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
-        on_exit.callback(rclpy.try_shutdown)
-        node = Node("navigation_client", namespace=options.vehicle)
-        on_exit.callback(node.destroy_node)
+        node = on_exit.enter_context(client_node(argv, options.vehicle))
         command = (kind or ClientCommand)(node, options)
         on_exit.callback(command.close)
         try:
@@ -131,12 +125,7 @@ class ClientCommand:
             print(text)
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        deadline_s = time.monotonic() + timeout_s
-        while not condition():
-            if time.monotonic() >= deadline_s:
-                return False
-            self._executor.spin_once(timeout_sec=_SPIN_S)
-        return True
+        return wait_for(condition, timeout_s, lambda: self._executor.spin_once(timeout_sec=SPIN_S))
 
 
 def status_facts(

@@ -12,11 +12,9 @@ from contextlib import ExitStack
 from types import FrameType
 from typing import Any
 
-import rclpy
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from custom_interfaces.action import DownloadLog
 from custom_interfaces.msg import GoalCode
@@ -28,6 +26,7 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
+from drone_navigation.client.process import SPIN_S, client_node, wait_for
 from drone_navigation.client.servers import no_server
 from navigation_bridge.names import DOWNLOAD_LOG_ACTION_NAME, SERVER_NODE_NAME
 
@@ -38,17 +37,13 @@ _LIST_TIMEOUT_S = 60.0
 _ANSWER_TIMEOUT_S = 10.0
 # The server ends a download without progress after a minute.
 _SILENCE_S = 100.0
-_SPIN_S = 0.05
 _UNITS = ("B", "kB", "MB", "GB")
 
 
 def run_log_command(options: argparse.Namespace, argv: list[str]) -> int:
     """Run the command and return the exit code."""
     with ExitStack() as on_exit:
-        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
-        on_exit.callback(rclpy.try_shutdown)
-        node = Node("navigation_client", namespace=options.vehicle)
-        on_exit.callback(node.destroy_node)
+        node = on_exit.enter_context(client_node(argv, options.vehicle))
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         on_exit.callback(lambda: executor.shutdown(timeout_sec=1.0))
@@ -123,7 +118,7 @@ class _LogCommand:
                 return self._tell_end(EXIT_ABORTED, "Stopped waiting for the end.")
             if time.monotonic() - self._heard_s > _SILENCE_S:
                 return self._tell_end(EXIT_NO_SERVER, "The server no longer responds.")
-            self._executor.spin_once(timeout_sec=_SPIN_S)
+            self._spin_once()
         result = answer.result().result
         code = EXIT_ABORTED
         if result.success:
@@ -171,12 +166,10 @@ class _LogCommand:
         return code
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        deadline_s = time.monotonic() + timeout_s
-        while not condition():
-            if time.monotonic() >= deadline_s or self._interrupted:
-                return False
-            self._executor.spin_once(timeout_sec=_SPIN_S)
-        return True
+        return wait_for(condition, timeout_s, self._spin_once, lambda: self._interrupted > 0)
+
+    def _spin_once(self) -> None:
+        self._executor.spin_once(timeout_sec=SPIN_S)
 
 
 def _time(unix_s: int) -> str | None:

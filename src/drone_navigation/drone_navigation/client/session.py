@@ -12,10 +12,8 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from types import FrameType
 
-import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -30,6 +28,7 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
+from drone_navigation.client.process import SPIN_S, client_node, wait_for
 from drone_navigation.client.servers import no_server
 from drone_navigation.client.terminal.keys import HELP, Key, Keyboard, Keys, Pressed
 from drone_navigation.client.terminal.view import ClientView, make_view
@@ -37,7 +36,6 @@ from drone_navigation.client.updates import Update, UpdateError, parse_point
 from drone_navigation.presence import duplicate
 from navigation_bridge.names import SERVER_NODE_NAME
 
-_SPIN_S = 0.05
 # Two processes that run already find each other in less.
 _SOON_S = 3.0
 # The reason of an earlier refusal is latched; it must not be taken for that of the goal to come.
@@ -152,15 +150,10 @@ class NavigationClient:
         return EXIT_NO_SERVER
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        deadline = time.monotonic() + timeout_s
-        while not condition():
-            if time.monotonic() >= deadline or self._interrupts:
-                return False
-            self._spin_once()
-        return True
+        return wait_for(condition, timeout_s, self._spin_once, lambda: self._interrupts > 0)
 
     def _spin_once(self) -> None:
-        self._executor.spin_once(timeout_sec=_SPIN_S)
+        self._executor.spin_once(timeout_sec=SPIN_S)
         # Not in the signal's handler: it may run in the middle of a drawing, and what it prints
         # then is held back until that drawing goes on, after the stop.
         if self._suspended and self._keyboard is not None:
@@ -293,10 +286,7 @@ def run_goal(options: argparse.Namespace, argv: list[str]) -> int:
     """Send the goal of the command line, show its progress, and return the exit code."""
     client_goal = make_client_goal(options)
     with ExitStack() as on_exit:
-        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
-        on_exit.callback(rclpy.try_shutdown)
-        node = Node("navigation_client", namespace=options.vehicle)
-        on_exit.callback(node.destroy_node)
+        node = on_exit.enter_context(client_node(argv, options.vehicle))
         # Keys need a terminal for the output.
         people = sys.stdin.isatty() and sys.stdout.isatty() and not options.json
         keyboard = Keyboard(sys.stdin) if people else None
