@@ -30,13 +30,11 @@ from drone_navigation.client.options import (
     make_command_parser,
 )
 from drone_navigation.client.terminal.progress import counting_bar
+from drone_navigation.storage_messages import area_message, rally_message
 from mavlink_vehicle.events import Parameter
 from navigation_bridge.goals.plan_files import PlanError
-from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_bridge.storage import parameter_files as files
-from navigation_bridge.storage.geographic import GeoArea
-from navigation_bridge.storage.geographic import RallyPoint as PlannedPoint
 from navigation_bridge.storage.plan_storage import read_plan_fence, read_plan_rally
 
 __all__ = ["StorageCommand", "prepare", "run_storage_command"]
@@ -49,11 +47,6 @@ _ABOVE = {
     RallyPoint.ABOVE_HOME: "above home",
     RallyPoint.ABOVE_MEAN_SEA_LEVEL: "above mean sea level",
     RallyPoint.ABOVE_GROUND: "above ground",
-}
-_REFERENCES = {
-    AltitudeReference.HOME: RallyPoint.ABOVE_HOME,
-    AltitudeReference.AMSL: RallyPoint.ABOVE_MEAN_SEA_LEVEL,
-    AltitudeReference.GROUND: RallyPoint.ABOVE_GROUND,
 }
 
 
@@ -124,7 +117,7 @@ def _fence(options: argparse.Namespace) -> StorageRequest:
         )
     fence = read_plan_fence(options.plan)
     fields = {
-        "areas": [_area(area) for area in fence.areas],
+        "areas": [area_message(area) for area in fence.areas],
         "return_point": list(fence.return_point_deg or ()),
     }
     return StorageRequest(SetFence, "set_fence", fields)
@@ -132,29 +125,11 @@ def _fence(options: argparse.Namespace) -> StorageRequest:
 
 def _rally(options: argparse.Namespace) -> StorageRequest:
     if options.plan is not None:
-        points = [_point(point) for point in read_plan_rally(options.plan)]
+        points = [rally_message(point) for point in read_plan_rally(options.plan)]
         return StorageRequest(SetRallyPoints, "set_rally_points", {"points": points})
     if options.clear:
         return StorageRequest(SetRallyPoints, "set_rally_points", {})
     return StorageRequest(GetRallyPoints, "get_rally_points", {})
-
-
-def _area(area: GeoArea) -> FenceArea:
-    message = FenceArea(inclusion=area.inclusion, radius=area.radius_m or 0.0)
-    message.shape = FenceArea.POLYGON if area.radius_m is None else FenceArea.CIRCLE
-    message.latitudes = [latitude_deg for latitude_deg, _ in area.points_deg]
-    message.longitudes = [longitude_deg for _, longitude_deg in area.points_deg]
-    return message
-
-
-def _point(point: PlannedPoint) -> RallyPoint:
-    latitude_deg, longitude_deg = point.place_deg
-    return RallyPoint(
-        latitude=latitude_deg,
-        longitude=longitude_deg,
-        altitude=point.altitude_m,
-        altitude_reference=_REFERENCES[point.reference],
-    )
 
 
 class StorageCommand(ClientCommand):

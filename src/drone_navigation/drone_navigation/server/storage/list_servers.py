@@ -9,12 +9,11 @@ from typing import Any
 from rclpy.callback_groups import ReentrantCallbackGroup
 
 from custom_interfaces.msg import FenceArea
-from custom_interfaces.msg import RallyPoint as RallyPointMessage
 from custom_interfaces.srv import GetFence, GetRallyPoints, SetFence, SetRallyPoints
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.storage.waiting import STOPPED, Waiting
+from drone_navigation.storage_messages import REFERENCES, area_message, rally_message
 from mavlink_vehicle.mission_items import MissionType
-from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.storage.desk import ListAnswer
 from navigation_bridge.storage.geographic import (
     GeoArea,
@@ -27,12 +26,6 @@ from navigation_bridge.storage.geographic import (
 # The transfer ends by itself before (ListOperation).
 _TIMEOUT_S = 120.0
 _TIMEOUT_PER_ITEM_S = 1.0
-_REFERENCES = {
-    RallyPointMessage.ABOVE_HOME: AltitudeReference.HOME,
-    RallyPointMessage.ABOVE_MEAN_SEA_LEVEL: AltitudeReference.AMSL,
-    RallyPointMessage.ABOVE_GROUND: AltitudeReference.GROUND,
-}
-_NUMBERS = {reference: number for number, reference in _REFERENCES.items()}
 
 Request = Callable[[Callable[[ListAnswer], None]], object]
 
@@ -63,7 +56,9 @@ class ListServers:
     def _get_fence(self, _request: Any, response: Any) -> Any:
         answer = self._ask(partial(self._read, MissionType.FENCE), response)
         if answer.fence is not None:
-            response.areas = [area_message(area, answer.in_force) for area in answer.fence.areas]
+            response.areas = [area_message(area) for area in answer.fence.areas]
+            for area in response.areas:
+                area.stored, area.in_force = True, answer.in_force
             response.return_point = list(answer.fence.return_point_deg or ())
         return response
 
@@ -151,16 +146,6 @@ def _area(message: Any, number: int) -> GeoArea:
     )
 
 
-def area_message(area: GeoArea, in_force: bool) -> FenceArea:
-    """Return an uploaded area."""
-    message = FenceArea(inclusion=area.inclusion, stored=True, in_force=in_force)
-    message.shape = FenceArea.POLYGON if area.radius_m is None else FenceArea.CIRCLE
-    message.radius = area.radius_m or 0.0
-    message.latitudes = [latitude_deg for latitude_deg, _ in area.points_deg]
-    message.longitudes = [longitude_deg for _, longitude_deg in area.points_deg]
-    return message
-
-
 def rally_of(request: Any) -> tuple[RallyPoint, ...]:
     """Return the rally points of a SetRallyPoints request.
 
@@ -169,7 +154,7 @@ def rally_of(request: Any) -> tuple[RallyPoint, ...]:
     """
     points = []
     for number, point in enumerate(request.points, start=1):
-        reference = _REFERENCES.get(point.altitude_reference)
+        reference = REFERENCES.get(point.altitude_reference)
         if reference is None:
             raise ValueError(
                 f"Rally point {number}: altitude_reference {point.altitude_reference} is unknown."
@@ -179,14 +164,3 @@ def rally_of(request: Any) -> tuple[RallyPoint, ...]:
     if problem is not None:
         raise ValueError(problem)
     return tuple(points)
-
-
-def rally_message(point: RallyPoint) -> RallyPointMessage:
-    """Return a rally point as a message."""
-    latitude_deg, longitude_deg = point.place_deg
-    return RallyPointMessage(
-        latitude=latitude_deg,
-        longitude=longitude_deg,
-        altitude=point.altitude_m,
-        altitude_reference=_NUMBERS[point.reference],
-    )
