@@ -319,11 +319,9 @@ class Bridge:
 
     def pause(self, now: float) -> tuple[bool, str]:
         """Pause the active goal until :meth:`resume`; return success and a sentence."""
-        goal = self._goal
+        goal, why_not = self._pausable_goal()
         if goal is None:
-            return False, "No goal is active."
-        if goal.cancel_requested_s is not None:
-            return False, f"Goal {goal.goal_id} is being cancelled."
+            return False, why_not
         rejection = goal.task.pause(now)
         if rejection is not None:
             return False, rejection.message
@@ -334,11 +332,9 @@ class Bridge:
 
     def resume(self, now: float) -> tuple[bool, str]:
         """Resume a paused goal; return success and a sentence."""
-        goal = self._goal
+        goal, why_not = self._pausable_goal()
         if goal is None:
-            return False, "No goal is active."
-        if goal.cancel_requested_s is not None:
-            return False, f"Goal {goal.goal_id} is being cancelled."
+            return False, why_not
         goal.paused_by_client = False
         if goal.paused_by:
             # Whoever stopped the vehicle may be standing beside it.
@@ -348,6 +344,15 @@ class Bridge:
         goal.next_step_s = min(goal.next_step_s, now)
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed")
         return True, f"Goal {goal.goal_id} is resumed."
+
+    def _pausable_goal(self) -> tuple[ActiveGoal | None, str]:
+        """Return the active goal unless it is being cancelled; else None and why."""
+        goal = self._goal
+        if goal is None:
+            return None, "No goal is active."
+        if goal.cancel_requested_s is not None:
+            return None, f"Goal {goal.goal_id} is being cancelled."
+        return goal, ""
 
     def serve(self, number: int, service: Service, now: float, mode: str = "") -> None:
         """Execute a service request; a ``ServiceDone`` with its number is the response.

@@ -127,6 +127,10 @@ def pose_stamped(pose: MapPose | None, stamp: Time, frame_id: str = FRAME_MAP) -
     return message
 
 
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
 def _feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
     """Return a feedback with the fields that all have; an unknown battery is NaN."""
     message = make()
@@ -148,7 +152,7 @@ def _feedback_to_end(make: Callable[[], Any], feedback: GoalFeedback, stamp: Tim
 def velocity_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
     """Return the feedback of a goal that follows velocity commands."""
     message = _feedback(make, feedback, stamp)
-    message.height = math.nan if feedback.height_m is None else feedback.height_m
+    message.height = _or_nan(feedback.height_m)
     message.setpoint_delay = feedback.late_s
     return message
 
@@ -164,7 +168,7 @@ def flown_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time)
 def height_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
     """Return the feedback of a climb or descent."""
     message = _feedback_to_end(make, feedback, stamp)
-    message.height = math.nan if feedback.height_m is None else feedback.height_m
+    message.height = _or_nan(feedback.height_m)
     return message
 
 
@@ -193,8 +197,7 @@ def result_of(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> A
 def flown_result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
     """Return the result of a flight to a target."""
     message = result_of(make, finished, stamp)
-    error_m = finished.final_error_m
-    message.final_error = math.nan if error_m is None else error_m
+    message.final_error = _or_nan(finished.final_error_m)
     return message
 
 

@@ -217,7 +217,10 @@ class ObstacleFeed:
             measured.range_max_m,
             0.5 * measured.width_rad,
         )
-        self._reach_m = measured.range_max_m
+        self._integrate(scan, now)
+
+    def _integrate(self, scan: RayScan, now: float) -> None:
+        self._reach_m = scan.range_max_m
         self._map.integrate(scan, self._ground_m(), now)
 
     def take_scan(self, scan: SensorScan, now: float) -> None:
@@ -236,8 +239,7 @@ class ObstacleFeed:
             scan.range_max_m,
             scan.half_angle_rad,
         )
-        self._reach_m = scan.range_max_m
-        self._map.integrate(rays, self._ground_m(), now)
+        self._integrate(rays, now)
 
     def take_points(self, cloud: SensorPoints, now: float) -> None:
         """Process a point cloud from ROS, unless it follows another within 0.08 s."""
