@@ -18,9 +18,9 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 from tests.support.links.sitl_process import environment
+from tests.support.tally import Outcome, Tally
 
 SUITES = ("sitl", "unit")
 LIMIT_S = 150.0
@@ -36,22 +36,6 @@ EXPECTED_TO_FAIL: dict[str, str] = {
     "copter has one within two seconds",
 }
 """By name of the test: why it stays out"""
-
-
-class Outcome(NamedTuple):
-    """What became of a test.
-
-    Attributes:
-        passed: whether it ended without an exception, in time.
-        why: the last line that it printed.
-        output: all that it printed.
-        took_s: real time.
-    """
-
-    passed: bool
-    why: str
-    output: str
-    took_s: float
 
 
 def tests_of(checkout: Path) -> list[tuple[str, str]]:
@@ -129,22 +113,14 @@ def main() -> int:
     if not found:
         print(f"{options.checkout} is no checkout of dronekit-python.", file=sys.stderr)
         return 2
-    surprises = passed = counted = 0
+    tally = Tally(options.verbose)
     for module, function in found:
         name = f"{module}.{function}"
         if options.names and not any(part in name for part in options.names):
             continue
         outcome = run(options.checkout.resolve(), module, function, options.speedup)
-        counted, passed = counted + 1, passed + outcome.passed
-        reason = EXPECTED_TO_FAIL.get(name)
-        surprises += outcome.passed is (reason is not None)
-        word = "passed" if outcome.passed else "failed"
-        note = "" if outcome.passed else f": {reason or outcome.why}"
-        print(f"{word} {outcome.took_s:5.1f} s  {name}{note}", flush=True)
-        if options.verbose and not outcome.passed:
-            print(outcome.output)
-    print(f"{passed} of {counted} passed; {surprises} not as expected")
-    return 1 if surprises else 0
+        tally.add(name, outcome, EXPECTED_TO_FAIL.get(name))
+    return tally.end()
 
 
 if __name__ == "__main__":

@@ -19,9 +19,9 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import NamedTuple
 
 from tests.support.links.sitl_process import simulator
+from tests.support.tally import Outcome, Tally
 
 ADAPTER = Path(__file__).with_name("mavsdk_adapter.py")
 LIMIT_S = 180.0
@@ -52,15 +52,6 @@ EXPECTED_TO_FAIL: dict[str, str] = {
     "logfile_download": "there is no log before a flight, which ends as a timeout",
 }
 """By name of the example: why it stays out"""
-
-
-class Outcome(NamedTuple):
-    """What became of an example; `why` is the last line that it printed."""
-
-    passed: bool
-    why: str
-    output: str
-    took_s: float
 
 
 def examples_of(checkout: Path) -> list[Path]:
@@ -121,7 +112,7 @@ def main() -> int:
     if not found:
         print(f"{options.checkout} is no checkout of MAVSDK-Python.", file=sys.stderr)
         return 2
-    surprises = passed = counted = 0
+    tally = Tally(options.verbose)
     for example in found:
         name = example.stem
         if options.names and not any(part in name for part in options.names):
@@ -130,16 +121,8 @@ def main() -> int:
             print(f"not run          {name}: {NOT_RUN[name]}", flush=True)
             continue
         outcome = run(example, options.python)
-        counted, passed = counted + 1, passed + outcome.passed
-        reason = EXPECTED_TO_FAIL.get(name)
-        surprises += outcome.passed is (reason is not None)
-        note = "" if outcome.passed else f": {reason or outcome.why}"
-        word = "passed" if outcome.passed else "failed"
-        print(f"{word} {outcome.took_s:5.1f} s  {name}{note}", flush=True)
-        if options.verbose and not outcome.passed:
-            print(outcome.output)
-    print(f"{passed} of {counted} passed; {surprises} not as expected")
-    return 1 if surprises else 0
+        tally.add(name, outcome, EXPECTED_TO_FAIL.get(name))
+    return tally.end()
 
 
 if __name__ == "__main__":
