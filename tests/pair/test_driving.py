@@ -15,6 +15,7 @@ from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.vehicle.driving import driving_of
 from navigation_bridge.vehicle.traits import limits_of, traits_of
 from navigation_core.tasks.progress import Status
+from tests.support.flights.driving import drive_to_end
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.models.kinematics import driven_way_m, least_time_s
 
@@ -38,20 +39,6 @@ def rover(
         parameters=vehicle_parameters,
     )
     return SimulatedFlight(simulated=vehicle, on_missed_waypoint=on_missed_waypoint).ready()
-
-
-def drive_to_end(drive: SimulatedFlight, goal_id: str) -> tuple[float, list[float]]:
-    """Drive to the end; returns by how much it turned, in turns, and its speeds under way."""
-    turned_rad, yaw_rad = 0.0, float(drive.simulation.truth.yaw_rad[0])
-    speeds = []
-    while not drive.ends(goal_id):
-        drive.run_for(0.1)
-        now_rad = float(drive.simulation.truth.yaw_rad[0])
-        turned_rad += abs(math.remainder(now_rad - yaw_rad, math.tau))
-        yaw_rad = now_rad
-        if drive.status(goal_id) == Status.NAVIGATING.value:
-            speeds.append(drive.truth()[1])
-    return turned_rad / math.tau, speeds
 
 
 def under_way_s(drive: SimulatedFlight, goal_id: str) -> float:

@@ -16,6 +16,7 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_bridge.services import Service
+from tests.support.flights.driving import drive_to_end
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 VEHICLES = [
@@ -40,27 +41,16 @@ def _off(drive: SimulatedFlight, x: float, y: float) -> float:
     return math.hypot(east - x, north - y)
 
 
-def _turned_rad(drive: SimulatedFlight, goal_id: str) -> float:
-    """Drive to the goal's end and return by how much the vehicle has turned on the way."""
-    turned_rad, yaw_rad = 0.0, float(drive.simulation.truth.yaw_rad[0])
-    while not drive.ends(goal_id):
-        drive.run_for(0.1)
-        now_rad = float(drive.simulation.truth.yaw_rad[0])
-        turned_rad += abs(math.remainder(now_rad - yaw_rad, math.tau))
-        yaw_rad = now_rad
-    return turned_rad
-
-
 # Ahead, behind, and beside within the circle of the tightest turn.
 @pytest.mark.parametrize("target", [(20.0, 5.0), (-4.0, -10.0), (2.2, 0.4)])
 def test_a_goal_is_driven_to_without_circles_and_the_vehicle_stands_there(
     drive: SimulatedFlight, target: tuple[float, float]
 ) -> None:
     goal_id = drive.send(*target, 0.0)
-    turned_rad = _turned_rad(drive, goal_id)
+    turns, _ = drive_to_end(drive, goal_id)
     (end,) = drive.ends(goal_id)
     assert end.code.value == "SUCCESS", end.message
-    assert turned_rad < 1.4 * math.tau
+    assert turns < 1.4
     # What it reports is its estimate, which is off by some decimetres.
     assert _off(drive, *target) < ERROR_M[drive.kind] + 0.2
     drive.run_for(5.0)

@@ -9,7 +9,6 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from navigation_core.mapping.obstacles import Obstacles
@@ -18,6 +17,7 @@ from tests.support.worlds.random_worlds import (
     CLEARANCE_M,
     KINDS,
     World,
+    cell_graph,
     free_grid,
     random_world,
     way_exists,
@@ -53,19 +53,7 @@ def grid_length_m(world: World, clearance_m: float) -> float:
         world.obstacles, world.start_enu_m, world.goal_enu_m, clearance_m, _CELL_M
     )
     cells = np.arange(free.size).reshape(free.shape)
-    begins, ends, lengths = [], [], []
-    for east, north in ((1, 0), (0, 1), (1, 1), (1, -1)):
-        a = (slice(0, free.shape[0] - east), slice(max(-north, 0), free.shape[1] - max(north, 0)))
-        b = (slice(east, None), slice(max(north, 0), free.shape[1] - max(-north, 0)))
-        joined = free[a] & free[b]
-        begins.append(cells[a][joined])
-        ends.append(cells[b][joined])
-        lengths.append(np.full(int(joined.sum()), _CELL_M * math.hypot(east, north)))
-    size = free.size
-    graph = coo_array(
-        (np.concatenate(lengths), (np.concatenate(begins), np.concatenate(ends))),
-        shape=(size, size),
-    ).tocsr()
+    graph = cell_graph(free, _CELL_M)
     start, goal = (_cell(point, low, cells) for point in (world.start_enu_m, world.goal_enu_m))
     return float(dijkstra(graph, directed=False, indices=np.array([start]))[0, goal])
 

@@ -6,7 +6,7 @@ import inspect
 import math
 import random
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from pymavlink.dialects.v20 import all as mav
@@ -25,6 +25,23 @@ ADDRESSED += [kind for kind in MESSAGES if kind.id in (11, 75, 76, 84, 86)] * 8
 COMMANDS = (75, 76)
 COMMAND_NUMBERS = (*(n for n in range(600) if n != 246), 2000, 31999, 42425)
 """Without reboots: a vehicle that starts again hears nothing for a while"""
+
+
+def extreme_setpoints(
+    numbers: Sequence[float], setpoint_frames: Sequence[int], degrees_1e7: Sequence[int]
+) -> Iterator[Any]:
+    """Yield 3000 setpoints, local and global in turn, of these fields, frames and positions."""
+    rng = random.Random(3)
+    for number in range(3000):
+        values = [rng.choice(numbers) for _ in range(11)]
+        frame, mask = rng.choice(setpoint_frames), rng.randrange(0x1000)
+        message = mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *values)
+        if number % 2:
+            x, y = (rng.choice(degrees_1e7) for _ in range(2))
+            message = mav.MAVLink_set_position_target_global_int_message(
+                0, 1, 1, frame, mask, x, y, *values[2:]
+            )
+        yield message
 
 
 def frames(seed: int) -> Iterator[bytes]:

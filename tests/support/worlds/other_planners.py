@@ -15,11 +15,10 @@ import ompl.base as ob
 import ompl.geometric as og
 import ompl.util as ou
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from navigation_core.planning.shortcuts import pulled_tight
-from tests.support.worlds.random_worlds import CLEARANCE_M, World, free_grid
+from tests.support.worlds.random_worlds import CLEARANCE_M, World, cell_graph, free_grid
 
 OMPL_PLANNERS = {
     "RRT-Connect": og.RRTConnect,
@@ -149,17 +148,8 @@ def grid_way(world: World) -> NDArray[np.float64] | None:
     clearance_m = CLEARANCE_M + 0.5 * _COARSE_M
     ends = world.start_enu_m, world.goal_enu_m
     free, low = free_grid(world.obstacles, *ends, clearance_m, _COARSE_M)
-    begins, finishes, lengths = [], [], []
+    graph = cell_graph(free, _COARSE_M)
     cells = np.arange(free.size).reshape(free.shape)
-    for east, north in ((1, 0), (0, 1), (1, 1), (1, -1)):
-        a = (slice(0, free.shape[0] - east), slice(max(-north, 0), free.shape[1] - max(north, 0)))
-        b = (slice(east, None), slice(max(north, 0), free.shape[1] - max(-north, 0)))
-        joined = free[a] & free[b]
-        begins.append(cells[a][joined])
-        finishes.append(cells[b][joined])
-        lengths.append(np.full(int(joined.sum()), _COARSE_M * math.hypot(east, north)))
-    pairs = np.concatenate(begins), np.concatenate(finishes)
-    graph = csr_array((np.concatenate(lengths), pairs), shape=(free.size, free.size))
     rows = [int(cells[tuple(((np.array(p[:2]) - low) / _COARSE_M).astype(int))]) for p in ends]
     _, before = dijkstra(
         graph, directed=False, indices=np.array(rows[:1]), return_predecessors=True

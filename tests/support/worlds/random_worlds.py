@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
+from scipy.sparse import csr_array
 
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle, Obstacles
@@ -345,6 +346,21 @@ def free_grid(
         gap = _gap_m(level, row, east[:, None] - middles[row, 0], north - middles[row, 1])
         free[first[0] : last[0], first[1] : last[1]] &= gap >= clearance_m
     return free, low
+
+
+def cell_graph(free: NDArray[np.bool_], cell_m: float) -> csr_array:
+    """Return the distances between neighbouring free cells, also across corners, as a graph."""
+    cells = np.arange(free.size).reshape(free.shape)
+    begins, ends, lengths = [], [], []
+    for east, north in ((1, 0), (0, 1), (1, 1), (1, -1)):
+        a = (slice(0, free.shape[0] - east), slice(max(-north, 0), free.shape[1] - max(north, 0)))
+        b = (slice(east, None), slice(max(north, 0), free.shape[1] - max(-north, 0)))
+        joined = free[a] & free[b]
+        begins.append(cells[a][joined])
+        ends.append(cells[b][joined])
+        lengths.append(np.full(int(joined.sum()), cell_m * math.hypot(east, north)))
+    pairs = np.concatenate(begins), np.concatenate(ends)
+    return csr_array((np.concatenate(lengths), pairs), shape=(free.size, free.size))
 
 
 def _gap_m(

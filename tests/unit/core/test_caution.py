@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,7 @@ from navigation_core.tasks.leading.caution import Caution
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.trajectory import plan_to
+from tests.support.models.observations import HOVERING
 
 LIMITS = Limits()
 AVOIDANCE = AvoidanceConfig()
@@ -30,22 +33,7 @@ FAR = Obstacles.of((Cylinder("mast", (-9.0, 0.0), 0.5),))
 def observed(
     late_s: float, obstacles: Obstacles = NOTHING, moving: tuple[Moving, ...] = ()
 ) -> Observation:
-    return Observation(
-        time_s=0.0,
-        position_enu_m=HERE,
-        velocity_enu_m_s=ZERO,
-        yaw_enu_rad=0.0,
-        armed=True,
-        in_control=True,
-        airborne=True,
-        ground_enu_m=0.0,
-        position_age_s=0.0,
-        connected=True,
-        operation=None,
-        obstacles=obstacles,
-        moving=moving,
-        late_s=late_s,
-    )
+    return replace(HOVERING, position_enu_m=HERE, obstacles=obstacles, moving=moving, late_s=late_s)
 
 
 def caution() -> Caution:

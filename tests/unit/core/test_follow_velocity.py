@@ -18,7 +18,6 @@ from navigation_core.tasks.intents import Fly, Handover, Intent, Outcome, Perfor
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import (
-    Observation,
     OperationReport,
     OperationStatus,
     TaskOperation,
@@ -29,6 +28,7 @@ from navigation_core.tasks.steering.follow_velocity import FollowVelocity
 from navigation_core.tasks.steering.steersman import VelocityTerms
 from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
+from tests.support.models.observations import HOVERING
 
 PERIOD_S = 0.05
 LIMITS = Limits(speed_horizontal_m_s=3.0, speed_up_m_s=1.5, speed_down_m_s=1.0)
@@ -58,18 +58,11 @@ class Steered:
         )
         self.now = 100.0
         self.traits = traits
-        self.seen = Observation(
+        self.seen = replace(
+            HOVERING,
             time_s=self.now,
             position_enu_m=(0.0, 0.0, 10.0 if traits.flies else 0.0),
-            velocity_enu_m_s=(0.0, 0.0, 0.0),
-            yaw_enu_rad=0.0,
-            armed=True,
-            in_control=True,
             airborne=True if traits.flies else None,
-            ground_enu_m=0.0,
-            position_age_s=0.0,
-            connected=True,
-            operation=None,
             mode=VehicleMode.CONTROL,
         )
         self.seen = replace(self.seen, **seen)  # type: ignore[arg-type]

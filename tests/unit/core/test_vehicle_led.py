@@ -25,22 +25,16 @@ from navigation_core.tasks.watching.vehicle_led import (
     VehicleLed,
     VehicleLedGoal,
 )
+from tests.support.models.observations import HOVERING
 
 ROVER = Traits(name="rover", flies=False, lands_itself=False)
 PLANE = Traits(name="plane", hovers=False, circle_radius_m=80.0)
 
-FLYING = Observation(
-    time_s=0.0,
+FLYING = replace(
+    HOVERING,
     position_enu_m=(30.0, 40.0, 12.0),
-    velocity_enu_m_s=(0.0, 0.0, 0.0),
-    yaw_enu_rad=0.0,
-    armed=True,
     in_control=False,
-    airborne=True,
     ground_enu_m=2.0,
-    position_age_s=0.0,
-    connected=True,
-    operation=None,
     home_enu_m=(0.0, 0.0, 2.0),
 )
 
@@ -172,32 +166,29 @@ def test_a_plane_returns_when_it_circles_the_launch_point() -> None:
     assert "circles" in answer.message
 
 
-def test_a_plane_that_goes_round_the_launch_point_further_off_has_returned_too() -> None:
+def circled(east_m: float, radius_m: float, rad_s: float, until_s: int) -> tuple[Outcome, int]:
+    """How a plane's return ends, and when, that circles east of the launch point."""
     task = under_way(RETURN_TO_LAUNCH, PLANE)
-    for second in range(2, 200):
-        turn = 0.1 * second  # 20 m/s
-        place = (200.0 * math.cos(turn), 200.0 * math.sin(turn), 90.0)
+    for second in range(2, until_s):
+        turn = rad_s * second
+        place = (east_m + radius_m * math.cos(turn), radius_m * math.sin(turn), 90.0)
         answer = task.step(
             replace(FLYING, position_enu_m=place, mode=VehicleMode.RETURN), float(second)
         )
         if isinstance(answer, Outcome):
             break
     assert isinstance(answer, Outcome)
+    return answer, second
+
+
+def test_a_plane_that_goes_round_the_launch_point_further_off_has_returned_too() -> None:
+    answer, second = circled(east_m=0.0, radius_m=200.0, rad_s=0.1, until_s=200)  # 20 m/s
     assert answer.code is OutcomeCode.SUCCESS
     assert second > 2 + math.pi / 0.1, "half a round, at least"
 
 
 def test_a_plane_that_circles_elsewhere_has_not_returned() -> None:
-    task = under_way(RETURN_TO_LAUNCH, PLANE)
-    for second in range(2, 600):
-        turn = 0.2 * second
-        place = (600.0 + 80.0 * math.cos(turn), 80.0 * math.sin(turn), 90.0)
-        answer = task.step(
-            replace(FLYING, position_enu_m=place, mode=VehicleMode.RETURN), float(second)
-        )
-        if isinstance(answer, Outcome):
-            break
-    assert isinstance(answer, Outcome)
+    answer, _ = circled(east_m=600.0, radius_m=80.0, rad_s=0.2, until_s=600)
     assert answer.code is OutcomeCode.TIMEOUT
     assert answer.final_error_m is not None
 

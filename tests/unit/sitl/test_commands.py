@@ -372,12 +372,18 @@ def test_set_home_here_and_get_home(ground: GroundStation) -> None:
     assert len(ground.messages("HOME_POSITION")) == before + 1
 
 
-def test_arming_sets_home_to_where_the_vehicle_is() -> None:
+def landed_elsewhere() -> GroundStation:
+    """A copter that has landed by itself 10 m North and 5 m East of its home."""
     station = flying(5.0)
     station.setpoint(0xDF8, (10.0, 5.0, -5.0))
     station.run(12.0)
     station.mode(LAND)
     station.run_until(lambda: not armed(station), 30.0)
+    return station
+
+
+def test_arming_sets_home_to_where_the_vehicle_is() -> None:
+    station = landed_elsewhere()
     station.mode(GUIDED)
     station.arm()
     home = station.last("HOME_POSITION")
@@ -427,11 +433,7 @@ def test_nothing_is_heard_or_answered_while_rebooting(ground: GroundStation) -> 
 
 
 def test_the_local_origin_moves_to_where_the_firmware_starts() -> None:
-    station = flying(5.0)
-    station.setpoint(0xDF8, (10.0, 5.0, -5.0))
-    station.run(12.0)
-    station.mode(LAND)
-    station.run_until(lambda: not armed(station), 30.0)
+    station = landed_elsewhere()
     station.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1)
     station.run(3.0)
     station.ready()

@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.mavlink.codec import Decoder
-from tests.support.messages.hostile_frames import fields
+from tests.support.messages.hostile_frames import extreme_setpoints, fields
 from tests.support.stations.ground_station import GUIDED, GroundStation, alive, copter, flying
 
 
@@ -196,16 +196,9 @@ def test_every_known_command_with_extreme_parameters(command: int) -> None:
 
 def test_setpoints_with_extreme_fields_in_every_frame_and_mask() -> None:
     station = flying(5.0)
-    rng = random.Random(3)
-    for number in range(3000):
-        values = [rng.choice((*EXTREMES, 1e9, -1e9, 5.0)) for _ in range(11)]
-        frame, mask = rng.choice([0, 1, 3, 5, 6, 7, 8, 9, 11, 12]), rng.randrange(0x1000)
-        message = mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *values)
-        if number % 2:
-            x, y = (rng.choice([-(2**31), 2**31 - 1, 0, -353632610]) for _ in range(2))
-            message = mav.MAVLink_set_position_target_global_int_message(
-                0, 1, 1, frame, mask, x, y, *values[2:]
-            )
+    numbers, kinds = (*EXTREMES, 1e9, -1e9, 5.0), (0, 1, 3, 5, 6, 7, 8, 9, 11, 12)
+    places = (-(2**31), 2**31 - 1, 0, -353632610)
+    for message in extreme_setpoints(numbers, kinds, places):
         station.vehicle.link.write(station.pack(message))
         station.simulation.run_for(0.02)
         station.vehicle.link.read()

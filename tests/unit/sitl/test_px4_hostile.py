@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.mavlink.px4 import kind_messages
 from mavlink_sitl.mavlink.px4.commands import HANDLERS
-from tests.support.messages.hostile_frames import frames
+from tests.support.messages.hostile_frames import extreme_setpoints, frames
 from tests.support.stations.ground_station import alive
 from tests.support.stations.missions import upload
 from tests.support.stations.px4_station import Px4Station, flying_px4, plan_item, ready_px4
@@ -52,16 +52,8 @@ def test_every_known_command_with_extreme_parameters(command: int) -> None:
 
 def test_setpoints_with_extreme_fields_in_every_frame_and_mask() -> None:
     station = flying_px4()
-    rng = random.Random(3)
-    for number in range(3000):
-        values = [rng.choice(EXTREMES) for _ in range(11)]
-        frame, mask = rng.choice([0, 1, 5, 6, 8, 9, 11]), rng.randrange(0x1000)
-        message = mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *values)
-        if number % 2:
-            x, y = (rng.choice([-(2**31), 2**31 - 1, 0, 473977430]) for _ in range(2))
-            message = mav.MAVLink_set_position_target_global_int_message(
-                0, 1, 1, frame, mask, x, y, *values[2:]
-            )
+    places = (-(2**31), 2**31 - 1, 0, 473977430)
+    for message in extreme_setpoints(EXTREMES, (0, 1, 5, 6, 8, 9, 11), places):
         station.vehicle.link.write(station.pack(message))
         station.simulation.run_for(0.02)
         station.vehicle.link.read()
