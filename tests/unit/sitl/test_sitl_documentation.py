@@ -12,11 +12,12 @@ from mavlink_sitl.mavlink.messages.telemetry import BUILDERS
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 TEXT = (DOCS / "sitl.md").read_text("utf-8")
+LISTS = (DOCS / "sitl_ardupilot_lists.md").read_text("utf-8")
 
 
 def test_the_example_runs() -> None:
     blocks = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
-    # The other one is a test, which test_pytest_plugin.py runs as such.
+    # The second block is a test, which test_pytest_plugin.py runs as such.
     (example,) = (block for block in blocks if "def test_" not in block)
     exec(compile(example, "docs/sitl.md", "exec"), {})
 
@@ -34,8 +35,9 @@ def test_the_command_lines_are_right() -> None:
 
 
 def test_every_mode_and_message_is_documented() -> None:
-    for mode in ARDUCOPTER.modes.values():
-        assert re.search(rf"\b{mode.name}\b", TEXT), mode.name
+    for number, mode in ARDUCOPTER.modes.items():
+        row = rf"^\| {number} \| {mode.name} \| flown \|"
+        assert re.search(row, LISTS, re.MULTILINE), mode.name
     for message_id in BUILDERS:
         name = dialect.mavlink_map[message_id].msgname
-        assert re.search(rf"\b{name}\b", TEXT), name
+        assert re.search(rf"\b{name}\b", LISTS + TEXT), name
