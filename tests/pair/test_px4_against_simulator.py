@@ -130,7 +130,7 @@ def test_offboard_is_not_asked_for_before_the_stream_has_run() -> None:
     pair.vehicle.open_stream(pair.now)
     end = pair.finish(pair.vehicle.take_control(pair.now))
     assert end.result is REFUSED
-    assert "no setpoint stream came within 3.2 s" in end.reason
+    assert "no setpoints were streamed within 3.2 s" in end.reason
     modes = [m for _, m in pair.sent if m.get_type() == "COMMAND_LONG" and m.command == 176]
     assert not modes
 

@@ -219,7 +219,7 @@ def test_a_vehicle_that_is_sent_elsewhere_in_the_same_mode_is_left_to_the_statio
     end = flight.run_to_end(goal_id)
     assert end.code.value == "PILOT_OVERRIDE", end.message
     assert "Ground station 255/190" in end.message
-    assert "DO_REPOSITION to a place" in end.message
+    assert "DO_REPOSITION to a position" in end.message
     north_m = flight.truth()[0][1]
     flight.run_for(20.0)
     assert flight.truth()[0][1] > north_m + 20.0
@@ -244,7 +244,7 @@ def test_a_hold_on_the_way_to_somewhere_else_is_an_override(
     end = flight.run_to_end(goal_id, 3.0)
     assert end.code.value == "PILOT_OVERRIDE", end.message
     assert "Ground station 255/190" in end.message
-    assert "DO_REPOSITION to a place" in end.message
+    assert "DO_REPOSITION to a position" in end.message
     north_m = flight.truth()[0][1]
     flight.run_for(15.0)
     assert flight.truth()[0][1] > north_m + 5.0, "it goes where the station sent it"

@@ -68,7 +68,7 @@ def test_when_the_commands_stop_the_vehicle_stops_and_the_goal_ends(
     assert math.dist(flight.truth()[0], place) < 6.0
     end = flight.run_to_end(goal_id, 30.0)
     assert end.code is OutcomeCode.TIMEOUT, end.message
-    assert "No velocity command has come for 20 s" in end.message
+    assert "No velocity command has been received for 20 s" in end.message
     assert flight.speed_m_s < 0.3
 
 

@@ -57,7 +57,7 @@ def report(recording: FlightRecording, nearest: Nearest) -> str:
     replans = len(replan_times_s(recording))
     ends = [goal.code for goal in recording.all_goals if goal.ended_s is not None]
     if ends[-1:] != [OutcomeCode.SUCCESS.value]:
-        raise DemoError(f"The last goal did not end with SUCCESS; the ends are {ends}.")
+        raise DemoError(f"The last goal did not end with SUCCESS; the outcomes are {ends}.")
     if len(goals) < _GOALS or len(goals[0].targets_enu_m) < _WAYPOINTS:
         raise DemoError("The recording lacks the route or the goal that replaces it.")
     if replans < _REPLANS:

@@ -54,7 +54,7 @@ def main(args: list[str] | None = None) -> int:
         def ready(port: int) -> None:
             address = f"http://{options.host}:{port}/?token={token}"
             print(f"The console is at {address}", flush=True)
-            print("Whoever has this address can fly. Ctrl-C ends the console.", flush=True)
+            print("Anyone with this address can fly the vehicles. Ctrl-C ends the console.", flush=True)
             # Without a display it would be a browser in this terminal.
             display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
             if display and not options.no_browser:
@@ -67,7 +67,7 @@ def main(args: list[str] | None = None) -> int:
         except OSError as error:
             print(f"Cannot listen on {options.host}: {error.strerror or error}.", file=sys.stderr)
             return EXIT_FAILED
-    print("The console has ended; goals go on.", flush=True)
+    print("The console has ended; active goals continue.", flush=True)
     return EXIT_OK
 
 

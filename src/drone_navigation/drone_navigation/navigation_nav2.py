@@ -29,7 +29,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="navigation_nav2",
         description="Offer Nav2's actions, services and topics to its clients (BasicNavigator, "
-        "RViz's 2D Goal Pose) and fly their goals by a navigation_server. For a vehicle with a "
+        "RViz's 2D Goal Pose) and fly their goals with a navigation_server. For a vehicle with a "
         "namespace add --ros-args -r __ns:=/NAME.",
         epilog="parameters (as --ros-args -p NAME:=VALUE): "
         + ", ".join(f"{name} ({str(value).lower()})" for name, value in _PARAMETERS.items()),

@@ -220,9 +220,9 @@ class StationAct(enum.Enum):
     CLEARED_MISSION = "cleared the mission"
     REPLACED_MISSION = "uploaded another mission"
     PAUSED = "paused the vehicle"
-    CONTINUED = "let the vehicle go on"
+    CONTINUED = "resumed the vehicle"
     CHANGED_MODE = "changed the mode"
-    CHANGED_ITEM = "chose another item of the mission"
+    CHANGED_ITEM = "selected another mission item"
     """The mission continues at another item; it is still ours."""
 
 
@@ -284,7 +284,7 @@ class ParameterChange(enum.Enum):
 
     READ = "read"
     CHANGED = "changed"
-    UNCHANGED = "it had the value"
+    UNCHANGED = "it already had the value"
     UNKNOWN = "the autopilot does not know it"
     FAILED = "not changed"
 

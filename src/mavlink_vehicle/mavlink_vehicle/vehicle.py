@@ -203,7 +203,7 @@ class Vehicle(VehicleCore):
 
     def cancel_operation(self, now: float) -> None:
         """End the operation under way, if any, as CANCELLED. Nothing is sent to the vehicle."""
-        self.slot.cancel("we stopped waiting for it", now)
+        self.slot.cancel("it was abandoned", now)
         self.take_ends(now)
 
     # Setpoints

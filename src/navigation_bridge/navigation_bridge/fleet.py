@@ -88,7 +88,7 @@ class Member:
         """
         fleet = self._of_fleet()
         if self.given_up:
-            raise DriverError("This vehicle was given up after repeated defects.")
+            raise DriverError("This vehicle was abandoned after repeated internal errors.")
 
         def touching() -> ResultT:
             fleet.touch(self)
@@ -263,8 +263,8 @@ class FleetApplication:
             member.given_up = True
             member.application.give_up(
                 DriverError(
-                    f"Vehicle {member.name} has been failing for {failing_s:.1f} s and is given "
-                    "up; nothing more is sent for it, so that its own failsafe can act."
+                    f"Vehicle {member.name} has been failing for {failing_s:.1f} s and is "
+                    "abandoned; nothing more is sent to it, so that its own failsafe can act."
                 )
             )
 

@@ -125,7 +125,7 @@ class LogDesk:
         if not vehicle.connected:
             return Rejection(OutcomeCode.NO_VEHICLE, "There is no connection to a vehicle.")
         if vehicle.state.armed:
-            text = "The vehicle is armed; logs are listed and downloaded after it was disarmed."
+            text = "The vehicle is armed; disarm it to list or download logs."
             return Rejection(OutcomeCode.BUSY, text)
         if vehicle.logs.busy or vehicle.operation is not None:
             return Rejection(OutcomeCode.BUSY, "Another request is being processed; try again.")

@@ -114,7 +114,7 @@ class StationFlight(SimulatedFlight):
         self.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, float(go_on), **how)
 
     def reposition_nowhere(self, **how: object) -> None:
-        """DO_REPOSITION without a place."""
+        """DO_REPOSITION without a position."""
         command = mavlink.MAV_CMD_DO_REPOSITION
         profile = self.vehicle.profile
         assert profile is not None
@@ -129,7 +129,7 @@ class StationFlight(SimulatedFlight):
         self.tell(message, **how)  # type: ignore[arg-type]
 
     def reposition(self, latitude_deg: float, longitude_deg: float, amsl_m: float) -> None:
-        """DO_REPOSITION to a place, with the change of mode."""
+        """DO_REPOSITION to a position, with the change of mode."""
         message = make(
             "COMMAND_INT", **TARGET, frame=0, command=mavlink.MAV_CMD_DO_REPOSITION, param1=-1.0,
             param2=1.0, x=round(latitude_deg * 1e7), y=round(longitude_deg * 1e7), z=amsl_m,

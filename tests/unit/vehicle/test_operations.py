@@ -287,12 +287,12 @@ def test_cancelled_at_any_time_it_ends_once(answer: int | None) -> None:
     script = Script()
     if answer is not None:
         script.say(script.autopilot.ack(SET_MODE, answer))
-    script.operation.cancel("we stopped waiting for it", script.now)
+    script.operation.cancel("it was abandoned", script.now)
     script.operation.cancel("again", script.now)
     script.operation.lose("the autopilot restarted", script.now)
     end = script.end()
     assert end.result is CANCELLED
-    assert end.reason == "Mode change to GUIDED ended: we stopped waiting for it."
+    assert end.reason == "Mode change to GUIDED ended: it was abandoned."
     script.say(script.autopilot.heartbeat(mode=GUIDED))
     script.say(script.autopilot.ack(SET_MODE, ACCEPTED))
     script.wait(30.0)

@@ -165,14 +165,14 @@ def test_clearing_the_fence_or_the_rally_points_leaves_the_mission(
             mavlink.MAV_CMD_DO_REPOSITION,
             (-1.0, 1.0, 0.0, math.nan, math.nan, math.nan, math.nan),
             PAUSED,
-            "DO_REPOSITION without a place",
+            "DO_REPOSITION without a position",
             None,
         ),
         (
             mavlink.MAV_CMD_DO_REPOSITION,
             (-1.0, 1.0, 0.0, math.nan, 47.0, 8.0, 500.0),
             MODE,
-            "DO_REPOSITION to a place",
+            "DO_REPOSITION to a position",
             GUIDED,
         ),
     ],
@@ -209,10 +209,10 @@ def test_commands_with_a_place_may_come_as_command_int(network: Network) -> None
     nowhere = 0x7FFFFFFF
     reposition = {"command": mavlink.MAV_CMD_DO_REPOSITION, "frame": 6, "param2": 1.0}
     assert told(network.say("COMMAND_INT", **reposition, x=nowhere, y=nowhere)) == [
-        (PAUSED, QGC, "DO_REPOSITION without a place")
+        (PAUSED, QGC, "DO_REPOSITION without a position")
     ]
     assert told(network.say("COMMAND_INT", **reposition, x=0, y=0)) == [
-        (MODE, QGC, "DO_REPOSITION to a place")  # 0/0 is a place: a PX4 sets off for it
+        (MODE, QGC, "DO_REPOSITION to a position")  # 0/0 is a place: a PX4 sets off for it
     ]
 
 

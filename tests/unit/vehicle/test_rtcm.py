@@ -53,7 +53,7 @@ def test_messages_that_follow_one_another_are_told_apart(sizes: list[int]) -> No
         (EXAMPLE[:-1], "An RTCM message of 25 bytes ends after 24."),
         (EXAMPLE[:5] + b"\xff" + EXAMPLE[6:], "The checksum of an RTCM message of 25 bytes"),
         (b"\xd3\xff\xff", "does not begin"),
-        (b"", "There is no RTCM message in it."),
+        (b"", "It contains no RTCM message."),
     ],
 )
 def test_what_is_no_rtcm_is_refused_and_not_sent(data: bytes, said: str) -> None:

@@ -219,7 +219,7 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed", type=float, default=0.0, metavar="M_S", help="max_speed (default: the server's)"
     )
-    parser.add_argument("--avoid", action="store_true", help="ask for obstacle avoidance")
+    parser.add_argument("--avoid", action="store_true", help="avoid obstacles")
 
 
 def _add_course(parser: argparse.ArgumentParser) -> None:

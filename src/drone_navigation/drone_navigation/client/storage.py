@@ -103,7 +103,7 @@ def prepare(options: argparse.Namespace) -> StorageRequest:
     if options.verb == "save":
         files.format_of(options.file)
         if options.file.exists() and not options.force:
-            text = f"{options.file}: exists already; give --force to replace it."
+            text = f"{options.file}: already exists; give --force to replace it."
             raise files.ParameterFileError(text)
     return StorageRequest(ListVehicleParameters, name, {})
 

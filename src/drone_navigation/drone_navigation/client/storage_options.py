@@ -36,7 +36,7 @@ def add_storage(parser: argparse.ArgumentParser, command: str) -> None:
     """Add what a command has besides the options of all."""
     if command == "parameters":
         parser.add_argument("verb", choices=tuple(_OPERANDS), help=_VERBS)
-        parser.add_argument("operands", nargs="*", metavar="FILE", help="what the verb is given")
+        parser.add_argument("operands", nargs="*", metavar="FILE", help="arguments of the verb")
         parser.add_argument(
             "--while-armed",
             action="store_true",

@@ -228,12 +228,12 @@ class _Members:
 
     def finish(self) -> None:
         if self._document:
-            raise RejectedError("The message has members of no meaning.")
+            raise RejectedError("The message has unknown members.")
 
     def text(self, name: str, length_max: int) -> str:
         value = self.take(name)
         if not isinstance(value, str) or len(value) > length_max:
-            raise RejectedError(f"{name} is not a text of at most {length_max} characters.")
+            raise RejectedError(f"{name} is not text of at most {length_max} characters.")
         return value
 
     def flag(self, name: str) -> bool:
@@ -262,7 +262,7 @@ class _Members:
     def confirmed(self) -> None:
         """Require that a person slid, or held the space bar: a click alone starts nothing."""
         if self.take("confirmed") not in ("slide", "held"):
-            raise RejectedError("This has to be confirmed by a slide, or by holding the space bar.")
+            raise RejectedError("This must be confirmed by a slide, or by holding the space bar.")
 
     def waypoints(self) -> tuple[PageWaypoint, ...]:
         value = self.take("waypoints")
@@ -320,7 +320,7 @@ def _mission(members: _Members) -> ConvertMission:
 def _replay(members: _Members) -> Replay:
     name = members.text("name", _NAME_MAX)
     if name not in REPLAYS:
-        raise RejectedError("name is not one of a replay's.")
+        raise RejectedError("name is not a known replay command.")
     value = 0.0
     if name == "speed":
         value = members.number("speed", 0.1, _REPLAY_SPEED_MAX)

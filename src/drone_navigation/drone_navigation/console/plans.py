@@ -38,7 +38,7 @@ def _projections() -> dict[str, Projection]:
 def _frame(autopilot: str, home: dict[str, Any] | None) -> LocalFrame:
     projection = _projections().get(autopilot)
     if projection is None:
-        raise PlanError("The vehicle's firmware is not known, and so not how its map lies.")
+        raise PlanError("The vehicle's firmware is unknown, so positions cannot be converted to degrees.")
     if home is None or home["at"] is None or None in home.values():
         raise PlanError("The vehicle's home is not known yet.")
     east_m, north_m, up_m = home["at"]
@@ -87,8 +87,8 @@ def map_waypoints(
         latitude_deg, longitude_deg, altitude_m = waypoint.position
         if waypoint.altitude_reference is AltitudeReference.GROUND:
             raise PlanError(
-                f"Waypoint {number} has a height above the ground below it, which the map does "
-                "not know; fly this plan with navigation_client."
+                f"Waypoint {number} has a height above terrain, which the map lacks; fly this plan "
+                "with navigation_client."
             )
         if waypoint.altitude_reference is AltitudeReference.HOME:
             altitude_m += home["altitude"]
@@ -151,7 +151,7 @@ def stored_plan(
         PlanError: something is not known yet, or there is no mission.
     """
     if mission is None or fence is None or rally is None or home is None or None in home.values():
-        raise PlanError("What the vehicle stores has not been read yet.")
+        raise PlanError("The vehicle's stored mission has not been read yet.")
     if not mission["items"]:
         raise PlanError("The vehicle stores no mission.")
     # In a file items are counted from 1; those of a DO_JUMP, too.

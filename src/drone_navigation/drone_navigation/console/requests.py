@@ -171,7 +171,7 @@ class VehicleRequests:
     def replay(self, replay: Replay, answer: Answer) -> None:
         """Play the recording, or set where and how fast."""
         if not self._player:
-            answer(False, "This is no recording.")
+            answer(False, "This is not a recording.")
             return
         request: Any = Trigger.Request()
         client = self._clients[f"{self._player}/set_parameters"]
@@ -187,11 +187,11 @@ class VehicleRequests:
         def take(done: Any) -> None:
             if replay.name == "speed":
                 (result,) = done.results
-                answer(result.successful, result.reason or f"Played at {replay.value:g} times.")
+                answer(result.successful, result.reason or f"Replay speed: {replay.value:g} x.")
             else:
                 answer(done.success, done.message)
 
-        late = "The server did not answer to the replay's request."
+        late = "The server did not answer the replay request."
         self._call(client.call_async(request), take, lambda: answer(False, late))
 
     # --- goals ------------------------------------------------------------------------------
@@ -200,7 +200,7 @@ class VehicleRequests:
         """Reject for a server that is silent: suspended, it would act on it much later."""
         if self._is_alive():
             return False
-        answer(False, "Nothing was sent: the navigation server is silent.")
+        answer(False, "Nothing was sent: the navigation server does not respond.")
         return True
 
     def trigger(self, name: str, answer: Answer) -> None:
@@ -209,15 +209,15 @@ class VehicleRequests:
         if name != "hold" and self._is_silent(answer):
             return
         if len(self._calls) > _CALLS_MAX:
-            answer(False, "The server has not answered to many requests yet.")
+            answer(False, "Too many requests are waiting for the server's answer.")
             return
         if not client.service_is_ready():
-            answer(False, f"No server offers {name} of this vehicle now.")
+            answer(False, f"No server offers {name} for this vehicle.")
             return
         self._call(
             client.call_async(Trigger.Request()),
             lambda done: answer(done.success, done.message),
-            lambda: answer(False, f"The server did not answer to {name}."),
+            lambda: answer(False, f"The server did not answer {name}."),
         )
 
     def cancel(self, answer: Answer) -> None:
@@ -228,7 +228,7 @@ class VehicleRequests:
             if client.service_is_ready()
         ]
         if not ready:
-            answer(False, "No server offers the actions of this vehicle now.")
+            answer(False, "No server offers the actions for this vehicle.")
             return
         left = [len(ready)]
         found: list[int] = []
@@ -243,7 +243,7 @@ class VehicleRequests:
                 elif found:
                     answer(False, "There is no goal to cancel.")
                 else:
-                    answer(False, "The server did not answer to the cancel.")
+                    answer(False, "The server did not answer the cancel request.")
 
         for client in ready:
             # A request of zeros means every goal.
@@ -290,7 +290,7 @@ class VehicleRequests:
             return
         client = self._sender(action)
         if not client.service_is_ready():
-            answer(False, f"No server offers {action} of this vehicle now.")
+            answer(False, f"No server offers {action} for this vehicle.")
             return
         number = uuid.uuid4()
         request = ACTIONS[action].Impl.SendGoalService.Request(
@@ -309,7 +309,7 @@ class VehicleRequests:
                 answer(False, "The server rejected the goal; the messages have the reason.")
 
         def late() -> None:
-            answer(False, "The server did not answer to the goal, which may be active.")
+            answer(False, "The server did not answer the goal request; the goal may be active.")
 
         self._call(client.call_async(request), take, late)
 

@@ -144,7 +144,7 @@ class Archive:
             if header[:7] != b"PMTiles":
                 raise TileError(f"{path} is neither a folder of tiles nor a PMTiles archive.")
             if len(header) < _HEADER_BYTES:
-                raise TileError(f"{path} is cut short.")
+                raise TileError(f"{path} is truncated.")
             if header[7] != 3:
                 raise TileError(f"{path} is PMTiles of version {header[7]}; only 3 is read.")
             self._open(path, header)

@@ -107,7 +107,7 @@ class LogServers:
 
     def _list(self, _request: Any, response: Any) -> Any:
         if not self._one.acquire(blocking=False):
-            response.message = "Another list or download of logs is under way; try again later."
+            response.message = "Another log list or download is in progress; try again later."
             return response
         try:
             found = self._find(lambda: False)
@@ -124,7 +124,7 @@ class LogServers:
     def _execute(self, handle: ServerGoalHandle) -> Any:
         result = DownloadLog.Result()
         if not self._one.acquire(blocking=False):
-            text = "Another list or download of logs is under way; try again later."
+            text = "Another log list or download is in progress; try again later."
             return self._end(handle, result, OutcomeCode.BUSY, text)
         try:
             self._download(handle, result)
@@ -164,7 +164,7 @@ class LogServers:
             self._receive(handle, log, file, result)
             other = file.is_other_log
         if other:
-            self._node.get_logger().warning(f"{path}.part is of another log; downloading afresh")
+            self._node.get_logger().warning(f"{path}.part belongs to another log; restarting the download")
             with closing(LogFile(path, log.size_bytes, afresh=True)) as file:
                 self._receive(handle, log, file, result)
         file.finish()
@@ -202,7 +202,7 @@ class LogServers:
                 handle.publish_feedback(feedback)
         result.bytes_stored = file.stored_bytes
         if file.stored_bytes != log.size_bytes:
-            raise _EndedError(OutcomeCode.INTERNAL_ERROR, "The download ended before the log.")
+            raise _EndedError(OutcomeCode.INTERNAL_ERROR, "The download ended before the end of the log.")
 
     def _find(self, is_canceled: Callable[[], bool]) -> LogsFound:
         """Return the list.

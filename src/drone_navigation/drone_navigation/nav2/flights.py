@@ -190,10 +190,10 @@ class Flights:
             if self._rejections:
                 why = self._rejections[-1]
         elif goal.stage is GoalStage.FORGOTTEN:
-            text = "The server was restarted and does not know the goal any more."
+            text = "The server was restarted and no longer knows the goal."
             why = Refusal("NO_VEHICLE", text)
         else:
-            why = Refusal("NO_VEHICLE", "The server did not answer to the goal.")
+            why = Refusal("NO_VEHICLE", "The server did not answer the goal request.")
         if before is not None:
             await self._halt(before)
         return aborted(*why)

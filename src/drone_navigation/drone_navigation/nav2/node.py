@@ -108,7 +108,7 @@ def _wait_until_alone(
         return stopped.is_set() or not others.servers
 
     if not is_alone():
-        node.get_logger().warning(f"Another node offers {ACTION}; waiting for its end")
+        node.get_logger().warning(f"Another node offers {ACTION}; waiting until it ends")
         _spin_until(executor, is_alone, _ALONE_TIMEOUT_S)
     if not is_alone():
         raise StartError(_SEVERAL)

@@ -93,10 +93,10 @@ class ServerState:
         """Return why no goal can be sent; None if one can."""
         status = self.last(VehicleStatus)
         if status is None or not self._is_fresh(VehicleStatus):
-            text = "No navigation_server is heard in this ROS domain and namespace."
+            text = "No navigation_server was found in this ROS domain and namespace."
             return Refusal("NO_VEHICLE", text)
         if not status.connected:
-            text = "The navigation server receives no HEARTBEAT of a vehicle."
+            text = "The navigation server receives no HEARTBEAT from a vehicle."
             return Refusal("NO_VEHICLE", text)
         if not status.position_valid or not self._is_fresh(Odometry):
             text = "The navigation server has no valid position of the vehicle."

@@ -29,7 +29,7 @@ from drone_navigation.nav2.server_state import ServerState
 __all__ = ["LifeCycle", "offer_clearing", "reject_the_rest"]
 
 _NOT_OFFERED = (
-    (FollowPath, "follow_path", "Paths of others are not followed; send poses."),
+    (FollowPath, "follow_path", "External paths are not followed; send poses."),
     (SmoothPath, "smooth_path", "Paths are not smoothed; the server smooths its own."),
     (AssistedTeleop, "assisted_teleop", "Use the action follow_velocity and its topic cmd_vel."),
     (DockRobot, "dock_robot", "There are no docks; send a pose, or land."),
@@ -77,7 +77,7 @@ def offer_clearing(node: Node) -> None:
 
     def clear(_request: Any, response: Any) -> Any:
         node.get_logger().info(
-            "Nothing is cleared: the server's map forgets what its sensors no longer see."
+            "Nothing is cleared: the server's map forgets what its sensors no longer detect."
         )
         return response
 
@@ -130,7 +130,7 @@ class LifeCycle:
     ) -> ManageLifecycleNodes.Response:
         if request.command in _STOPPING:
             if not self._flights.is_idle:
-                self._node.get_logger().warning("Cancelling the goal: manage_nodes was asked to.")
+                self._node.get_logger().warning("Cancelling the goal, as requested by manage_nodes.")
             self._flights.stop()
         response.success = True
         return response

@@ -42,7 +42,7 @@ def write_as_tlog(
         progress: called now and then with the bytes done and the size of the file.
 
     Raises:
-        LogError: it cannot be read, or tells nothing of a flight.
+        LogError: it cannot be read, or contains no flight data.
         OSError: the tlog cannot be written.
     """
     size = path.stat().st_size
@@ -56,7 +56,7 @@ def write_as_tlog(
     read = ulog.read_ulog if is_ulog else dataflash.read_dataflash
     told = read(path, show)
     if not told:
-        raise EmptyLogError(f"{path} tells nothing of a flight.")
+        raise EmptyLogError(f"{path} contains no flight data.")
     # Two codecs in turn, so that nobody can count losses by the sequence numbers.
     codecs = [Codec(_SYSTEM, _AUTOPILOT) for _ in range(2)]
     for _ in range(_APART):

@@ -109,7 +109,7 @@ ARDUPLANE = (
     _choice("FS_LONG_ACTN", "long failsafe action in GUIDED", "continue", "RTL", "glides",
             "parachute", "AUTO", "AUTOLAND or RTL"),
     FailsafeSetting("FS_LONG_TIMEOUT", "failsafe delay", unit="s"),
-    _choice("FS_GCS_ENABL", _STATION, "off", "on", "on, by the radio's report, too",
+    _choice("FS_GCS_ENABL", _STATION, "off", "on", "on, also by the radio's report",
             "on in AUTO only"),
     _STATION_ID,
     _choice("THR_FAILSAFE", _RC, "off", "on", "no failsafe; drops stale input", off=(0, 2)),

@@ -137,18 +137,18 @@ class _Wish:
 class RatesState(enum.Enum):
     """The state of the service."""
 
-    PAUSED = "no vehicle to ask"
-    ASKING = "a command is under way"
-    WATCHING = "counting what arrives"
+    PAUSED = "no vehicle"
+    ASKING = "a command is pending"
+    WATCHING = "measuring the rates"
 
 
 class RatesInput(enum.Enum):
     """An input of the state machine."""
 
-    RESUME = "the vehicle is there (again)"
-    ASK = "a message is due to be asked for"
+    RESUME = "the vehicle is present (again)"
+    ASK = "a message request is due"
     DONE = "the command ended"
-    PAUSE = "the vehicle is gone"
+    PAUSE = "the vehicle is absent"
 
 
 class MessageRates(Machine[None]):

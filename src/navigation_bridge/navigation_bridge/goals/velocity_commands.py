@@ -21,8 +21,8 @@ _TOLD_S = 5.0
 # The ends of a goal whose commands have ended.
 _COMMANDS_ENDED = frozenset({OutcomeCode.SUCCESS, OutcomeCode.TIMEOUT})
 _LOCKED = (
-    "the vehicle was taken over, or its last goal ended otherwise than with its commands; send a "
-    "goal first (follow_velocity)"
+    "the vehicle was taken over, or the last follow_velocity goal did not end with its commands; "
+    "send a goal first (follow_velocity)"
 )
 
 

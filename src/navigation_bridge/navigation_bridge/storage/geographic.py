@@ -90,7 +90,7 @@ def fence_problem(fence: GeoFence) -> str | None:
         if problem is not None:
             return f"Return point: {problem}."
         if not fence.areas:
-            return "A return point alone is no fence."
+            return "A return point alone is not a fence."
     count = len(fence_items(fence))
     if count > _ITEMS_MAX:
         return f"The fence has {count} corners and circles; at most {_ITEMS_MAX} are sent."

@@ -257,7 +257,7 @@ const KEYS = [
   ["u", "Undo", () => route.undo()],
   ["o", "Open a .plan", () => $("file").click()],
   ["s", "Save a .plan", savePlan],
-  ["m", "Take the mission in the vehicle as route", () => stored("route")],
+  ["m", "Use the vehicle's mission as route", () => stored("route")],
   ["+", "Zoom in", () => map.zoom(1.3)],
   ["-", "Zoom out", () => map.zoom(1 / 1.3)],
   ["f", "Follow the vehicle", () => map.setFollowing(!map.following)],

@@ -96,7 +96,7 @@ export function banner(link, v) {
   if (!link.open) return "The console has ended, or its token is old. Trying again.";
   if (!v) return "Waiting for a navigation server.";
   if (v.replay) return "A recording: nothing is flown.";
-  if (!v.alive) return "The navigation server is silent. What is shown is old; waiting for it.";
+  if (!v.alive) return "The navigation server is silent. The page is out of date; waiting for the server.";
   if (v.status?.other_server) return "Two servers offer the same actions: stop one of them.";
   if (!v.status?.connected) return "The server has no link to the vehicle.";
   return "";

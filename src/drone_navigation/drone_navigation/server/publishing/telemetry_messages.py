@@ -328,7 +328,7 @@ def external_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float)
     silent_s = bridge.vehicle.external_silence_s(now)
     if silent_s is None:
         return None
-    judged = DiagnosticStatus.OK, "External poses arrive"
+    judged = DiagnosticStatus.OK, "External poses received"
     if silent_s > FRESH_S:
         judged = DiagnosticStatus.WARN, f"No external pose for {silent_s:.1f} s"
     values = {"age": f"{silent_s:.1f} s"}

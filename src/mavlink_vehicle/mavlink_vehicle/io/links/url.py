@@ -95,7 +95,7 @@ class LinkUrl:
                 f"{self.kind.value}://{anywhere}:{self.port}."
             )
         return (
-            f"{self} listens beyond this machine: whoever reaches port {self.port} can talk to "
+            f"{self} listens beyond this machine: anyone who reaches port {self.port} can talk to "
             f"the vehicle. Use 127.0.0.1 where the vehicle runs on this machine."
         )
 

@@ -42,10 +42,10 @@ class ListState(enum.Enum):
     """The state of the state machine."""
 
     IDLE = "not started"
-    READING = "the list that is stored is read"
-    WRITING = "the new list is sent"
-    CHECKING = "what is stored now is read"
-    RESTORING = "the former list is sent"
+    READING = "reading the stored list"
+    WRITING = "sending the new list"
+    CHECKING = "reading back"
+    RESTORING = "sending the former list"
     FINISHED = "ended"
 
 
@@ -54,11 +54,11 @@ class ListInput(enum.Enum):
 
     START = "start"
     READ = "the former list is known"
-    WRITTEN = "the sending is over, by its acknowledgement or not"
-    AGAIN = "something else is stored, and attempts are left"
+    WRITTEN = "the transfer ended, acknowledged or not"
+    AGAIN = "the list read back differs; attempts remain"
     RESTORE = "neither the new list nor the former one is stored"
-    END = "there is nothing more to do"
-    CANCEL = "cancelled, the link is lost, or the time is up"
+    END = "done"
+    CANCEL = "cancelled, link lost, or timed out"
 
 
 class ListOperation(TransfersInTurn[StoredListFinished]):
@@ -120,7 +120,7 @@ class ListOperation(TransfersInTurn[StoredListFinished]):
     # What its parts say
 
     def _end_late(self, now: float) -> None:
-        self.stop(OperationResult.TIMED_OUT, "the time is up", now)
+        self.stop(OperationResult.TIMED_OUT, "timed out", now)
 
     def _go_on(self, end: TransferFinished | CommandFinished, now: float) -> None:
         assert isinstance(end, TransferFinished)

@@ -28,8 +28,8 @@ class DownloadState(enum.Enum):
     """The state of a download."""
 
     IDLE = "not started"
-    LISTING = "the number of items is asked for"
-    READING = "an item is asked for"
+    LISTING = "requesting the number of items"
+    READING = "requesting an item"
     FINISHED = "ended"
 
 

@@ -79,10 +79,10 @@ class MissionOperationState(enum.Enum):
     """The state of the state machine."""
 
     IDLE = "not started"
-    WRITING = "the mission is sent, or cleared"
-    READING = "what is stored is read"
-    REWINDING = "it is set back to its first item"
-    REFUSING = "refused; waiting for reasons"
+    WRITING = "sending or clearing the mission"
+    READING = "reading back"
+    REWINDING = "resetting it to its first item"
+    REFUSING = "rejected; waiting for reasons"
     FINISHED = "ended"
 
 
@@ -91,13 +91,13 @@ class MissionInput(enum.Enum):
 
     WRITE = "start, with something to write"
     READ = "start, with nothing to write"
-    WRITTEN = "the writing is over, by its acknowledgement or not"
-    AGAIN = "it came to nothing, and attempts are left"
-    RIGHT = "what is stored is what is wanted"
-    REWIND = "the same, and it is to be set back"
-    FAILED = "refused, or no attempts are left"
-    WAITED = "reasons have had their time"
-    TIME_UP = "the operation's time is up"
+    WRITTEN = "the writing ended, acknowledged or not"
+    AGAIN = "it failed; attempts remain"
+    RIGHT = "the intended mission is stored"
+    REWIND = "the same, and it must be reset to its first item"
+    FAILED = "rejected, or no attempts remain"
+    WAITED = "the wait for reasons is over"
+    TIME_UP = "the operation timed out"
     CANCEL = "cancelled, or the link is lost"
 
 
@@ -171,7 +171,7 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
     # What its parts say
 
     def _end_late(self, now: float) -> None:
-        self._reason = "the time is up"
+        self._reason = "timed out"
         self._result = OperationResult.TIMED_OUT
         self._fire(MissionInput.TIME_UP, now)
 

@@ -44,8 +44,8 @@ class UploadState(enum.Enum):
     """The state of an upload."""
 
     IDLE = "not started"
-    OFFERING = "the number of items is sent, none is asked for yet"
-    SENDING = "items are asked for"
+    OFFERING = "number of items sent, none requested yet"
+    SENDING = "items are being requested"
     FINISHED = "ended"
 
 

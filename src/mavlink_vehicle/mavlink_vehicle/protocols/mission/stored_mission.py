@@ -81,7 +81,7 @@ class StoredMission:
         text = next((text for text in texts if text.startswith(opening)), None)
         if text is None:
             return None
-        self.change = f"the autopilot says {text!r}"
+        self.change = f"the autopilot reports {text!r}"
         return StationAct.REPLACED_MISSION
 
 

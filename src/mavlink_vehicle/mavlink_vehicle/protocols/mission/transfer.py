@@ -44,11 +44,11 @@ class TransferResult(enum.Enum):
     """The result of a transfer."""
 
     DONE = "the vehicle acknowledged it"
-    REFUSED = "the vehicle refused it"
-    UNSURE = "all was sent, but not clearly acknowledged; reading back tells"
+    REFUSED = "the vehicle rejected it"
+    UNSURE = "all was sent, but not clearly acknowledged; the read-back decides"
     UNANSWERED = "no answer came"
-    GIVEN_UP = "the vehicle gave it up, because too little came"
-    BUSY = "the vehicle was at another station's transfer all the time"
+    GIVEN_UP = "the vehicle gave up, because items were missing"
+    BUSY = "the vehicle was busy with another ground station's transfer"
 
 
 @dataclass(frozen=True)
@@ -95,15 +95,15 @@ class TransferInput(enum.Enum):
     """An input of a transfer."""
 
     START = "start"
-    REQUEST = "an item is asked for"
-    COUNT = "there are so many items"
-    EMPTY = "there are none"
-    ITEM = "the item that was asked for, and not the last"
+    REQUEST = "requesting an item"
+    COUNT = "the number of items"
+    EMPTY = "no items"
+    ITEM = "the requested item, not the last one"
     LAST = "the last item"
     ACCEPTED = "MISSION_ACK: accepted"
     REFUSED = "MISSION_ACK: anything else that ends it"
-    RETRY = "time is up, attempts are left"
-    EXHAUSTED = "time is up, no attempts are left"
+    RETRY = "timeout; attempts remain"
+    EXHAUSTED = "timeout; no attempts remain"
     CANCEL = "cancelled by us"
 
 

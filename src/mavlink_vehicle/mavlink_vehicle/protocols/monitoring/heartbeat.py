@@ -69,7 +69,7 @@ class WatchInput(enum.Enum):
     """An input of the watch."""
 
     BEAT = "a HEARTBEAT of the autopilot"
-    SILENCE = "the time is up"
+    SILENCE = "timed out"
 
 
 class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):

@@ -122,7 +122,7 @@ class CommandState(enum.Enum):
 
     IDLE = "not started"
     WAITING = "sent, no answer yet"
-    IN_PROGRESS = "the autopilot works on it"
+    IN_PROGRESS = "the autopilot is executing it"
     FINISHED = "answered or given up"
 
 
@@ -132,8 +132,8 @@ class CommandInput(enum.Enum):
     START = "start"
     PROGRESS = "COMMAND_ACK with IN_PROGRESS"
     ANSWER = "COMMAND_ACK with a final result"
-    RETRY = "time is up, attempts are left"
-    EXHAUSTED = "time is up, no attempts are left"
+    RETRY = "timeout; attempts remain"
+    EXHAUSTED = "timeout; no attempts remain"
     CANCEL = "cancelled by us"
 
 

@@ -85,7 +85,7 @@ class OperationState(enum.Enum):
     PREPARING = "waiting for the gate"
     COMMANDING = "command sent, not answered"
     CONFIRMING = "accepted or unanswered; waiting for the state to show it"
-    REFUSING = "refused; waiting for reasons, or for the state to contradict"
+    REFUSING = "rejected; waiting for reasons, or for the state to contradict"
     FINISHED = "ended"
 
 
@@ -101,7 +101,7 @@ class OperationInput(enum.Enum):
     ACCEPTED = "COMMAND_ACK: accepted"
     REFUSED = "COMMAND_ACK: anything else"
     UNANSWERED = "no COMMAND_ACK after all repetitions"
-    AGAIN = "no COMMAND_ACK, or a rejection for now; time is left"
-    TIME_UP = "the operation's time is up"
-    WAITED = "reasons have had their time"
+    AGAIN = "no COMMAND_ACK, or a temporary rejection; time remains"
+    TIME_UP = "the operation timed out"
+    WAITED = "the wait for reasons is over"
     CANCEL = "cancelled"

@@ -251,7 +251,7 @@ class Operation(Machine[OperationFinished]):
             self._fire(OperationInput.READY, now)
         elif now >= self._gate_until_s:
             self._result = OperationResult.REFUSED
-            self._reason = f"no setpoint stream came within {self._timing.gate_s:.1f} s"
+            self._reason = f"no setpoints were streamed within {self._timing.gate_s:.1f} s"
             self._fire(OperationInput.FAILED, now)
         else:
             self._deadline = min(open_s, now + _GATE_LOOK_S, self._gate_until_s)

@@ -152,7 +152,7 @@ class ParameterListing(TimedOutbox):
     def _finish(self, result: OperationResult, reason: str) -> None:
         self._deadline = None
         if result is not OperationResult.ACHIEVED:
-            reason = f"The parameters were not all read: {reason}."
+            reason = f"Not all parameters were read: {reason}."
         found = sorted(self._found.values(), key=lambda parameter: parameter.name)
         self._events.append(ParametersFinished(result, reason, tuple(found)))
 

@@ -31,19 +31,19 @@ _READS = 12
 _CHECK_S = 1.0
 _SETS = 3
 _ERRORS = {
-    2: "the autopilot says that the value is out of range",
+    2: "the autopilot reports that the value is out of range",
     3: "the autopilot denies the change",
     4: "the autopilot has no such component",
     5: "it is read-only",
     6: "the autopilot does not support its type",
-    7: "the autopilot says that its type is another one",
+    7: "the autopilot reports a different type",
     8: "the autopilot cannot read it",
 }
 _UNKNOWN = 1
 
 
 class _Step(enum.Enum):
-    READING = "its value is asked for"
+    READING = "requesting its value"
     SETTING = "PARAM_SET was sent"
     CHECKING = "it is read back"
     FINISHED = "ended"

@@ -58,7 +58,7 @@ def value_problem(value: float, kind: int, bytewise: bool) -> str | None:
     if value != int(value) or not lowest <= value <= highest:
         return f"{value:.9g} is not an integer from {lowest} to {highest}, as its type {name} needs"
     if not bytewise and abs(value) > _FLOAT32_INTEGER_MAX and as_float32(value) != value:
-        return f"{value:.0f} travels as a float, which rounds it to {as_float32(value):.0f}"
+        return f"{value:.0f} is sent as a float, which rounds it to {as_float32(value):.0f}"
     return None
 
 

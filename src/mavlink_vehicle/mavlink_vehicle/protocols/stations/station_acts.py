@@ -115,12 +115,12 @@ def _reposition(message: Message, profile: Profile) -> Act:
     else:
         elsewhere = _INT32_MAX not in (message.x, message.y)
     if not elsewhere:
-        return Act(StationAct.PAUSED, "DO_REPOSITION without a place")
+        return Act(StationAct.PAUSED, "DO_REPOSITION without a position")
     # A PX4 goes there in its hold mode, an ArduPilot in GUIDED.
     in_hold = profile.mode_packing is ModePacking.MAIN_AND_SUB
     changes = bool((_whole(message.param2) or 0) & _CHANGE_MODE)
     mode = profile.mode_number(profile.hold_mode if in_hold else profile.control_mode)
-    return Act(StationAct.CHANGED_MODE, "DO_REPOSITION to a place", mode if changes else None)
+    return Act(StationAct.CHANGED_MODE, "DO_REPOSITION to a position", mode if changes else None)
 
 
 def _arm_disarm(message: Message, _profile: Profile) -> Act | None:

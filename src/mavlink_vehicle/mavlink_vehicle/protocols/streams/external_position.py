@@ -199,7 +199,7 @@ def _check(pose: ExternalPose, now: float) -> None:
             f"An external pose is more than {_FARTHEST_M:g} m from the origin."
         )
     if abs(math.hypot(*pose.attitude) - 1.0) > _NORM_TOLERANCE:
-        raise ExternalPositionError("The orientation of an external pose is no unit quaternion.")
+        raise ExternalPositionError("The orientation of an external pose is not a unit quaternion.")
     if pose.velocity_frd_m_s is not None and math.hypot(*pose.velocity_frd_m_s) > _FASTEST_M_S:
         raise ExternalPositionError(f"An external velocity is above {_FASTEST_M_S:g} m/s.")
     if any(variance < 0.0 for variance in variances):

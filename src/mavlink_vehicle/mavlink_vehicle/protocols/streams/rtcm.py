@@ -111,7 +111,7 @@ class RtcmSender(Outbox):
         """
         messages = rtcm_messages(data)
         if not messages:
-            raise RtcmError("There is no RTCM message in it.")
+            raise RtcmError("It contains no RTCM message.")
         longest = max(map(len, messages))
         if longest > LONGEST_BYTES:
             raise RtcmError(

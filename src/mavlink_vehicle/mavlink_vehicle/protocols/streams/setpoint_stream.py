@@ -117,7 +117,7 @@ def _legal_drive(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
     if not profile.drives_by_turn_rate:
         raise SetpointError(f"{profile.name} does not follow a speed with a turn rate.")
     if setpoint.yaw_rate_rad_s is None or setpoint.fields() != SetpointField.YAW_RATE:
-        raise SetpointError("A speed along the nose comes with a yaw rate, and nothing else.")
+        raise SetpointError("A speed along the nose can be combined only with a yaw rate.")
     return setpoint
 
 

@@ -272,7 +272,7 @@ class VehicleLed(PhasedTask[_Phase]):
             and home_m > self._arrival_m()
             and self._is_where_it_began(observation)
         ):
-            text = f"The vehicle came down where it was, {home_m:.1f} m from the launch point."
+            text = f"The vehicle landed where it was, {home_m:.1f} m from the launch point."
             return Outcome(OutcomeCode.LANDED, text, home_m)
         text = "The vehicle is on the ground with its motors off."
         return Outcome(OutcomeCode.SUCCESS, text, home_m)
