@@ -36,7 +36,7 @@ class ConsoleReporter:
         try:
             print(f"{time_s}  {text}", flush=True)
         except BrokenPipeError:
-            # Whoever read the lines has gone; the flight goes on, and so does the exit code.
+            # Whoever read the lines has gone; the flight continues, and so does the exit code.
             self._quiet = True
             sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115 - until the end
 

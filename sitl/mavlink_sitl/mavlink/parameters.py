@@ -44,7 +44,7 @@ class ParameterServer:
         self._to_list = self._parameters.names()
 
     def take_portion(self) -> list[Message]:
-        """The next part of a list under way."""
+        """The next part of a list in progress."""
         portion = self._to_list[: self.per_tick]
         self._to_list = self._to_list[self.per_tick :]
         return [self._indexed(name) for name in portion]

@@ -321,7 +321,7 @@ class Physics:
         self.body = self.body._replace(**lanes)
 
     def put(self, index: int, place_ned_m: Vector, velocity_ned_m_s: Vector) -> None:
-        """Put a vehicle somewhere, moving; one that flies hovers, or goes on, with motors on."""
+        """Put a vehicle somewhere, moving; one that flies hovers, or continues, with motors on."""
         north, east, down = place_ned_m
         values = {"north_m": north, "east_m": east}
         values |= zip(_VELOCITY, velocity_ned_m_s, strict=True)

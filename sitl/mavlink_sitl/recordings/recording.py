@@ -210,7 +210,7 @@ def _vehicle_time(records: Timed, own: Sender) -> tuple[Timed, str]:
     """The records by the vehicle's clock, which need not run at the speed of the wall's.
 
     Each record is as late after the vehicle's latest timestamp as it was on the wall. After a
-    reboot that was asked for the clock of the first run goes on; a restart that nobody asked
+    reboot that was asked for the clock of the first run continues; a restart that nobody asked
     for (a crash, a killed simulator) ends the conversation, since it cannot be played.
     """
     clock, alive, note = _Clock(), 0, ""

@@ -194,7 +194,7 @@ class SimulatedVehicle(VehicleBody):
             self.copter.begin_underway()
 
     def _moves_on(self, now_us: int) -> bool:
-        """What is late on the links, and a start under way; whether the firmware runs."""
+        """What is late on the links, and a start in progress; whether the firmware runs."""
         for link in self.links:
             if link.late:
                 link.pump()

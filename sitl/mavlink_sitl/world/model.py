@@ -18,12 +18,12 @@ Place = tuple[float, float]
 
 @dataclass(frozen=True)
 class MoverPath:
-    """A path that an obstacle follows at a steady speed, for ever.
+    """A path that an obstacle follows at a steady speed, forever.
 
     Attributes:
         points_m: corners, North and East.
         speed_m_s: above 0.
-        back_and_forth: turn round at the end; else go on from the last point to the first.
+        back_and_forth: turn round at the end; else continue from the last point to the first.
     """
 
     points_m: tuple[Place, ...]
@@ -101,7 +101,7 @@ class Ground:
         corner_m: the south-west corner of the grid.
         spacing_m: between points of the grid, in both directions.
         heights_m: rows from South to North, in each from West to East; empty for flat ground.
-            In between it is bilinear; beyond the edge it goes on level.
+            In between it is bilinear; beyond the edge it continues level.
     """
 
     height_m: float = 0.0

@@ -54,7 +54,10 @@ def main(args: list[str] | None = None) -> int:
         def ready(port: int) -> None:
             address = f"http://{options.host}:{port}/?token={token}"
             print(f"The console is at {address}", flush=True)
-            print("Anyone with this address can fly the vehicles. Ctrl-C ends the console.", flush=True)
+            print(
+                "Anyone with this address can fly the vehicles. Ctrl-C ends the console.",
+                flush=True,
+            )
             # Without a display it would be a browser in this terminal.
             display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
             if display and not options.no_browser:

@@ -63,7 +63,7 @@ class Missions:
         return self._operate(OperationKind.CLEAR_MISSION, (), now)
 
     def start(self, now: float) -> int:
-        """Fly the stored mission, or go on with it; returns the operation's id.
+        """Fly the stored mission, or continue with it; returns the operation's id.
 
         The vehicle must be armed. On the ground the first item must be a take-off, if it flies.
         """

@@ -202,7 +202,7 @@ class Vehicle(VehicleCore):
         return self._desk.begin(profile, goal, Wanted(), timing, now)
 
     def cancel_operation(self, now: float) -> None:
-        """End the operation under way, if any, as CANCELLED. Nothing is sent to the vehicle."""
+        """End the operation in progress, if any, as CANCELLED. Nothing is sent to the vehicle."""
         self.slot.cancel("it was abandoned", now)
         self.take_ends(now)
 

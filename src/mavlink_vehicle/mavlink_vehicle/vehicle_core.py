@@ -222,7 +222,7 @@ class VehicleCore:
 
     @property
     def operation(self) -> int | None:
-        """Id of the operation under way, None when there is none."""
+        """Id of the operation in progress, None when there is none."""
         pending = self.slot.pending
         return None if pending is None else pending.operation_id
 

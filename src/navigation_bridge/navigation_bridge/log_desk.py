@@ -82,7 +82,7 @@ class LogDesk:
             self._end("The download was canceled.")
 
     def give_way(self, reason: str) -> None:
-        """End the request under way as PREEMPTED: the vehicle is about to be flown."""
+        """End the request in progress as PREEMPTED: the vehicle is about to be flown."""
         self._end(reason)
 
     def take(self, event: VehicleEvent) -> bool:
@@ -103,7 +103,7 @@ class LogDesk:
         return True
 
     def _end(self, reason: str) -> None:
-        """End the transfer under way, and answer it before another request can begin."""
+        """End the transfer in progress, and answer it before another request can begin."""
         logs = self._vehicle.logs
         logs.stop(reason)
         while (event := logs.next_event()) is not None:

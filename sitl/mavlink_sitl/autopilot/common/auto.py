@@ -30,7 +30,7 @@ AMSL_FRAMES = (0, 2, 5)
 TAKE_OFFS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF)
 OUTPUTS = (Cmd.SET_SERVO, Cmd.SET_RELAY, Cmd.REPEAT_SERVO, Cmd.REPEAT_RELAY)
 MOST_STEPS = 200
-"""A mission of nothing but jumps ends after so many"""
+"""A mission of nothing but jumps ends after this many"""
 ALLOW_ARMING = 1
 """Bit of AUTO_OPTIONS"""
 
@@ -351,7 +351,7 @@ class Auto(Mode):
         """What comes after the item in force may be another one now."""
 
     def limits_changed(self) -> None:
-        """Another speed: the item goes on with it."""
+        """Another speed: the item continues with it."""
 
     def pause(self) -> Result:
         """DO_PAUSE_CONTINUE 0: not possible."""

@@ -89,7 +89,7 @@ class L1(NamedTuple):
         return CircleGuidance(track, True, outside)
 
     def line(self, start: Point, end: Point) -> LineGuidance:
-        """The sideways acceleration for a straight line; it goes on beyond its end."""
+        """The sideways acceleration for a straight line; it continues beyond its end."""
         position, (velocity, speed) = self.position, self._moving()
         length = math.dist(start, end)
         away = (position[0] - start[0], position[1] - start[1])

@@ -34,11 +34,11 @@ class Accelerometers:
 
     @property
     def running(self) -> bool:
-        """Whether a calibration is under way."""
+        """Whether a calibration is in progress."""
         return self._step > 0
 
     def start(self) -> None:
-        """PREFLIGHT_CALIBRATION with param5 = 1; one that is under way goes on."""
+        """PREFLIGHT_CALIBRATION with param5 = 1; one that is under way continues."""
         if not self.running:
             self._begin(1)
 

@@ -25,7 +25,7 @@ class _Repeat:
     Attributes:
         is_relay: else a servo.
         number: of the relay, or of the output.
-        left: how often it still flips; negative for ever.
+        left: how often it still flips; negative forever.
         half_s: from flip to flip.
         value_us: of the servo at every other time.
         due_s: the next flip.

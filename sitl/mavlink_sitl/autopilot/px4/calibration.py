@@ -100,7 +100,7 @@ class Calibration:
     """What one vehicle calibrates, from one power-up to the next.
 
     Attributes:
-        busy: a calibration is under way; it cannot be armed then.
+        busy: a calibration is in progress; it cannot be armed then.
     """
 
     def __init__(self, vehicle: Px4View) -> None:
@@ -111,7 +111,7 @@ class Calibration:
 
     @property
     def busy(self) -> bool:
-        """Whether a calibration is under way."""
+        """Whether a calibration is in progress."""
         return bool(self._steps)
 
     def command(self, params: tuple[float, ...]) -> Result:

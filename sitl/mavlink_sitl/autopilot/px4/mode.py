@@ -74,7 +74,7 @@ class HoldMode(Px4Mode):
         self.target = target
 
     def limits_changed(self) -> None:
-        """Another speed: go on with it."""
+        """Another speed: continue with it."""
 
 
 class TakeoffMode(Px4Mode):

@@ -69,7 +69,7 @@ class Saved:
             self._tell("RALLY_TOTAL", points, ParameterType.INT8)
 
     def fence_length(self, total: int) -> None:
-        """Another fence is stored, of so many points as FENCE_TOTAL counts them."""
+        """Another fence is stored, of this many points as FENCE_TOTAL counts them."""
         if self._vehicle.personality.saved:
             self._tell("FENCE_TOTAL", total, ParameterType.INT8)
 

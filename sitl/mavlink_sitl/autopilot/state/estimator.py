@@ -3,7 +3,7 @@
 Times and flags are those seen in the recordings (`copter_guided` for the start; the list in
 the observations of the GPS loss). The numbers themselves come from `world.sensors`.
 
-A receiver that jumps is not believed at first: the estimate goes on by what else it has, and
+A receiver that jumps is not believed at first: the estimate continues by what else it has, and
 says that it does. After a time it gives in, and is reset to the receiver in one step (read in
 both firmwares' estimators, and seen on PX4's own simulator).
 """

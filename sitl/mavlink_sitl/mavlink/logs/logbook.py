@@ -12,7 +12,7 @@ from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 
 SAMPLE_US = 100_000
 LOGS_MAX = 20
-"""The oldest are removed; what remains is numbered anew"""
+"""The oldest are removed; what remains is numbered again"""
 BYTES_MAX = 8 << 20
 """A log ends there: two hours of flight"""
 _TEXTS_BEFORE = 20
@@ -77,7 +77,7 @@ class Logbook:
         self._before.clear()
 
     def erase(self) -> None:
-        """Remove all logs; one that is being written begins anew."""
+        """Remove all logs; one that is being written starts over."""
         self.logs.clear()
         self._open = None
 

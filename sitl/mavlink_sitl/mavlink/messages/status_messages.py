@@ -30,7 +30,7 @@ def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     personality = copter.personality
     base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     base_mode |= mode.base_flags if copter.started else personality.boot_flags
-    # RTL's controller stops with the motors, LAND's goes on, as recorded.
+    # RTL's controller stops with the motors, LAND's continues, as recorded.
     controlled = mode.position_controlled and (copter.armed or mode.behaviour != "rtl")
     if controlled or was_position_controlled:
         base_mode |= dialect.MAV_MODE_FLAG_GUIDED_ENABLED

@@ -26,7 +26,7 @@ BYTE = 255
 
 
 def degrees_to_int(value: float) -> int:
-    """1e7 degrees; what is no number or too large becomes a value that no check lets pass."""
+    """1e7 degrees; what is not a number or too large becomes a value that no check lets pass."""
     if not math.isfinite(value):
         return 2**31 - 1
     return int(min(max(round(value * 1e7), -(2**31)), 2**31 - 1))

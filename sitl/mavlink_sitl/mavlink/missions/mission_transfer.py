@@ -29,7 +29,7 @@ _MISSION_CURRENT = 42
 
 @dataclass
 class _Upload:
-    """An upload under way.
+    """An upload in progress.
 
     Attributes:
         sender: system and component.

@@ -50,7 +50,7 @@ class Px4ParameterServer(ParameterServer):
         self._to_list = (HASH_CHECK, *self._to_list)
 
     def take_portion(self) -> list[Message]:
-        """The next part of a list under way."""
+        """The next part of a list in progress."""
         if self._to_list and self._to_list[0] == HASH_CHECK:
             self._to_list = self._to_list[1:]
             return [self._hash()]

@@ -48,7 +48,7 @@ from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, Powe
 GCS_TIMEOUT_US = 2_500_000
 """A ground station that has been silent for longer gets no texts"""
 REACHED_REPEATS = 10
-"""MISSION_ITEM_REACHED comes again once a second so many times"""
+"""MISSION_ITEM_REACHED comes again once a second, this many times"""
 GIMBAL_US, GIMBAL_REPEATS = 500_000, 4
 """The vehicle itself asks for its gimbal when it lands, returns or leaves a mission, in vain"""
 _NAN = float("nan")

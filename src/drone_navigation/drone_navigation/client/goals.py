@@ -127,7 +127,7 @@ class SentGoal:
         """Request the cancel; called repeatedly until the goal ends.
 
         Returns:
-            Whether the server has just refused; it is asked again a while later.
+            Whether the server has just rejected; it is asked again a while later.
         """
         if self.stage is not GoalStage.OPEN:
             return False

@@ -38,7 +38,7 @@ from navigation_bridge.names import SERVER_NODE_NAME
 
 # Two processes that run already find each other in less.
 _SOON_S = 3.0
-# The reason of an earlier refusal is latched; it must not be taken for that of the goal to come.
+# The reason of an earlier rejection is latched; it must not be taken for that of the goal to come.
 _LATCHED_S = 0.2
 # A server says at once that it is there; one that was killed stays in the graph for a while.
 _SERVERS_S = 1.5
@@ -155,7 +155,7 @@ class NavigationClient:
     def _spin_once(self) -> None:
         self._executor.spin_once(timeout_sec=SPIN_S)
         # Not in the signal's handler: it may run in the middle of a drawing, and what it prints
-        # then is held back until that drawing goes on, after the stop.
+        # then is held back until that drawing continues, after the stop.
         if self._suspended and self._keyboard is not None:
             self._suspended = False
             self._view.close()

@@ -218,7 +218,7 @@ def replay(message: ReplayStatus) -> dict[str, Any]:
 
 
 def obstacles(message: MarkerArray) -> dict[str, list[list[float]]]:
-    """Return obstacles as rows of rounded numbers, at most so many of each kind."""
+    """Return obstacles as rows of rounded numbers, at most this many of each kind."""
     return {
         kind: [[round(value, 2) for value in row] for row in rows[:OBSTACLES_MAX]]
         for kind, rows in obstacle_rows(message).items()

@@ -77,7 +77,9 @@ def token_of(options: argparse.Namespace) -> str:
         TokenError: the file has none that will do, or the address needs one.
     """
     if options.host in _ANY:
-        raise TokenError("--host needs one of this machine's addresses, at which the page is opened.")
+        raise TokenError(
+            "--host needs one of this machine's addresses, at which the page is opened."
+        )
     if options.token_file is None:
         if not is_loopback(options.host):
             raise TokenError(f"--host {options.host} needs --token-file: others can reach it.")

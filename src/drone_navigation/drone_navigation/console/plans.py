@@ -38,7 +38,9 @@ def _projections() -> dict[str, Projection]:
 def _frame(autopilot: str, home: dict[str, Any] | None) -> LocalFrame:
     projection = _projections().get(autopilot)
     if projection is None:
-        raise PlanError("The vehicle's firmware is unknown, so positions cannot be converted to degrees.")
+        raise PlanError(
+            "The vehicle's firmware is unknown, so positions cannot be converted to degrees."
+        )
     if home is None or home["at"] is None or None in home.values():
         raise PlanError("The vehicle's home is not known yet.")
     east_m, north_m, up_m = home["at"]

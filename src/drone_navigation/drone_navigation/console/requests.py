@@ -54,7 +54,7 @@ _TRIGGERS = ("start", "pause", "resume")
 
 @dataclass
 class _Call:
-    """A request under way, and what else it waits for."""
+    """A request in progress, and what else it waits for."""
 
     future: Future
     deadline_s: float

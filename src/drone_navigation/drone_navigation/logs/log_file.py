@@ -11,7 +11,7 @@ from mavlink_vehicle.events import StoredLog
 __all__ = ["LogFile", "log_path"]
 
 # So much of what is on disk is downloaded again, to see whether it is the same log: numbers are
-# given anew when logs are erased.
+# given again when logs are erased.
 _CHECKED_BYTES = 4096
 
 

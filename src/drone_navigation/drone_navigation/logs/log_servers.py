@@ -100,7 +100,7 @@ class LogServers:
             self._outputs.put(output)
 
     def close(self) -> None:
-        """End the request under way, and reject others."""
+        """End the request in progress, and reject others."""
         self._closed = True
 
     # --- executor threads ----------------------------------------------------------------
@@ -164,7 +164,9 @@ class LogServers:
             self._receive(handle, log, file, result)
             other = file.is_other_log
         if other:
-            self._node.get_logger().warning(f"{path}.part belongs to another log; restarting the download")
+            self._node.get_logger().warning(
+                f"{path}.part belongs to another log; restarting the download"
+            )
             with closing(LogFile(path, log.size_bytes, afresh=True)) as file:
                 self._receive(handle, log, file, result)
         file.finish()
@@ -202,7 +204,9 @@ class LogServers:
                 handle.publish_feedback(feedback)
         result.bytes_stored = file.stored_bytes
         if file.stored_bytes != log.size_bytes:
-            raise _EndedError(OutcomeCode.INTERNAL_ERROR, "The download ended before the end of the log.")
+            raise _EndedError(
+                OutcomeCode.INTERNAL_ERROR, "The download ended before the end of the log."
+            )
 
     def _find(self, is_canceled: Callable[[], bool]) -> LogsFound:
         """Return the list.

@@ -100,7 +100,7 @@ class Flights:
 
     @property
     def is_idle(self) -> bool:
-        """Whether no client's goal is under way."""
+        """Whether no client's goal is in progress."""
         return self._turning == 0
 
     def stop(self) -> None:

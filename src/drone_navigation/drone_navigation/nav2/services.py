@@ -130,7 +130,9 @@ class LifeCycle:
     ) -> ManageLifecycleNodes.Response:
         if request.command in _STOPPING:
             if not self._flights.is_idle:
-                self._node.get_logger().warning("Cancelling the goal, as requested by manage_nodes.")
+                self._node.get_logger().warning(
+                    "Cancelling the goal, as requested by manage_nodes."
+                )
             self._flights.stop()
         response.success = True
         return response

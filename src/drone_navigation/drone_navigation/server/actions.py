@@ -152,8 +152,8 @@ class _Session:
 class _CompleteCancelActionServer(ActionServer):
     """An action server with a working "cancel all".
 
-    rclpy 7.1 removes refused goals from the list that it is iterating, so that the goal
-    after a refused one is skipped, still told to its client as being cancelled.
+    rclpy 7.1 removes rejected goals from the list that it is iterating, so that the goal
+    after a rejected one is skipped, still told to its client as being cancelled.
     """
 
     async def _execute_cancel_request(self, request_header_and_message: tuple[Any, Any]) -> None:

@@ -9,7 +9,7 @@ from flight_logs.command_version import add_version
 from navigation_bridge.configuration.parameter_table import PARAMETERS, ParameterValue
 
 CHECK_TIMEOUT_S = 15.0
-"""For how long --check looks at most, unless it is told"""
+"""For how long --check looks at most, by default"""
 
 
 def make_parser() -> argparse.ArgumentParser:

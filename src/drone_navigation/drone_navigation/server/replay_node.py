@@ -128,7 +128,7 @@ class ReplayNode:
 
         Args:
             root: the server's node.
-            vehicles: their clocks are the recording's from now on, and they refuse goals.
+            vehicles: their clocks are the recording's from now on, and they reject goals.
             driver: what plays.
         """
         self._logger = root.get_logger()

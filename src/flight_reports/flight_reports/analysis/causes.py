@@ -14,7 +14,7 @@ from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.recording.recorded_notes import RecordedGoal
 from navigation_core.tasks.progress import Status
 
-# A setpoint is late after this, or after so many of the usual periods. A PX4 leaves OFFBOARD after
+# A setpoint is late after this, or this many of the usual periods. A PX4 leaves OFFBOARD after
 # one second without (COM_OF_LOSS_T), an ArduPilot flies on at its last velocity for three.
 _GAP_S, _GAP_PERIODS = 0.5, 5.0
 _GAP_BAD_S = 1.0

@@ -17,7 +17,7 @@ _TOLD_MAX = 200
 # What the one who gave the goal wanted: that it be reached, or another one, or none.
 _WANTED_CODES = frozenset({"", "SUCCESS", "PREEMPTED", "CANCELED"})
 _ANSWERED_WELL = frozenset({"ACCEPTED", "IN_PROGRESS", ""})
-# Autopilots refuse these for the messages that they don't have, which harms nothing.
+# Autopilots reject these for the messages that they don't have, which harms nothing.
 _ASKING = ("SET_MESSAGE_INTERVAL", "REQUEST_")
 
 

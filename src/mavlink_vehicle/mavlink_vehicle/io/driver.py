@@ -5,7 +5,7 @@ the links, for a wake-up from other threads, or for the application's next deadl
 comes first; then it does a bounded amount of work and waits again.
 
 **When the application raises.** The message or timer that caused it is dropped, the exception
-goes to `on_error`, and the thread goes on: a mistake in handling one message must not leave a
+goes to `on_error`, and the thread continues: a mistake in handling one message must not leave a
 flying vehicle without its HEARTBEATs and setpoints. But when the timers fail again and again,
 nobody is steering any more, and HEARTBEATs would only hide that from the autopilot. The driver
 then gives up: it sends nothing further, closes the links and says so, and the autopilot's own
@@ -65,7 +65,7 @@ class Application(Protocol):
 
 
 class Patience:
-    """For how long that which must go on (timers, deadlines, messages) has been failing."""
+    """For how long that which must continue (timers, deadlines, messages) has been failing."""
 
     def __init__(self) -> None:
         """Begin without a failure."""

@@ -111,7 +111,7 @@ class RouterStatistics:
     def of_system(self, system: int) -> LinkStatistics:
         """Return the counts of a vehicle's endpoints; of all vehicle links for system 0.
 
-        Whoever was never understood on the vehicle's link, as for want of the key, is counted, too.
+        Whoever was never understood on the vehicle's link, as for lack of the key, is counted, too.
         """
         total = LinkStatistics()
         if system == 0:

@@ -151,7 +151,7 @@ class Router:
         """Hand the recording to the operating system.
 
         Raises:
-            LinkError: the recording has ended for want of space or the like; raised once.
+            LinkError: the recording has ended for lack of space or the like; raised once.
         """
         if self._recorder is None:
             return

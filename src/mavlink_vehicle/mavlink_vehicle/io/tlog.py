@@ -26,7 +26,7 @@ class TlogWriter:
 
     `flush` hands everything to the operating system, so that only what came since then is
     lost when the process is killed; the driver calls it once a turn. When the disk is full,
-    recording ends and flying goes on: nothing is raised, and `failure` says so.
+    recording ends and flying continues: nothing is raised, and `failure` says so.
 
     Attributes:
         path: the file.

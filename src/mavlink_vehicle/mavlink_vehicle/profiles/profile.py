@@ -94,7 +94,7 @@ class Profile:
         prestream_s: how long setpoints must have been streamed before the control mode is
             entered; 0: not before, but after.
         arming_mode: the mode that is entered first when the one that it is in is not armed in.
-        not_armed_in: modes in which it refuses to arm, and those in which arming would set it
+        not_armed_in: modes in which it cannot be armed, and those in which arming would set it
             off, so that it is never armed in them.
         stream_lost_s: how long setpoints may be missing before the firmware takes control away;
             None: it does not.
@@ -132,13 +132,13 @@ class Profile:
         status_tells_runnable: whether HEARTBEAT's system_status is 0 while the selected mode
             cannot run.
         pauses_in_mode: whether MAV_CMD_DO_PAUSE_CONTINUE makes it stand in the control mode, and
-            ignore setpoints until it is told to go on or has been in another mode.
+            ignore setpoints until it is told to continue or has been in another mode.
         earlier_mode_after_landing: whether it goes back, by itself, to the mode from before
             when it has landed.
         heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.
         later_ack_counts: commands with a first acknowledgement that says nothing.
         unsupported_messages: telemetry that the firmware does not have, so isn't asked for.
-        setpoint_timeout_s: for how long it goes on with the velocity and the acceleration of the
+        setpoint_timeout_s: for how long it continues with the velocity and the acceleration of the
             last setpoint when none follows, by the default of its parameter.
         setpoint_timeout_parameter: the parameter that says so; empty if there is none.
         own_rates_hz: messages that the firmware sends no more often than this, whatever is asked

@@ -229,7 +229,7 @@ class MessageRates(Machine[None]):
         self._fire(RatesInput.PAUSE, now)
 
     def receive(self, message: Message, now: float) -> None:
-        """Count telemetry; look for the answer to the command under way."""
+        """Count telemetry; look for the answer to the command in progress."""
         number = message._header.msgId
         if self.count(number) or self._command is None:
             return

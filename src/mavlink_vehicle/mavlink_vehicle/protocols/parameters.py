@@ -136,7 +136,7 @@ class ParameterReader(TimedOutbox):
                 self._deadline = now + _AGAIN_S
 
     def _on_deadline(self, now: float) -> None:
-        """Ask for what is missing; give up after so many times, until the next reading."""
+        """Ask for what is missing; give up after this many times, until the next reading."""
         if self._address is None:
             return
         if not self._missing:

@@ -28,7 +28,7 @@ _CHARGE_LOW = (
 def estimator_faults(state: VehicleState) -> tuple[str, ...]:
     """Return what is wrong with the estimate of where the vehicle is; empty when all is well.
 
-    A GPS that is there but has no 3D fix counts: an ArduCopter that has just lost it goes on
+    A GPS that is there but has no 3D fix counts: an ArduCopter that has just lost it continues
     to say for 8 s that its position is good (observed).
     """
     faults = []

@@ -1,9 +1,9 @@
 """Judges whether the vehicle's own position can be trusted. Pure.
 
-An estimator that is misled by its GPS goes on to give a position. What shows it, on both
+An estimator that is misled by its GPS continues to give a position. What shows it, on both
 firmwares' own simulators with a receiver that is 20 m off:
 
-- The estimate goes on by itself at first, and the GPS is elsewhere than it. The estimator says
+- The estimate continues by itself at first, and the GPS is elsewhere than it. The estimator says
   that it rejects it: EKF3 after 1.3 s, for as long as that lasts and 10 s more; EKF2 at once.
 - After 10 s (EKF3) or 7 s (EKF2) the estimate jumps to the GPS, in one message to the next.
   A vehicle that follows positions then flies the jump back, 20 m in truth; and from then on

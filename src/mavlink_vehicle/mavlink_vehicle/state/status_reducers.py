@@ -105,7 +105,7 @@ def sys_status(state: VehicleState, message: Message, now: float) -> VehicleStat
         changes["fence_breached"] = not health & _GEOFENCE
     elif state.fence_told_s is None or now - state.fence_told_s > _FENCE_SILENCE_S:
         # Switched off. An ArduPilot keeps the health bit of a breach then, and says no more of it;
-        # with FENCE_ACTION 0 the fence is not enabled here either, but FENCE_STATUS goes on.
+        # with FENCE_ACTION 0 the fence is not enabled here either, but FENCE_STATUS continues.
         changes["fence_breached"] = False
     if state.battery is None or state.battery.from_summary:
         voltage_mv = message.voltage_battery

@@ -72,7 +72,7 @@ class OdomFrame:
         self._turn: tuple[int, Quaternion, Vector3] | None = None
 
     def follow(self, pose: MapPose, state: VehicleState) -> None:
-        """Take the next pose; a restart of the autopilot begins anew.
+        """Take the next pose; a restart of the autopilot starts over.
 
         Args:
             pose: attitude and position of one time.

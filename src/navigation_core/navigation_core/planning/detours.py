@@ -54,7 +54,7 @@ def around(
         clearance_m: that every line of the path keeps.
         heights_m: lowest and highest map z; None stays in the plane of the start.
         few_corners: rather have few corners than the most gentle ones.
-        thorough: whether to go on until it is sure that there is no path.
+        thorough: whether to continue until it is sure that there is no path.
     """
     ends = np.array([start_enu_m, goal_enu_m])
     low, high = sorted((float(start_enu_m[2]), float(goal_enu_m[2])))
@@ -202,7 +202,7 @@ def _other_levels(
 
 
 def _spread(heights: Array, count: int) -> list[float]:
-    """Return so many of some heights at most, the last and others at even shares."""
+    """Return this many of some heights at most, the last and others at even shares."""
     if len(heights) <= count:
         return [float(height) for height in heights]
     rows = (np.arange(1, count + 1) * len(heights)) // count - 1

@@ -161,7 +161,7 @@ class PlanarShapes:
 
 
 def places_of(count: Indices) -> Indices:
-    """Return 0, 1, ... for each group of so many."""
+    """Return 0, 1, ... for each group of this many."""
     total = np.cumsum(count)
     last = int(total[-1]) if len(total) else 0
     return np.arange(last) - np.repeat(total - count, count)

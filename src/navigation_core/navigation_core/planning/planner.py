@@ -32,7 +32,7 @@ class PlanLimits:
             in the plane of its start.
         turning_radius_m: least radius of a turn of what drives; 0 if it can turn on the spot.
         heading_enu_rad: where its nose points at the start, for what cannot turn on the spot.
-        thorough: whether the search goes on, for several times as long, until it is sure that
+        thorough: whether the search continues, for several times as long, until it is sure that
             there is no path.
     """
 

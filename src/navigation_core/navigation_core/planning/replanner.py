@@ -58,12 +58,12 @@ class ReplannerError(RuntimeError):
 TRANSITIONS: dict[tuple[State, ReplanEvent], State] = {
     (State.KEEPING, ReplanEvent.CONFLICT): State.REPLANNING,
     (State.KEEPING, ReplanEvent.LOOK): State.COMPARING,
-    # A flight that begins or goes on is planned without anybody asking here.
+    # A flight that begins or continues is planned without anybody asking here.
     (State.KEEPING, ReplanEvent.FOUND): State.KEEPING,
     (State.KEEPING, ReplanEvent.STOP): State.BLOCKED,
     (State.REPLANNING, ReplanEvent.FOUND): State.KEEPING,
     (State.REPLANNING, ReplanEvent.NOT_FOUND): State.BLOCKED,
-    # A search takes some steps, in which the vehicle goes on.
+    # A search takes some steps, in which the vehicle continues.
     (State.REPLANNING, ReplanEvent.STOP): State.BLOCKED,
     (State.COMPARING, ReplanEvent.FOUND): State.KEEPING,
     (State.COMPARING, ReplanEvent.NOT_FOUND): State.KEEPING,
@@ -195,7 +195,7 @@ class Replanner:
         self._block(place_enu_m, now)
 
     def no_flight(self, place_enu_m: Vector3, now: float, *, is_undecided: bool = False) -> None:
-        """Record that a flight cannot begin or go on, whatever was looked for before.
+        """Record that a flight cannot begin or continue, whatever was looked for before.
 
         Args:
             place_enu_m: where the vehicle is.

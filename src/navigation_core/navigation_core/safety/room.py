@@ -19,7 +19,7 @@ __all__ = ["Braking", "Room"]
 # Room that is kept to the flight volume, for the error of the position and the last of the brake.
 _VOLUME_MARGIN_M = 0.5
 # The path ahead is followed in steps as long as the room at each point, since no bound is nearer.
-# It ends this near to a bound, or after so many steps, as beside a long fence.
+# It ends this near to a bound, or after this many steps, as beside a long fence.
 _END_M = 0.05
 _STEPS_MAX = 40
 # Beyond a bound, a direction leads in if the room grows by this share of the distance ahead. Along
@@ -35,7 +35,7 @@ class Braking:
     Attributes:
         horizontal_m_s2: its horizontal deceleration.
         vertical_m_s2: its vertical deceleration.
-        reaction_s: time for which it goes on before that.
+        reaction_s: time for which it continues before that.
     """
 
     horizontal_m_s2: float

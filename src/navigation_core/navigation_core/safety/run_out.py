@@ -1,6 +1,6 @@
 """The run-out of a last setpoint that none follows, and the speed that it allows.
 
-An autopilot goes on with the velocity and the acceleration of the last setpoint until its own
+An autopilot continues with the velocity and the acceleration of the last setpoint until its own
 timeout (ArduPilot's GUID_TIMEOUT, 3 s; PX4's COM_OF_LOSS_T, 1 s), and only then does it brake. So
 near obstacles every setpoint is such that this run-out ends clear of them: the server's process
 may stop at any moment, and the machine may be late.
@@ -78,7 +78,7 @@ def safe_speed_m_s(
         obstacles: the known obstacles.
         limits: what the brake after the timeout keeps to.
         clearance_m: that is to be kept.
-        timeout_s: for how long the vehicle goes on.
+        timeout_s: for how long the vehicle continues.
         reach_m: how far obstacles are known; what is farther away is not.
 
     Returns:

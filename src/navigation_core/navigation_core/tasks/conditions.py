@@ -83,7 +83,7 @@ class Dwell:
 class Headway:
     """Whether a vehicle that flies by itself still makes progress.
 
-    It is told lengths that shrink as the vehicle gets on, and that do not shrink for ever: so
+    It is told lengths that shrink as the vehicle gets on, and that do not shrink forever: so
     there is an end to whatever the vehicle does.
     """
 
@@ -170,7 +170,7 @@ class Requester:
         """Begin without a request.
 
         Args:
-            timeout_s: how long the report of an operation may take, unless it is told otherwise.
+            timeout_s: how long the report of an operation may take, by default.
         """
         self._timeout_s = timeout_s
         self.current: RequestedOperation | None = None
@@ -200,5 +200,5 @@ class Requester:
         return self.current.check(observation, now)
 
     def forget(self) -> None:
-        """Forget the request; the next one is made anew."""
+        """Forget the request; the next one is made again."""
         self.current = None

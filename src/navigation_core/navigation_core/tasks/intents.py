@@ -92,7 +92,7 @@ class Outcome:
 
 
 class Handover(NamedTuple):
-    """The setpoint that a replaced task sent last, from which its successor goes on.
+    """The setpoint that a replaced task sent last, from which its successor continues.
 
     Attributes:
         commanded: its state in the map frame; None to begin at the measured state.

@@ -53,7 +53,7 @@ class Progress:
         time_remaining_s: estimated time to the end.
         route: how far the route is flown, for a task that has one.
         replans: how often the path was replanned because of obstacles.
-        blocked: why obstacles leave no way to go on; empty while they do.
+        blocked: why obstacles leave no way to continue; empty while they do.
     """
 
     status: Status

@@ -27,7 +27,7 @@ class Traits:
         brake_lag_s: by which time its speed is late then.
         height_min_m: least height above the ground that it is sent to.
         takeoff_height_m: height above the ground of a take-off when none is asked for.
-        setpoint_timeout_s: for how long it goes on with the velocity and the acceleration of the
+        setpoint_timeout_s: for how long it continues with the velocity and the acceleration of the
             last setpoint when none follows; 0 if it does not.
         accelerates_on: whether it gathers speed by the last setpoint's acceleration in that time.
         drives_by_turn_rate: whether it can be told a speed along its nose, also backwards, and a

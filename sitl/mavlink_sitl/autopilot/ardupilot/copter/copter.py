@@ -188,7 +188,7 @@ class Copter(Commander):
         super().change_to(mode)
 
     def pause_or_go_on(self, go_on: bool) -> Result:
-        """DO_PAUSE_CONTINUE: AUTO and GUIDED stop and hold, or go on."""
+        """DO_PAUSE_CONTINUE: AUTO and GUIDED stop and hold, or continue."""
         if isinstance(self.mode, Auto):
             return self.mode.go_on() if go_on else self.mode.pause()
         if not isinstance(self.mode, Guided):

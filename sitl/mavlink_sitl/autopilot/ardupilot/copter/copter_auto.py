@@ -158,7 +158,7 @@ class CopterAuto(LegAuto):
             self.task.forget_following()
 
     def limits_changed(self) -> None:
-        """Another speed: the leg goes on with it, after a pause if there is one."""
+        """Another speed: the leg continues with it, after a pause if there is one."""
         if isinstance(self.task, FlyTo) and not self.paused:
             self.task.change_limits()
         self._other_limits = self.paused

@@ -83,7 +83,7 @@ class Guided(Mode):
         self._stop()
 
     def pause(self) -> None:
-        """DO_PAUSE_CONTINUE 0: stop and hold until told to go on, whatever target comes."""
+        """DO_PAUSE_CONTINUE 0: stop and hold until told to continue, whatever target comes."""
         # The desired motion is slowed down, which is ahead of the vehicle.
         self.guide(replace(self.hold_guidance(), restart_xy=False, restart_z=False))
         self._paused = True
@@ -114,7 +114,7 @@ class Guided(Mode):
 
     @property
     def taking_off(self) -> bool:
-        """Whether a take-off is under way."""
+        """Whether a take-off is in progress."""
         return self.submode is Submode.TAKEOFF
 
     def take_off(self, down_m: float) -> None:

@@ -166,7 +166,7 @@ class ReturnToLaunch(LandsAtTheEnd):
             self.descend(replace(self._base, north_m=north, east_m=east))
 
     def _climbing(self, guidance: Guidance) -> Guidance:
-        """Add the climb, which goes on into the next stage."""
+        """Add the climb, which continues into the next stage."""
         ((down, speed, acceleration),) = self._climb.at(self.vehicle.now_s)
         return replace(
             guidance,

@@ -171,7 +171,7 @@ class Plane(Traveller):
         self.say(Severity.INFO, "Mission complete, changing mode to RTL")
 
     def start_landing(self) -> bool:
-        """DO_LAND_START: go on with the mission's landing, if it has one."""
+        """DO_LAND_START: continue with the mission's landing, if it has one."""
         auto = self.auto
         start = auto.landing_start() if isinstance(auto, GlideAuto) else None
         if auto is None or start is None:

@@ -150,7 +150,7 @@ class GlideAuto(ItemAuto):
             self.jump_to(self.vehicle.plans.current)
 
     def _go_back_before_landing(self) -> bool:
-        """Let the mission go on where the approach begins."""
+        """Let the mission continue where the approach begins."""
         plans = self.vehicle.plans
         start = self.landing_start()
         text = f"Restarted landing via DO_LAND_START: {start}"

@@ -72,7 +72,7 @@ class Approach(FlyLine):
         self._slope = (sink_m - aim_m) / (length - flare_m)
 
     def down_m(self) -> float:
-        """On the slope, which goes on beyond the place."""
+        """On the slope, which continues beyond the place."""
         along = max(self.share(), 0.0) * self.length_m
         return self.start[2] + self._slope * along
 

@@ -43,7 +43,7 @@ class PlaneFailsafes(Failsafes):
         self._was_in: int | None = None
 
     def _estimator(self) -> None:
-        """A plane without GPS goes on by what it measures of the air."""
+        """A plane without GPS continues by what it measures of the air."""
         self.estimator_lost = False
 
     def _empty(self, action: int) -> None:

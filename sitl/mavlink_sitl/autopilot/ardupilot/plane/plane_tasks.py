@@ -186,7 +186,7 @@ class FlyLine(GlideTask):
 class GoRound(GlideTask):
     """NAV_LOITER_UNLIM, _TIME, _TURNS and _TO_ALT: round a place until something is the case.
 
-    Then it goes on round until its course points to what comes next.
+    Then it continues round until its course points to what comes next.
 
     Args:
         centre: NED metres.

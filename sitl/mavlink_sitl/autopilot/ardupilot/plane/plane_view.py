@@ -39,7 +39,7 @@ class PlaneView(VehicleView, Protocol):
         """The mission is over."""
 
     def start_landing(self) -> bool:
-        """DO_LAND_START: go on with the mission's landing, if it has one."""
+        """DO_LAND_START: continue with the mission's landing, if it has one."""
 
     def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
         """DO_REPOSITION, once in GUIDED."""

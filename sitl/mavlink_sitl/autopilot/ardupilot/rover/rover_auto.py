@@ -133,7 +133,7 @@ class DriveAuto(DriveMode, Auto):
             Auto.update(self)
 
     def limits_changed(self) -> None:
-        """Another speed: go on with it."""
+        """Another speed: continue with it."""
         if isinstance(self.task, DriveTo):
             self.task.route.change_speed(self.vehicle.cruise_m_s())
 

@@ -56,7 +56,7 @@ class Mission(CopterMode, Px4Mission):
             self.task = GoTo(self, item, target, isinstance(self.task, ClimbTo))
 
     def limits_changed(self) -> None:
-        """Another speed: the item goes on with it."""
+        """Another speed: the item continues with it."""
         if isinstance(self.task, GoTo):
             self.task.begin()
 

@@ -62,7 +62,7 @@ class Hold(CopterMode, HoldMode):
         self.guide(replace(self.hold_at(self.target, yaw_rad), limits=limits))
 
     def limits_changed(self) -> None:
-        """Another speed: go on with it."""
+        """Another speed: continue with it."""
         if self.target is not None:
             limits = self.vehicle.navigator.line_limits(self.here(), self.target)
             self.guide(replace(self.hold_at(self.target), limits=limits))

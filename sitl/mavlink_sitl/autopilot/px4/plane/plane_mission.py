@@ -58,7 +58,7 @@ class FlyOver(PlaneTask):
 
 
 class CircleTask(PlaneTask):
-    """Round a place: for ever, for a time, or until a height is reached."""
+    """Round a place: forever, for a time, or until a height is reached."""
 
     _since_s: float | None = None
 

@@ -12,7 +12,7 @@ from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 __all__ = ["CorrectionTopic"]
 
 _QOS = QoSProfile(depth=50)
-# Corrections come every second; the same refusal is logged this often.
+# Corrections come every second; the same rejection is logged this often.
 _AGAIN_S = 10.0
 
 

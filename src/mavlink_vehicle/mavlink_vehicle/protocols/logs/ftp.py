@@ -35,7 +35,7 @@ class FtpOp(enum.IntEnum):
 
 
 class FtpError(enum.IntEnum):
-    """Why a request was refused; others count as `FAIL`."""
+    """Why a request was rejected; others count as `FAIL`."""
 
     FAIL = 1
     FAIL_ERRNO = 2
@@ -56,7 +56,7 @@ class FtpAnswer:
         op: what was asked for; numbers that are not ours are no answers to us.
         offset: of the data in the file.
         data: at most 239 bytes.
-        error: why it was refused; None if it was not.
+        error: why it was rejected; None if it was not.
     """
 
     sequence: int

@@ -41,16 +41,16 @@ class LogTransfer(Slot[_Part, LogEvent]):
 
     @property
     def busy(self) -> bool:
-        """Whether a transfer is under way."""
+        """Whether a transfer is in progress."""
         return self._part is not None
 
     def list_logs(self, now: float) -> None:
-        """Begin to list; a transfer under way ends as CANCELLED."""
+        """Begin to list; a transfer in progress ends as CANCELLED."""
         is_ftp = self._means is LogMeans.FTP
         self._begin(self._ftp_list(now) if is_ftp else LogList(self._address()), now)
 
     def download(self, log: StoredLog, offset_bytes: int, now: float) -> None:
-        """Begin to download a log; a transfer under way ends as CANCELLED.
+        """Begin to download a log; a transfer in progress ends as CANCELLED.
 
         Args:
             log: as it was listed since the autopilot started; without a list a PX4 gives no data.
@@ -64,7 +64,7 @@ class LogTransfer(Slot[_Part, LogEvent]):
             self._begin(LogDownload(address, log, offset_bytes), now)
 
     def stop(self, reason: str, result: OperationResult = OperationResult.CANCELLED) -> None:
-        """End the transfer under way, if any."""
+        """End the transfer in progress, if any."""
         if isinstance(self._part, LogDownloader):
             self._part.end()
         if self._part is not None:

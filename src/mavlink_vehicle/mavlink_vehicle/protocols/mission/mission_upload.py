@@ -7,7 +7,7 @@ same; PX4 with MISSION_REQUEST_INT). Only the first message is ours to repeat.
 - Requests and acknowledgements for another ground station, or of another list, are ignored.
 - ACCEPTED before the last item was sent belongs to something earlier, and is ignored.
 - DENIED (ArduPilot) and ERROR (PX4) instead of the first request mean that another station's
-  transfer is under way: the offer is repeated until that is over.
+  transfer is in progress: the offer is repeated until that is over.
 - INVALID_SEQUENCE only says that an item came twice or late; the vehicle asks on.
 - An error after the last item may be the answer to its repetition, when all is stored already
   (ArduPilot): the result is UNSURE, and reading back tells.

@@ -22,7 +22,7 @@ from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.state.telemetry import MissionProgress
 
 _AGAIN_S = 60.0
-# Reading takes at most one part in so many of the time.
+# Reading takes at most one part in this many of the time.
 _SHARE = 20.0
 _WAIT_S = 2.0
 _TOLD_S = 3.0
@@ -53,7 +53,7 @@ class StoredLists(Outbox):
     """Reads the three lists."""
 
     def __init__(self, timing: TransferTiming, may_read: Callable[[], bool]) -> None:
-        """Prepare; `may_read` says whether no other transfer is under way."""
+        """Prepare; `may_read` says whether no other transfer is in progress."""
         super().__init__()
         self._items: dict[MissionType, tuple[MissionItem, ...]] = {}
         self._timing = timing
@@ -140,14 +140,14 @@ class StoredLists(Outbox):
             self._take(now)
 
     def next_deadline(self) -> float | None:
-        """Return when to go on."""
+        """Return when to continue."""
         if self._download is not None:
             return self._download.next_deadline()
         due_s = min(self._due_s.values(), default=None)
         return None if due_s is None else max(due_s, self._free_s)
 
     def handle_timer(self, now: float) -> None:
-        """Begin, go on, or make way for another transfer."""
+        """Begin, continue, or make way for another transfer."""
         due_s = self.next_deadline()
         if due_s is None or now < due_s:
             return

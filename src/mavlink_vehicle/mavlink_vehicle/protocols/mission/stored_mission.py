@@ -32,7 +32,7 @@ class StoredMission:
         self._ours: MissionProgress | None = None
 
     def stored(self, count: int, rules: MissionRules, place: int) -> None:
-        """Our mission of so many items (without home) is stored.
+        """Our mission of this many items (without home) is stored.
 
         Args:
             count: number of items.

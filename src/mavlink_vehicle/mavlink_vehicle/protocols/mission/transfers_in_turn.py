@@ -70,4 +70,4 @@ class TransfersInTurn(Machine[_Event]):
 
     @abstractmethod
     def _end_late(self, now: float) -> None:
-        """End it, since its time is up."""
+        """End it, since it timed out."""

@@ -115,7 +115,7 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
         self._boot_count = boot_count
 
     def _on_deadline(self, now: float) -> None:
-        """Report the loss when the time is up."""
+        """Report the loss when it times out."""
         longest_s = self._last_s + PATIENCE * self._timeout_s
         self._deadline = min(self.heard_s + self._timeout_s, longest_s)
         if now >= self._deadline:

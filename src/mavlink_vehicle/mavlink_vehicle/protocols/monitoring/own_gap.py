@@ -1,7 +1,7 @@
 """Detects gaps in our own operation: the machine hung while the vehicle continued.
 
 Meanwhile a PX4 takes the missing setpoints for a failure and leaves OFFBOARD, or a pilot takes the
-vehicle over. Whoever then goes on with what was known before brings a PX4 back to OFFBOARD with
+vehicle over. Whoever then continues with what was known before brings a PX4 back to OFFBOARD with
 a single setpoint (observed). So after a gap nothing that commands may leave before a HEARTBEAT has
 shown the mode again.
 

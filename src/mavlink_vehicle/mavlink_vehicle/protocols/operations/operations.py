@@ -8,7 +8,7 @@ lost although the command was obeyed. So:
 - A rejection ends the operation, after a short wait for the STATUSTEXTs that explain it. When
   the command was repeated, the rejection may be the answer to a repetition of a command already
   obeyed ("already flying"); the state then has longer to show it.
-- Everything else ends when the time is up.
+- Everything else ends when it times out.
 - Where nothing in the state can show it (a speed), or something else could have the same look
   (a place to go to), the acknowledgement must come, too.
 - A command may have to wait for a gate: PX4 enters OFFBOARD only while setpoints come.

@@ -31,7 +31,7 @@ class RequestedChanges:
         self._licences.append(_Licence(mode, armed))
 
     def end(self, now: float) -> None:
-        """The operation under way has ended; its command may still take effect for a while."""
+        """The operation in progress has ended; its command may still take effect for a while."""
         for licence in self._licences:
             if licence.ended_s is None:
                 licence.ended_s = now

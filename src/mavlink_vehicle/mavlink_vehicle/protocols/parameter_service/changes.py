@@ -83,7 +83,7 @@ class ParameterChanges(Outbox):
         self._go_on(now)
 
     def next_deadline(self) -> float | None:
-        """Return when to go on."""
+        """Return when to continue."""
         part = self._listing or self._one
         return None if part is None else part.next_deadline()
 

@@ -151,7 +151,7 @@ class ExternalPositionSender(Outbox):
         return None if self._sent_s is None else now - self._sent_s
 
     def pause(self) -> None:
-        """The link is lost, so that none can be sent: the next pose begins anew."""
+        """The link is lost, so that none can be sent: the next pose starts over."""
         self._sent_s, self._has_stopped, self._event = None, False, None
 
     def next_deadline(self) -> float | None:

@@ -82,7 +82,7 @@ class Departure:
 
     def prepare(self, observation: Observation, now: float) -> Step:
         """Take control, as far as that comes first."""
-        # A take-off that a replaced goal began goes on.
+        # A take-off that a replaced goal began continues.
         taking_off = is_pending(observation, TaskOperation.TAKE_OFF)
         rejection = check_departure(observation, self._parts.config, self._parts.traits)
         if rejection is not None and not taking_off:

@@ -1,7 +1,7 @@
 """Flies by setpoints: takes control, arms, takes off, flies from stop to stop, reports the outcome.
 
 The vehicle is believed, never assumed: a phase ends when the vehicle's own state shows
-that it has. While a take-off is under way or the vehicle stands on the ground no setpoint
+that it has. While a take-off is in progress or the vehicle stands on the ground no setpoint
 is sent, because a real ArduCopter then stays on the ground (observed).
 """
 
@@ -262,7 +262,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._stopping.ending = ending
         arming_asked = self._departure.arming_asked
         inherited = self._phase is GotoPhase.PREPARING and self._follower.commanded is not None
-        # A replaced goal may have left something under way.
+        # A replaced goal may have left something in progress.
         arming = any(
             is_pending(observation, kind) for kind in (TaskOperation.ARM, TaskOperation.DISARM)
         )
@@ -384,7 +384,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         )
 
     def _arrived(self, observation: Observation, now: float) -> Step | None:
-        """End, or go on; the vehicle has been near, turned and slow for its time."""
+        """End, or continue; the vehicle has been near, turned and slow for its time."""
         error_m = self._arrival.error_m(observation)
         assert error_m is not None
         ending = self._itinerary.arrive(error_m)

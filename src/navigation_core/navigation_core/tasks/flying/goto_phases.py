@@ -85,7 +85,7 @@ TRANSITIONS: dict[tuple[GotoPhase, PhaseEvent], GotoPhase] = {
     (GotoPhase.HOLDING, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
     (GotoPhase.PAUSED, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
     (GotoPhase.BLOCKED, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
-    # Wherever a flight begins or goes on, obstacles may leave no path.
+    # Wherever a flight begins or continues, obstacles may leave no path.
     (GotoPhase.PREPARING, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,
     (GotoPhase.TAKING_OFF, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,
     (GotoPhase.NAVIGATING, PhaseEvent.NO_WAY): GotoPhase.BLOCKED,

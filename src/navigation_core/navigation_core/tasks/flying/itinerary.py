@@ -51,7 +51,7 @@ class Itinerary(Protocol):
         """Return the point of the section beyond which a vehicle that drives must not look yet."""
 
     def arrive(self, error_m: float) -> Outcome | None:
-        """Record the stop as reached; returns how the flight ends, or None if it goes on.
+        """Record the stop as reached; returns how the flight ends, or None if it continues.
 
         Args:
             error_m: how far from the stop the vehicle is.

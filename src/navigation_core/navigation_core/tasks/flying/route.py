@@ -55,7 +55,7 @@ class RouteItinerary:
         self._planned_from = 0
 
     def _section_end(self) -> int:
-        """Return the index of the waypoint at which the section under way stops."""
+        """Return the index of the waypoint at which the section in progress stops."""
         for index in range(self._next, self._route.total - 1):
             if self._route.at(index).hold_time_s > 0.0:
                 return index

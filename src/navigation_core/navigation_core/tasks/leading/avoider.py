@@ -88,7 +88,7 @@ class Avoider:
         """Look whether the path may be flown on.
 
         Returns:
-            Whether the flight goes on; if not, the vehicle is being stopped.
+            Whether the flight continues; if not, the vehicle is being stopped.
         """
         if self._replanner.state is State.BLOCKED:
             return False
@@ -107,7 +107,7 @@ class Avoider:
     def think(self, observation: Observation, now: float) -> None:
         """Look for another path if need be, and go over to it; without one, stop.
 
-        While a search goes on, the old path is flown, and the brake watches.
+        While a search continues, the old path is flown, and the brake watches.
         """
         if self._replanner.state is State.BLOCKED:
             return

@@ -1,7 +1,7 @@
 """Setpoints that are safe if none follows, and a lower speed while setpoints are late.
 
 Whoever sends setpoints may stop at any moment: the process is killed, the machine hangs. Then the
-vehicle goes on with the last one until its own timeout. Near obstacles that run-out
+vehicle continues with the last one until its own timeout. Near obstacles that run-out
 (:mod:`navigation_core.safety.run_out`) is part of the stopping distance, so the flight is slower
 there. A setpoint whose velocity would lead too near is sent with its position alone, at which the
 vehicle comes to rest.
@@ -33,7 +33,7 @@ __all__ = ["Caution"]
 # As slow as this, what flies follows positions alone well enough: it lags by a second's distance
 # (ArduCopter's PSC_POSXY_P is 1, PX4's MPC_XY_P 0.95).
 _BY_POSITION_M_S = 1.0
-# What drives has no positions to follow, and must go on all the same, or it would never get there.
+# Ground vehicles follow no positions, and must continue, or they would never arrive.
 _CREEP_M_S = 0.2
 _ROUNDING = 1.02
 # What a brake that nobody ends may come to.

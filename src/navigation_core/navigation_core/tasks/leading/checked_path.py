@@ -37,7 +37,7 @@ from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint, RouteTrajectory, plan_route
 from navigation_core.trajectories.trajectory import Trajectory, plan_stop
 
-# A route is planned around obstacles so far ahead, or for so many of its points, to bound the
+# A route is planned around obstacles so far ahead, or for this many of its points, to bound the
 # work; it is planned on so long before it gets there.
 _HORIZON_M, _POINTS_MAX, _EXTEND_S = 100.0, 6, 10.0
 # Slower than this a vehicle need not stop before it takes another path.

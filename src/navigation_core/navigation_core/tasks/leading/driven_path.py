@@ -74,7 +74,7 @@ class DrivenPath:
     def advance(self, position_enu_m: Vector3) -> None:
         """Advance to where the path is nearest to a place: never back, and not far ahead.
 
-        Nor beyond what may be looked ahead to: where the path turns back at a point, what goes on
+        Nor beyond what may be looked ahead to: where the path turns back at a point, what continues
         from there is as near as what leads to it.
         """
         best, least_m = (self._index, self._share), math.inf

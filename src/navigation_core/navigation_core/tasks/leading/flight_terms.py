@@ -16,7 +16,7 @@ class FlightTerms:
 
     Attributes:
         config: how to go there.
-        handover: what the replaced task sent last, from which this one goes on without a jump.
+        handover: what the replaced task sent last, from which this one continues without a jump.
         traits: what the vehicle can do.
         avoidance: how to keep away from obstacles; None to fly straight.
     """

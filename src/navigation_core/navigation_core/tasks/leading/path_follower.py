@@ -73,9 +73,9 @@ class _Pending:
 
     Attributes:
         search: the search.
-        carrot: the motion from which the path goes on.
+        carrot: the motion from which the path continues.
         route: the points asked for when it began.
-        joint_s: when the path goes on from there, in that motion's time.
+        joint_s: when the path continues from there, in that motion's time.
         begun_s: when the search began.
     """
 
@@ -245,7 +245,7 @@ class PathFollower:
     ) -> CheckedPath | NoPath | None:
         """Look for a path around obstacles, to be called until there is an answer.
 
-        The first call begins a search, which goes on beside the flight. The path that it finds
+        The first call begins a search, which continues beside the flight. The path that it finds
         begins a little further on, where the setpoint will be when it is found, and is returned
         when the setpoint has come there.
 
@@ -289,7 +289,7 @@ class PathFollower:
         return replace(found, entered_s=late_s)
 
     def _is_searching_from_here(self) -> bool:
-        """Whether the search under way goes on from the motion that is flown."""
+        """Whether the search in progress continues from the motion that is flown."""
         pending = self._pending
         if pending is None:
             return False
@@ -476,7 +476,7 @@ class PathFollower:
         )
 
     def _must_start_anew(self, observation: Observation) -> bool:
-        """Whether the last setpoint is nothing to go on from."""
+        """Whether the last setpoint is nothing to continue from."""
         if self.starts_here or self.is_stale:
             return True
         assert self.commanded is not None

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from navigation_core.geometry import Vector3, horizontal_norm, subtract, wrap_angle
 
 # A point this deep in the circle could only be circled; it is driven away from until it is this
-# far outside. Without the difference, straight on and turning would take turns for ever.
+# far outside. Without the difference, straight on and turning would take turns forever.
 _INSIDE_SHARE, _OUTSIDE_SHARE = 0.95, 1.25
 # Straight ahead and straight behind, inside and outside say nothing.
 _ASIDE_SHARE = 0.2

@@ -222,7 +222,9 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
             return None
         text = f"No velocity command has been received for {idle_s:g} s."
         if self._last is not None and self._last.is_zero:
-            text = f"The last velocity command was to stop; none has been received for {idle_s:g} s."
+            text = (
+                f"The last velocity command was to stop; none has been received for {idle_s:g} s."
+            )
             return Outcome(OutcomeCode.SUCCESS, text, None)
         return Outcome(OutcomeCode.TIMEOUT, text, None)
 

@@ -66,7 +66,7 @@ class VelocityTerms:
 
 
 class Steersman:
-    """Steers one vehicle; what it sent last is where it goes on from.
+    """Steers one vehicle; what it sent last is where it continues from.
 
     Attributes:
         held_back: why the vehicle does not move although it is told to; empty while it does.

@@ -3,7 +3,7 @@
 The mission is uploaded before anything moves, or once the vehicle holds if it is moving
 already. Then it is armed if need be, and the mission is started; on the ground its first item
 is a take-off. A pause has the vehicle hold, and its own memory of the item under way lets it
-go on. A cancel has it hold, and then removes the mission, so that nobody starts it later by
+continue. A cancel has it hold, and then removes the mission, so that nobody starts it later by
 a switch of the mode.
 """
 
@@ -179,7 +179,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         observation: Observation,
         now: float,
     ) -> Answer:
-        """Have something done, and go on; what is rejected ends the task, motors off if need be."""
+        """Perform an operation, then continue; a rejection ends the task, motors off if needed."""
         answer = self._requests.perform(Perform(kind), refusal, observation, now)
         if isinstance(answer, Outcome) and (self._armed_by_us or self._stored):
             self._stop_with(answer, now)

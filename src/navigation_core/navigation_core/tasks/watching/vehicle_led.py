@@ -124,7 +124,7 @@ class VehicleLed(PhasedTask[_Phase]):
         )
 
     def unpause(self, now: float) -> None:
-        """Nothing to go on with."""
+        """Nothing to continue with."""
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """PX4 changes from its return mode to its landing mode, and to another on the ground."""
