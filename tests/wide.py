@@ -1,4 +1,4 @@
-"""Which tests are slow and broad: `make test` leaves them out, `make test-all` runs them, too.
+"""The slow and broad tests: `make test` leaves them out, `make test-all` runs them, too.
 
 They try many links, kinds of vehicle, hosts, stations and moments, in real time or at length. What
 they are about is held by quicker tests, too, once.

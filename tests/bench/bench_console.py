@@ -1,4 +1,4 @@
-"""What the console costs: one vehicle on one page, and 20 vehicles on five pages.
+"""Cost of the console: one vehicle on one page, and 20 vehicles on five pages.
 
 The vehicles are simulated and fly; the pages are clients of the console's socket that read all
 they are sent. The reference, in the same time, is a process with the same subscriptions that does

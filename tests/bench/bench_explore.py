@@ -1,4 +1,4 @@
-"""How much flight an exploration flies per hour of a processor core.
+"""Flight time that an exploration flies per hour of a processor core.
 
 Seeds of `make explore`, in this process. The reference is the same vehicles for the same time
 without servers, people and policies: what the simulator alone takes.

@@ -1,4 +1,4 @@
-"""What a server costs with 1 to 50 simulated vehicles that fly goals with 10 Hz of feedback.
+"""Cost of a server with 1 to 50 simulated vehicles that fly goals with 10 Hz of feedback.
 
 On a machine that others keep busy, simulator and server get less of it, and there is less
 feedback. So the processor time is that of a feedback and all that belongs to it, times the rate

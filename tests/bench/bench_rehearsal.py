@@ -1,4 +1,4 @@
-"""How long the rehearsal of a goal takes, and how well it tells the flight.
+"""Duration of the rehearsal of a goal, and its accuracy.
 
 Goals of about a minute, with the program's own settings, in this process. Time is the processor's;
 of five the shortest counts. The reference is the limit for a goal of 60 s, and longer or

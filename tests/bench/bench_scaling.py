@@ -1,4 +1,4 @@
-"""What a vehicle's link and a ROS domain carry: ``python -m tests.bench.bench_scaling --help``."""
+"""Traffic of a vehicle's link and a ROS domain: ``python -m tests.bench.bench_scaling --help``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast the simulated autopilots are, how large, and how they grow with the vehicles.
+"""Speed and size of the simulated autopilots, and their growth with the number of vehicles.
 
 Each measurement is a process of its own, so that memory and caches are its own. ArduPilot's
 copter has the usual streams, PX4's has those that it sends unasked; of many, each has

@@ -1,4 +1,4 @@
-"""What the starts of server and client cost in CPU time.
+"""CPU time of the starts of server and client.
 
 The server's, until it is ready. The client's, with a help text, and with a goal, which a server
 without a vehicle rejects.

@@ -1,4 +1,4 @@
-"""What a benchmark gives to ``run.py``: one row of its table."""
+"""Result of a benchmark for ``run.py``: one row of its table."""
 
 from __future__ import annotations
 

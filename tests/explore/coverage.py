@@ -1,4 +1,4 @@
-"""What the exploration reaches: the statements of the product that each seed executes.
+"""Coverage of the exploration: the statements of the product that each seed executes.
 
 `python -m tests.explore.coverage --seeds 60` flies them and lists the functions that none of them
 reached. Marks are compiled into the modules as they are imported; they cost little and need no

@@ -1,4 +1,4 @@
-"""What people do and what goes wrong: the actions that an event of a scenario names.
+"""Actions of people and faults, which the events of a scenario name.
 
 Each takes the ship and the event's arguments. What takes a while ends with another event.
 """

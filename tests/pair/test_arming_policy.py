@@ -1,4 +1,4 @@
-"""Who may make a vehicle leave the ground: what the parameter ``arming`` allows, and no more."""
+"""The parameter ``arming`` decides who may make a vehicle leave the ground."""
 
 from __future__ import annotations
 

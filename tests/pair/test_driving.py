@@ -1,4 +1,4 @@
-"""How rovers and boats drive: as fast as they are told, to near targets, through waypoints."""
+"""Rovers and boats drive at the commanded speed, to near targets, through waypoints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ground stations may do to a goal under way: be counted, and nothing else."""
+"""Hostile ground stations are counted, and do nothing else to an active goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast a vehicle truly gets, against what its goal allows: over ground, up and down."""
+"""Vehicles keep to the speeds that their goal allows: over ground, up and down."""
 
 from __future__ import annotations
 

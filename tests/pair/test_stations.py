@@ -1,4 +1,4 @@
-"""What a ground station does to the vehicle while a goal is flown: one table for all vehicles."""
+"""Acts of a ground station during a goal: one table for all vehicles."""
 
 from __future__ import annotations
 

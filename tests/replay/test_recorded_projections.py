@@ -1,4 +1,4 @@
-"""How real firmwares lay their local frame over the earth: what is assumed, held to recordings.
+"""The local frames of real firmwares agree with the assumed projections.
 
 GLOBAL_POSITION_INT and LOCAL_POSITION_NED of one moment are the same place in degrees and in the
 firmware's own metres. `tests/data/positions` has such pairs of two recordings, spread over the

@@ -1,4 +1,4 @@
-"""What `make demo` and `make demo-rover` do, and what they leave."""
+"""`make demo` and `make demo-rover` fly, and leave their files."""
 
 from __future__ import annotations
 

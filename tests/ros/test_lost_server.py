@@ -1,4 +1,4 @@
-"""What the navigation client says of a server that dies while it flies a goal."""
+"""The navigation client reports a server that dies during a goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a client of an action sees when a ground station cancels or pauses its goal."""
+"""A client of an action sees a ground station cancel or pause its goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the server publishes, as a ROS 2 subscriber sees it."""
+"""The server's topics, as a ROS 2 subscriber sees them."""
 
 from __future__ import annotations
 

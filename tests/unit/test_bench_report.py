@@ -1,4 +1,4 @@
-"""What a run of the benchmarks prints of missed goals and of an earlier run."""
+"""A run of the benchmarks reports missed goals and changes since an earlier run."""
 
 from __future__ import annotations
 

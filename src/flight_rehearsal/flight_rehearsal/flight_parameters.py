@@ -1,4 +1,4 @@
-"""Which vehicles can be rehearsed, and the parameters that decide their flights."""
+"""The vehicles that can be rehearsed, and the parameters that decide their flights."""
 
 from __future__ import annotations
 

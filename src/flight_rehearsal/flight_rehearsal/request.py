@@ -1,4 +1,4 @@
-"""What is to be rehearsed, as it comes in: checked, with what is missing filled in."""
+"""A request for a rehearsal: checked, with missing values filled in."""
 
 from __future__ import annotations
 

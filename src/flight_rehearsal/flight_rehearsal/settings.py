@@ -1,4 +1,4 @@
-"""What an order makes of the server's settings, the simulated vehicle's and the world's."""
+"""Settings of the server, the simulated vehicle and the world, from a request."""
 
 from __future__ import annotations
 

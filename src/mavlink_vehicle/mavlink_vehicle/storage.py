@@ -1,4 +1,4 @@
-"""What the autopilot stores besides its mission: fence, rally points, parameters; sans I/O."""
+"""The autopilot's storage besides its mission: fence, rally points, parameters; sans I/O."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a client draws around a vehicle: fence, flight volume, mission, rally points. No ROS."""
+"""The scene that a client draws: fence, flight volume, mission, rally points. No ROS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a recording gives when it is played, in numbers and words that can be kept and compared."""
+"""Results of a replayed recording, in numbers and words that can be kept and compared."""
 
 from __future__ import annotations
 

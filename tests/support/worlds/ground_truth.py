@@ -1,4 +1,4 @@
-"""What truly happened between a simulated vehicle and the obstacles of its world.
+"""Ground truth of a simulated vehicle and the obstacles of its world.
 
 Distances come from the simulator's own shapes, never from what the bridge believes.
 """

@@ -1,4 +1,4 @@
-"""Which of the autopilot's texts explains how a goal ended."""
+"""The autopilot's text that explains the end of a goal is selected."""
 
 from __future__ import annotations
 

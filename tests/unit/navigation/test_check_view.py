@@ -1,4 +1,4 @@
-"""How ``navigation_server --check`` shows its report."""
+"""The report of ``navigation_server --check`` is shown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What navigation_client says of a vehicle, and of a server that is not there."""
+"""navigation_client reports on a vehicle, and on a missing server."""
 
 from __future__ import annotations
 

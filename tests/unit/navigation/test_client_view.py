@@ -1,4 +1,4 @@
-"""What navigation_client shows: on a terminal, in a pipe, to a script."""
+"""The output of navigation_client: on a terminal, in a pipe, for a script."""
 
 from __future__ import annotations
 

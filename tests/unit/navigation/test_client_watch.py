@@ -1,4 +1,4 @@
-"""How long navigation_client waits for a server that it no longer hears."""
+"""navigation_client waits for a silent server, with a limit."""
 
 from __future__ import annotations
 

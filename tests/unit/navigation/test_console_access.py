@@ -1,4 +1,4 @@
-"""Which requests the console serves, which page has control, and what a page may send."""
+"""Access to the console: requests, control, messages."""
 
 from __future__ import annotations
 

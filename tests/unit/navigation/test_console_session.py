@@ -1,4 +1,4 @@
-"""What pages show, and what their messages do."""
+"""Pages show values, and their messages act."""
 
 from __future__ import annotations
 

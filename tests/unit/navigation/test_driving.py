@@ -1,4 +1,4 @@
-"""How a rover drives, by its own parameters."""
+"""A rover drives by its own parameters."""
 
 from __future__ import annotations
 

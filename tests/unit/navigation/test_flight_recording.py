@@ -1,4 +1,4 @@
-"""What is read from a tlog, whoever recorded it."""
+"""Flights are read from tlogs of any recorder."""
 
 from __future__ import annotations
 

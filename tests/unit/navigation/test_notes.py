@@ -1,4 +1,4 @@
-"""What is noted into a recording is all that a report or a bag needs of a goal."""
+"""The notes in a recording hold all that a report or a bag needs of a goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What sensors, files and fences tell, as obstacles in the map frame."""
+"""Sensors, files and fences become obstacles in the map frame."""
 
 from __future__ import annotations
 

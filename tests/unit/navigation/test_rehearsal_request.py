@@ -1,4 +1,4 @@
-"""What a console sends to be rehearsed, and what is missing in it."""
+"""Requests for rehearsals are checked and completed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report measures: loss, commands, setpoints, events, the text of a log."""
+"""Figures of a report: loss, commands, setpoints, events, the text of a log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report finds in logs: commands and answers, vehicles, what is worth a look."""
+"""Findings of a report: commands and answers, vehicles, warnings."""
 
 from __future__ import annotations
 

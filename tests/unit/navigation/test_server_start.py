@@ -1,4 +1,4 @@
-"""What server and client load to start, and what a server loads beside the flight."""
+"""Modules that server and client load to start, and that a server loads beside the flight."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people are told of a link to ground stations."""
+"""The status of a link to ground stations is reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `tlog2mcap` makes of odd logs and options: a right bag, or a sentence and no file."""
+"""`tlog2mcap` turns odd logs and options into a correct bag, or a sentence and no file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which velocity commands are used, and which of them start a goal."""
+"""Velocity commands are checked, and some of them start a goal."""
 
 from __future__ import annotations
 

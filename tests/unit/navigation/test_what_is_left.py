@@ -1,4 +1,4 @@
-"""What a server that stops says of the vehicle that it leaves behind."""
+"""A server that stops reports the vehicle that it leaves behind."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ArduPilot says of its lists: how long they are, and why it rejects one."""
+"""ArduPilot reports the lengths of its lists, and why it rejects one."""
 
 from __future__ import annotations
 

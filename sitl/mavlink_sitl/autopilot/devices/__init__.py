@@ -1,1 +1,1 @@
-"""What a firmware does with its own devices: outputs, and sensors to be calibrated."""
+"""The firmware's devices: outputs, and sensors to be calibrated."""

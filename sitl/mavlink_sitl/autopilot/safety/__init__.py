@@ -1,1 +1,1 @@
-"""What keeps a vehicle safe: arming checks, failsafes, fence, rally points."""
+"""Safety of a vehicle: arming checks, failsafes, fence, rally points."""

@@ -1,1 +1,1 @@
-"""What a firmware knows of itself: estimate, sticks, limits, and how its parts see it."""
+"""State of a firmware: estimate, sticks, limits, and the views that its parts have of it."""

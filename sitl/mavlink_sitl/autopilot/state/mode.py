@@ -1,4 +1,4 @@
-"""What all flight modes have in common: each turns its situation into `Guidance`."""
+"""Base of all flight modes: each turns its situation into `Guidance`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be read of a file that is open."""
+"""Contents of an open file."""
 
 from __future__ import annotations
 

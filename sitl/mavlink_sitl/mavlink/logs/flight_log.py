@@ -1,4 +1,4 @@
-"""What the two formats of a flight log have in common."""
+"""Base of the two formats of a flight log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all pages show: values by vehicle and name, with what has changed since. No I/O, no clock.
+"""Values that all pages show, by vehicle and name, with their changes. No I/O, no clock.
 
 The ROS thread writes, the event loop reads.
 """

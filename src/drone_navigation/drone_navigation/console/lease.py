@@ -1,4 +1,4 @@
-"""Which page may move a vehicle: one at a time. No I/O, no clock."""
+"""Control of a vehicle by one page at a time. No I/O, no clock."""
 
 from __future__ import annotations
 

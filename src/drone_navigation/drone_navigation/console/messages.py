@@ -1,4 +1,4 @@
-"""What a page may send: checked before anything else sees it. No I/O, no clock.
+"""Messages of a page, checked before anything else reads them. No I/O, no clock.
 
 Each message is a JSON object with `type`, the members of its kind and nothing else.
 """

@@ -1,4 +1,4 @@
-"""What a vehicle of the console is asked, by services of its server. One thread only."""
+"""Requests for a vehicle, sent to its server's services. One thread only."""
 
 from __future__ import annotations
 

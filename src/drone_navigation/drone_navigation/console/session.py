@@ -1,4 +1,4 @@
-"""What a page's messages do: checked, allowed, passed on and answered. No ROS, no I/O, no clock."""
+"""A page's messages: checked, allowed, passed on and answered. No ROS, no I/O, no clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the topics, services and actions of one vehicle need of its server."""
+"""Access of a vehicle's topics, services and actions to their server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every part of the protocols has that sends."""
+"""Queue of the messages that a protocol sends."""
 
 from __future__ import annotations
 

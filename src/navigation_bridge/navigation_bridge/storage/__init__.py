@@ -1,1 +1,1 @@
-"""What the autopilot stores besides its mission: fence, rally points, parameters; their files."""
+"""The autopilot's storage besides its mission: fence, rally points, parameters; their files."""

@@ -1,4 +1,4 @@
-"""What a task answers at each step: an intent, or the outcome."""
+"""Answers of a task at each step: an intent, or the outcome."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a task is told about the vehicle at each step."""
+"""The observation of the vehicle that a task gets at each step."""
 
 from __future__ import annotations
 

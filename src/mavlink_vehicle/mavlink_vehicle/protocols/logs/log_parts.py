@@ -1,4 +1,4 @@
-"""What lists and downloads of logs have in common, whichever protocol they use."""
+"""Common parts of lists and downloads of logs, for both protocols."""
 
 from __future__ import annotations
 

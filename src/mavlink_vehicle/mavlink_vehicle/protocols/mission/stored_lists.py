@@ -1,4 +1,4 @@
-"""What the vehicle stores: fence, rally points and mission, read and kept up to date.
+"""The vehicle's stored fence, rally points and mission, read and kept up to date.
 
 The lists are read one after the other, the fence first. Each is read again when the autopilot
 shows that it has another one: an acknowledged upload, or another number or count in

@@ -1,4 +1,4 @@
-"""Where a flight goes: sections that each end in a stop."""
+"""The itinerary of a flight: sections that each end in a stop."""
 
 from __future__ import annotations
 

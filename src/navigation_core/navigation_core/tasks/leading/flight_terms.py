@@ -1,4 +1,4 @@
-"""What a flight by setpoints is flown with, wherever it goes."""
+"""Terms of a flight by setpoints: limits, frames and traits, whatever its target."""
 
 from __future__ import annotations
 
