@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PARAMETERS = ROOT / "docs/sitl_parameters.md"
 VEHICLES = ("copter", "rover", "boat", "plane")
 FIRMWARES = {"ardupilot": "ArduPilot", "px4": "PX4"}
-ACTS, ACCEPTED, REFUSED, SILENT, ABSENT = "acts", "accepted", "refused", "silent", "-"
+ACTS, ACCEPTED, REFUSED, SILENT, ABSENT = "acts", "accepted", "rejected", "silent", "-"
 NAMELESS = ("", "(Mode not available)")
 Answers = Mapping[int, tuple[Callable[..., Any], int] | None]
 
@@ -44,7 +44,7 @@ Written by `make pages` from the simulator's own tables. [sitl]({about}) has wha
 
 As COMMAND_LONG or COMMAND_INT. **acts**: it has an effect; what it needs may be missing, then it is
 rejected. **accepted**: acknowledged by its parameters, and nothing happens, as for a camera that is
-not there. **refused**: known, and always rejected. **silent**: no answer. **-** and all others:
+not there. **rejected**: known, and always rejected. **silent**: no answer. **-** and all others:
 UNSUPPORTED.
 
 """

@@ -73,7 +73,7 @@ FOREIGN = (
 
 
 class SetupError(Exception):
-    """The set-up cannot go on; the message says what to do."""
+    """The set-up cannot continue; the message says what to do."""
 
 
 def main() -> int:
@@ -226,7 +226,7 @@ def check_prerequisites(ros: str) -> None:
 
 
 def install_packages(ros: str, lock: Path) -> None:
-    """Makes .venv anew, with exactly the packages of the lock."""
+    """Makes a new .venv, with exactly the packages of the lock."""
     # Build results contain paths of the former environment.
     for folder in OURS:
         shutil.rmtree(folder, ignore_errors=True)

@@ -8,7 +8,7 @@ and time passes when `run_for` or `run_until` says so:
     simulation.link.write(frame)
     answer = simulation.link.read()
 
-A tick is 10 ms unless told otherwise: controllers and bodies move at every tick, the firmware
+A tick is 10 ms by default: controllers and bodies move at every tick, the firmware
 thinks every 50 ms. What is written is acted on at once, at the simulated time of the writing. The
 same seed and the same writes at the same simulated times give the same bytes, however the time in
 between is cut into runs.
@@ -49,7 +49,7 @@ class Simulation:
 
     Args:
         vehicles: which; one ArduCopter when not given.
-        seed: of everything random.
+        seed: for all random numbers.
         tlog: where to record all traffic, both directions.
         wind_ned_m_s: speed of the air; the world's when not given.
         world: what is around them, or the path of a world's file; a plain when not given.

@@ -1,7 +1,7 @@
 """The policies: what never, always or in time happens, whoever does what and whatever goes wrong.
 
-Each is a function; its docstring says it. "Ours" is a promise of docs/navigate.md or
-docs/safety.md; other sources are named.
+Each is a function; its docstring says it. "Ours" is a promise of docs/navigate.md;
+other sources are named.
 """
 
 from __future__ import annotations
@@ -777,7 +777,7 @@ def _paused(entry: Entry, view: View) -> str | None:
 
 @within(lambda view: 1.5, _paused, OURS)
 def a_pause_is_reported(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
-    """A goal that is paused says so at once, unless it ends or goes on."""
+    """A goal that is paused says so at once, unless it ends or resumes."""
     return _tells_of_pause(view, goal_id, now_s, 3.0)
 
 
@@ -788,7 +788,7 @@ def _paused_mission(entry: Entry, view: View) -> str | None:
 
 @within(lambda view: 5.0, _paused_mission, OURS)
 def a_paused_mission_is_reported(view: View, goal_id: str, begun_s: float, now_s: float) -> bool:
-    """A mission that is paused says so when the vehicle holds, unless it ends or goes on."""
+    """A mission that is paused says so when the vehicle holds, unless it ends or resumes."""
     return _tells_of_pause(view, goal_id, now_s, 5.0)
 
 

@@ -70,7 +70,7 @@ def test_a_downloaded_log_is_reported(
 
 
 @pytest.mark.parametrize("suffix", [".bin", ".ulg"])
-def test_a_damaged_log_is_reported_or_refused_with_a_sentence(
+def test_a_damaged_log_is_reported_or_rejected_with_a_sentence(
     tmp_path: Path, suffix: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / f"flight{suffix}"

@@ -173,7 +173,7 @@ def test_a_file_that_stays_open_elsewhere_is_given_up() -> None:
     ("op", "error"),
     [(6, 2), (7, 10), (8, 2), (9, 8), (10, 2), (11, 2), (12, 1), (13, 3), (15, 10), (200, 1)],
 )
-def test_the_simulator_refuses_what_does_not_read(op: int, error: int) -> None:
+def test_the_simulator_rejects_what_does_not_read(op: int, error: int) -> None:
     """Of a log, which is not its to change; nothing is open."""
     pair = flown("ardupilot", means=LogMeans.FTP)
     link = pair.copter.link

@@ -256,7 +256,9 @@ def test_a_real_vehicle_is_ready_and_its_arming_is_left_to_the_pilot() -> None:
 
 
 @pytest.mark.parametrize("kind", ["copter", "rover", "plane"])
-def test_the_ground_stations_system_id_is_told_by_the_name_that_the_firmware_has(kind: str) -> None:
+def test_the_ground_stations_system_id_is_reported_by_the_name_that_the_firmware_has(
+    kind: str,
+) -> None:
     report = look(kind=kind).run_to_end()
     (section,) = (s for s in report.sections if s.title == "Vehicle failsafes")
     names = [line.name for line in section.lines]
@@ -288,12 +290,12 @@ def test_a_vehicle_that_would_not_arm_is_asked_for_its_reasons() -> None:
     assert_harmless(flight.messages())
 
 
-def test_a_px4_that_tells_nobody_its_reasons_is_a_case_for_a_ground_station() -> None:
+def test_a_px4_that_reports_no_reasons_is_a_case_for_a_ground_station() -> None:
     report = look("px4", ready_after_s=60.0).run_to_end()
     assert "heartbeat_type" in report.missing[-1].advice
 
 
-def test_what_the_server_would_refuse_is_told_in_its_words() -> None:
+def test_what_the_server_would_reject_is_reported_in_its_words() -> None:
     report = look(volume_altitude_min_m=20.0, volume_altitude_max_m=50.0).run_to_end()
     assert report.verdict is CheckVerdict.NOT_READY
     assert report.missing[0].what.startswith("OUTSIDE_VOLUME: ")
@@ -336,7 +338,7 @@ def test_bytes_that_are_no_mavlink_point_to_the_baud_rate() -> None:
     assert "baud rate" in report.missing[0].advice
 
 
-def test_a_bad_link_is_looked_at_all_the_same_and_warned_of() -> None:
+def test_a_bad_link_is_looked_at_anyway_and_warned_of() -> None:
     flight = look(faults=LinkFaults(loss=0.3))
     report = flight.run_to_end()
     assert report.verdict is CheckVerdict.READY, report.missing

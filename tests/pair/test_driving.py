@@ -129,7 +129,7 @@ def test_a_stop_ends_without_a_turn(autopilot: str, kind: str) -> None:
     assert abs(turned_rad) < math.radians(20.0)
 
 
-def test_what_does_not_move_is_told_more_until_it_does() -> None:
+def test_a_rover_that_does_not_move_gets_a_higher_speed() -> None:
     """PX4's car stands still when it is told less than 0.8 m/s."""
     drive = rover("px4")
     goal_id = drive.send(0.0, 8.0, 0.0, 1.0)
@@ -213,7 +213,7 @@ TRACTOR = Obstacle(
 )
 
 
-def test_a_rover_that_was_stopped_before_an_obstacle_does_not_hit_it_when_it_goes_on() -> None:
+def test_a_rover_that_was_stopped_before_an_obstacle_does_not_hit_it_when_it_continues() -> None:
     """It cannot reverse, and what comes near from the side is no reason to go on ahead."""
     vehicle = VehicleConfig(
         vehicle="rover",

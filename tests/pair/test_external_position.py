@@ -183,7 +183,7 @@ def test_a_vehicle_that_is_elsewhere_than_its_poses_say_gets_no_goal() -> None:
     assert flight.check(request) is None
 
 
-def test_a_pose_without_a_vehicle_is_refused() -> None:
+def test_a_pose_without_a_vehicle_is_rejected() -> None:
     flight = SimulatedFlight()
     with pytest.raises(ExternalPositionError, match="no connection"):
         flight.bridge.take_external_pose(

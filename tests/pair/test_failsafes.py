@@ -162,7 +162,7 @@ def test_a_landing_after_a_battery_return_does_not_say_that_the_vehicle_did_not_
     assert "failsafe (" not in end.message
 
 
-def test_the_refusal_after_the_end_of_the_server_names_the_hold_service_and_it_helps() -> None:
+def test_the_rejection_after_the_end_of_the_server_names_the_hold_service_and_it_helps() -> None:
     flight, _, goal = under_way("px4")
     flight.link_up = False
     flight.run_for(4.0)
@@ -177,7 +177,7 @@ def test_the_refusal_after_the_end_of_the_server_names_the_hold_service_and_it_h
     assert end.code is OutcomeCode.SUCCESS, end.message
 
 
-def test_the_refusal_of_a_battery_return_does_not_ask_to_stop_it() -> None:
+def test_the_rejection_of_a_battery_return_does_not_ask_to_stop_it() -> None:
     flight, vehicle, goal = under_way(
         parameters={"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 2.0, "BATT_LOW_TIMER": 3.0}
     )
@@ -263,7 +263,7 @@ def test_a_server_that_hung_has_lost_the_stream_itself() -> None:
     assert "gap" in end.message
 
 
-def test_a_stream_that_comes_back_at_once_was_lost_all_the_same() -> None:
+def test_a_stream_that_comes_back_at_once_was_lost_anyway() -> None:
     """The PX4 takes up OFFBOARD again before it is clear whose change of mode it was."""
     flight, vehicle, goal = under_way("px4")
     flight.hang_for(1.3)
@@ -317,7 +317,7 @@ def test_the_failsafe_of_a_rover() -> None:
 
 
 @pytest.mark.parametrize("mode", ["LOITER", "RTL"])
-def test_a_pilot_is_told_from_a_failsafe(mode: str) -> None:
+def test_a_pilot_is_distinguished_from_a_failsafe(mode: str) -> None:
     flight, _, goal = under_way()
     flight.set_mode_as_pilot(mode)
     end = end_in_silence(flight, goal)

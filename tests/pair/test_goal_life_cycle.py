@@ -58,7 +58,7 @@ def test_ground_speed_stays_within_the_goal(flight: SimulatedFlight, speed: floa
     assert 0.8 * speed < fastest <= 1.05 * speed
 
 
-def test_feedback_comes_at_its_rate_and_tells_finite_times(flight: SimulatedFlight) -> None:
+def test_feedback_comes_at_its_rate_and_reports_finite_times(flight: SimulatedFlight) -> None:
     goal = flight.send(20.0, 0.0, 3.0)
     begin_s = flight.now
     end = flight.run_to_end(goal)
@@ -145,7 +145,7 @@ def test_a_goal_is_replaced_before_it_flies(flight: SimulatedFlight, phase: str)
     assert end.code is OutcomeCode.SUCCESS, end.message
 
 
-def test_a_server_may_refuse_to_replace() -> None:
+def test_a_server_may_reject_a_replacement() -> None:
     flight = SimulatedFlight(on_new_goal="reject").ready()
     goal = flight.send(10.0, 0.0, 2.0)
     rejection = flight.check(flight.request(1.0, 1.0, 2.0))
@@ -175,7 +175,7 @@ def test_the_pilot_wins_and_the_server_falls_silent(
     assert not late
 
 
-def test_a_cancel_during_a_pilots_flight_is_refused(flight: SimulatedFlight) -> None:
+def test_a_cancel_during_a_pilots_flight_is_rejected(flight: SimulatedFlight) -> None:
     goal = flight.send(30.0, 0.0, 3.0)
     flight.run_to_status(goal, "NAVIGATING")
     flight.set_mode_as_pilot("LOITER")
@@ -183,7 +183,7 @@ def test_a_cancel_during_a_pilots_flight_is_refused(flight: SimulatedFlight) -> 
     assert not flight.bridge.cancel_goal(goal, flight.now)
 
 
-def test_silence_is_told_then_ends_the_goal_and_is_not_revived(flight: SimulatedFlight) -> None:
+def test_silence_is_reported_then_ends_the_goal_and_is_not_revived(flight: SimulatedFlight) -> None:
     flight.fly_up()
     goal = flight.send(60.0, 0.0, 3.0)
     flight.run_for(4.0)
@@ -242,7 +242,7 @@ def test_a_restart_of_the_autopilot_ends_the_goal(flight: SimulatedFlight) -> No
     assert flight.run_to_end(flight.send(3.0, 0.0, 2.0)).code is OutcomeCode.SUCCESS
 
 
-def test_arming_that_is_refused_gives_the_autopilots_words() -> None:
+def test_arming_that_is_rejected_gives_the_autopilots_words() -> None:
     flight = SimulatedFlight(battery_policy="ignore").ready()
     flight.simulation.vehicles[0].parameters.set("BATT_LOW_VOLT", 20.0)
     flight.run_for(15.0)
@@ -253,7 +253,7 @@ def test_arming_that_is_refused_gives_the_autopilots_words() -> None:
     assert "Battery" in end.message
 
 
-def test_arming_never_refuses_a_disarmed_vehicle_but_not_a_flying_one() -> None:
+def test_goals_with_arming_never_need_a_flying_vehicle() -> None:
     flight = SimulatedFlight(arming="never").ready()
     rejection = flight.check(flight.request(5.0, 0.0, 2.0))
     assert rejection is not None
@@ -272,7 +272,7 @@ def test_shutting_down_stops_the_vehicle_first(flight: SimulatedFlight) -> None:
     assert flight.truth()[1] < 0.3
 
 
-def test_no_vehicle_and_no_position_are_refused() -> None:
+def test_no_vehicle_and_no_position_are_rejected() -> None:
     flight = SimulatedFlight()
     nobody = flight.check(flight.request(1.0, 1.0, 2.0))
     assert nobody is not None

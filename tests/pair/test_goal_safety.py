@@ -117,7 +117,7 @@ def test_areas_that_were_uploaded_count(autopilot: str) -> None:
     assert flight.check(flight.request(0.0, 50.0, 5.0)) is None
 
 
-def test_without_a_fence_nothing_is_refused_for_one() -> None:
+def test_without_a_fence_nothing_is_rejected_for_one() -> None:
     flight = ready(parameters={"FENCE_ENABLE": 0.0, "FENCE_RADIUS": 10.0})
     assert flight.check(flight.request(60.0, 0.0, 5.0)) is None
 
@@ -133,7 +133,7 @@ def test_a_vehicle_that_leaves_the_volume_ends_its_goal_and_holds() -> None:
     assert flight.truth()[1] < 0.3
 
 
-def test_a_goal_that_the_battery_will_not_do_for_is_refused_or_warned_about() -> None:
+def test_a_goal_with_insufficient_battery_is_rejected_or_warned_about() -> None:
     far = tuple(WaypointRequest((x, 0.0, 5.0)) for x in (400.0, 0.0))
     request = WaypointsRequest(far, laps=10)
     refused = ready().check(request)

@@ -71,7 +71,7 @@ def test_the_speed_of_a_goal_is_kept(drive: SimulatedFlight) -> None:
     assert speeds[len(speeds) // 2] > 1.0
 
 
-def test_a_target_in_the_air_is_refused(drive: SimulatedFlight) -> None:
+def test_a_target_in_the_air_is_rejected(drive: SimulatedFlight) -> None:
     rejection = drive.check(drive.request(10.0, 5.0, 8.0))
     assert rejection is not None
     assert rejection.code.value == "UNSUPPORTED_VEHICLE"
@@ -79,7 +79,7 @@ def test_a_target_in_the_air_is_refused(drive: SimulatedFlight) -> None:
 
 
 @pytest.mark.parametrize("request_", [TakeoffRequest(3.0), LandRequest()])
-def test_what_flies_is_refused(
+def test_what_flies_is_rejected(
     drive: SimulatedFlight, request_: TakeoffRequest | LandRequest
 ) -> None:
     rejection = drive.check(request_)
@@ -114,7 +114,7 @@ def test_a_cancel_stops_it(drive: SimulatedFlight) -> None:
     assert drive.truth()[1] < 0.3
 
 
-def test_a_pause_stands_and_a_resume_goes_on(drive: SimulatedFlight) -> None:
+def test_a_pause_stands_and_a_resume_continues(drive: SimulatedFlight) -> None:
     goal_id = drive.send(40.0, 0.0, 0.0)
     drive.run_until(lambda: drive.truth()[1] > 1.5)
     drive.bridge.pause(drive.now)

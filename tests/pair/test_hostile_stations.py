@@ -141,7 +141,7 @@ def test_garbage_old_packets_and_false_names_are_counted_and_not_believed(
 
 
 @GOALS
-def test_endless_missions_are_refused_and_forged_answers_are_for_nobody(
+def test_endless_missions_are_rejected_and_forged_answers_are_for_nobody(
     flight: UdpFlight, by_mission: bool
 ) -> None:
     """The answers are addressed to the server, and say no to what it asks the vehicle."""

@@ -144,7 +144,7 @@ def test_a_plane_that_levels_out_at_its_own_height_has_taken_off() -> None:
     assert -truth(pair)[2] == pytest.approx(50.0, abs=10.0)
 
 
-def test_a_plane_is_refused_what_it_cannot_do() -> None:
+def test_a_plane_rejects_unsupported_goals() -> None:
     pair = pair_of("plane")
     vehicle = pair.vehicle
     for operation, words in (

@@ -48,7 +48,7 @@ def downloading(autopilot: str) -> SimulatedFlight:
 
 
 @pytest.mark.parametrize(("autopilot", "suffix"), [("ardupilot", ".bin"), ("px4", ".ulg")])
-def test_the_newest_log_and_its_format_are_told(autopilot: str, suffix: str) -> None:
+def test_the_newest_log_and_its_format_are_reported(autopilot: str, suffix: str) -> None:
     listed = found(logged(autopilot))
     assert listed.newest is not None
     assert listed.newest in listed.logs

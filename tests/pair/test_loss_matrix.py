@@ -60,7 +60,7 @@ def test_a_cell_ends_in_the_right_outcome_and_leaves_the_vehicle_alone(
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_the_page_tells_the_outcome_of_every_cell(firmware: str) -> None:
+def test_the_page_reports_the_outcome_of_every_cell(firmware: str) -> None:
     told = outcomes_on_page(PAGE.read_text(encoding="utf-8"), firmware)
     assert told == {
         (disturbance.name, action.name): expected(firmware, action, disturbance)

@@ -124,7 +124,7 @@ def test_a_copter_takes_off_and_flies_its_mission(autopilot: str) -> None:
     assert reached == [1, 2, 3]
 
 
-def test_ardupilot_refuses_to_clear_the_mission_that_it_flies_and_px4_loiters() -> None:
+def test_ardupilot_keeps_the_mission_that_it_flies_and_px4_loiters() -> None:
     for autopilot in ("ardupilot", "px4"):
         pair = pair_of(autopilot)
         vehicle = pair.vehicle
@@ -145,7 +145,7 @@ def test_ardupilot_refuses_to_clear_the_mission_that_it_flies_and_px4_loiters() 
             assert vehicle.mode_name == "AUTO.LOITER"
 
 
-def test_px4_refuses_to_fly_a_mission_that_is_not_there() -> None:
+def test_px4_rejects_flying_without_a_mission() -> None:
     pair = pair_of("px4")
     vehicle = pair.vehicle
     pair.finish(vehicle.arm(pair.now))

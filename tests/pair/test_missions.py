@@ -116,7 +116,7 @@ def test_laps_stays_headings_and_speeds_are_items_of_the_mission() -> None:
 
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
-def test_a_pause_holds_and_goes_on_with_the_same_item(autopilot: str) -> None:
+def test_a_pause_holds_and_continues_with_the_same_item(autopilot: str) -> None:
     flight = flight_of(autopilot)
     goal_id = flight.start(mission((30.0, 0.0, 3.0), (30.0, 10.0, 3.0)))
     flight.run_until(lambda: flight.truth()[0][0] > 8.0)
@@ -313,7 +313,7 @@ def test_a_plane_circles_the_end_so_it_must_be_high_enough() -> None:
     assert "Waypoint 1 is 3.0 m above the ground" in rejection.message
 
 
-def test_more_waypoints_than_a_vehicle_stores_are_refused() -> None:
+def test_more_waypoints_than_a_vehicle_stores_are_rejected() -> None:
     rejection = flight_of("ardupilot").check(mission(*SQUARE, laps=400))
     assert rejection is not None
     assert "1200 waypoints" in rejection.message

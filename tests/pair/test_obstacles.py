@@ -171,7 +171,7 @@ def test_a_way_above_a_known_obstacle_hits_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("target", "where"), [((10.0, 0.0, 3.0), "inside"), ((12.0, 0.0, 3.0), "1.00 m from")]
 )
-def test_a_target_within_the_clearance_of_something_known_is_refused(
+def test_a_target_within_the_clearance_of_something_known_is_rejected(
     tmp_path: Path, target: tuple[float, float, float], where: str
 ) -> None:
     flight = knowing(tmp_path, TREE)
@@ -256,7 +256,7 @@ def test_a_way_that_is_found_stays_inside_of_the_fence() -> None:
     assert end.code is OutcomeCode.SUCCESS, end.message
 
 
-def test_a_message_that_makes_no_sense_is_told_once() -> None:
+def test_a_message_that_makes_no_sense_is_reported_once() -> None:
     flight = SimulatedFlight(world=World(obstacles=THINGS)).ready()
     companion = AutopilotMessages(component_id=195)
     for _ in range(3):

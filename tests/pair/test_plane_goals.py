@@ -96,7 +96,7 @@ def test_a_route_is_flown_through_and_a_hold_time_is_circled(flying: SimulatedFl
     assert _circles(flying, (-100.0, 200.0, 50.0), 20.0)
 
 
-def test_a_pause_circles_where_it_is_and_a_resume_goes_on(flying: SimulatedFlight) -> None:
+def test_a_pause_circles_where_it_is_and_a_resume_continues(flying: SimulatedFlight) -> None:
     goal_id = flying.send(330.0, 0.0, 60.0)
     flying.run_until(lambda: flying.status(goal_id) == "NAVIGATING")
     flying.run_for(5.0)
@@ -144,7 +144,7 @@ def test_a_cancel_on_the_ground_leaves_it_disarmed(plane: SimulatedFlight) -> No
     assert plane.truth()[0][2] < 1.0
 
 
-def test_a_cancel_during_the_climb_goes_on_to_a_safe_height(plane: SimulatedFlight) -> None:
+def test_a_cancel_during_the_climb_continues_to_a_safe_height(plane: SimulatedFlight) -> None:
     goal_id = plane.send(300.0, 100.0, 60.0)
     plane.run_until(lambda: plane.truth()[0][2] > 4.0)
     plane.bridge.cancel_goal(goal_id, plane.now)
@@ -222,7 +222,7 @@ def test_heights_above_home_and_above_the_sea_are_what_they_say(
     assert _circles(flying, (0.0, 200.0, up_m), 15.0)
 
 
-def test_a_speed_is_flown_and_one_that_it_cannot_fly_is_told(flying: SimulatedFlight) -> None:
+def test_a_speed_is_flown_and_one_that_it_cannot_fly_is_reported(flying: SimulatedFlight) -> None:
     goal_id = flying.send(330.0, 0.0, 60.0, 19.0)
     end = flying.run_to_end(goal_id)
     assert end.code.value == "SUCCESS", end.message
@@ -230,7 +230,7 @@ def test_a_speed_is_flown_and_one_that_it_cannot_fly_is_told(flying: SimulatedFl
     assert flying.truth()[1] == pytest.approx(19.0, abs=1.5)
 
 
-def test_a_target_that_is_too_low_is_refused(plane: SimulatedFlight) -> None:
+def test_a_target_that_is_too_low_is_rejected(plane: SimulatedFlight) -> None:
     rejection = plane.check(plane.request(100.0, 0.0, 8.0))
     assert rejection is not None
     assert rejection.code.value == "UNSUPPORTED_VEHICLE"
@@ -238,14 +238,14 @@ def test_a_target_that_is_too_low_is_refused(plane: SimulatedFlight) -> None:
     assert "20 m" in rejection.message
 
 
-def test_a_target_whose_circle_leaves_the_flight_volume_is_refused(plane: SimulatedFlight) -> None:
+def test_a_target_whose_circle_leaves_the_flight_volume_is_rejected(plane: SimulatedFlight) -> None:
     rejection = plane.check(plane.request(450.0, 0.0, 60.0))
     assert rejection is not None
     assert rejection.code.value == "OUTSIDE_VOLUME"
     assert "circle" in rejection.message
 
 
-def test_what_has_no_landing_mode_refuses_to_land(flying: SimulatedFlight) -> None:
+def test_what_has_no_landing_mode_rejects_a_landing(flying: SimulatedFlight) -> None:
     rejection = flying.check(LandRequest())
     if flying.vehicle.profile is not None and flying.vehicle.profile.land_mode is not None:
         assert rejection is None

@@ -99,7 +99,7 @@ def test_a_glitch_that_stays_ends_the_goal_where_the_vehicle_stopped(
     assert "jumped" in again.message
 
 
-def test_who_sends_a_goal_long_after_a_jump_is_told_of_it() -> None:
+def test_a_goal_long_after_a_jump_reports_the_jump() -> None:
     flight, goal = under_way("px4", position_doubt_timeout_s=10.0)
     shift(flight, GLITCH_M)
     assert flight.run_to_end(goal).code is OutcomeCode.NO_POSITION
@@ -162,7 +162,7 @@ def test_no_goal_begins_while_the_position_is_in_doubt(autopilot: str) -> None:
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 @pytest.mark.parametrize("request_", [LandRequest(), ReturnRequest()], ids=["land", "return"])
-def test_a_landing_and_a_return_go_on_and_say_it(
+def test_a_landing_and_a_return_continue_and_say_it(
     autopilot: str, request_: LandRequest | ReturnRequest
 ) -> None:
     flight, goal = under_way(autopilot, far_m=15.0)
@@ -175,7 +175,7 @@ def test_a_landing_and_a_return_go_on_and_say_it(
 
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
-def test_a_mission_is_held_and_goes_on(autopilot: str) -> None:
+def test_a_mission_is_held_and_continues(autopilot: str) -> None:
     flight, goal = under_way(autopilot, far_m=15.0)
     flight.run_to_end(goal)
     waypoint = WaypointRequest((0.0, 60.0, 6.0), acceptance_radius_m=2.0)

@@ -145,7 +145,7 @@ def test_the_command_goes_out_when_the_stream_has_run_long_enough() -> None:
     assert 1.2 <= sent_s - begin_s < 1.4
 
 
-def test_a_mode_change_that_only_the_first_acknowledgement_accepts_is_refused() -> None:
+def test_a_mode_change_that_only_the_first_acknowledgement_accepts_is_rejected() -> None:
     pair = px4_pair()
     fly_up(pair)
     pair.run_for(3.0)

@@ -58,7 +58,7 @@ def test_control_is_asked_for_after_a_second_of_setpoints(flight: SimulatedFligh
     assert flight.run_to_end(goal_id).code.value == "SUCCESS"
 
 
-def test_a_goal_that_replaces_another_goes_on_in_offboard(flight: SimulatedFlight) -> None:
+def test_a_goal_that_replaces_another_continues_in_offboard(flight: SimulatedFlight) -> None:
     flight.fly_up()
     flight.send(40.0, 0.0, 3.0)
     flight.run_until(lambda: flight.truth()[1] > 2.5, 20.0)

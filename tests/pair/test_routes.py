@@ -113,7 +113,7 @@ def test_a_pause_and_a_cancel_in_a_route(flight: SimulatedFlight) -> None:
     assert flight.truth()[1] < 0.3
 
 
-def test_a_new_route_goes_on_without_a_stop(flight: SimulatedFlight) -> None:
+def test_a_new_route_continues_without_a_stop(flight: SimulatedFlight) -> None:
     old = flight.start(route((40.0, 0.0, 3.0), (40.0, 20.0, 3.0)))
     flight.run_until(lambda: flight.truth()[1] > 2.5)
     new = flight.start(route((40.0, -10.0, 3.0), (60.0, -10.0, 3.0)))
@@ -156,7 +156,7 @@ def test_geodetic_waypoints_above_home_and_above_the_sea(flight: SimulatedFlight
         ),
     ],
 )
-def test_a_route_that_makes_no_sense_is_refused(
+def test_a_route_that_makes_no_sense_is_rejected(
     request_: WaypointsRequest, code: str, words: str
 ) -> None:
     rejection = SimulatedFlight().ready().check(request_)

@@ -288,7 +288,7 @@ PAUSES: dict[str, tuple[_Act, _Act]] = {
 
 @pytest.mark.parametrize("by_mission", GOALS)
 @pytest.mark.parametrize(("autopilot", "vehicle"), KINDS)
-def test_a_pause_may_be_a_pause_until_the_station_lets_it_go_on(
+def test_a_pause_may_be_a_pause_until_the_station_lets_it_continue(
     autopilot: str, vehicle: str, by_mission: bool
 ) -> None:
     flight = StationFlight(autopilot, vehicle, on_station_pause="pause")

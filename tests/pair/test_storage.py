@@ -398,7 +398,7 @@ def test_nothing_is_done_to_a_vehicle_that_is_not_there() -> None:
         assert "No vehicle" in obstacle
 
 
-def test_operations_go_on_beside_it() -> None:
+def test_operations_continue_beside_it() -> None:
     pair = pair_of("ardupilot", LOSSY)
     assert pair.vehicle.storage.write_list(FENCE, fence(), pair.now) is None
     assert pair.vehicle.storage.list_parameters(pair.now) is None

@@ -26,7 +26,7 @@ def test_take_off_ends_at_its_height_in_the_air(flight: SimulatedFlight) -> None
     assert heights[-1] == pytest.approx(6.0, abs=0.5)
 
 
-def test_take_off_in_the_air_is_refused(flight: SimulatedFlight) -> None:
+def test_take_off_in_the_air_is_rejected(flight: SimulatedFlight) -> None:
     flight.fly_up()
     rejection = flight.check(TakeoffRequest(5.0))
     assert rejection is not None
@@ -131,7 +131,9 @@ def test_a_paused_goal_can_be_cancelled(flight: SimulatedFlight) -> None:
     assert flight.run_to_end(goal_id).code.value == "CANCELED"
 
 
-def test_a_goal_that_is_being_cancelled_neither_goes_on_nor_pauses(flight: SimulatedFlight) -> None:
+def test_a_goal_that_is_being_cancelled_neither_continues_nor_pauses(
+    flight: SimulatedFlight,
+) -> None:
     flight.fly_up()
     goal_id = flight.send(30.0, 0.0, 3.0)
     flight.run_until(lambda: flight.truth()[1] > 2.0)
@@ -156,7 +158,7 @@ def test_arm_and_disarm_are_confirmed_by_the_vehicle(flight: SimulatedFlight) ->
     assert not flight.vehicle.state.armed
 
 
-def test_disarm_in_the_air_is_refused_with_the_vehicles_reason(flight: SimulatedFlight) -> None:
+def test_disarm_in_the_air_is_rejected_with_the_vehicles_reason(flight: SimulatedFlight) -> None:
     flight.fly_up()
     done = flight.serve(Service.DISARM)
     assert not done.success
@@ -170,7 +172,7 @@ def test_a_mode_is_set_in_any_case_and_confirmed_by_the_vehicle(flight: Simulate
         assert flight.vehicle.mode_name == name.strip().upper()
 
 
-def test_a_mode_that_does_not_exist_is_refused_with_those_that_do(flight: SimulatedFlight) -> None:
+def test_a_mode_that_does_not_exist_is_rejected_with_those_that_do(flight: SimulatedFlight) -> None:
     done = flight.serve(Service.SET_MODE, "HOVER")
     assert not done.success
     assert "has no mode 'HOVER'" in done.message

@@ -153,7 +153,7 @@ def test_both_get_the_parameters_the_fence_and_the_time(network: Network) -> Non
     assert all(0.1 <= (vehicle.round_trip_s or 0.0) <= 0.6 for vehicle in vehicles)
 
 
-def test_two_uploads_at_once_are_told_as_what_they_came_to(network: Network) -> None:
+def test_two_uploads_at_once_are_reported_by_their_results(network: Network) -> None:
     """Who is told that his mission is stored has it stored; who comes second replaces it."""
     board, ground = network.board, network.ground
     ours, theirs = items(5, 12.0), items(3, 30.0)

@@ -116,7 +116,7 @@ def test_a_whole_flight_over_any_link(name: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", LINKS)
-def test_setpoints_are_refused_while_they_would_do_harm(name: str) -> None:
+def test_setpoints_are_rejected_while_they_would_do_harm(name: str) -> None:
     pair = VehiclePair(4, LINKS[name], PATIENT).ready()
     vehicle = pair.vehicle
     setpoint = SetpointNed(position_ned_m=(0.0, 0.0, -5.0))
@@ -143,7 +143,7 @@ def test_setpoints_are_refused_while_they_would_do_harm(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", LINKS)
-def test_a_refusal_brings_the_autopilots_reasons(name: str) -> None:
+def test_a_rejection_brings_the_autopilots_reasons(name: str) -> None:
     pair = VehiclePair(5, LINKS[name], PATIENT).ready()
     vehicle = pair.vehicle
     pair.finish(vehicle.change_mode("GUIDED", pair.now))
@@ -157,7 +157,7 @@ def test_a_refusal_brings_the_autopilots_reasons(name: str) -> None:
     assert not vehicle.state.armed
 
 
-def test_a_take_off_that_is_not_armed_for_is_refused() -> None:
+def test_a_take_off_that_is_not_armed_for_is_rejected() -> None:
     pair = VehiclePair().ready()
     pair.finish(pair.vehicle.change_mode("GUIDED", pair.now))
     end = pair.finish(pair.vehicle.take_off(5.0, pair.now))
@@ -165,7 +165,7 @@ def test_a_take_off_that_is_not_armed_for_is_refused() -> None:
     assert "NAV_TAKEOFF was answered FAILED" in end.reason
 
 
-def test_unknown_modes_and_impossible_heights_are_refused_at_once() -> None:
+def test_unknown_modes_and_impossible_heights_are_rejected_at_once() -> None:
     pair = VehiclePair().ready()
     vehicle = pair.vehicle
     for operation, words in (
@@ -384,7 +384,7 @@ def test_other_systems_on_the_link_change_nothing() -> None:
     assert pair.vehicle.state is state
 
 
-def test_a_refused_message_is_asked_for_once_and_not_nagged_for() -> None:
+def test_a_rejected_message_is_asked_for_once_and_not_nagged_for() -> None:
     """The simulated ArduPilot has none of the last two, and says so to all stations each time."""
     rates = {**DEFAULT_RATES_HZ, "ODOMETRY": 5.0, "WHEEL_DISTANCE": 1.0, "HYGROMETER_SENSOR": 1.0}
     ranges = {"OBSTACLE_DISTANCE": 10.0, "DISTANCE_SENSOR": 10.0}

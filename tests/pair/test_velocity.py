@@ -191,7 +191,7 @@ def test_it_stops_in_front_of_what_its_sensor_sees(vehicle: tuple[str, str]) -> 
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES, ids=IDS)
-def test_a_pilot_who_takes_over_keeps_the_vehicle_though_commands_go_on(
+def test_a_pilot_who_takes_over_keeps_the_vehicle_though_commands_continue(
     vehicle: tuple[str, str],
 ) -> None:
     kind, autopilot = vehicle
@@ -341,7 +341,7 @@ def test_a_cancel_and_the_hold_service_stop_it_and_commands_do_not_undo_that(
     assert flight.speed_m_s < (1.0 if vehicle[0] == "boat" else 0.5)  # a boat glides
 
 
-def test_a_pause_service_stops_it_and_resume_lets_it_go_on() -> None:
+def test_a_pause_service_stops_it_and_resume_lets_it_continue() -> None:
     flight = SteeredFlight()
     goal_id = flight.begin()
     flight.steer(2.0, (1.0, 0.0, 0.0))
@@ -361,7 +361,7 @@ def test_no_command_starts_a_goal_while_the_server_stops() -> None:
     assert not flight.started
 
 
-def test_garbage_stops_the_vehicle_at_once_and_is_told() -> None:
+def test_garbage_stops_the_vehicle_at_once_and_is_reported() -> None:
     flight = SteeredFlight()
     goal_id = flight.begin()
     flight.steer(3.0, (2.0, 0.0, 0.0))

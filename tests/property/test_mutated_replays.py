@@ -152,7 +152,7 @@ def test_records_out_of_order_take_no_longer_than_those_in_order(order: list[int
     assert time.now <= 100 * USUAL_GAP_S + LONGEST_SILENCE_S * 100
 
 
-def test_a_clock_that_is_set_back_goes_on_from_there() -> None:
+def test_a_clock_that_is_set_back_continues_from_there() -> None:
     time = RecordedTime()
     for unix_s in (1000.0, 1001.0, 500.0, 501.0, 502.0):
         time.advance(unix_s)

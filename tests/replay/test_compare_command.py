@@ -26,7 +26,7 @@ def cut(tmp_path: Path, name: str, from_s: float, to_s: float = 1e9) -> Path:
     return path
 
 
-def test_differences_that_are_meant_are_told_with_their_reason(
+def test_differences_that_are_meant_are_reported_with_their_reason(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main([str(DATA / "px4_offboard_loss_stop.tlog")]) == 0

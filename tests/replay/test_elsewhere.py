@@ -33,7 +33,7 @@ def test_an_answer_to_a_command_that_nobody_sent_is_noticed_and_said(name: str) 
     assert elsewhere.NOTE in start_of(silent).notes
 
 
-def test_arming_that_nobody_asked_for_is_noticed_where_no_answers_are_told() -> None:
+def test_arming_that_nobody_asked_for_is_noticed_where_no_answers_are_heard() -> None:
     (recording,) = read(DATA / "px4_mission_clear.tlog")
     quiet = [(t, m) for t, m in recording.real if m.get_type() != "COMMAND_ACK"]
     beats = [(t, m) for t, m in recording.sent if m.get_type() == "HEARTBEAT"]

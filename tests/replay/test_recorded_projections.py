@@ -156,7 +156,7 @@ def test_a_degree_has_the_firmwares_length(
 
 
 @pytest.mark.parametrize("name", [MISSION, "copter_lowbatt", "offboard_10m_20n_gt_api"])
-def test_home_is_told_in_degrees_and_in_metres(name: str) -> None:
+def test_home_is_reported_in_degrees_and_in_metres(name: str) -> None:
     homes = [m for _, m in messages(name) if m.get_type() == "HOME_POSITION"]
     frame = _frame(name, projection(name))
     for home in homes:

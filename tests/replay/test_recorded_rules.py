@@ -69,7 +69,7 @@ def test_each_leg_of_a_copters_mission_takes_as_long() -> None:
 
 
 @of("rover_guided")
-def test_a_refused_acceleration_is_told_in_two_chunks_every_time() -> None:
+def test_a_rejected_acceleration_is_reported_in_two_chunks_every_time() -> None:
     real, ours = (
         [text for text in texts(side) if "NORE in mask" in text] for side in sides("rover_guided")
     )
@@ -82,7 +82,7 @@ def arrivals(messages: Timed) -> list[float]:
 
 
 @of("rover_guided")
-def test_rover_tells_each_arrival_as_item_0_in_time() -> None:
+def test_rover_reports_each_arrival_as_item_0_in_time() -> None:
     real, ours = map(arrivals, sides("rover_guided"))
     sent_s = [48.37, 62.35, 75.06, 133.12]
     assert len(real) == 4
@@ -148,7 +148,7 @@ def test_plane_ignores_the_local_setpoints_of_the_recording() -> None:
 
 
 @of("plane_guided")
-def test_plane_tells_that_it_circles_as_item_0() -> None:
+def test_plane_reports_that_it_circles_as_item_0() -> None:
     real, ours = map(arrivals, sides("plane_guided"))
     assert len(ours) == len(real) == 2
 

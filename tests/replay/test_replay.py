@@ -121,7 +121,7 @@ def test_silence_is_lived_through_by_timers_each_at_its_own_time() -> None:
     assert silences[0][0] + 2.0 < lost[0] < silences[0][0] + 4.0 < silences[0][1]
 
 
-def test_a_bridge_that_refuses_goals_and_begins_again_still_refuses_them() -> None:
+def test_a_bridge_that_rejects_goals_and_begins_again_still_rejects_them() -> None:
     heard = bridge()
     heard.refuse(Rejection(OutcomeCode.NO_VEHICLE, "A recording can't be flown."))
     for _ in play(TlogReader(FOLDER / "link_gap.tlog"), heard, Codec(1, 191)):

@@ -146,7 +146,7 @@ def test_a_bad_file_of_goals_is_one_sentence(
     assert "Traceback" not in said
 
 
-def test_a_link_that_is_no_recording_and_a_recording_that_is_none_are_refused(
+def test_a_link_that_is_no_recording_and_a_recording_that_is_none_are_rejected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     goals = str(ROOT / "bridge_config/shadow_goals/square.yaml")

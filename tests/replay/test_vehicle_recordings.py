@@ -198,7 +198,7 @@ UP_ONLY = ["ON_GROUND", "TAKEOFF", "IN_AIR"]
         ),
     ],
 )
-def test_flights_are_told_as_they_were(
+def test_flights_are_reported_as_they_were(
     name: str, modes: list[str], armed: list[bool], landed: list[str]
 ) -> None:
     replay = replayed(name)
@@ -303,7 +303,7 @@ def test_px4s_pack_voltage_and_unknown_current_are_read_as_such() -> None:
         ("real/sub_small", [], False),
     ],
 )  # fmt: skip
-def test_failsafes_are_told_with_their_kind_and_no_others(
+def test_failsafes_are_reported_with_their_kind_and_no_others(
     name: str, began: list[tuple[str, str]], ended: bool
 ) -> None:
     replay = replayed(name)

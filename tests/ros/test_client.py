@@ -61,7 +61,7 @@ def test_updates_replace_the_goal_in_flight_and_the_last_end_counts(flight: Flig
     assert feedback["replans"] == 0
 
 
-def test_an_update_after_the_arrival_goes_on_from_there(flight: Flight) -> None:
+def test_an_update_after_the_arrival_continues_from_there(flight: Flight) -> None:
     # Each lets the vehicle settle where it is; the second is due long after the first has ended.
     here = ["--frame", "base_link", "--goal", "0", "0", "0"]
     shown = client(flight, *here, "--update", "t=6: 0 0 0")
@@ -70,7 +70,7 @@ def test_an_update_after_the_arrival_goes_on_from_there(flight: Flight) -> None:
     assert "Goal 2 accepted" in shown.text
 
 
-def test_an_update_that_is_refused_leaves_the_goal_and_is_not_forgotten(flight: Flight) -> None:
+def test_an_update_that_is_rejected_leaves_the_goal_and_is_not_forgotten(flight: Flight) -> None:
     here = ["--frame", "base_link", "--goal", "0", "0", "0"]
     shown = client(flight, *here, "--update", "t=0: 0 0 -50")
     assert shown.wait(30.0) == 3, shown.text
@@ -78,7 +78,7 @@ def test_an_update_that_is_refused_leaves_the_goal_and_is_not_forgotten(flight: 
     assert "SUCCESS: " in shown.text
 
 
-def test_json_tells_a_refusal_and_nothing_else(flight: Flight) -> None:
+def test_json_holds_a_rejection_and_nothing_else(flight: Flight) -> None:
     shown = client(flight, "--goal", "0", "0", "-5", "--json")
     assert shown.wait(30.0) == 3
     told = objects(shown)

@@ -101,7 +101,7 @@ def _send(server: _Server) -> Any:
     return future.result()
 
 
-def test_open_goals_end_and_new_ones_are_refused(server: _Server) -> None:
+def test_open_goals_end_and_new_ones_are_rejected(server: _Server) -> None:
     _wait(lambda: server.bridge.pose is not None, "a position")
     assert server.client.wait_for_server(timeout_sec=10.0)
     handle = _send(server)

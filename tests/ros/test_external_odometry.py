@@ -21,7 +21,7 @@ def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Flight]:
     flight.close()
 
 
-def test_odometry_of_the_topic_reaches_the_link_and_bad_ones_are_refused(flight: Flight) -> None:
+def test_odometry_of_the_topic_reaches_the_link_and_bad_ones_are_rejected(flight: Flight) -> None:
     publisher = flight.advertise(Odometry, "/camera/odometry", 10)
     flight.wait(lambda: publisher.get_subscription_count() > 0, 20.0, "a subscription")
     message = Odometry(child_frame_id="base_link")

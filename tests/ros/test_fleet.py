@@ -125,7 +125,7 @@ def test_settings_are_changed_on_a_vehicles_own_node(fleet: FleetFlight) -> None
         assert found.double_value == speed
 
 
-def test_a_client_that_names_no_vehicle_is_told_which_there_are(fleet: FleetFlight) -> None:
+def test_a_client_that_names_no_vehicle_gets_their_names(fleet: FleetFlight) -> None:
     nameless = fleet.run("drone_navigation.navigation_client", "--plain", "--server-timeout", "2")
     named = fleet.run(
         "drone_navigation.navigation_client", "--plain", "--vehicle", "rover",

@@ -151,7 +151,7 @@ def test_where_multicast_is_dropped_peers_that_are_named_are_found(fleet: Fleet)
         fleet.network.drop_multicast(False)
 
 
-def test_a_host_that_is_cut_off_flies_on_and_tells_the_ends_later(fleet: Fleet) -> None:
+def test_a_host_that_is_cut_off_flies_on_and_reports_the_ends_later(fleet: Fleet) -> None:
     # The one that is not cut off flies longer than DDS remembers the one that is: 20 s.
     other = fleet.fly("b", *east(46.0), *STEADY)
     cut = [fleet.fly(name, *east(12.0), *STEADY, "--lost-timeout", "120") for name in ("a", "d")]

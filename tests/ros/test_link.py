@@ -13,7 +13,7 @@ from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 pytestmark = pytest.mark.xdist_group("ros_link")
 
 
-def test_a_short_silence_is_told_and_flown_through(flight: Flight) -> None:
+def test_a_short_silence_is_reported_and_flown_through(flight: Flight) -> None:
     record = flight.send(navigate_goal(30.0, 0.0, 4.0))
     flight.wait_for_status(record, "NAVIGATING")
     flight.relay.cut()

@@ -124,7 +124,7 @@ def test_a_download_is_resumed_and_another_log_of_that_name_is_not(flight: Fligh
     assert not part.exists()
 
 
-def test_what_cannot_be_downloaded_is_refused_with_a_sentence(flight: Flight) -> None:
+def test_what_cannot_be_downloaded_is_rejected_with_a_sentence(flight: Flight) -> None:
     result = downloaded(flight, 9)
     assert result.error_code == GoalCode.INVALID_NUMBER
     assert result.message == "INVALID_NUMBER: The autopilot has no log 9; it has 1."

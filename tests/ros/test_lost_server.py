@@ -40,7 +40,7 @@ def test_a_server_that_is_killed_is_given_up_after_the_lost_timeout(flight: Flig
     start_server(flight)
 
 
-def test_a_server_started_anew_does_not_know_the_goal(flight: Flight) -> None:
+def test_a_server_started_again_does_not_know_the_goal(flight: Flight) -> None:
     # A busy machine takes its time to start one.
     client = fly(flight, "--lost-timeout", "90")
     kill_server(flight)

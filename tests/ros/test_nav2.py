@@ -204,7 +204,7 @@ def test_gps_waypoints_are_flown_at_the_height_that_the_vehicle_has(
     assert nav2.place[2] == pytest.approx(before[2] + 2.0, abs=1.5)
 
 
-def test_behaviours_turn_and_move_as_far_as_they_are_told(nav2: Nav2Client) -> None:
+def test_behaviours_turn_and_move_as_far_as_requested(nav2: Nav2Client) -> None:
     time_allowance = Duration(sec=30)
     nav2.flown(action.NavigateToPose.Goal(pose=pose(0.0, 0.0, 5.0)))
     spun = nav2.flown(action.Spin.Goal(target_yaw=3.5, time_allowance=time_allowance))

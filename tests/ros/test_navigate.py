@@ -36,7 +36,7 @@ def test_the_course_goal_is_flown_from_the_ground(flight: Flight) -> None:
     assert set(order) <= {"PREPARING", "ARMING", "TAKING_OFF", "NAVIGATING", "SETTLING"}
 
 
-def test_feedback_tells_position_distance_time_and_battery(flight: Flight) -> None:
+def test_feedback_reports_position_distance_time_and_battery(flight: Flight) -> None:
     flight.wait_for_result(flight.send(navigate_goal(10.0, 5.0, 3.0)))
     record = flight.send(navigate_goal(-5.0, 5.0, 3.0))
     flight.wait_for_result(record)

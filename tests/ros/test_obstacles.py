@@ -163,7 +163,7 @@ def test_a_cloud_in_the_map_frame_is_taken_as_it_is(
     publish_until(seeing, publisher, cloud, arrays, (9.0, -4.0))
 
 
-def test_a_message_that_makes_no_sense_is_told_and_harms_nothing(seeing: Flight) -> None:
+def test_a_message_that_makes_no_sense_is_reported_and_harms_nothing(seeing: Flight) -> None:
     publisher = seeing.advertise(LaserScan, "/scan", qos_profile_sensor_data)
     assert seeing.server is not None
     server = seeing.server

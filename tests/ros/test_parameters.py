@@ -102,7 +102,7 @@ def test_a_whole_number_is_taken_for_a_float(make_node: MakeNode) -> None:
         ({"gcs_links": [14550]}, "gcs_links"),
     ],
 )
-def test_what_cannot_be_used_is_refused_by_name(
+def test_what_cannot_be_used_is_rejected_by_name(
     make_node: MakeNode, values: dict[str, Any], named: str
 ) -> None:
     with pytest.raises(ConfigurationError, match=named):
@@ -135,7 +135,7 @@ def test_a_change_takes_effect(changeable: tuple[Node, list[ServerConfig]]) -> N
     assert applied[-1].bridge.goto.arrival_radius_m == 0.8
 
 
-def test_a_change_that_contradicts_is_refused_with_the_reason(
+def test_a_change_that_contradicts_is_rejected_with_the_reason(
     changeable: tuple[Node, list[ServerConfig]],
 ) -> None:
     node, applied = changeable
@@ -222,7 +222,7 @@ def test_what_renames_or_moves_the_server_does_not_make_its_vehicles_one(
     ("namespace", "said"),
     [("/b", "Vehicle b: .*'colour'"), ("/wide", "record_tlog belongs to the server")],
 )
-def test_a_vehicles_parameter_that_it_cannot_have_is_refused_by_name(
+def test_a_vehicles_parameter_that_it_cannot_have_is_rejected_by_name(
     make_vehicle: MakeNode, namespace: str, said: str
 ) -> None:
     with pytest.raises(ConfigurationError, match=said):

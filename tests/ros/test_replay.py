@@ -259,7 +259,7 @@ def test_a_recording_cannot_be_flown_and_says_so(replay: Replay) -> None:
     assert replay.call("pause") == "No goal is active."
 
 
-def test_it_is_paused_and_goes_on_at_another_speed(flown: Flown) -> None:
+def test_it_is_paused_and_continues_at_another_speed(flown: Flown) -> None:
     replay = Replay("--link", f"tlog:{flown.tlog}")
     try:
         clocks = list[Clock]()
@@ -283,7 +283,7 @@ def test_it_is_paused_and_goes_on_at_another_speed(flown: Flown) -> None:
         replay.close()
 
 
-def test_it_goes_to_another_position_and_tells_nothing_on_the_way(flown: Flown) -> None:
+def test_a_seek_publishes_nothing_on_the_way(flown: Flown) -> None:
     replay = Replay("--link", f"tlog:{flown.tlog}", "--ros-args", "-p", "replay_speed:=0.0")
     try:
         heard, told = Heard(), list[ReplayStatus]()
@@ -403,7 +403,7 @@ def with_a_second_vehicle(tlog: Path) -> bytes:
         (["tlog:a.tlog"], {"record_tlog": "a.tlog"}, "record_tlog must be empty"),
     ],
 )
-def test_what_has_no_use_with_a_recording_is_refused(
+def test_what_has_no_use_with_a_recording_is_rejected(
     links: list[str], others: dict[str, ParameterValue], sentence: str
 ) -> None:
     vehicles = [make_config({"link_url": link, **others}) for link in links]

@@ -11,7 +11,7 @@ from tests.unit.vehicle.test_rtcm import rtcm
 pytestmark = [pytest.mark.xdist_group("ros_rtcm"), pytest.mark.timeout(400)]
 
 
-def test_corrections_of_the_topic_reach_the_link_and_others_are_refused(flight: Flight) -> None:
+def test_corrections_of_the_topic_reach_the_link_and_others_are_rejected(flight: Flight) -> None:
     publisher = flight.advertise(UInt8MultiArray, "navigation_server/rtcm", 10)
     flight.wait(lambda: publisher.get_subscription_count() > 0, 20.0, "a subscription")
     publisher.publish(UInt8MultiArray(data=rtcm(400)))

@@ -92,7 +92,7 @@ def test_a_goal_that_a_station_cancels_goes_through_canceling_to_canceled(
     assert "CANCELLING" in record.statuses
 
 
-def test_a_paused_goal_goes_on_when_the_station_says_so(watched: StationFlight) -> None:
+def test_a_paused_goal_continues_when_the_station_says_so(watched: StationFlight) -> None:
     record = watched.under_way()
     pause = make("COMMAND_LONG", **TARGET, command=PAUSE_CONTINUE, param1=0.0)
     watched.station.send(pause)

@@ -169,7 +169,9 @@ def test_interfaces_on_demand_are_built_once_and_not_where_ros_has_them(
         ("Collecting a==1\nInstalling collected packages: a, b\n", "Installing collected packages"),
     ],
 )
-def test_the_set_up_tells_what_it_does(setup_environment: ModuleType, log: str, doing: str) -> None:
+def test_the_set_up_reports_what_it_does(
+    setup_environment: ModuleType, log: str, doing: str
+) -> None:
     assert setup_environment.progress(log) == doing
 
 
@@ -182,7 +184,7 @@ def test_entries_of_the_project_are_taken_out_of_an_environment(
 
 
 @pytest.mark.parametrize("python", ["no-such-python", "/bin/false"])
-def test_chosen_python_that_does_not_fit_is_refused(fresh_clone: Path, python: str) -> None:
+def test_chosen_python_that_does_not_fit_is_rejected(fresh_clone: Path, python: str) -> None:
     said = set_up_with(commands("git", "make", "cc", "c++"), fresh_clone, PYTHON=python)
     assert f"PYTHON is '{python}', which is not a working Python 3.10 to 3.13" in said
 

@@ -1,6 +1,6 @@
 """The initial state of a recorded vehicle: type, position, parameters and state.
 
-Most of it is said in so many words (HEARTBEAT, PARAM_VALUE, MISSION_ITEM_INT); some settings
+Most of it is explicit (HEARTBEAT, PARAM_VALUE, MISSION_ITEM_INT); some settings
 are only known by what they did, and `_given_away` names these.
 """
 

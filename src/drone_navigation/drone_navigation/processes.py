@@ -203,7 +203,7 @@ class Process:
             The line.
 
         Raises:
-            ProcessError: it ended, or the time is over.
+            ProcessError: it ended, or it timed out.
         """
         deadline = time.monotonic() + timeout_s
         with self._changed:

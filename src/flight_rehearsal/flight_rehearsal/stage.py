@@ -97,7 +97,7 @@ class Stage:
                 known_s = self.now
 
     def tick(self) -> None:
-        """Go on by a step."""
+        """Advance by a step."""
         self.now += TICK_S
         now, bridge, link = self.now, self.bridge, self.simulation.link
         copter = self.simulated.copter

@@ -72,7 +72,7 @@ class Retold:
         battery: (time, percent).
         voltage: (time, V).
         moments: what happened, in order.
-        noted: what the server noted about this vehicle.
+        noted: notes of the server about this vehicle.
         state: at the end.
     """
 

@@ -129,7 +129,7 @@ class MissionRules:
             others come back as something else. A command that isn't there keeps all.
         keeps_nan: whether NaN in param4 comes back as NaN; else as 0.
         start_command: whether MAV_CMD_MISSION_START starts it. Else the mode alone does.
-        rewinds: whether a new mission goes on at the number of the item that the old one had
+        rewinds: whether a new mission continues at the number of the item that the old one had
             come to, so that it must be set back to its first item.
         yaw_command: whether a heading is an item of its own (CONDITION_YAW), not a parameter
             of the waypoint.

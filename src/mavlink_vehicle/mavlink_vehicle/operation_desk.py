@@ -46,7 +46,7 @@ class OperationDesk:
         return operation_id
 
     def refuse(self, kind: OperationKind, reason: str, now: float) -> int:
-        """End an operation at once as REFUSED; returns its id."""
+        """End an operation at once as `REFUSED`; returns its id."""
         operation_id = self._core.slot.end_at_once(kind, OperationResult.REFUSED, reason, now)
         self._core.take_ends(now)
         return operation_id

@@ -267,7 +267,7 @@ def test_a_silent_link_while_blocked_is_survived() -> None:
 # --- a sensor that is silent ----------------------------------------------------------------
 
 
-def test_without_its_sensor_the_vehicle_stands_and_goes_on_when_that_is_back() -> None:
+def test_without_its_sensor_the_vehicle_stands_and_continues_when_that_is_back() -> None:
     vehicle, task = hovering(), goto()
     watched = Watched(task, vehicle)
 

@@ -197,7 +197,7 @@ def test_acceleration_stays_within_the_limits() -> None:
 
 
 @pytest.mark.parametrize("traits", [COPTER, STEERED, TURNED], ids=["copter", "steered", "turned"])
-def test_silence_stops_it_and_it_goes_on_with_the_next_command(traits: Traits) -> None:
+def test_silence_stops_it_and_it_continues_with_the_next_command(traits: Traits) -> None:
     vehicle = Steered(traits)
     vehicle.run(4.0, (2.0, 0.0, 0.0))
     assert horizontal_norm(vehicle.velocity) > 1.5
@@ -275,7 +275,7 @@ def test_it_takes_control_and_never_arms_or_takes_off() -> None:
         assert standing.outcome().code is OutcomeCode.NOT_FLYING
 
 
-def test_a_mode_that_is_refused_ends_it() -> None:
+def test_a_mode_that_is_rejected_ends_it() -> None:
     vehicle = Steered(in_control=False)
     vehicle.step()
     refused = OperationReport(TaskOperation.TAKE_CONTROL, OperationStatus.REFUSED, "no position")
@@ -338,7 +338,7 @@ def test_without_a_position_it_holds_by_velocity_and_ends_in_time(traits: Traits
     assert vehicle.outcome().code is OutcomeCode.NO_POSITION
 
 
-def test_a_position_in_doubt_holds_it_and_it_goes_on_from_where_it_is_then() -> None:
+def test_a_position_in_doubt_holds_it_and_it_continues_from_where_it_is_then() -> None:
     vehicle = Steered()
     vehicle.run(3.0, FORWARD)
     vehicle.seen = replace(vehicle.seen, position_doubt="The position jumped.")

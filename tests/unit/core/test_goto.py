@@ -664,7 +664,7 @@ def test_a_landed_state_that_flaps_does_not_end_the_goal() -> None:
     assert_silent_on_the_ground(flight)
 
 
-def test_a_short_loss_of_position_holds_and_goes_on() -> None:
+def test_a_short_loss_of_position_holds_and_continues() -> None:
     vehicle, task = hovering(), goto((30.0, 0.0, 2.5))
     phases: set[GotoPhase] = set()
 
@@ -1045,7 +1045,7 @@ def doubtful_from(
     return each_step
 
 
-def test_a_position_in_doubt_is_held_by_the_velocity_however_long_and_then_it_goes_on() -> None:
+def test_a_position_in_doubt_is_held_by_the_velocity_however_long_and_then_it_continues() -> None:
     vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
     statuses = []
     doubt = doubtful_from(vehicle, 4.0, 34.0)

@@ -122,7 +122,9 @@ def test_a_search_that_hangs_in_flight_is_given_up_before_the_wall() -> None:
 
 
 @pytest.mark.parametrize("takes_s", [0.3, 1.2])
-def test_a_flight_that_restarts_during_a_search_for_a_shorter_path_goes_on(takes_s: float) -> None:
+def test_a_flight_that_restarts_during_a_search_for_a_shorter_path_continues(
+    takes_s: float,
+) -> None:
     searched = Searched(takes_s, 0.1)
     vehicle = searched.vehicle
     vehicle.obstacles = Obstacles.of((Box("wide", (25.0, 0.0), (0.2, 30.0)),))

@@ -332,7 +332,7 @@ def test_a_vehicle_that_was_landed_in_a_pause_does_not_take_off_for_its_mission(
     assert vehicle.plan is None, "the mission is removed, so that nobody starts it later"
 
 
-def test_a_pause_holds_and_goes_on_with_the_same_mission() -> None:
+def test_a_pause_holds_and_continues_with_the_same_mission() -> None:
     vehicle = flying()
 
     pause = in_phase(MissionPhase.FLYING, pause_it)

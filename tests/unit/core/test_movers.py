@@ -133,7 +133,7 @@ def test_points_of_a_cloud_tell_what_moves_too() -> None:
     assert math.dist(the_one(seen.moving), (-1.5, 0.0)) < 0.3
 
 
-def test_one_beam_alone_tells_nothing_of_motion() -> None:
+def test_one_beam_alone_shows_no_motion() -> None:
     seen = ObstacleMap()
     for k in range(40):
         now = k * PERIOD_S

@@ -240,7 +240,7 @@ def test_a_single_beam_is_a_scan() -> None:
 
 
 @pytest.mark.parametrize("tells_nothing", [math.nan, 0.1, 0.0, -1.0, -math.inf])
-def test_a_reading_that_tells_nothing_changes_nothing(tells_nothing: float) -> None:
+def test_a_reading_without_information_changes_nothing(tells_nothing: float) -> None:
     seen = look(POST)
     before = seen.obstacles()
     for _ in range(10):

@@ -40,7 +40,7 @@ def test_it_takes_a_whole_window() -> None:
     assert verdicts == [time_s > 0.99 for time_s in times]
 
 
-def test_without_a_dwell_it_looks_at_a_few_positions_all_the_same() -> None:
+def test_without_a_dwell_it_still_looks_at_a_few_positions() -> None:
     observations = [at(0.1 * step, (0.0, 0.0, 5.0)) for step in range(8)]
     verdicts = seen(Standstill(0.3, 0.0), *observations)
     assert not verdicts[0]

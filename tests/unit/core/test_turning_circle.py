@@ -41,7 +41,7 @@ def test_a_tighter_turn_is_no_reason_to_count_on_it() -> None:
     assert circle.radius_m == 4.0
 
 
-def test_only_a_turn_with_the_wheels_at_their_stop_tells() -> None:
+def test_only_a_turn_with_the_wheels_at_their_stop_counts() -> None:
     circle = TurningCircle(0.9, 2.0)
     turn(circle, 5.0, 0.5, 10.0)
     assert circle.radius_m == 0.9

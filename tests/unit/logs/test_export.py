@@ -110,7 +110,7 @@ def test_names_of_enums_stand_in_place_of_numbers_when_asked_for(tmp_path: Path)
     assert second["base_mode"] == ""
 
 
-def test_the_command_tells_what_it_wrote_and_skipped(
+def test_the_command_reports_what_it_wrote_and_skipped(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "some.tlog"

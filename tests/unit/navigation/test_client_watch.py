@@ -35,7 +35,7 @@ def test_a_server_that_said_goodbye_is_not_waited_for() -> None:
     assert watch.verdict(5.0).startswith("The server has ended;")
 
 
-def test_a_server_that_starts_anew_and_is_known_in_part_for_a_moment_has_not_ended() -> None:
+def test_a_server_that_restarts_and_is_known_in_part_for_a_moment_has_not_ended() -> None:
     watch = ServerWatch(90.0)
     watch.hear(0.0)
     watch.look(5.0, ready=True)

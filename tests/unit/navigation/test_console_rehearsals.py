@@ -92,7 +92,7 @@ def test_pages_take_turns_and_a_newer_goal_of_a_page_counts(
     assert {each["number"] for each in thread.told} == {3, 30}
 
 
-def test_a_process_that_dies_is_told_and_started_again(made: Callable[[str], Thread]) -> None:
+def test_a_process_that_dies_is_reported_and_restarted(made: Callable[[str], Thread]) -> None:
     thread = made(DEADLY)
     for number in (1, 2):
         thread.begin("page 1", number)
@@ -115,7 +115,7 @@ def test_a_process_that_hangs_is_ended(made: Callable[[str], Thread]) -> None:
     assert thread.told[1]["number"] == 2
 
 
-def test_without_a_process_a_page_is_told_at_once() -> None:
+def test_without_a_process_a_page_gets_an_answer_at_once() -> None:
     told: list[dict[str, Any]] = []
     rehearsals = Rehearsals(lambda work: work(), ("/no/such/program",))
     order = Rehearse("/", (PageWaypoint((1.0, 2.0, 3.0), 0.0),), 0.0, 1, False, 1)

@@ -144,7 +144,7 @@ def test_a_recording_is_played_without_control() -> None:
 # --- the board ------------------------------------------------------------------------------
 
 
-def test_only_what_has_changed_is_told() -> None:
+def test_only_what_has_changed_is_sent() -> None:
     board = Board()
     board.put("/a", "mode", "GUIDED")
     board.put("/b", "mode", "LAND")

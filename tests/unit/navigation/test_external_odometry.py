@@ -50,7 +50,7 @@ def test_a_variance_of_zero_is_unknown() -> None:
 
 
 @pytest.mark.parametrize(("frame", "child"), [("odom", "base_link"), ("map", "camera"), ("", "")])
-def test_other_frames_are_refused(frame: str, child: str) -> None:
+def test_other_frames_are_rejected(frame: str, child: str) -> None:
     message = odometry()
     message.header.frame_id, message.child_frame_id = frame, child
     with pytest.raises(ExternalPositionError, match=f"'{frame}' and '{child}'"):

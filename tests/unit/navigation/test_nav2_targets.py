@@ -145,7 +145,7 @@ def end(state: str, code: str) -> Ended:
         ("ABORTED", "FAILSAFE_BATTERY", False, GoalStatus.STATUS_ABORTED),
     ],
 )
-def test_an_end_of_the_server_is_told_with_its_code_and_sentence(
+def test_an_end_of_the_server_is_reported_with_its_code_and_sentence(
     state: str, code: str, cancelled: bool, status: int
 ) -> None:
     outcome = ended(end(state, code), cancelled=cancelled)

@@ -406,7 +406,7 @@ SQUARE = ((-20.0, -20.0), (20.0, -20.0), (20.0, 20.0), (-20.0, 20.0))
 
 
 class TestTheFence:
-    def test_the_sides_of_a_polygon_are_walls_whichever_way_round_it_is_told(self) -> None:
+    def test_the_sides_of_a_polygon_are_walls_in_either_order(self) -> None:
         for corners in (SQUARE, SQUARE[::-1]):
             fence = Fence(areas=(PolygonArea(corners),))
             assert clearance(fence, 15.0, 0.0) == pytest.approx(5.0)
@@ -488,7 +488,7 @@ class TestSensorPose:
         assert upside_down == pytest.approx([0.0, -1.0, 0.0])
 
     @pytest.mark.parametrize("text", ["1 2 3", "a b c d e f", "0 0 0 0 0 nan", "1 2 3 4 5 6 7"])
-    def test_anything_else_is_refused(self, text: str) -> None:
+    def test_anything_else_is_rejected(self, text: str) -> None:
         with pytest.raises(SensorPoseError, match="give six numbers"):
             SensorPose.parse(text)
 

@@ -135,7 +135,7 @@ def test_a_climb_rate_of_the_wrong_sign_is_no_jump() -> None:
     assert frame.in_map == (STILL, (1.0, 0.0, 0.0, 0.0))
 
 
-def test_a_restart_begins_anew() -> None:
+def test_a_restart_starts_over() -> None:
     frame = OdomFrame()
     frame.follow(pose(STILL), state(1000))
     frame.follow(pose((50.0, 0.0, 0.0)), state(1100))
@@ -211,7 +211,7 @@ def test_a_sample_that_comes_late_is_stamped_as_it_was_measured() -> None:
             assert times.age_s(100 * i, arrived_s) == pytest.approx(delay_s - 0.004, abs=1e-9)
 
 
-def test_a_clock_that_drifts_is_followed_and_a_restart_begins_anew() -> None:
+def test_a_clock_that_drifts_is_followed_and_a_restart_starts_over() -> None:
     times = SampleTimes()
     for i in range(6000):  # the vehicle's clock is slow by 7 ms in a second
         arrived_s = 0.1 * i * 1.007 + 0.004

@@ -39,7 +39,7 @@ ITEMS = (
 )
 
 
-def test_a_fence_is_told_in_the_map_and_in_degrees() -> None:
+def test_a_fence_is_reported_in_the_map_and_in_degrees() -> None:
     message = fence_message(FENCE)
     assert message.known
     square, hole = message.areas
@@ -66,7 +66,7 @@ def test_an_unknown_fence_or_mission_is_not_told_as_an_empty_one() -> None:
     assert facts.stored_items(empty) == {"current": -1, "items": []}
 
 
-def test_a_mission_is_told_as_it_is_stored_and_where_that_is() -> None:
+def test_a_mission_is_reported_as_it_is_stored_and_where_that_is() -> None:
     message = items_message((ITEMS, 2))
     assert message.current == 2
     first, speed, terrain = message.items
@@ -82,7 +82,7 @@ def test_a_mission_is_told_as_it_is_stored_and_where_that_is() -> None:
     assert items_message((ITEMS, 1)).id == message.id != items_message((ITEMS[:2], 2)).id
 
 
-def test_a_page_is_told_what_json_can_say() -> None:
+def test_a_page_gets_only_what_json_can_express() -> None:
     fence = facts.fence(fence_message(FENCE))
     mission = facts.stored_items(items_message((ITEMS, 2)))
     json.dumps([fence, mission], allow_nan=False)

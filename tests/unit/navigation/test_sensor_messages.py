@@ -115,7 +115,7 @@ class TestLaserScan:
             {"range_min": math.nan},
         ],
     )
-    def test_what_makes_no_sense_is_refused(self, fields: dict[str, float]) -> None:
+    def test_what_makes_no_sense_is_rejected(self, fields: dict[str, float]) -> None:
         with pytest.raises(SensorMessageError, match="a LaserScan with"):
             scan_of(laser([1.0], **fields))
 
@@ -165,7 +165,7 @@ class TestPointCloud2:
         ],
         ids=["width", "fields", "offset", "datatype", "row_step", "point_step"],
     )
-    def test_what_cannot_be_is_refused(self, spoil: Callable[[PointCloud2], object]) -> None:
+    def test_what_cannot_be_is_rejected(self, spoil: Callable[[PointCloud2], object]) -> None:
         message = cloud(POINTS)
         spoil(message)
         with pytest.raises(SensorMessageError, match="a PointCloud2"):
@@ -177,7 +177,7 @@ class TestPointCloud2:
         width=u32, height=u32, point_step=u32, row_step=u32, offset=u32, size=st.integers(0, 200),
         datatype=st.integers(0, 255), big=st.booleans(),
     )  # fmt: skip
-    def test_any_header_is_read_or_refused(
+    def test_any_header_is_read_or_rejected(
         self, width: int, height: int, point_step: int, row_step: int, offset: int, size: int,
         datatype: int, big: bool,
     ) -> None:  # fmt: skip

@@ -36,7 +36,7 @@ def starts(
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("place", range(4))
-def test_a_number_that_is_not_finite_is_refused_and_stops_the_vehicle(
+def test_a_number_that_is_not_finite_is_rejected_and_stops_the_vehicle(
     bad: float, place: int
 ) -> None:
     commands = VelocityCommands()
@@ -74,7 +74,7 @@ def test_who_steers_through_another_goal_must_let_go_before_a_goal_is_started() 
     assert starts(commands, 2.1)
 
 
-def test_silence_lets_go_too() -> None:
+def test_silence_releases_the_stick_too() -> None:
     commands = VelocityCommands()
     assert not starts(commands, 0.0, active="goal 1234 (navigate_to_waypoint)")
     assert not starts(commands, 0.4)
@@ -114,7 +114,7 @@ def test_a_vehicle_that_a_ground_station_flies_is_left_alone() -> None:
     assert starts(commands, 2.0)
 
 
-def test_what_is_not_followed_is_told_now_and_then() -> None:
+def test_what_is_not_followed_is_reported_occasionally() -> None:
     commands = VelocityCommands()
     told = [now for now in range(100) if commands.is_to_tell(0.1 * now)]
     assert told == [0, 50]

@@ -26,7 +26,7 @@ def test_a_twist_becomes_a_command(frame_id: str, frame: VelocityFrame) -> None:
 
 
 @pytest.mark.parametrize("frame_id", ["odom", "Map", "base_link ", "wgs84", "drone1/map", "\n"])
-def test_any_other_frame_is_refused_by_name(frame_id: str) -> None:
+def test_any_other_frame_is_rejected_by_name(frame_id: str) -> None:
     fault = command_of(twist(), frame_id, 12.0)
     assert isinstance(fault, str)
     assert f"unknown frame '{frame_id}'" in fault

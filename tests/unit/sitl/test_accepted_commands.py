@@ -613,7 +613,7 @@ def test_what_is_accepted_has_its_effect(vehicle: str, name: str, form: str) -> 
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("vehicle", KINDS)
-def test_what_there_is_none_of_is_refused_or_accepted_as_by_the_real_one(
+def test_what_there_is_none_of_is_rejected_or_accepted_as_by_the_real_one(
     vehicle: str, form: str
 ) -> None:
     for name in {**REFUSED, **REFUSED_BY[vehicle]}:

@@ -62,7 +62,7 @@ def test_a_pause_in_guided_slows_down_as_much_as_the_real_one() -> None:
     assert_alike(moved(station, PAUSED_IN_GUIDED, 1.0), PAUSED_IN_GUIDED)
 
 
-def test_a_pause_in_auto_slows_down_along_the_leg_and_goes_on_from_there() -> None:
+def test_a_pause_in_auto_slows_down_along_the_leg_and_continues_from_there() -> None:
     station = flying(10.0)
     station.interval(42, 4.0)
     assert upload(station, [home(), waypoint(-120, 0), waypoint(-120, -40)]) == 0

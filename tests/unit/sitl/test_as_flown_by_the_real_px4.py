@@ -97,7 +97,7 @@ def test_an_auto_mode_that_does_not_exist_has_a_text_of_its_own(
     assert said(air, begin_s) == "Unsupported auto mode|"
 
 
-def test_rejections_are_told_once_a_second() -> None:
+def test_rejections_are_reported_once_a_second() -> None:
     air = hovering()
     station = Px4Station(air.simulation, system=255, component=STATION_COMPONENT)
     for _ in range(5):
@@ -109,7 +109,7 @@ def test_rejections_are_told_once_a_second() -> None:
 # Streams.
 
 
-def test_an_interval_of_mission_current_fails_and_it_goes_on_coming_once_a_second() -> None:
+def test_an_interval_of_mission_current_fails_and_it_keeps_coming_once_a_second() -> None:
     ground = ready_px4()
     for message_id in (MISSION_CURRENT, HEARTBEAT, 46, 247, 9999):
         assert ground.interval(message_id, 5.0) == FAILED, message_id
@@ -120,7 +120,7 @@ def test_an_interval_of_mission_current_fails_and_it_goes_on_coming_once_a_secon
 
 
 @pytest.mark.parametrize("message_id", [26, 65, 116, 225, 254, 380, 12918])
-def test_a_stream_that_has_nothing_to_say_is_accepted_all_the_same(message_id: int) -> None:
+def test_a_stream_that_has_nothing_to_say_is_accepted_anyway(message_id: int) -> None:
     ground = ready_px4().quiet()
     assert ground.interval(message_id, 5.0) == ACCEPTED
     ground.run(1.0)
@@ -163,7 +163,7 @@ def test_each_link_has_the_streams_that_the_real_one_has(link: str) -> None:
         assert counts[kind] == pytest.approx(rate_hz, rel=0.03, abs=0.06), kind
 
 
-def test_remote_id_tells_where_it_is_and_that_the_operator_is_at_home() -> None:
+def test_remote_id_reports_where_it_is_and_that_the_operator_is_at_home() -> None:
     air = hovering()
     air.run(1.2)
     where, who = air.last("OPEN_DRONE_ID_LOCATION"), air.last("OPEN_DRONE_ID_SYSTEM")

@@ -189,7 +189,7 @@ def test_after_loiter_the_same_item_is_resumed() -> None:
     until_reached(station, 3)
 
 
-def test_pause_holds_and_continue_goes_on() -> None:
+def test_pause_holds_and_continue_resumes() -> None:
     station = begun(waypoint(40, 0))
     until_reached(station, 1)
     station.run(3.0)

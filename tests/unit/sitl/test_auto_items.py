@@ -177,7 +177,7 @@ def test_home_tags_fence_and_cameras() -> None:
     assert station.last("HOME_POSITION").x == pytest.approx(7.0, abs=0.2)
 
 
-def test_do_land_start_goes_on_with_the_landing_sequence() -> None:
+def test_do_land_start_continues_with_the_landing_sequence() -> None:
     station = copter(parameters=READY).ready()
     assert station.command(mav.MAV_CMD_DO_LAND_START) == 4
     assert "Mode change to AUTO RTL failed: No landing" in "".join(station.texts())

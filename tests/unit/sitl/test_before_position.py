@@ -265,7 +265,7 @@ def test_only_3_lands_from_a_mode_that_needs_no_position() -> None:
         assert station.vehicle.copter.mode.spec.number == mode
 
 
-def test_guided_without_a_position_is_rejected_in_the_air_and_land_goes_on() -> None:
+def test_guided_without_a_position_is_rejected_in_the_air_and_land_continues() -> None:
     station = flying()
     station.vehicle.lose_gps()
     station.run_until(lambda: station.vehicle.copter.mode.spec.number == LAND, 10.0)

@@ -273,7 +273,7 @@ def test_reposition_outside_the_fence_fails() -> None:
     assert math.hypot(*station.velocity) < 0.5
 
 
-def test_what_was_paused_in_guided_goes_on_to_the_same_place() -> None:
+def test_what_was_paused_in_guided_continues_to_the_same_place() -> None:
     """Seen in `copter_guided_cmds`."""
     station = flying(5.0)
     station.setpoint(0xDF8, position=(30.0, 0.0, -5.0))

@@ -270,7 +270,7 @@ def test_what_the_firmware_does_not_send_is_denied(ground: GroundStation, messag
 
 
 @pytest.mark.parametrize("vehicle", KINDS)
-def test_high_latency_tells_all_in_short(vehicle: str) -> None:
+def test_high_latency_is_a_summary(vehicle: str) -> None:
     station = kind(vehicle)
     short = requested(station, 235, "HIGH_LATENCY2")
     beat = station.last("HEARTBEAT")

@@ -89,7 +89,7 @@ def test_folders_are_made_renamed_and_removed_when_empty(client: FtpClient) -> N
     assert client.refused(RENAME, b"/one-path-only") == [INVALID_SIZE]
 
 
-def test_a_file_that_is_there_is_written_on_or_begun_anew(client: FtpClient) -> None:
+def test_an_existing_file_is_appended_to_or_begun_again(client: FtpClient) -> None:
     put(client, "a", b"12345")
     client.done(OPEN_TO_WRITE, card(client, "a"))
     client.done(WRITE, b"XY", offset=6)
@@ -178,7 +178,7 @@ def test_a_request_that_comes_again_gets_the_same_answer(client: FtpClient) -> N
     client.done(MAKE, card(client, "new"))
 
 
-def test_what_is_not_known_is_refused(client: FtpClient) -> None:
+def test_what_is_not_known_is_rejected(client: FtpClient) -> None:
     px4 = card(client) == b"/fs/microsd/"
     for op in (TRUNCATE, 16, 77):
         assert client.refused(op, b"/a") == [UNKNOWN if px4 else FAIL]

@@ -113,7 +113,7 @@ SETPOINTS = (
 
 @pytest.mark.parametrize(("vehicle", "autopilot"), PERSONALITIES)
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_no_number_in_any_field_of_any_setpoint_moves_nothing(
+def test_not_a_number_in_any_field_of_any_setpoint_moves_nothing(
     vehicle: str, autopilot: str, bad: float
 ) -> None:
     station = under_way(vehicle, autopilot)

@@ -176,7 +176,7 @@ def test_headings_and_rates_of_turn_run_out_after_3_s_with_a_warning(
 
 
 @pytest.mark.parametrize("vehicle", KINDS)
-def test_clearing_the_mission_in_auto_is_an_error_and_it_goes_on(vehicle: str) -> None:
+def test_clearing_the_mission_in_auto_is_an_error_and_it_continues(vehicle: str) -> None:
     station = under_way(vehicle)
     items = [waypoint(0, 0), waypoint(900, 0, 60), waypoint(900, 900, 60)]
     assert upload(station, items) == 0

@@ -132,7 +132,7 @@ def test_a_silent_ground_station_does_fs_action_after_both_timeouts(action: int,
     assert mode_of(station) == mode, "it stays in it"
 
 
-def test_a_rover_may_go_on_with_its_mission_without_a_ground_station() -> None:
+def test_a_rover_may_continue_with_its_mission_without_a_ground_station() -> None:
     station = rover({"FS_GCS_ENABLE": 2.0})
     assert upload(station, [waypoint(0, 0), waypoint(300, 0)]) == 0
     station.mode(ROVER_AUTO)

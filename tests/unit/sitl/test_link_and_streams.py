@@ -151,7 +151,7 @@ def test_short_texts_have_id_0() -> None:
     assert {m.id for m in station.messages("STATUSTEXT")} == {0}
 
 
-def test_interval_minus_1_stops_a_message_and_get_message_interval_tells() -> None:
+def test_interval_minus_1_stops_a_message_and_get_message_interval_reports() -> None:
     station = copter()
     station.interval(30, 5.0)
     assert station.command(mav.MAV_CMD_GET_MESSAGE_INTERVAL, 30) == ACCEPTED

@@ -68,7 +68,7 @@ def test_disarmed_under_way_the_mission_begins_again() -> None:
 
 
 @pytest.mark.parametrize(("restart", "seq"), [(0.0, 3), (1.0, 1)])
-def test_mis_restart_says_where_auto_goes_on(restart: float, seq: int) -> None:
+def test_mis_restart_says_where_auto_continues(restart: float, seq: int) -> None:
     station = flying(8.0, {"MIS_RESTART": restart})
     places = [waypoint(6, 0, 8), waypoint(6, 6, 8), waypoint(40, 6, 8)]
     assert upload(station, [home(), *places]) == 0

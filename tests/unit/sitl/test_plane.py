@@ -143,7 +143,7 @@ def test_reposition_as_command_int_sends_it_there() -> None:
 # GUIDED.
 
 
-def test_guided_circles_where_it_began_and_tells_it_as_item_0() -> None:
+def test_guided_circles_where_it_began_and_reports_it_as_item_0() -> None:
     station, place = in_guided()
     station.run(40.0)
     circle = distances(station, place, 30.0)

@@ -145,7 +145,7 @@ def test_change_speed_in_a_mission_changes_the_airspeed() -> None:
 # Loiters.
 
 
-def test_loiter_unlimited_goes_on_with_the_items_radius_and_sense() -> None:
+def test_loiter_unlimited_continues_with_the_items_radius_and_sense() -> None:
     station = begun(item(mav.MAV_CMD_NAV_LOITER_UNLIM, 500, 0, 60, (0, 0, -120)))
     until_reached(station, 1)
     station.run(60.0)
@@ -175,7 +175,7 @@ def test_loiter_turns_goes_round_so_often() -> None:
     assert 2.0 * turn_s - 3.0 < took < 3.2 * turn_s
 
 
-def test_loiter_to_alt_changes_the_height_before_it_goes_on() -> None:
+def test_loiter_to_alt_changes_the_height_before_it_continues() -> None:
     station = begun(item(mav.MAV_CMD_NAV_LOITER_TO_ALT, 600, 0, 120, (1, 80)), waypoint(600, 800))
     until_said(station, "Loiter to alt complete", 200.0)
     assert -station.position[2] == pytest.approx(120.0, abs=6.0)
@@ -277,7 +277,7 @@ def test_without_do_land_start_there_is_no_landing_to_go_to() -> None:
 
 
 @pytest.mark.parametrize("autoland", [1.0, 2.0])
-def test_rtl_goes_on_to_the_landing_if_wanted(autoland: float) -> None:
+def test_rtl_continues_to_the_landing_if_wanted(autoland: float) -> None:
     station = begun(waypoint(1500), LAND_START, *APPROACH, parameters={"RTL_AUTOLAND": autoland})
     until_reached(station, 1)
     station.mode(RTL)

@@ -245,7 +245,7 @@ def test_it_flies_on_when_nobody_reads_its_lines() -> None:
         assert program.process.wait(WAIT_S) == 0
 
 
-def test_nobody_listening_does_not_disturb_it() -> None:
+def test_it_flies_on_without_a_listener() -> None:
     with running("--link", f"udpout://127.0.0.1:{free_udp_port()}", "--speedup", "20") as program:
         while "ready" not in program.line():
             pass

@@ -226,7 +226,7 @@ def test_the_length_of_the_mission_is_reported_with_each_item_of_an_upload() -> 
     assert totals == [2.0, 3.0, 4.0]
 
 
-def test_statistics_are_told_twice_a_minute_and_when_it_is_disarmed() -> None:
+def test_statistics_are_reported_twice_a_minute_and_when_it_is_disarmed() -> None:
     station = copter().ready()
     begin_s = station.now_s
     station.run(31.0)

@@ -113,7 +113,7 @@ def follow(station: GroundStation, velocity: tuple[float, float, float], seconds
     return most
 
 
-def test_a_told_step_is_overshot_by_a_quarter() -> None:
+def test_a_commanded_step_is_overshot_by_a_quarter() -> None:
     """1.29 m/s in `rover_guided`: the throttle's feed-forward is a fifth too high."""
     station = driving()
     assert follow(station, (1.0, 0.0, 0.0), 8.0) == pytest.approx(1.28, abs=0.04)
@@ -151,7 +151,7 @@ def test_a_velocity_of_zero_steers_north_while_it_brakes() -> None:
     assert yaw(station) == pytest.approx(math.pi / 2, abs=0.02)
 
 
-def test_it_is_never_told_faster_than_wp_speed() -> None:
+def test_it_is_never_commanded_faster_than_wp_speed() -> None:
     station = rover({"WP_SPEED": 1.5})
     station.mode(GUIDED)
     station.arm()

@@ -157,7 +157,7 @@ def test_position_target_is_not_sent_outside_guided(hover: GroundStation, mode: 
 # Velocities.
 
 
-def test_a_velocity_goes_on_for_3_s_after_the_last_message_then_it_brakes(
+def test_a_velocity_continues_for_3_s_after_the_last_message_then_it_brakes(
     hover: GroundStation,
 ) -> None:
     hover.stream(5.0, 10.0, lambda: hover.setpoint(VELOCITY, velocity=(0.0, 2.0, 0.0)))
@@ -189,7 +189,7 @@ def test_a_velocity_with_acceleration(hover: GroundStation) -> None:
     assert hover.velocity[0] == pytest.approx(1.0 + 0.5 * 2.5, abs=0.4)
 
 
-def test_an_acceleration_goes_on_for_3_s_too(hover: GroundStation) -> None:
+def test_an_acceleration_continues_for_3_s_too(hover: GroundStation) -> None:
     """2 s of 1 m/s2: recorded to drift on for 18 m."""
     hover.stream(2.0, 10.0, lambda: hover.setpoint(ACCELERATION, acceleration=(1.0, 0.0, 0.0)))
     north = hover.position[0]

@@ -96,7 +96,7 @@ def test_the_tlog_holds_both_directions_in_simulated_time() -> None:
     assert {"COMMAND_LONG", "COMMAND_ACK", "SET_POSITION_TARGET_LOCAL_NED", "HEARTBEAT"} <= kinds
 
 
-def test_run_until_stops_at_once_and_tells() -> None:
+def test_run_until_stops_at_once_and_returns_the_result() -> None:
     simulation = Simulation()
     assert simulation.run_until(lambda: simulation.time_s >= 0.5, 2.0)
     assert simulation.time_s == 0.5
@@ -225,7 +225,7 @@ def test_truth_keeps_who_had_not_yet_collided() -> None:
     assert before.collided.tolist() == [False]
 
 
-def test_a_silent_link_passes_nothing_and_the_vehicle_goes_on() -> None:
+def test_a_silent_link_passes_nothing_and_the_vehicle_continues() -> None:
     station = copter().ready().take_off(5.0)
     station.setpoint(POSITION, (10.0, 0.0, -5.0))
     station.vehicle.link.silent = True

@@ -102,7 +102,7 @@ def test_a_copter_in_guided_becomes_faster_without_a_brake() -> None:
     assert seen[-1] == pytest.approx(9.0, abs=0.3)
 
 
-def test_a_velocity_goes_on_with_another_speed() -> None:
+def test_a_velocity_continues_with_another_speed() -> None:
     station = flying(10.0)
     station.stream(6.0, 5.0, lambda: station.setpoint(VELOCITY, velocity=(4.0, 0.0, 0.0)))
     by_command(station, 8.0)

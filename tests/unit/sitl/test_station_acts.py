@@ -131,13 +131,13 @@ def traveller(request: pytest.FixtureRequest) -> GroundStation:
 
 
 @pytest.mark.parametrize("go_on", [0.0, 1.0])
-def test_travellers_do_not_know_pauses_and_go_on(traveller: GroundStation, go_on: float) -> None:
+def test_travellers_do_not_know_pauses_and_continue(traveller: GroundStation, go_on: float) -> None:
     assert traveller.command(PAUSE, go_on) == UNSUPPORTED
     assert moves(traveller) > 10.0
 
 
 @pytest.mark.parametrize(("x", "z"), [(LARGEST, NAN), (NAN_AS_INTEGER, NAN), (0, 50.0)])
-def test_travellers_deny_a_reposition_without_a_place_and_go_on(
+def test_travellers_deny_a_reposition_without_a_place_and_continue(
     traveller: GroundStation, x: int, z: float
 ) -> None:
     assert traveller.command_int(REPOSITION, 6, -1, 1, 0, NAN, x=x, y=x, z=z) == DENIED
@@ -312,7 +312,7 @@ def test_a_mission_is_not_started_in_the_air_before_it_is_judged() -> None:
     assert air.mode(px4.MISSION) == 0
 
 
-def test_a_reposition_with_a_height_alone_goes_on_to_the_place_of_the_item() -> None:
+def test_a_reposition_with_a_height_alone_continues_to_the_place_of_the_item() -> None:
     air = px4_mission()
     height = air.last("GLOBAL_POSITION_INT").alt / 1000.0
     assert air.command_results(REPOSITION, -1, 1, 0, NAN, NAN, NAN, height) == [0]
@@ -332,7 +332,7 @@ def test_the_largest_integers_are_no_place_and_nan_as_an_integer_is_denied() -> 
     assert air.custom_mode == px4.LOITER
 
 
-def test_px4_stays_in_hold_while_the_setpoints_go_on() -> None:
+def test_px4_stays_in_hold_while_the_setpoints_continue() -> None:
     air = flying_px4(10.0)
     air.stream_to(2.0, 100.0, 0.0, -10.0)
     assert air.custom_mode == px4.OFFBOARD

@@ -68,7 +68,7 @@ def test_every_example_world_is_valid_and_can_be_lived_in(path: Path) -> None:
     assert not simulation.truth.collided.any()
 
 
-def test_the_examples_show_every_kind_of_thing() -> None:
+def test_the_examples_show_every_kind_of_obstacle() -> None:
     worlds = [load_world(path) for path in WORLDS]
     obstacles = list(itertools.chain.from_iterable(world.obstacles for world in worlds))
     assert any(o.radius_m for o in obstacles)
@@ -270,7 +270,7 @@ def test_who_drives_sees_what_stands_around_and_no_hill(kind: str) -> None:
     assert seen.down_m == pytest.approx(0.0, abs=1e-3)
 
 
-def test_a_sector_tells_the_nearest_of_what_is_in_it() -> None:
+def test_a_sector_reports_the_nearest_of_what_is_in_it() -> None:
     """A post that stands between the middles of two sectors is not lost."""
     bearing = math.radians(7.0)
     place = (12.0 * math.cos(bearing), 12.0 * math.sin(bearing))

@@ -76,7 +76,7 @@ def test_every_profile_is_listed_as_it_is(profile: Profile) -> None:
     assert takeoff.startswith(words[profile.takeoff])
 
 
-def test_the_speed_commands_are_told_as_they_are() -> None:
+def test_the_speed_commands_are_reported_as_they_are() -> None:
     sentence = re.sub(r"\s+", " ", PAGE).split("The speed command", 1)[1].split(". Where", 1)[0]
     for name, profile in (
         ("ArduCopter", ardupilot.COPTER), ("ArduRover", ardupilot.ROVER),

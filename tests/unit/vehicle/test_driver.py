@@ -313,7 +313,7 @@ def test_stopped_before_it_was_started(bench: Bench) -> None:
     bench.driver.stop()
 
 
-def test_those_who_wait_are_told_that_it_has_stopped(bench: Bench) -> None:
+def test_those_who_wait_learn_that_it_has_stopped(bench: Bench) -> None:
     bench.driver.start()
     told: list[Exception] = []
     hold = threading.Event()

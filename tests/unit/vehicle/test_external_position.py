@@ -93,7 +93,7 @@ def test_what_is_unknown_is_nan_and_an_ardupilot_gets_no_unknown_velocity() -> N
         ({"measured_s": math.nan}, "not finite"),
     ],
 )
-def test_a_pose_that_cannot_be_is_refused(change: dict[str, object], said: str) -> None:
+def test_a_pose_that_cannot_be_is_rejected(change: dict[str, object], said: str) -> None:
     sender = ExternalPositionSender()
     with pytest.raises(ExternalPositionError, match=said):
         sender.offer(
@@ -106,7 +106,7 @@ def test_a_pose_that_cannot_be_is_refused(change: dict[str, object], said: str) 
     assert sender.messages_to_send() == []
 
 
-def test_poses_out_of_order_are_refused_and_too_many_left_out() -> None:
+def test_poses_out_of_order_are_rejected_and_too_many_left_out() -> None:
     with pytest.raises(ExternalPositionError, match="out of order"):
         offered(POSE, replace(POSE, measured_s=99.9))
     poses = [replace(POSE, measured_s=100.0 + 0.005 * count) for count in range(40)]
@@ -168,7 +168,7 @@ def test_the_turn_between_the_axes_is_its_own_inverse() -> None:
     assert abs(sum(a * b for a, b in zip(attitude, back, strict=True))) == pytest.approx(1.0)
 
 
-def test_a_source_that_stops_is_told_once_and_so_is_its_return() -> None:
+def test_a_source_that_stops_is_reported_once_and_so_is_its_return() -> None:
     sender = ExternalPositionSender()
 
     def offer(now: float) -> None:

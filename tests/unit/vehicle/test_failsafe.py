@@ -67,13 +67,13 @@ def test_the_texts_tell_the_kind_in_either_order(
     "words",
     ["PreArm: Battery failsafe", "Arm: Battery 1 low voltage failsafe", "GCS Failsafe Cleared"],
 )
-def test_texts_of_the_arming_checks_and_of_an_end_tell_no_kind(words: str) -> None:
+def test_texts_of_the_arming_checks_and_of_an_end_report_no_kind(words: str) -> None:
     state = after(text(words), critical())
     assert state.failsafe is not None
     assert state.failsafe.kind is FailsafeKind.OTHER
 
 
-def test_an_old_text_tells_nothing_about_a_new_failsafe() -> None:
+def test_an_old_text_says_nothing_about_a_new_failsafe() -> None:
     state = after(text("Radio Failsafe"), now=50.0)
     state = after(critical(), state=state)
     assert state.failsafe is not None
@@ -123,7 +123,7 @@ def test_a_fence_that_only_reports_is_not_taken_for_one_that_is_switched_off() -
         assert state.failsafe.since_s == 100.0
 
 
-def test_without_a_text_the_charge_state_or_the_estimator_tells() -> None:
+def test_without_a_text_the_charge_state_or_the_estimator_decides() -> None:
     battery = say("BATTERY_STATUS", voltages=[65535] * 10, charge_state=2)
     state = after(battery, critical())
     assert state.failsafe is not None

@@ -29,7 +29,7 @@ def test_the_ground_stations_system_id_is_known_by_both_of_its_names(profile: Pr
     assert setting.names == ("MAV_GCS_SYSID", "SYSID_MYGCS")
 
 
-def test_only_what_is_flown_by_a_stream_tells_what_follows_its_end() -> None:
+def test_only_stream_vehicles_report_what_follows_its_end() -> None:
     streamed = {p.name for p in FLOWN if "COM_OF_LOSS_T" in {s.name for s in p.failsafe_settings}}
     assert streamed == {"PX4 multicopter", "PX4 rover", "PX4 boat"}
 

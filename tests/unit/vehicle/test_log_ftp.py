@@ -131,7 +131,7 @@ def test_a_file_that_the_autopilot_has_closed_is_opened_again() -> None:
     assert serve(download) == DATA
 
 
-def test_a_file_that_ends_early_is_told() -> None:
+def test_a_file_that_ends_early_is_reported() -> None:
     download = opened()
     (request,) = download.messages_to_send()
     download.receive(answer(request, error=FtpError.END_OF_FILE), 0.02)
@@ -141,7 +141,7 @@ def test_a_file_that_ends_early_is_told() -> None:
     assert download.next_deadline() is None
 
 
-def test_silence_is_told_after_many_requests() -> None:
+def test_silence_is_reported_after_many_requests() -> None:
     download, now = opened(), 0.02
     for _ in range(2000):
         if download.problem:
@@ -180,7 +180,7 @@ def test_folders_are_looked_for_until_there_is_one() -> None:
     }
 
 
-def test_an_autopilot_without_mavftp_is_told() -> None:
+def test_an_autopilot_without_mavftp_is_reported() -> None:
     listing = FtpLogList(FtpLine(ADDRESS, 3.0))
     listing.start(0.0)
     now = 0.0
@@ -226,6 +226,6 @@ def test_an_answer_to_another_station_or_another_question_is_not_ours() -> None:
     assert listing.messages_to_send()
 
 
-def test_numbers_do_not_begin_anew_with_each_transfer() -> None:
+def test_numbers_do_not_begin_again_with_each_transfer() -> None:
     (_, first), (_, second) = (FtpLine(ADDRESS, now).request(FtpOp.LIST) for now in (9.0, 9.5))
     assert first.payload[:2] != second.payload[:2]

@@ -206,7 +206,7 @@ def test_an_autopilot_that_cannot_read_its_log_is_given_up() -> None:
     assert not transfer.busy
 
 
-def test_a_list_counts_anew_when_the_number_of_logs_changes() -> None:
+def test_a_list_is_counted_again_when_the_number_of_logs_changes() -> None:
     transfer = LogTransfer(lambda: ADDRESS)
     transfer.list_logs(0.0)
     transfer.receive(entry(1, 10, 3), 0.1)

@@ -153,7 +153,7 @@ def test_a_px4_that_gives_up_says_nothing(upload: MissionUpload) -> None:
 
 
 @pytest.mark.parametrize("result", [None, 1, mavlink.MAV_MISSION_OPERATION_CANCELLED])
-def test_without_a_clear_answer_to_the_last_item_reading_back_tells(
+def test_without_a_clear_answer_to_the_last_item_the_read_back_decides(
     upload: MissionUpload, result: int | None
 ) -> None:
     for seq in (0, 1):
@@ -184,7 +184,7 @@ def test_every_rejection_has_a_sentence_and_the_first_one_counts(upload: Mission
     assert "99" in ack_sentence(99)
 
 
-def test_a_cancelled_upload_tells_the_vehicle(upload: MissionUpload) -> None:
+def test_a_cancelled_upload_is_cancelled_at_the_vehicle(upload: MissionUpload) -> None:
     upload.receive(say("MISSION_REQUEST", **US, seq=0), 10.1)
     upload.messages_to_send()
     upload.cancel(10.2)
@@ -353,7 +353,7 @@ def test_px4s_mission_current_with_its_number_and_without_a_mission() -> None:
     assert (mission.total, mission.mission_id) == (0, 0)
 
 
-def test_an_old_firmware_tells_the_current_item_only() -> None:
+def test_an_old_firmware_reports_the_current_item_only() -> None:
     mission = heard(say("MISSION_CURRENT", seq=4)).mission
     assert mission is not None
     assert (mission.current, mission.total) == (4, None)

@@ -177,7 +177,7 @@ def test_clearing_the_fence_or_the_rally_points_leaves_the_mission(
         ),
     ],
 )
-def test_commands_are_told_as_what_they_mean(
+def test_commands_are_reported_by_their_meaning(
     network: Network,
     command: int,
     params: tuple[float, ...],
@@ -495,7 +495,7 @@ def test_a_fence_that_another_station_uploads_is_read_at_once(
         (3, 9, REPLACED, "replaced by another"),
     ],
 )
-def test_mission_current_tells_what_nobody_was_seen_to_do(
+def test_mission_current_reports_what_nobody_was_seen_to_do(
     total: int, mission_id: int, what: StationAct, how: str
 ) -> None:
     network = Network("px4")
@@ -618,7 +618,7 @@ def flying_its_mission(autopilot: str) -> Network:
     return network
 
 
-def test_mission_current_tells_that_an_arducopter_was_paused_and_goes_on() -> None:
+def test_mission_current_reports_that_an_arducopter_was_paused_and_continues() -> None:
     network = flying_its_mission("ardupilot")
     (paused,) = network.answer(network.current(3, state=4))
     assert (paused.act, paused.station) == (PAUSED, None)
@@ -633,7 +633,7 @@ def test_a_pause_whose_author_was_seen_is_not_reported_again() -> None:
     assert network.answer(network.current(3, state=4)) == []
 
 
-def test_the_state_of_a_px4s_mission_tells_no_pause() -> None:
+def test_the_state_of_a_px4s_mission_shows_no_pause() -> None:
     """It says so of a mission that was left, too (observed)."""
     network = flying_its_mission("px4")
     assert network.answer(network.current(3, 8, state=4)) == []

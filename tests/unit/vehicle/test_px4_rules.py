@@ -195,7 +195,7 @@ def test_a_late_current_mode_is_no_intervention() -> None:
     assert px4.vehicle.mode_name == "AUTO.RTL"
 
 
-def test_a_heartbeat_that_a_current_mode_overtook_still_tells_of_life_and_arming() -> None:
+def test_a_heartbeat_that_a_current_mode_overtook_still_shows_life_and_arming() -> None:
     px4 = Px4()
     overtaken = px4.beat(LOITER, armed=False)
     px4.tell(px4.mode(RTL))

@@ -56,7 +56,7 @@ def test_messages_that_follow_one_another_are_told_apart(sizes: list[int]) -> No
         (b"", "It contains no RTCM message."),
     ],
 )
-def test_what_is_no_rtcm_is_refused_and_not_sent(data: bytes, said: str) -> None:
+def test_what_is_no_rtcm_is_rejected_and_not_sent(data: bytes, said: str) -> None:
     sender = RtcmSender()
     with pytest.raises(RtcmError, match=said.replace(".", r"\.")):
         sender.offer(data, 0.0)
@@ -95,7 +95,7 @@ def test_a_message_is_cut_as_the_autopilots_put_it_together(size: int, lengths: 
     assert list(receiver.given) == [data]
 
 
-def test_a_message_that_mavlink_cannot_carry_is_refused_whole() -> None:
+def test_a_message_that_mavlink_cannot_carry_is_rejected_whole() -> None:
     sender = RtcmSender()
     with pytest.raises(RtcmError, match=f"721 bytes; MAVLink carries at most {LONGEST_BYTES}"):
         sender.offer(EXAMPLE + rtcm(721), 0.0)
@@ -125,7 +125,7 @@ def test_messages_go_out_in_order_with_a_pause_and_new_sequence_ids() -> None:
     assert now - 10.0 >= 750 / RATE_BYTES_S
 
 
-def test_more_than_can_be_sent_is_refused_and_a_lost_link_drops_the_rest() -> None:
+def test_more_than_can_be_sent_is_rejected_and_a_lost_link_drops_the_rest() -> None:
     sender = RtcmSender()
     for _ in range(21):  # the first goes out at once
         sender.offer(EXAMPLE, 0.0)

@@ -185,7 +185,7 @@ def test_rally_points_and_mission_follow_and_a_slow_list_is_read_less_often() ->
     assert reading.sent(MissionType.MISSION) == ["MISSION_REQUEST_LIST"]
 
 
-def test_reading_makes_way_for_a_station_and_goes_on_after_it() -> None:
+def test_reading_makes_way_for_a_station_and_continues_after_it() -> None:
     reading = Reading()
     reading.sent()
     upload = say("MISSION_COUNT", target_system=1, target_component=1, count=3)

@@ -36,5 +36,5 @@ class Delay(AutoTask):
         auto.guide(auto.hold_guidance())
 
     def finished(self) -> bool:
-        """When the time is over."""
+        """When it ends."""
         return self.vehicle.now_s >= self._until_s

@@ -287,7 +287,7 @@ class Px4Vehicle(Commander):
     ) -> Result:
         """DO_REPOSITION with CHANGE_MODE: to AUTO.LOITER, and when armed somewhere.
 
-        Without a place and a height it stops. With a height alone it goes on to the place of the
+        Without a place and a height it stops. With a height alone it continues to the place of the
         mission's item in force.
         """
         hold = self._modes[px4.LOITER]

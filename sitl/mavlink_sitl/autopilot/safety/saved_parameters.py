@@ -58,13 +58,13 @@ class Saved:
             self._tell_statistics(now_s)
 
     def mission_length(self, items: int) -> None:
-        """The mission has so many items now, home among them."""
+        """Set the number of mission items, home included."""
         if self._vehicle.personality.saved and items != self._items:
             self._items = items
             self._tell("MIS_TOTAL", items, ParameterType.INT16)
 
     def rally_length(self, points: int) -> None:
-        """So many rally points are stored now."""
+        """Set the number of stored rally points."""
         if self._vehicle.personality.saved and points != self._vehicle.parameters["RALLY_TOTAL"]:
             self._tell("RALLY_TOTAL", points, ParameterType.INT8)
 

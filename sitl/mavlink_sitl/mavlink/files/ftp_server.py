@@ -88,7 +88,7 @@ class FtpServer:
         self._due_us = min(self._due_us, now_us + _STEP_US)
 
     def tick(self, now_us: int) -> None:
-        """Go on with a burst, or answer one request."""
+        """Continue a burst, or answer one request."""
         if self._burst is not None:
             self._used_us = now_us
             for _ in range(_BURST_PER_STEP):

@@ -66,7 +66,7 @@ def quaternion(m: Motion) -> list[float]:
 
 
 def gps_raw_int(s: Snapshot) -> Message:
-    """GPS_RAW_INT: after a loss the position goes on and only the time stands still."""
+    """GPS_RAW_INT: after a loss the position continues and only the time stands still."""
     gps = s.instruments.gps_reading()
     if gps is None:
         return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)

@@ -58,7 +58,7 @@ class Router:
             station_links: what leads to ground stations; the router closes them.
             recorder: takes what passes vehicle links, both ways, and what ground stations
                 send that is passed on; the router closes it.
-            vehicles: how many are expected; a peer that speaks for several may send so many
+            vehicles: how many are expected; a peer that speaks for several may send that many
                 times as much.
         """
         self._vehicles = vehicles

@@ -200,7 +200,7 @@ class Replanner:
         Args:
             place_enu_m: where the vehicle is.
             now: time in seconds.
-            is_undecided: whether the search is to go on at once.
+            is_undecided: whether the search continues at once.
         """
         self.stop(place_enu_m, now)
         self._planned_s = float("-inf") if is_undecided else now

@@ -118,7 +118,7 @@ def safe_speed_beside_m_s(
 ) -> float:
     """Return how fast a setpoint may be so that its run-out does not meet what moves.
 
-    What moves is taken to go on as it does. What would come as near to a vehicle that stood still
+    What moves is assumed to continue as it does. What would come as near to a stationary vehicle
     is no reason to be slower.
 
     Args as for :func:`safe_speed_m_s`; ``moving``: obstacles that move.

@@ -20,7 +20,7 @@ BRAKE_SHARE = 0.6
 """Of that, for slowing down in time"""
 CREEP_M_S = 0.1
 POINTS = 60
-"""A curve is flown as so many straight pieces"""
+"""Number of straight pieces of a curve"""
 
 
 class CircleTask(CopterTask):

@@ -12,7 +12,7 @@ What the firmware does with each kind of setpoint, from the recordings `copter_s
   the vehicle where it is;
 * of these nothing but NAV_TAKEOFF leaves the ground;
 * an attitude (`guided_attitude`) runs out, too, and then the vehicle drifts;
-* while it is paused, targets are taken and not flown: only going on, or another mode, ends that.
+* while it is paused, targets are taken and not flown: only resuming, or another mode, ends that.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ class Px4Copter(Px4Vehicle):
         return self.now_s - self.arming.lift_began_s >= TAKEOFF_DETECTED_S
 
     def has_landed(self) -> bool:
-        """On the ground again, and not only between taking off and going on in another mode.
+        """On the ground again, and not only between taking off and continuing in another mode.
 
         A take-off that was broken off before it left the ground is over when it is to land, or
         when the ramp of the motors has ended.

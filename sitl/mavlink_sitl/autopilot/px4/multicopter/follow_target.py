@@ -71,7 +71,7 @@ class Target:
         self._heard_s = self._moved_s = now_s
 
     def move(self, now_s: float) -> None:
-        """It goes on as it did; after `STALE_S` without a measurement it stands."""
+        """It continues as it did; after `STALE_S` without a measurement it stands."""
         if self.place is None:
             return
         if now_s - self._heard_s >= STALE_S:

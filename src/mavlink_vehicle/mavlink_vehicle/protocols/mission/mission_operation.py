@@ -4,7 +4,7 @@ An acknowledgement is not enough: an upload can be acknowledged and stored in an
 mission is written, read back and compared, and written again if it is another one, a few times.
 A transfer that the vehicle gave up, or that came to a silent end, is begun again, too.
 
-Where a new mission would go on at the number of the item that the old one had come to
+Where a new mission would continue at the number of the item that the old one had come to
 (ArduPilot), it is set back to its first item.
 """
 

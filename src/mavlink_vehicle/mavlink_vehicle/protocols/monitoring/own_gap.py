@@ -10,9 +10,9 @@ HEARTBEAT counts only when it was sent after the gap: when the vehicle's clock, 
 had gone on for longer than the gap by then. Where no message tells that clock, it counts when it
 comes later than a buffer takes to be read.
 
-It comes once a second by itself, and a vehicle that is on its way would go on as it was told last
-for so long. So it is asked for: ArduPilot and PX4 answer MAV_CMD_REQUEST_MESSAGE of HEARTBEAT
-within milliseconds (measured on both).
+It comes once a second by itself, and a moving vehicle would follow its last setpoint for that long.
+So it is requested: ArduPilot and PX4 answer MAV_CMD_REQUEST_MESSAGE of HEARTBEAT within
+milliseconds (measured on both).
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ def act_of(message: Message, profile: Profile) -> Act | None:
 
 
 def mode_act(mode: int | None, how: str, profile: Profile) -> Act:
-    """Return what a change to a mode is: a pause, going on, or just another mode."""
+    """Return what a change to a mode is: a pause, a resume, or just another mode."""
     if mode is not None:
         if mode == profile.mode_number(profile.hold_mode):
             return Act(StationAct.PAUSED, how, mode)

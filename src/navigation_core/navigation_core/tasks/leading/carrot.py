@@ -252,7 +252,7 @@ class Carrot:
         """Return the acceleration to send.
 
         An airframe needs time to lean. While it gains speed over ground it is told the
-        acceleration that is wanted then; else it would go on accelerating beyond the speed. Not
+        acceleration that is wanted then; else it would keep accelerating beyond the speed. Not
         while it brakes: it would stop short of its target.
         """
         wanted, velocity = self._state.acceleration_enu_m_s2, self._state.velocity_enu_m_s

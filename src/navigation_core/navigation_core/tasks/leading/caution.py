@@ -118,7 +118,7 @@ class Caution:
     def _is_approached(self, carrot: Carrot, observation: Observation) -> bool:
         """Whether an obstacle comes to where the vehicle would wait until it is in time again.
 
-        Then waiting is no safer than going on slowly.
+        Then waiting is no safer than continuing slowly.
         """
         if self._avoidance is None:
             return False
@@ -155,7 +155,7 @@ class Caution:
     def _safe_ahead_m_s(self, speed_m_s: float, observation: Observation) -> float:
         """Return how fast what drives may be towards what its nose points at.
 
-        Told to turn away from an obstacle, it goes on along its nose until its wheels, or its
+        Told to turn away from an obstacle, it continues along its nose until its wheels, or its
         rudder, have turned.
         """
         yaw, here = observation.yaw_enu_rad, observation.position_enu_m

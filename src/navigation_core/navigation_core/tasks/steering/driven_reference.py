@@ -48,7 +48,7 @@ class DrivenReference:
         self.course_enu_rad = 0.0
 
     def begin(self, here: KinematicState, yaw_enu_rad: float) -> None:
-        """Go on from the measured motion."""
+        """Continue from the measured motion."""
         nose = (math.cos(yaw_enu_rad), math.sin(yaw_enu_rad), 0.0)
         forward_m_s = dot(here.velocity_enu_m_s, nose)
         least_m_s = -math.inf if self._traits.drives_by_turn_rate else 0.0
@@ -74,7 +74,7 @@ class DrivenReference:
         yaw_enu_rad: float,
         brake_factor: float = 1.0,
     ) -> None:
-        """Go on towards a speed.
+        """Continue towards a speed.
 
         Args:
             dt_s: time since the last call.

@@ -63,7 +63,7 @@ class FlownReference:
         return max(_EASE_S, limits.acceleration_horizontal_m_s2 / limits.jerk_m_s3)
 
     def begin(self, state: KinematicState, yaw_enu_rad: float) -> None:
-        """Go on from a state."""
+        """Continue from a state."""
         self.state = state
         self.yaw_enu_rad = wrap_angle(yaw_enu_rad)
 
@@ -93,7 +93,7 @@ class FlownReference:
         yaw_enu_rad: float,
         brake_factor: float = 1.0,
     ) -> None:
-        """Go on towards a velocity.
+        """Continue towards a velocity.
 
         Args:
             dt_s: time since the last call.

@@ -171,7 +171,7 @@ class Steersman:
     # --- inside ------------------------------------------------------------------------
 
     def _begin(self, here: KinematicState, yaw_enu_rad: float) -> None:
-        """Go on from what a replaced task sent, or from the measured motion."""
+        """Continue from what a replaced task sent, or from the measured motion."""
         state, yaw = here, yaw_enu_rad
         inherited, self._inherited = self._inherited, None
         far_m = _START_ERROR_SHARE * self._terms.flight.config.tracking_error_max_m

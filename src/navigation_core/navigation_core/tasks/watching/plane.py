@@ -256,7 +256,7 @@ class FlyPlane(PhasedTask[_Phase]):
         return answer
 
     def _tell_speed(self, observation: Observation, now: float) -> Answer:
-        """Ask for the speed of this leg if there is one; a rejection is noted, and it flies on."""
+        """Request the speed of this leg, if any; a rejection is recorded, and it flies on."""
         speed_m_s = self._route.current.max_speed_m_s
         if speed_m_s is None or speed_m_s == self._speed_told_m_s:
             return None

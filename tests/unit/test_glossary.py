@@ -1,0 +1,92 @@
+"""Docs, texts and docstrings avoid the words that the glossary of CONTRIBUTING.md rules out."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+PAGES = sorted(
+    [
+        *ROOT.glob("*.md"),
+        *ROOT.glob("docs/**/*.md"),
+        *ROOT.glob("sitl/*.md"),
+        *ROOT.glob("src/*/*.md"),
+    ]
+)
+SOURCES = sorted(
+    path
+    for folder in ("src", "sitl", "scripts", "tests")
+    for path in (ROOT / folder).glob("**/*.py")
+    if "build" not in path.relative_to(ROOT).parts
+)
+# Right in other meanings: these are left to the reader.
+AMBIGUOUS = {
+    "way", "waypoints", "place", "point", "tell", "say", "station", "wait", "stand", "lift",
+    "command", "height", "direction", "hold up", "how near",
+}  # fmt: skip
+# A verb's other forms: the glossary has its first one.
+FORMS = {"refuse": r"refus(?:e|es|ed|ing)", "refusal": r"refusals?", "go on": r"go(?:es|ing)? on"}
+
+
+def _section() -> str:
+    return CONTRIBUTING.split("## Words\n", 1)[1].split("\n## ", 1)[0]
+
+
+@cache
+def ruled_out() -> re.Pattern[str]:
+    """Return a pattern of the words after *not* that have one meaning only."""
+    lists = re.findall(r"not \*([^*]+)\*", _section())
+    words = {word.strip() for words in lists for word in words.split(",")}
+    assert words >= AMBIGUOUS, AMBIGUOUS - words
+    forms = [FORMS.get(word, re.escape(word)) for word in sorted(words - AMBIGUOUS)]
+    return re.compile(rf"(?<![\w-])(?:{'|'.join(forms)})(?![\w-])", re.IGNORECASE)
+
+
+def texts(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the line and the words of each docstring and of each string of three words."""
+    tree = ast.parse(path.read_text("utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            named = re.sub(r"^ *\w+: ", "", node.value, flags=re.MULTILINE)  # an argument, a field
+            text = re.sub(r"`[^`]*`|'[^']*'", "", named)
+            if len(re.findall(r"[A-Za-z]{2,}", text)) >= 3:
+                yield node.lineno, text
+
+
+def test_the_glossary_is_read() -> None:
+    assert ruled_out().search("it is planned anew")
+    assert ruled_out().search("The goal was refused.")
+    assert not ruled_out().search("MODE_REFUSED: the vehicle rejected the mode")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_page_goes_by_the_glossary(page: Path) -> None:
+    text = page.read_text("utf-8").replace(_section(), "")
+    text = re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"`[^`]*`", "", text)
+    assert ruled_out().findall(re.sub(r"\s+", " ", text)) == []
+
+
+@pytest.mark.parametrize("folder", ["src", "sitl", "scripts"])
+def test_texts_and_docstrings_go_by_the_glossary(folder: str) -> None:
+    found = [
+        f"{path.relative_to(ROOT)}:{line}: {match[0]}"
+        for path in SOURCES
+        if path.is_relative_to(ROOT / folder)
+        for line, text in texts(path)
+        for match in ruled_out().finditer(re.sub(r"\s+", " ", text))
+    ]
+    assert found == []
+
+
+def test_no_module_docstring_begins_with_a_question_word() -> None:
+    for path in SOURCES:
+        first = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").split(" ")[0]
+        assert first not in {"What", "Who", "How", "Which"}, path.relative_to(ROOT)
