@@ -90,3 +90,20 @@ def test_no_module_docstring_begins_with_a_question_word() -> None:
     for path in SOURCES:
         first = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").split(" ")[0]
         assert first not in {"What", "Who", "How", "Which"}, path.relative_to(ROOT)
+
+
+def test_the_pages_written_by_hand_have_at_most_25000_words() -> None:
+    generated = {
+        "policies.md",
+        "sitl_ardupilot_lists.md",
+        "sitl_parameters.md",
+        "sitl_px4_lists.md",
+    }
+    words = {}
+    for page in PAGES:
+        if page.name not in generated | {"states.md"}:
+            text = re.sub(
+                r"^```.*?^```", "", page.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL
+            )
+            words[page.name] = sum(bool(re.search("[A-Za-z]", word)) for word in text.split())
+    assert sum(words.values()) <= 25_000, sorted(words.items(), key=lambda item: -item[1])

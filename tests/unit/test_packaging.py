@@ -185,6 +185,15 @@ def test_all_packages_have_the_version_that_is_in_one_file() -> None:
         assert with_version(text, "9.8.7").count("9.8.7") == 1, path
 
 
+def test_every_description_names_the_project_and_is_the_same_in_both_files() -> None:
+    for path in sorted([*ROOT.glob("src/*/package.xml"), ROOT / "sitl/package.xml"]):
+        (described,) = re.findall(r"<description>(.*)</description>", path.read_text("utf-8"))
+        assert described.startswith("mavbridge: "), path
+        if path.with_name("setup.cfg").exists():
+            text = path.with_name("setup.cfg").read_text("utf-8")
+            assert f"\ndescription = {described}\n" in text, path
+
+
 def test_the_newest_changes_are_those_of_the_version() -> None:
     version = (ROOT / "VERSION").read_text("utf-8").strip()
     sections = re.findall(

@@ -111,7 +111,7 @@ def test_another_host_than_loopback_needs_a_token_in_a_file_of_ones_own(tmp_path
         token("--host", "192.0.2.7", "--token-file", str(file))
     file.chmod(0o600)
     assert token("--host", "192.0.2.7", "--token-file", str(file)) == "b" * TOKEN_LENGTH_MIN
-    with pytest.raises(TokenError, match="one address"):
+    with pytest.raises(TokenError, match="machine's addresses"):
         token("--host", "0.0.0.0", "--token-file", str(file))
     for text in ("short", "with a space, however long it is", "b" * 30 + "&"):
         file.write_text(text)

@@ -202,7 +202,7 @@ def test_a_plan_is_rejected_with_a_reason() -> None:
     ground = saved["text"].replace('"frame": 3', '"frame": 10')
     told = console.send(1, type="read_plan", vehicle="/", text=ground)
     assert told is not None
-    assert "above the ground" in told["text"]
+    assert "above terrain" in told["text"]
     console.board.put("/", "home", None)
     told = console.send(1, type="save_plan", vehicle="/", waypoints=waypoints)
     assert told is not None

@@ -78,7 +78,7 @@ def test_what_is_no_archive_and_no_folder_of_tiles_is_rejected(
     tiles: dict[TileKey, bytes], tmp_path: Path
 ) -> None:
     path = write_archive(tiles, tmp_path / "a.pmtiles", TileType.MVT)
-    for cut, sentence in ((100, "cut short"), (140, "directory cannot be read")):
+    for cut, sentence in ((100, "truncated"), (140, "directory cannot be read")):
         (tmp_path / "cut.pmtiles").write_bytes(
             write_archive(tiles, tmp_path / "b.pmtiles").read_bytes()[:cut]
         )

@@ -245,7 +245,7 @@ def test_a_vehicle_that_fails_again_and_again_is_given_up_and_the_others_fly_on(
     three.members[0].post(lambda: sick.done.append("post"))
     three.turn()
     assert sick.done == []
-    with pytest.raises(DriverError, match="given up"):
+    with pytest.raises(DriverError, match="abandoned"):
         three.members[0].call(lambda: None)
     assert three.members[1].call(lambda: 5) == 5
 

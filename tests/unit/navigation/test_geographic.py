@@ -81,7 +81,7 @@ def test_a_fence_that_can_be_sent(fence: GeoFence) -> None:
         (of((47.0, 8.0), radius_m=math.inf), "radius inf m"),
         (of(*SQUARE, radius_m=3.0), "one centre, not 4"),
         (GeoFence(of(*SQUARE).areas, (47.0, NAN)), "Return point: longitude nan"),
-        (GeoFence((), (47.0, 8.0)), "no fence"),
+        (GeoFence((), (47.0, 8.0)), "not a fence"),
         (GeoFence(of((47.0, 8.0), radius_m=1.0).areas * 2001), "at most 2000"),
     ],
 )

@@ -84,7 +84,7 @@ def test_what_is_unknown_is_nan_and_an_ardupilot_gets_no_unknown_velocity() -> N
         ({"position_ned_m": (math.nan, 0.0, 0.0)}, "not finite"),
         ({"position_ned_m": (0.0, math.inf, 0.0)}, "not finite"),
         ({"position_ned_m": (20_000.0, 0.0, 0.0)}, "more than 10000 m"),
-        ({"attitude": (0.0, 0.0, 0.0, 0.0)}, "no unit quaternion"),
+        ({"attitude": (0.0, 0.0, 0.0, 0.0)}, "not a unit quaternion"),
         ({"attitude": (1.0, math.nan, 0.0, 0.0)}, "not finite"),
         ({"velocity_frd_m_s": (200.0, 0.0, 0.0)}, "above 100 m/s"),
         ({"pose_variance": (0.1, -0.1, 0.1, 0.1, 0.1, 0.1)}, "negative"),

@@ -531,7 +531,7 @@ def test_an_ardupilots_words_tell_a_change_that_mission_current_does_not_show(
     said = network.autopilot("STATUSTEXT", severity=2, text=b"Auto mission changed, restarted")
     (act,) = network.answer(said)
     assert (act.act, act.station) == (REPLACED, None)
-    assert act.how == "the autopilot says 'Auto mission changed, restarted'"
+    assert act.how == "the autopilot reports 'Auto mission changed, restarted'"
 
 
 def test_what_was_sent_before_our_upload_was_over_proves_nothing() -> None:
