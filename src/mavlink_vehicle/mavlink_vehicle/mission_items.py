@@ -84,7 +84,7 @@ class MissionItem:
             seq=seq,
             frame=self.frame,
             command=self.command,
-            # A PX4 goes on at the item that is marked; without one, at the number that the
+            # A PX4 continues at the item that is marked; without one, at the number that the
             # mission before had come to (observed).
             current=1 if seq == 0 and mission_type is MissionType.MISSION else 0,
             autocontinue=1,

@@ -23,7 +23,7 @@ class Outbox:
 
 
 class TimedOutbox(Outbox):
-    """An outbox of what has at most one deadline, at which it repeats, goes on or gives up."""
+    """An outbox of what has at most one deadline, at which it repeats, continues or gives up."""
 
     def __init__(self) -> None:
         """Begin without a deadline."""
@@ -40,4 +40,4 @@ class TimedOutbox(Outbox):
             self._on_deadline(now)
 
     def _on_deadline(self, now: float) -> None:
-        """Repeat, go on or give up, and set or clear the deadline."""
+        """Repeat, continue or give up, and set or clear the deadline."""

@@ -61,7 +61,7 @@ class LogDownloader(Outbox):
         self._round_trip_s = max(took_s, 0.8 * self._round_trip_s + 0.2 * took_s)
 
     def _stopped_sending(self, name: str, requests: int) -> str:
-        """The problem when so many requests for a log of this name were not answered."""
+        """The problem when this many requests for a log of this name were not answered."""
         return (
             f"The autopilot stopped sending {name} at byte {self._base} of "
             f"{self._log.size_bytes}; {requests} requests were not answered."
