@@ -10,7 +10,9 @@ FILES = frozenset(
     {
         "interop/test_mavproxy.py",
         "interop/test_mavsdk.py",
+        "interop/test_mavsdk_px4.py",
         "interop/test_mavsdk_station.py",
+        "pair/test_autopilot_logs.py",
         "pair/test_geodesy.py",
         "pair/test_goal_faulty_link.py",
         "pair/test_ground_goals.py",
@@ -56,23 +58,34 @@ FILES = frozenset(
         "ros/test_tlog2mcap.py",
         "ros/test_two_servers.py",
         "ros/test_velocity.py",
+        "unit/sitl/test_accepted_commands.py",
+        "unit/sitl/test_kinds_hostile.py",
+        "unit/sitl/test_parameters_matter.py",
         "unit/test_wheels.py",
     }
 )
 """Of these, all tests."""
 
 PARTS = {
-    "pair/test_odom.py": ("test_a_jump_of_the_estimate_is_none_in_odom[rover-px4",),
+    "explore/test_explore.py": (
+        "test_what_was_found_stays_mended[r",
+        "test_what_was_found_stays_mended[s",
+    ),
+    "pair/test_odom.py": ("[copter-px4", "[rover-px4"),
     "pair/test_storage.py": (
-        "test_lists_are_written_read_back_replaced_and_removed[px4-bad radio",
+        "-bad radio",
+        "test_lists_are_written_read_back_replaced_and_removed[px4",
+        "test_an_upload_that_is_cut_off_is_repaired_when_the_link_is_back[2",
+        "test_many_are_changed_and_each_is_accounted_for[ardupilot-lossy",
     ),
     "pair/test_velocity.py": (
-        "test_it_stops_in_front_of_what_its_sensor_sees[copter-px4",
+        "[copter-px4",
+        "[boat-",
         "test_it_stops_in_front_of_what_its_sensor_sees[rover-ardupilot",
-        "test_when_the_commands_stop_the_vehicle_stops_and_the_goal_ends[copter-px4",
-        "test_it_stops_inside_the_vehicles_own_fence[copter-px4",
-        "test_it_stops_inside_the_flight_volume[copter-px4",
+        "test_when_the_commands_stop_the_vehicle_stops_and_the_goal_ends[rover-ardupilot",
+        "test_a_cancel_and_the_hold_service_stop_it_and_commands_do_not_undo_that[rover-ardupilot",
     ),
+    "ros/test_client.py": ("test_a_killed_client_gives_the_terminal_back",),
     "ros/test_navigate.py": ("test_base_link_is_relative_to_the_vehicle",),
     "ros/test_actions.py": ("test_a_place_on_earth_and_a_return_that_is_cancelled",),
     "ros/test_storage.py": ("test_the_commands_of_the_client",),
@@ -96,6 +109,9 @@ PARTS = {
         "test_a_pause_holds_and_continues_with_the_same_item[px4",
         "test_a_mission_on_a_bad_link_is_flown_to_its_end[bad",
         "test_a_mission_on_a_bad_link_is_flown_to_its_end[loss-px4",
+        "test_a_copter_on_the_ground_takes_off_and_flies_its_mission_to_the_end[px4",
+        "test_a_rover_drives_its_mission[px4",
+        "test_a_cancel_holds_and_removes_the_mission[px4",
         "test_a_silence_of_three_seconds_ends_no_mission[UPLOADING-px4",
         "test_a_silence_of_three_seconds_ends_no_mission[ARMING",
         "test_a_silence_of_three_seconds_ends_no_mission[NAVIGATING-ardupilot",
@@ -121,7 +137,10 @@ PARTS = {
         "test_a_plane_circles_meanwhile[px4",
         "test_a_flight_without_a_glitch_is_never_in_doubt[rover",
         "test_a_flight_without_a_glitch_is_never_in_doubt[boat",
+        "test_a_flight_without_a_glitch_is_never_in_doubt[copter-px4",
         "test_a_flight_without_a_glitch_is_never_in_doubt[plane",
+        "test_a_cancel_while_the_position_is_in_doubt_stops_by_the_velocity[px4",
+        "test_what_the_autopilot_does_about_a_lost_fix_is_its_own_failsafe[px4",
     ),
     "pair/test_rehearsal.py": (
         "test_a_goal_takes_as_long_as_it_was_rehearsed",
@@ -129,7 +148,11 @@ PARTS = {
         "test_a_route_with_a_hold_is_rehearsed[ArduRover",
         "test_a_lost_link_ends_as_the_failsafe_says[PX4",
     ),
-    "property/test_core_avoidance.py": ("test_a_route_hits_nothing_and_ends",),
+    "property/test_core_avoidance.py": (
+        "test_a_route_hits_nothing_and_ends",
+        "test_a_flight_to_a_point_hits_nothing_and_ends",
+    ),
+    "property/test_mutated_replays.py": ("test_a_goal_on_a_damaged_recording",),
     "replay/test_golden.py": ("[ardupilot/", "[px4/", "[real/"),
     "replay/test_recorded_rules.py": ("_acknowledged_in_the_same_order[mission_clear",),
     "unit/core/test_bounded.py": (
@@ -146,16 +169,22 @@ PARTS = {
         "test_the_velocity_of_what_moves_is_found[begin2-velocity2-0.5-0.0",
         "test_the_velocity_of_what_moves_is_found[begin0-velocity0-0.5-2.0",
     ),
-    "pair/test_px4_goals.py": ("test_a_px4_that_disarmed_in_offboard_flies_a_mission",),
+    "pair/test_px4_goals.py": (
+        "test_a_px4_that_disarmed_in_offboard",
+        "test_a_goal_that_replaces_another_continues_in_offboard",
+        "test_a_goal_right_after_another_takes_it_out_of_hold_again",
+        "test_a_fast_flight_stops_at_its_goal_and_not_beyond",
+        "test_take_off_land_and_return",
+        "test_the_arm_service_leaves_offboard_first",
+    ),
     "unit/navigation/test_flight_pictures.py": (
         "test_mp4_and_gif_show_the_same_moments",
         "test_any_tlog_is_drawn[rover",
         "test_any_tlog_is_drawn[offboard",
     ),
-    "unit/sitl/test_fuzz.py": ("test_a_million_hostile_frames_do_no_harm",),
-    "unit/sitl/test_parameters_matter.py": (
-        *("[AUTO_", "[AVOID_", "[CIRCLE_", "[LAND_", "[MAV_", "[PILOT_", "[PSC_", "[RALLY_"),
-        *("[RC_", "[RTL_", "[SIM_", "[WPNAV_"),
+    "unit/sitl/test_fuzz.py": (
+        "test_a_million_hostile_frames_do_no_harm",
+        *("[boat-", "[plane-ardupilot", "[rover-"),
     ),
     "unit/sitl/test_world.py": ("test_gps_noise_of_the_world",),
     "unit/sitl/test_px4_hostile.py": (
@@ -167,8 +196,8 @@ PARTS = {
 }
 """Of these, the tests whose names, with parameters, hold one of these.
 
-A kind of vehicle, a speed, a link or a recording of each remains quick; of the parameters of the
-simulator those of its failsafes do. That hostile frames do no harm is held by 20,000 of them, too.
+A kind of vehicle, a speed, a link or a recording of each remains quick. That hostile frames do no
+harm is held by 20,000 of them, too.
 """
 
 
