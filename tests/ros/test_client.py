@@ -128,7 +128,7 @@ def terminal(flight: Flight) -> Iterator[Terminal]:
 
 
 def test_the_keys_pause_resume_send_and_cancel(terminal: Terminal) -> None:
-    terminal.wait_for("NAVIGATING", 20.0)
+    terminal.wait_for("NAVIGATING", 45.0)
     assert terminal.modes != terminal.modes_before
     terminal.type("p")
     terminal.wait_for("is paused.", 10.0)
@@ -158,7 +158,7 @@ def test_the_keys_pause_resume_send_and_cancel(terminal: Terminal) -> None:
 
 
 def test_ctrl_c_cancels_waits_for_the_stop_and_gives_the_terminal_back(terminal: Terminal) -> None:
-    terminal.wait_for("NAVIGATING", 20.0)
+    terminal.wait_for("NAVIGATING", 45.0)
     terminal.type("g1 2")  # Ctrl-C cancels even while something is being typed
     terminal.type("\x03")
     terminal.wait_for("Cancelling; waiting for the vehicle to stop", 10.0)
@@ -170,7 +170,7 @@ def test_ctrl_c_cancels_waits_for_the_stop_and_gives_the_terminal_back(terminal:
 def test_a_second_ctrl_c_stops_waiting_for_a_server_that_hangs(
     flight: Flight, terminal: Terminal
 ) -> None:
-    terminal.wait_for("NAVIGATING", 20.0)
+    terminal.wait_for("NAVIGATING", 45.0)
     assert flight.server is not None
     flight.server.signal(signal.SIGSTOP)
     try:
@@ -185,7 +185,7 @@ def test_a_second_ctrl_c_stops_waiting_for_a_server_that_hangs(
 
 
 def test_ctrl_z_lends_the_terminal_to_the_shell(terminal: Terminal) -> None:
-    terminal.wait_for("NAVIGATING", 20.0)
+    terminal.wait_for("NAVIGATING", 45.0)
     terminal.type("\x1a")
     terminal.wait_for_stop(10.0)
     assert terminal.modes == terminal.modes_before
@@ -198,7 +198,7 @@ def test_ctrl_z_lends_the_terminal_to_the_shell(terminal: Terminal) -> None:
 
 
 def test_a_killed_client_gives_the_terminal_back(flight: Flight, terminal: Terminal) -> None:
-    terminal.wait_for("NAVIGATING", 20.0)
+    terminal.wait_for("NAVIGATING", 45.0)
     terminal.type("\x1c")  # Ctrl-\
     assert terminal.wait(10.0) == -signal.SIGQUIT
     assert terminal.modes == terminal.modes_before

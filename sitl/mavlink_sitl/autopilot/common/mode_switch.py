@@ -40,15 +40,14 @@ class ModeSwitch:
         self._vehicle = vehicle
         self._switch = SettledPosition(None)
 
-    def _names(self) -> tuple[str, str]:
-        """Of the parameter with the channel, and of those with the modes."""
-        of_rover = "MODE_CH" in self._vehicle.parameters
-        return ("MODE_CH", "MODE") if of_rover else ("FLTMODE_CH", "FLTMODE")
+    @property
+    def _of_rover(self) -> bool:
+        return "MODE_CH" in self._vehicle.parameters
 
     def read(self) -> int | None:
         """The position, 0..5; None where there is no such channel or no pulse."""
         vehicle = self._vehicle
-        channel = int(vehicle.parameters[self._names()[0]])
+        channel = int(vehicle.parameters["MODE_CH" if self._of_rover else "FLTMODE_CH"])
         pulse_us = vehicle.radio.pulse_us(channel, vehicle.now_s)
         return None if pulse_us is None else sum(pulse_us >= band for band in BANDS_US)
 
@@ -58,7 +57,8 @@ class ModeSwitch:
 
     def mode_there(self, position: int) -> int:
         """The number of the mode that belongs to a position."""
-        return int(self._vehicle.parameters[f"{self._names()[1]}{position + 1}"])
+        n = position + 1
+        return int(self._vehicle.parameters[f"MODE{n}" if self._of_rover else f"FLTMODE{n}"])
 
     def watch(self) -> None:
         """Look at the switch, while the radio is heard."""
