@@ -62,6 +62,7 @@ class Environment:
 
     Attributes:
         collided: shape (N,), who has hit something; replaced when it changes.
+        still: without gusts, obstacles and slopes: `step` would do nothing.
     """
 
     def __init__(
@@ -92,6 +93,7 @@ class Environment:
         self._check_tick = 0
         self._tick = 0
         self._uneven = bool(world.obstacles or world.ground.heights_m)
+        self.still = not (self._uneven or world.wind.gust_m_s or world.range_sensor)
         self._seen: tuple[int, Array] | None = None
         physics.sensor_model = physics.sensor_model._replace(position_sigma_m=world.gps.noise_m)
         self._feel_wind(0.0)

@@ -100,6 +100,11 @@ class Simulation:
             Environment(self.world, fleet.physics, fleet.rows, frames, seed)
             for fleet in self._fleets
         ]
+        self._moving_worlds = [
+            (fleet.rows, environment)
+            for fleet, environment in zip(self._fleets, self._environments, strict=True)
+            if not environment.still
+        ]
         self._berths = [
             (fleet.rows, fleet.physics, environment)
             for fleet, environment in zip(self._fleets, self._environments, strict=True)
@@ -189,22 +194,26 @@ class Simulation:
                 physics.step_sensors(now_us / 1e6)
             if think:
                 physics.step_batteries(1e-6 * THINK_US)
-        self._step_world()
+        for rows, environment in self._moving_worlds:
+            self._step_world(rows, environment)
+        if tick % self._sensor_ticks == 0:
+            self._step_receivers()
         for vehicle in self.vehicles:
             if think or vehicle.wake_us <= now_us:
                 vehicle.tick(now_us, think)
 
-    def _step_world(self) -> None:
-        for fleet, environment in zip(self._fleets, self._environments, strict=True):
-            for hit in environment.step(self._tick):
-                vehicle = self.vehicles[fleet.rows[hit.lane]]
+    def _step_world(self, rows: Sequence[int], environment: Environment) -> None:
+        for hit in environment.step(self._tick):
+            vehicle = self.vehicles[rows[hit.lane]]
+            vehicle.now_us = self._now_us
+            vehicle.crash(hit.obstacle, hit.speed_m_s)
+
+    def _step_receivers(self) -> None:
+        for rows, _, environment in self._berths:
+            for lane, fix in environment.gps_changes(self.time_s):
+                vehicle = self.vehicles[rows[lane]]
                 vehicle.now_us = self._now_us
-                vehicle.crash(hit.obstacle, hit.speed_m_s)
-            if self._tick % self._sensor_ticks == 0:
-                for lane, fix in environment.gps_changes(self.time_s):
-                    vehicle = self.vehicles[fleet.rows[lane]]
-                    vehicle.now_us = self._now_us
-                    vehicle.receive_gps(fix)
+                vehicle.receive_gps(fix)
 
 
 def _world(

@@ -91,7 +91,6 @@ def step(
     o: Ops,
 ) -> QuadrotorState:
     """One fixed step, semi-implicit Euler (stable for dt well below 1/attitude_rate)."""
-    maximum, where, sqrt = o.maximum, o.where, o.sqrt
     # Names in place of fields: a third of the time of one vehicle.
     (
         north, east, down, v_n, v_e, v_d, lean_n, lean_e, rate_n, rate_e, thrust,
@@ -100,7 +99,7 @@ def step(
     lean_n_cmd, lean_e_cmd, thrust_cmd, yaw_rate_cmd = command
     w = model.attitude_rate_rad_s
     damping = 2.0 * model.attitude_damping * w
-    scale = model.max_lean / maximum(o.hypot(lean_n_cmd, lean_e_cmd), model.max_lean)
+    scale = model.max_lean / o.maximum(o.hypot(lean_n_cmd, lean_e_cmd), model.max_lean)
     rate_n = rate_n + (w * w * (lean_n_cmd * scale - lean_n) - damping * rate_n) * dt
     rate_e = rate_e + (w * w * (lean_e_cmd * scale - lean_e) - damping * rate_e) * dt
     lean_n = lean_n + rate_n * dt
@@ -112,9 +111,9 @@ def step(
     yaw_rate = yaw_rate + (yaw_rate_cmd - yaw_rate) * follow
 
     air_n, air_e, air_d = v_n - wind[0], v_e - wind[1], v_d - wind[2]
-    airspeed = sqrt(air_n * air_n + air_e * air_e + air_d * air_d)
+    airspeed = o.sqrt(air_n * air_n + air_e * air_e + air_d * air_d)
     drag = model.drag_linear_1_s + model.drag_quadratic_1_m * airspeed
-    up = thrust / sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
+    up = thrust / o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
     v_n = v_n + (up * lean_n - drag * air_n) * dt
     v_e = v_e + (up * lean_e - drag * air_e) * dt
     v_d = v_d + (GRAVITY_M_S2 - up - drag * air_d) * dt
@@ -123,8 +122,8 @@ def step(
     touching = down >= ground_down_m
     flying = 1.0 - touching  # legs neither slide nor turn, and the vehicle stands level
     return QuadrotorState(
-        where(touching, north, north + v_n * dt),
-        where(touching, east, east + v_e * dt),
+        o.where(touching, north, north + v_n * dt),
+        o.where(touching, east, east + v_e * dt),
         o.minimum(down, ground_down_m),
         v_n * flying,
         v_e * flying,
@@ -137,5 +136,5 @@ def step(
         o.wrap_pi(yaw + yaw_rate * dt * flying),
         yaw_rate * flying,
         touching,
-        where(touching, where(stood, impact, v_d), 0.0),
+        o.where(touching, o.where(stood, impact, v_d), 0.0),
     )

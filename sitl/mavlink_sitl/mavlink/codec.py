@@ -26,8 +26,8 @@ _OVERHEAD_V1 = 8
 _OVERHEAD_V2 = 12
 _SIGNATURE = 13
 _SIGNED = 0x01
-_HEADER = struct.Struct("<BBBBBBHB")
-"""Of MAVLink 2, after the start mark; the message's number is the last two"""
+_NUMBER = struct.Struct("<HB")
+"""A message's number, of 24 bits"""
 
 
 class Dialect:
@@ -64,16 +64,12 @@ def _lean(kind: Any) -> type:
             return pack(*on_wire(self))
 
     else:
-        lengths = kind.array_lengths
-
-        def payload_bytes(self: Any) -> Any:
-            values: list[Any] = []
-            for place, length, many in zip(order, lengths, spread, strict=True):
-                if many:
-                    values += self[place][:length]
-                else:
-                    values.append(self[place])
-            return pack(*values)
+        # As one expression, which a loop over the fields takes three times as long for.
+        values = ", ".join(
+            f"*m[{place}][:{length}]" if many else f"m[{place}]"
+            for place, length, many in zip(order, kind.array_lengths, spread, strict=True)
+        )
+        payload_bytes = eval(f"lambda m: pack({values})", {"pack": pack})
 
     return type(
         kind.__name__,
@@ -135,9 +131,10 @@ class Encoder:
 
     def __init__(self, system_id: int, component_id: int) -> None:
         self.signing: Any = pymavlink_dialect.MAVLinkSigning()
-        self._system_id = system_id
-        self._component_id = component_id
+        self._sender = bytes((system_id, component_id))
         self._seq = 0
+        self._origins: dict[int, bytes] = {}
+        """The ends of the header by message number: sender and number"""
 
     def set_up_signing(self, key: bytes, timestamp: int) -> None:
         """Sign from now on, and take nothing unsigned; all zeros end that.
@@ -160,25 +157,17 @@ class Encoder:
         # MAVLink 2 leaves out the zeros at the end, but not the first byte.
         payload = full.rstrip(b"\0") or full[:1]
         signed = self.signing.sign_outgoing
-        number = message.wire_id
         seq = self._seq
         self._seq = (seq + 1) & 0xFF
-        body = (
-            _HEADER.pack(
-                len(payload),
-                _SIGNED if signed else 0,
-                0,
-                seq,
-                self._system_id,
-                self._component_id,
-                number & 0xFFFF,
-                number >> 16,
-            )
-            + payload
-        )
+        origin = self._origins.get(message.wire_id) or self._origin(message.wire_id)
+        body = bytes((len(payload), _SIGNED if signed else 0, 0, seq)) + origin + payload
         check = mcrf4xx(body + message.wire_crc_extra)
         frame = b"\xfd" + body + check.to_bytes(2, "little")
         return self._signed(frame) if signed else frame
+
+    def _origin(self, number: int) -> bytes:
+        end = self._sender + _NUMBER.pack(number & 0xFFFF, number >> 16)
+        return self._origins.setdefault(number, end)
 
     def _signed(self, frame: bytes) -> bytes:
         """With link, time and signature (https://mavlink.io/en/guide/message_signing.html)."""

@@ -167,8 +167,9 @@ class MavlinkServer:
 
     def send(self, message: Message) -> None:
         """Put a message into the outboxes of all links, or of that where its target is."""
-        for place in self._routes.to(message):
-            self.outboxes[place].append(self._encoders[place].encode(message))
+        encoders = self._encoders
+        for place in self._routes.to(message) if len(encoders) > 1 else (0,):
+            self.outboxes[place].append(encoders[place].encode(message))
 
     def take_frames(self, place: int) -> list[bytes]:
         """The frames to send on a link, once."""
@@ -190,11 +191,10 @@ class MavlinkServer:
             self._send_built(builder(self._snapshot()))
 
     def _send_built(self, built: Message | list[Message] | None) -> None:
-        if isinstance(built, list):
-            for message in built:
-                self.send(message)
-        elif built is not None:
-            self.send(built)
+        if built is None:
+            return
+        for message in built if isinstance(built, list) else (built,):
+            self.send(message)
 
     # Time.
 

@@ -16,6 +16,7 @@ from mavlink_sitl.dynamics import battery, quadrotor
 from mavlink_sitl.exchange import GRAVITY_M_S2, BatteryReading, Guidance, Motion, Vector
 from mavlink_sitl.lanes import Lane, Ops, ops_for
 from mavlink_sitl.world import sensors
+from mavlink_sitl.written_out import for_one
 
 DT_S = 0.01
 """The usual step"""
@@ -88,6 +89,9 @@ class Physics:
         self._noise = sensors.Noise(start.seed, self.count)
         self._glitch = self._misled = (zero, zero, zero)
         self.efficiency = o.full(1.0)
+        self._fly, self._law = _fly, self.over_ground
+        if self.count == 1:
+            self._fly, self._law = for_one(_fly), for_one(self._law)
         # Rows of what single vehicles ask for, and the states that they were made of.
         self._rows: tuple[Any, Any, list[Motion]] = (None, None, [])
         self._true_rows: tuple[Any, list[Motion]] = (None, [])
@@ -109,33 +113,24 @@ class Physics:
         return changed
 
     def _belief(self) -> control_state.Belief:
-        body = self.body
-        n, e, d, v_n, v_e, v_d = _places(body, self.error)
-        return control_state.Belief(n, e, d, v_n, v_e, v_d, body.yaw_rad, body.on_ground)
+        return _belief(self.body, self.error)
 
     # Steps.
 
     def step(self) -> None:
         """Controllers and bodies, a step onwards."""
-        o, dt_s = self.o, self.dt_s
-        self.control, output = controller.step(
-            self.control, self.targets, self._belief(), dt_s, self.gains, o, self.over_ground
-        )
-        self.body = quadrotor.step(
+        self.control, self.body, self.error = self._fly(
+            self.control,
+            self.targets,
             self.body,
-            quadrotor.QuadrotorCommand(
-                output.lean_north,
-                output.lean_east,
-                output.thrust_m_s2 * self.efficiency,
-                output.yaw_rate_rad_s,
-            ),
-            self.wind,
-            self.ground_down_m,
-            dt_s,
+            self.error,
+            (self.efficiency, self.wind, self.ground_down_m),
+            self.dt_s,
+            self.gains,
             self.body_model,
-            o,
+            self.o,
+            self._law,
         )
-        self.error = sensors.advance(self.error, dt_s)
 
     def step_sensors(self, time_s: float) -> None:
         """The receivers' turn: once per sensor_model.update_s."""
@@ -355,6 +350,33 @@ class Physics:
         self.error = sensors.EstimateError(
             *(self.with_value(lane, index, 0.0) for lane in self.error)
         )
+
+
+def _fly(
+    control: control_state.ControllerState,
+    targets: control_state.Targets,
+    body: quadrotor.QuadrotorState,
+    error: sensors.EstimateError,
+    felt: tuple[Lane, Lanes3, Lane],
+    dt_s: float,
+    gains: control_state.ControllerGains,
+    model: quadrotor.QuadrotorModel,
+    o: Ops,
+    law: controller.HorizontalLaw,
+) -> tuple[control_state.ControllerState, quadrotor.QuadrotorState, sensors.EstimateError]:
+    """Controllers, bodies and errors, a step onwards; `felt` are efficiency, wind and ground."""
+    efficiency, wind, ground_down_m = felt
+    believed = _belief(body, error)
+    control, output = controller.step(control, targets, believed, dt_s, gains, o, law)
+    lean_n, lean_e, thrust, yaw_rate = output
+    command = quadrotor.QuadrotorCommand(lean_n, lean_e, thrust * efficiency, yaw_rate)
+    body = quadrotor.step(body, command, wind, ground_down_m, dt_s, model, o)
+    return control, body, sensors.advance(error, dt_s)
+
+
+def _belief(body: Any, error: sensors.EstimateError) -> control_state.Belief:
+    n, e, d, v_n, v_e, v_d = _places(body, error)
+    return control_state.Belief(n, e, d, v_n, v_e, v_d, body.yaw_rad, body.on_ground)
 
 
 def _places(body: Any, error: sensors.EstimateError) -> tuple[Lane, Lane, Lane, Lane, Lane, Lane]:

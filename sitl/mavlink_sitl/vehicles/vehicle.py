@@ -92,6 +92,8 @@ class SimulatedVehicle(VehicleBody):
         self.wake_us = 0
         self._underway = config.underway
         self._snapshot_cache: tuple[int, Snapshot] | None = None
+        self._capacity = (-1, 0.0)
+        """Revision of the parameters, and the capacity that they tell"""
         self.links = [self._make_link(place, seed) for place in range(len(config.links))]
         self.link = self.links[0]
         self._boot()
@@ -296,9 +298,12 @@ class SimulatedVehicle(VehicleBody):
 
     def _capacity_mah(self) -> float:
         """What the firmware believes the pack to hold."""
-        if "BATT_CAPACITY" in self.parameters:
-            return self.parameters["BATT_CAPACITY"]
-        return self._physics.pack.capacity_mah
+        revision = self.parameters.revision
+        if revision != self._capacity[0]:
+            known = "BATT_CAPACITY" in self.parameters
+            pack_mah = self._physics.pack.capacity_mah
+            self._capacity = (revision, self.parameters["BATT_CAPACITY"] if known else pack_mah)
+        return self._capacity[1]
 
     def _battery_reading(self) -> BatteryReading:
         """What the monitor shows; BATTERY_RESET has it count from elsewhere."""

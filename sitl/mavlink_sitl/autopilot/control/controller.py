@@ -139,7 +139,6 @@ def horizontal(
     approach: Callable[[Lane, Targets, Ops], Lane] = approach_speed,
 ) -> tuple[HorizontalState, Lane, Lane]:
     """Shape and track North and East; returns the leans."""
-    hypot, maximum = o.hypot, o.maximum
     # Names in place of fields: a third of the time of one vehicle.
     (
         target_n, target_e, target_v_n, target_v_e, n, e, v_n, v_e, a_n, a_e,
@@ -156,31 +155,31 @@ def horizontal(
     # From position error to velocity.
     e_n = target_n - n
     e_e = target_e - e
-    distance = hypot(e_n, e_e)
+    distance = o.hypot(e_n, e_e)
     speed = o.minimum(approach(distance, t, o), t.speed_xy_m_s)
-    scale = t.track_position_xy * speed / maximum(distance, 1e-6)
+    scale = t.track_position_xy * speed / o.maximum(distance, 1e-6)
     # From velocity error to acceleration.
     d_n = e_n * scale + target_v_n - v_n
     d_e = e_e * scale + target_v_e - v_e
-    difference = hypot(d_n, d_e)
+    difference = o.hypot(d_n, d_e)
     wanted = sqrt_approach(difference, j_limit / a_limit, j_limit, o)
     wanted = o.minimum(wanted, a_limit)
-    scale = track_v * wanted / maximum(difference, 1e-6)
+    scale = track_v * wanted / o.maximum(difference, 1e-6)
     # From acceleration error to jerk.
     j_n = d_n * scale + target_a_n - a_n
     j_e = d_e * scale + target_a_e - a_e
     most = j_limit * dt
-    scale = most / maximum(hypot(j_n, j_e), most)
+    scale = most / o.maximum(o.hypot(j_n, j_e), most)
     a_n = (a_n + j_n * scale) * free
     a_e = (a_e + j_e * scale) * free
     # What is desired must not run away from a vehicle that cannot follow.
     faster_n = v_n + a_n * dt - speed_n
     faster_e = v_e + a_e * dt - speed_e
-    scale = k.most_faster_m_s / maximum(hypot(faster_n, faster_e), k.most_faster_m_s)
+    scale = k.most_faster_m_s / o.maximum(o.hypot(faster_n, faster_e), k.most_faster_m_s)
     v_n = (speed_n + faster_n * scale) * free
     v_e = (speed_e + faster_e * scale) * free
     ahead_n, ahead_e = n + v_n * dt - here_n, e + v_e * dt - here_e
-    scale = free * k.most_ahead_m / maximum(hypot(ahead_n, ahead_e), k.most_ahead_m)
+    scale = free * k.most_ahead_m / o.maximum(o.hypot(ahead_n, ahead_e), k.most_ahead_m)
     n, e = here_n + ahead_n * scale, here_e + ahead_e * scale
     # Tracking.
     error_n = v_n + k.position_xy * (n - here_n) - speed_n
@@ -193,8 +192,8 @@ def horizontal(
     p_n = a_n + k.velocity_xy * error_n + integrator_n + k.velocity_xy_d * rate_n
     p_e = a_e + k.velocity_xy * error_e + integrator_e + k.velocity_xy_d * rate_e
     most = k.max_lean * GRAVITY_M_S2
-    asked = hypot(p_n, p_e)
-    scale = most / maximum(asked, most)
+    asked = o.hypot(p_n, p_e)
+    scale = most / o.maximum(asked, most)
     grow = k.velocity_xy_i * dt * (asked < most)
     integrator_n = (integrator_n + error_n * grow) * free
     integrator_e = (integrator_e + error_e * grow) * free
@@ -216,7 +215,6 @@ def _vertical(
     most_m_s: Lane,
 ) -> tuple[VerticalState, Lane]:
     """Shape and track down, at most so fast; returns the upward specific force, m/s2."""
-    where, minimum, clip = o.where, o.minimum, o.clip
     target, target_v, d, v, a, integrator, was_slip, push, was_speed_d = s
     _, _, here_d, _, _, speed_d, _, _ = b
     a_limit, j_limit, up, down = (
@@ -229,31 +227,31 @@ def _vertical(
     target = target + target_v * dt
     error = target - d
     # Faster than allowed, as after a mode with other limits: brake harder in proportion.
-    excess = abs(v) / where(v > 0.0, down, up)
-    boost = where(excess > 1.0, OVERSPEED_GAIN * excess, 1.0)
+    excess = abs(v) / o.where(v > 0.0, down, up)
+    boost = o.where(excess > 1.0, OVERSPEED_GAIN * excess, 1.0)
     acceleration, max_jerk = a_limit * boost, j_limit * boost
     speed = sqrt_approach(abs(error), 0.5 * j_limit / a_limit, 0.5 * a_limit, o)
-    speed = minimum(speed, most_m_s)
-    speed = where(error > 0.0, minimum(speed, down), -minimum(speed, up))
+    speed = o.minimum(speed, most_m_s)
+    speed = o.where(error > 0.0, o.minimum(speed, down), -o.minimum(speed, up))
     difference = t.track_position_z * speed + target_v - v
     wanted = sqrt_approach(abs(difference), max_jerk / acceleration, max_jerk, o)
-    wanted = minimum(wanted, acceleration)
-    wanted = t.track_velocity_z * where(difference > 0.0, wanted, -wanted)
+    wanted = o.minimum(wanted, acceleration)
+    wanted = t.track_velocity_z * o.where(difference > 0.0, wanted, -wanted)
     most = max_jerk * dt
-    jerk = clip(wanted + t.acceleration_down_m_s2 - a, -most, most)
+    jerk = o.clip(wanted + t.acceleration_down_m_s2 - a, -most, most)
     a = (a + jerk) * free
     v = (v + a * dt) * free
     # The same, and a target below ground must not run away from a vehicle that stands on it.
-    ahead = clip(d + v * dt - here_d, -k.most_ahead_m, k.most_below_m)
+    ahead = o.clip(d + v * dt - here_d, -k.most_ahead_m, k.most_below_m)
     d = here_d + ahead * free
     slip = v + k.position_z * (d - here_d) - speed_d
     slip = was_slip + (slip - was_slip) * low_pass(k.filter_z_hz, dt)
-    integrator = clip(integrator + slip * (k.velocity_z_i * dt), -5.0, 5.0) * free
+    integrator = o.clip(integrator + slip * (k.velocity_z_i * dt), -5.0, 5.0) * free
     asked = a + k.velocity_z * slip + integrator
     if not k.direct_push_z:
         # The vehicle's own accelerometer closes a loop around what was asked for.
         lacking = asked - (speed_d - was_speed_d) / dt
-        push = clip(push + lacking * (k.push_z_i * dt), -5.0, 5.0) * free
+        push = o.clip(push + lacking * (k.push_z_i * dt), -5.0, 5.0) * free
         asked = k.push_z * lacking + push
     state = VerticalState(target, target_v, d, v, a, integrator, slip * free, push, speed_d)
     return state, GRAVITY_M_S2 - asked

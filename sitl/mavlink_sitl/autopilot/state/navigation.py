@@ -27,6 +27,8 @@ class Navigator:
         self._known_at = (0.0, 0.0)
         self._down_m = 0.0
         self._here: GeoPoint | None = None
+        self._home_ned: tuple[GeoPoint | None, LocalFrame, Vector] = (None, frame, (0.0, 0.0, 0.0))
+        """Home and frame, and where that is in it"""
         self.forget_speeds()
 
     def observe(self, motion: Motion, lost: bool) -> None:
@@ -53,7 +55,11 @@ class Navigator:
 
     def home_ned_m(self) -> Vector:
         """Home in the local frame; the origin until home is set."""
-        return (0.0, 0.0, 0.0) if self.home is None else self.frame.to_local(self.home)
+        home, frame = self.home, self.frame
+        if home is not self._home_ned[0] or frame is not self._home_ned[1]:
+            local = (0.0, 0.0, 0.0) if home is None else frame.to_local(home)
+            self._home_ned = (home, frame, local)
+        return self._home_ned[2]
 
     def height_above_home_m(self) -> float:
         """Height above home."""
