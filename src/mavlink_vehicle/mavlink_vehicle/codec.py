@@ -14,7 +14,7 @@ heard before, is dropped and counted (see `signing`).
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -28,23 +28,44 @@ __all__ = [
     "TARGETED",
     "Codec",
     "CodecStatistics",
+    "Intake",
+    "Measured",
     "Message",
+    "Sender",
     "make",
     "mavlink",
     "message_id",
+    "message_of",
     "with_source",
 ]
 
 Message: TypeAlias = mavlink.MAVLink_message
 """A pymavlink message object: fields as attributes, `get_type()`, `get_srcSystem()`..."""
 
+Intake: TypeAlias = Callable[[bytes, float], bool]
+"""Takes a measurement straight from its frame, at a time in seconds.
+
+The bytes are those of a MAVLink 2 frame, with the full payload from `PAYLOAD_START` on: zeros that
+were not sent are filled in, and what comes after the payload is of no account. False: it has not
+been taken, and must be received as a message.
+"""
+
+Measured: TypeAlias = tuple["Sender", Intake, bytes, bytes]
+"""A measurement that came: who sent it, who takes it, the bytes for that, and its frame."""
+
+PAYLOAD_START = 10
+"""Where the payload of a MAVLink 2 frame begins."""
+
 _MAGIC_1 = 0xFE
 _MAGIC_2 = 0xFD
 _HEADER_1 = struct.Struct("<BBBBBB")
 _HEADER_2 = struct.Struct("<BBBBBBBHB")
+# Length, flags, sequence number, sender and message number, all but its highest byte.
+_SHORT_HEADER = struct.Struct("<xBBxBHHx").unpack_from
 _HEADER_SIZE_1 = 6
-_HEADER_SIZE_2 = 10
+_HEADER_SIZE_2 = PAYLOAD_START
 _CHECKSUM_SIZE = 2
+_LEAST_SIZE_2 = PAYLOAD_START + _CHECKSUM_SIZE
 _FLAG_SIGNED = 0x01
 _MAY_BE_UNSIGNED = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
 """Telemetry radios hold no key; the specification lets this pass."""
@@ -130,6 +151,12 @@ def _field_value(name: str, field_name: str, field_type: str, length: int, value
 _SCRATCH = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
 
 
+def message_of(frame: bytes) -> Message:
+    """Return the message of a frame whose checksum is known to be right."""
+    (message,) = Codec(1, 1).decode(frame)
+    return message
+
+
 def with_source(message: Message, system_id: int, component_id: int) -> Message:
     """Set the sender of the message; without it a `Codec` puts in its own ids. Returns it."""
     header = message._header
@@ -171,6 +198,28 @@ class CodecStatistics:
         return sum(self.lost.values())
 
 
+class Sender:
+    """One who sends measurements that are taken straight from their frames.
+
+    Attributes:
+        frames: how many of its frames were received.
+    """
+
+    __slots__ = ("frames", "takes")
+
+    def __init__(self) -> None:
+        """Begin with messages only."""
+        self.frames = 0
+        self.takes: dict[int, tuple[Intake, int, bytes]] = {}
+
+    def grant(self, intakes: Mapping[int, Intake]) -> None:
+        """Have measurements taken from their frames from now on: by message number below 65536."""
+        self.takes = {
+            number: (intake, _LEAST_SIZE_2 + _LAYOUTS[number].size, _LAYOUTS[number].crc_extra)
+            for number, intake in intakes.items()
+        }
+
+
 class Codec:
     """Decodes what one link receives and encodes what it sends.
 
@@ -186,6 +235,8 @@ class Codec:
         frame_observer: called with the raw bytes of each frame that was received, known to
             the dialect or not, SETUP_SIGNING excepted; a recorder goes here.
         unknown_observer: called with the raw bytes of each frame that the dialect lacks.
+        senders: whose measurements are taken from their frames, by system id and 256 times the
+            component id. Those that are signed come as messages.
     """
 
     def __init__(
@@ -206,6 +257,7 @@ class Codec:
         self.link_id = 0
         self.frame_observer: Callable[[bytes], None] | None = None
         self.unknown_observer: Callable[[bytes], None] | None = None
+        self.senders: dict[int, Sender] = {}
         self._source = (source_system, source_component)
         self._carry = b""
         self._packer = mavlink.MAVLink(None)
@@ -214,7 +266,7 @@ class Codec:
             self._packer.signing.secret_key = signing.key
             self._packer.signing.sign_outgoing = True
         self._next_sequence: dict[tuple[int, int], int] = {}
-        self._expected_sequence: dict[tuple[int, int], int] = {}
+        self._expected_sequence: dict[int, int] = {}
 
     def encode(self, message: Message) -> bytes:
         """Return the MAVLink 2 frame; counts a sequence number per source.
@@ -240,15 +292,21 @@ class Codec:
         return frame
 
     def decode(self, data: bytes) -> list[Message]:
-        """Return the messages in `data` (a datagram or a piece of a stream). Never raises."""
+        """Return the messages in `data` (a datagram or a piece of a stream). Never raises.
+
+        A measurement of one of `senders` is a `Measured`, in the place of its message.
+        """
         messages: list[Message] = []
         carried = len(self._carry)
         buffer = self._carry + data if carried else bytes(data)
         self._carry = b""
         position = 0
         end = len(buffer)
+        senders = self.senders
         while position < end:
-            size = self._frame(buffer, position, end, messages)
+            size = self._measured(buffer, position, end, messages) if senders else 0
+            if size == 0:
+                size = self._frame(buffer, position, end, messages)
             if size > 0:
                 position += size
                 continue
@@ -263,6 +321,37 @@ class Codec:
             position = _next_magic(buffer, position + 1)
             self.statistics.bytes_dropped += position - start
         return messages
+
+    def _measured(self, buffer: bytes, start: int, end: int, messages: list[Message]) -> int:
+        """Take the measurement at `start`; its size, 0 when `_frame` must see what is there.
+
+        Most of what comes is a measurement; so everything is done here, in one pass.
+        """
+        if end - start < _LEAST_SIZE_2 or buffer[start] != _MAGIC_2:
+            return 0
+        length: int
+        length, flags, sequence, source, number = _SHORT_HEADER(buffer, start)
+        sender = self.senders.get(source)
+        if sender is None or flags or buffer[start + 9]:
+            return 0
+        take = sender.takes.get(number)
+        size = length + _LEAST_SIZE_2
+        if take is None or size > end - start or self._signing is not None:
+            return 0
+        frame = buffer[start : start + size]
+        intake, full, crc_extra = take
+        if _crc(frame[1:-2] + crc_extra) != frame[-2] | frame[-1] << 8:
+            return 0
+        self.statistics.frames += 1
+        if self.frame_observer is not None:
+            self.frame_observer(frame)
+        if self._expected_sequence.get(source) == sequence:
+            self._expected_sequence[source] = (sequence + 1) & 0xFF
+        else:
+            self._follow(source, sequence)
+        data = frame if size >= full else frame[:-2] + bytes(full - size)
+        messages.append((sender, intake, data, frame))
+        return size
 
     def _frame(self, buffer: bytes, start: int, end: int, messages: list[Message]) -> int:
         """Decode the frame at `start`; its size, 0 when there is none, -1 when incomplete."""
@@ -363,14 +452,17 @@ class Codec:
         """Show the frame around, and count what is missing before it (late ones not twice)."""
         if self.frame_observer is not None and number != _KEPT_SECRET:
             self.frame_observer(frame)
-        source = (system, component)
+        self._follow(system | component << 8, sequence)
+
+    def _follow(self, source: int, sequence: int) -> None:
+        """Count what is missing before a frame, late ones not twice."""
         expected = self._expected_sequence.get(source, sequence)
         if sequence != expected:
             gap = (sequence - expected) & 0xFF
             if gap > 0x7F:  # late or a duplicate: nothing new is missing
                 return
-            lost = self.statistics.lost
-            lost[source] = lost.get(source, 0) + gap
+            lost, who = self.statistics.lost, (source & 0xFF, source >> 8)
+            lost[who] = lost.get(who, 0) + gap
         self._expected_sequence[source] = (sequence + 1) & 0xFF
 
 

@@ -11,7 +11,7 @@ import math
 from collections import deque
 from collections.abc import Iterable, Mapping
 
-from mavlink_vehicle.codec import Message, mavlink, with_source
+from mavlink_vehicle.codec import Intake, Message, mavlink, with_source
 from mavlink_vehicle.drag import Drag
 from mavlink_vehicle.events import (
     ArmedChanged,
@@ -45,6 +45,7 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
 )
 from mavlink_vehicle.protocols.mission.stored_lists import StoredLists, lists_taken
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
+from mavlink_vehicle.protocols.monitoring.direct_measurements import DirectMeasurements
 from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
@@ -60,6 +61,7 @@ from mavlink_vehicle.protocols.streams.external_position import ExternalPose, Ex
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader
+from mavlink_vehicle.state.live_state import LiveState
 from mavlink_vehicle.state.reducer import MEASUREMENTS, VehicleState, reduce
 from mavlink_vehicle.state.restarts import evolve
 from mavlink_vehicle.vehicle_config import VehicleConfig
@@ -113,8 +115,10 @@ class VehicleCore:
     def __init__(self, config: VehicleConfig | None = None) -> None:
         """Prepare; nothing happens before `start`."""
         self.config = config or VehicleConfig()
-        self.state = VehicleState(
-            system_id=self.config.target_system, component_id=self.config.target_component
+        self._live = LiveState(
+            VehicleState(
+                system_id=self.config.target_system, component_id=self.config.target_component
+            )
         )
         self.profile: Profile | None = None
         self.command_timing = CommandTiming(
@@ -143,13 +147,21 @@ class VehicleCore:
         self.parameter_jobs: JobSlot[ParametersFinished] = JobSlot()
         self._stream = SetpointStream()
         self._own_gap = OwnGap(lambda: self.address)
-        self._no_gap_s = 0.0
         self._drag = Drag()
         self._order = ModeOrder()
         self._gap = StreamGap()
         self._answers_by_name = False
         self._failsafes = FailsafeWatch()
         self.slot = OperationSlot(self.command_timing, self.config.grace_s)
+        self._direct = DirectMeasurements(
+            self._live,
+            self._order,
+            self._rates,
+            self._own_gap,
+            self._gap,
+            self._watch,
+            lambda: self.slot.pending is not None,
+        )
         self._stations = StationObserver()
         self._last_mission: MissionOperation | None = None
         self.ranges = RangeReader()
@@ -196,9 +208,23 @@ class VehicleCore:
     # What is known
 
     @property
+    def state(self) -> VehicleState:
+        """All that is known about it."""
+        return self._live.get()
+
+    @state.setter
+    def state(self, state: VehicleState) -> None:
+        self._live.set(state)
+
+    @property
     def transfers_mission(self) -> bool:
         """Whether an operation on the mission, the fence or the rally points is under way."""
         return isinstance(self.slot.pending, MissionOperation) or bool(self.list_jobs.pending)
+
+    @property
+    def live(self) -> LiveState:
+        """The state for those who need not all of it."""
+        return self._live
 
     @property
     def connected(self) -> bool:
@@ -319,6 +345,16 @@ class VehicleCore:
     def start(self, now: float) -> None:
         """Begin to send HEARTBEAT and to listen."""
         self._sender.start(now)
+
+    def intakes(self, system: int, component: int) -> dict[int, Intake]:
+        """Return what takes measurements of a sender straight from their frames, by number.
+
+        None of them if the sender is not this vehicle's autopilot, or not known yet. What has been
+        taken has changed nothing but the state, is no answer, and makes no event.
+        """
+        state = self._live.known
+        ours = (state.system_id, state.component_id) == (system, component)
+        return dict(self._direct.intakes) if ours and self.profile is not None else {}
 
     def receive(self, message: Message, now: float) -> None:
         """Process one message, whoever sent it."""
@@ -538,17 +574,17 @@ class VehicleCore:
 
     def notice(self, now: float) -> None:
         """Record that we run, and whether we did not for too long."""
-        own_gap, boot_ms = self._own_gap, self.state.boot_time_ms
+        own_gap, boot_ms = self._own_gap, self._live.boot_time_ms
         ran = own_gap.ran
-        if ran is not None and now - ran[0] <= self._no_gap_s:
+        if ran is not None and now - ran[0] <= own_gap.safe_s:
             own_gap.ran = (now, boot_ms)
             return
         if self.profile is None:
             return
         longest_s = self.config.heartbeat_interval_s + _LATE_S
         stream_s = _STREAM_SHARE * (self.profile.stream_lost_s or math.inf)
-        self._no_gap_s = min(longest_s, stream_s)
-        gap_s = own_gap.notice(now, boot_ms, self._no_gap_s if self._stream.is_open else longest_s)
+        own_gap.safe_s = min(longest_s, stream_s)
+        gap_s = own_gap.notice(now, boot_ms, own_gap.safe_s if self._stream.is_open else longest_s)
         if gap_s is not None:
             self._watch.excuse(gap_s)
             self._events.append(StoodStill(gap_s))

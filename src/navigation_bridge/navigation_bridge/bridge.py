@@ -13,9 +13,10 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Intake, Message, mavlink
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import (
     ModeChanged,
@@ -59,7 +60,7 @@ from navigation_bridge.supervision.stations import Stations
 from navigation_bridge.tasks.admission import admit
 from navigation_bridge.tasks.registry import TASKS, task_of
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
+from navigation_bridge.vehicle.map_frame import MapFrame, MapPose, still_has_pose
 from navigation_core.geometry import Vector3, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.lateness import TOO_LATE_S, Lateness
@@ -80,6 +81,7 @@ __all__ = ["Bridge", "BridgeConfig"]
 # MAV_STATE (common.xml) of a restarted autopilot: BOOT, and CALIBRATING, which an ArduPilot reports
 # before it is ready.
 _STARTING = (1, 2)
+_GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _PARAMETERS_MAX = 100
 _PARAMETER = re.compile("[A-Z0-9_]{1,16}")
 # Minimum interval of warnings about a late loop.
@@ -471,6 +473,31 @@ class Bridge:
         self._vehicle.overhear(message, now)
         self._handle_events(now)
 
+    def intakes(self, system: int, component: int) -> dict[int, Intake]:
+        """Return what takes measurements of a sender straight from their frames, by number."""
+        intakes = self._vehicle.intakes(system, component)
+        take_position = intakes.get(_GLOBAL_POSITION)
+        if take_position is not None:
+            intakes[_GLOBAL_POSITION] = partial(self._take_position, take_position)
+        return intakes
+
+    def _take_position(self, take: Intake, data: bytes, now: float) -> bool:
+        """Do what `receive` does for a position that is nothing but one."""
+        live = self._vehicle.live
+        before = live.global_position
+        if not take(data, now):
+            return False
+        here = live.global_position
+        if self._map_frame.wants_pairs:
+            self._map_frame.update(self._vehicle.state)
+        if not (self._report.has_position and still_has_pose(live.known, here)):
+            self._report.position()
+        self._positions.follow(before, live.known, here, now)
+        goal = self._goal
+        if goal is not None:
+            self._feed_back(goal, now)
+        return True
+
     def receive(self, message: Message, now: float) -> None:
         """Process one MAVLink message."""
         before = self._vehicle.state
@@ -486,10 +513,15 @@ class Bridge:
             self._guard.observe_battery(now)
         self._handle_events(now)
         goal = self._goal
+        if goal is not None and moved:
+            self._feed_back(goal, now)
+
+    def _feed_back(self, goal: ActiveGoal, now: float) -> None:
+        """Give feedback of a new position, if it is due."""
         # A position that arrives slightly early still counts; otherwise positions at 20 Hz would
         # give feedback at 6.7 Hz instead of 10.
         early_s = 0.25 * self._config.feedback_period_s
-        if goal is not None and moved and now >= goal.feedback_due_s - early_s:
+        if now >= goal.feedback_due_s - early_s:
             self._give_feedback(goal, now)
 
     def handle_timer(self, now: float) -> None:

@@ -14,10 +14,10 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Protocol, TypeVar
 
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Intake, Message
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
-from mavlink_vehicle.io.driver import PAUSE_S, Application, Patience
+from mavlink_vehicle.io.driver import PAUSE_S, Application, Patience, TakesMeasurements
 from mavlink_vehicle.io.endpoints import TokenBucket
 
 __all__ = ["DriverThread", "FleetApplication", "Member", "MemberApplication"]
@@ -161,6 +161,35 @@ class FleetApplication:
                 member.application.receive(message, now)
             except Exception as error:
                 self._tell(member, error)
+
+    def intakes(self, system: int, component: int) -> dict[int, Intake]:
+        """Return what takes measurements of a sender straight from their frames, by number."""
+        member = self._only or self._by_system.get(system)
+        if member is None or not isinstance(member.application, TakesMeasurements):
+            return {}
+        found = member.application.intakes(system, component)
+        return {number: self._guarded(member, intake) for number, intake in found.items()}
+
+    def _guarded(self, member: Member, intake: Intake) -> Intake:
+        """Return an intake for a vehicle whose failures affect no other.
+
+        It needs no `touch`: a measurement gives nothing to send, and no nearer deadline.
+        """
+        is_only = member is self._only
+
+        def take(data: bytes, now: float) -> bool:
+            if member.given_up:
+                return True
+            if not is_only and not member.bucket.take(1, now):
+                member.throttled += 1
+                return True
+            try:
+                return intake(data, now)
+            except Exception as error:
+                self._tell(member, error)
+                return True
+
+        return take
 
     def overhear(self, message: Message, now: float) -> None:
         """Pass a message of a ground station to its target vehicle, or to all."""

@@ -208,6 +208,11 @@ class Reporter:
         texts = self._vehicle.state.status_texts
         self._answers = self._answers.intersection(texts) | answers_in(event, texts)
 
+    @property
+    def has_position(self) -> bool:
+        """Whether the position was valid when it was last looked at."""
+        return self._position_known
+
     def position(self) -> None:
         """Report that the position has become valid or invalid."""
         valid = self._map_frame.has_pose(self._vehicle.state)

@@ -15,7 +15,7 @@ from drone_navigation.logs.log_servers import LogServers
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.publishing.topics import Topics
 from drone_navigation.server.service_servers import ServiceServers
-from mavlink_vehicle.codec import Codec, Message, with_source
+from mavlink_vehicle.codec import Codec, Intake, Message, mavlink, with_source
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.tlog import TlogWriter
 from navigation_bridge import notes
@@ -27,6 +27,10 @@ from navigation_bridge.recording.noted_outputs import NotedOutputs
 from navigation_core.outcomes import OutcomeCode
 
 _SEVERITIES = {LogLevel.ERROR: LoggingSeverity.ERROR, LogLevel.WARN: LoggingSeverity.WARN}
+# Measurements of which something is published, or remembered for that.
+_PUBLISHED = frozenset(
+    {mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE}
+)
 # What somebody waits for, whatever a recording does.
 _ANSWERS = (outputs.ServiceDone, log_outputs.LogRequestDone)
 
@@ -87,6 +91,23 @@ class VehicleApplication:
         self._bridge.receive(message, now)
         self._publish()
         self._update_topics(now)
+
+    def intakes(self, system: int, component: int) -> dict[int, Intake]:
+        """Return what takes measurements of a sender straight from their frames, by number.
+
+        Of those that nothing is published of, a later one shows what they have changed.
+        """
+        found = self._bridge.intakes(system, component)
+        for number in found.keys() & _PUBLISHED:
+            found[number] = partial(self._take, found[number])
+        return found
+
+    def _take(self, intake: Intake, data: bytes, now: float) -> bool:
+        if not intake(data, now):
+            return False
+        self._publish()
+        self._update_topics(now)
+        return True
 
     def overhear(self, message: Message, now: float) -> None:
         """Process a message of a ground station and publish the results at once."""

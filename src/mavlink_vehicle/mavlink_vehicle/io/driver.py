@@ -19,10 +19,10 @@ import logging
 import select
 import socket
 import threading
-from collections.abc import Callable
-from typing import Protocol, TypeVar
+from collections.abc import Callable, Mapping
+from typing import Protocol, TypeVar, runtime_checkable
 
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Intake, Message, message_of
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.mailbox import Mailbox
@@ -62,6 +62,17 @@ class Application(Protocol):
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent."""
+
+
+@runtime_checkable
+class TakesMeasurements(Protocol):
+    """An application that takes measurements straight from their frames."""
+
+    def intakes(self, system: int, component: int) -> Mapping[int, Intake]:
+        """Return what takes those of a sender, by message number; what isn't there are messages.
+
+        Nothing that an intake takes gives the application anything to send, or a nearer deadline.
+        """
 
 
 class Patience:
@@ -118,6 +129,8 @@ class Driver:
         """
         self._application = application
         self._router = router
+        if isinstance(application, TakesMeasurements):
+            router.find_intakes = application.intakes
         self._clock = clock
         self._on_error = on_error
         self._mailbox = Mailbox("driver", self._wake)
@@ -231,6 +244,11 @@ class Driver:
     ) -> None:
         for message in messages:
             try:
+                if message.__class__ is tuple:
+                    _, intake, data, frame = message
+                    if intake(data, now):
+                        continue
+                    message = message_of(frame)  # noqa: PLW2901
                 receive(message, now)
             except Exception as error:
                 self._report(error)

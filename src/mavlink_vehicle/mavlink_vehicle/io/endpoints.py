@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import TypeAlias
 
-from mavlink_vehicle.codec import CodecStatistics
+from mavlink_vehicle.codec import CodecStatistics, Sender
 
 Source: TypeAlias = tuple[int, int]
 """System and component id of who sent a frame."""
@@ -55,20 +55,19 @@ class LinkStatistics(CodecStatistics):
             self.lost[source] = self.lost.get(source, 0) + lost
 
 
-class Heard:
+class Heard(Sender):
     """The frames an endpoint has received from one source.
 
     Attributes:
-        frames: how many.
-        heard_s: when it was last.
+        heard_s: when the last one came.
         current: whether the source is to be reached by this endpoint: the last that heard it.
     """
 
-    __slots__ = ("current", "frames", "heard_s")
+    __slots__ = ("current", "heard_s")
 
     def __init__(self) -> None:
         """Nothing yet."""
-        self.frames = 0
+        super().__init__()
         self.heard_s = -math.inf
         self.current = False
 

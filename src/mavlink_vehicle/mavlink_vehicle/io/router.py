@@ -9,17 +9,24 @@ application may only overhear it. Who is sent what is decided by `RoutingTable`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
-from mavlink_vehicle.codec import TARGETED, Codec, Message, mavlink
-from mavlink_vehicle.io.endpoints import LinkStatistics, TokenBucket, count_frames
+from mavlink_vehicle.codec import TARGETED, Codec, Intake, Message, mavlink
+from mavlink_vehicle.io.endpoints import (
+    Heard,
+    LinkStatistics,
+    Source,
+    TokenBucket,
+    count_frames,
+)
 from mavlink_vehicle.io.links import Link, Peer
 from mavlink_vehicle.io.ports import PeerEndpoint, Port, RouterStatistics
 from mavlink_vehicle.io.routes import RoutingTable
 from mavlink_vehicle.io.tlog import TlogWriter
 
 MakeCodec: TypeAlias = Callable[[], Codec]
+FindIntakes: TypeAlias = Callable[[int, int], Mapping[int, Intake]]
 
 STATIONS_FRAMES_HZ, STATIONS_BURST = 2000.0, 4000.0
 """What all ground stations together may send, however many there are."""
@@ -40,6 +47,8 @@ class Router:
 
     Attributes:
         statistics: what was counted.
+        find_intakes: returns what takes the measurements of a sender on a vehicle link straight
+            from their frames, by message number; asked at each of its HEARTBEATs.
     """
 
     def __init__(
@@ -66,6 +75,7 @@ class Router:
         self._station_ports = [Port(link, station=True) for link in station_links]
         self._ports = [*self._vehicle_ports, *self._station_ports]
         self._make_codec = make_codec
+        self.find_intakes: FindIntakes = _no_intakes
         self._recorder = recorder
         self._failure_told = False
         self._table: RoutingTable[PeerEndpoint] = RoutingTable()
@@ -182,14 +192,13 @@ class Router:
                 continue
             sources = endpoint.sources
             for message in endpoint.codec.decode(data):
-                header = message._header
-                heard = sources.get((header.srcSystem, header.srcComponent))
                 # Most telemetry comes where there is nobody to pass it on to.
-                if alone and heard and heard.current and header.msgId != _HEARTBEAT:
+                number, heard = _of_one_source(message, sources)
+                if alone and heard and heard.current and number != _HEARTBEAT:
                     heard.frames += 1
                     heard.heard_s = now
                     messages.append(message)
-                elif self._pass_message(endpoint, message, now):
+                elif self._pass(endpoint, message, now):
                     messages.append(message)
             if self._unknown:
                 self._pass_unknown(endpoint, now)
@@ -209,17 +218,34 @@ class Router:
             port.resume_s = self._now + _PAUSE_S
         return True
 
+    def _pass(self, origin: PeerEndpoint, message: Message, now: float) -> bool:
+        if message.__class__ is tuple:
+            return self._pass_measurement(origin, message[3], now)
+        return self._pass_message(origin, message, now)
+
     def _pass_message(self, origin: PeerEndpoint, message: Message, now: float) -> bool:
         """Learn from a message, and pass it on; False if it must be dropped."""
         header, frame = message._header, message._msgbuf
-        if not self._table.admit(origin, frame, (header.srcSystem, header.srcComponent), now):
+        source = header.srcSystem, header.srcComponent
+        if not self._table.admit(origin, frame, source, now):
             return False
         number = header.msgId
         if number == _HEARTBEAT and not origin.station and message.autopilot != _NO_AUTOPILOT:
             self._table.protect(header.srcSystem)
+            sender = origin.sources[source]
+            sender.grant(self.find_intakes(*source))
+            origin.codec.senders[source[0] | source[1] << 8] = sender
         # Only the next hop may learn a key by SETUP_SIGNING.
         if len(self._table.endpoints) > 1 and number != _SETUP_SIGNING:
             self._pass_on(origin, frame, *_target(message))
+        return True
+
+    def _pass_measurement(self, origin: PeerEndpoint, frame: bytes, now: float) -> bool:
+        """Learn from the frame of a measurement, and pass it on; False if it must be dropped."""
+        if not self._table.admit(origin, frame, (frame[5], frame[6]), now):
+            return False
+        if len(self._table.endpoints) > 1:
+            self._pass_on(origin, frame, 0, 0)
         return True
 
     def _pass_unknown(self, origin: PeerEndpoint, now: float) -> None:
@@ -270,6 +296,18 @@ class Router:
                 for system in endpoint.systems():
                     gone = self.statistics.gone.setdefault(system, LinkStatistics())
                     gone.add(endpoint.statistics_of(system))
+
+
+def _no_intakes(_system: int, _component: int) -> Mapping[int, Intake]:
+    return {}
+
+
+def _of_one_source(message: Message, sources: dict[Source, Heard]) -> tuple[int, Heard | None]:
+    """Return number and source of a message; of a measurement any number but HEARTBEAT's."""
+    if message.__class__ is tuple:
+        return -1, message[0]
+    header = message._header
+    return header.msgId, sources.get((header.srcSystem, header.srcComponent))
 
 
 def _target(message: Message) -> tuple[int, int]:

@@ -23,6 +23,8 @@ _SQRT_HALF = math.sqrt(0.5)
 
 def normalize_angle(angle_rad: float) -> float:
     """Return the same direction in (-pi, pi]. NaN stays NaN."""
+    if -math.pi < angle_rad <= math.pi:
+        return angle_rad
     wrapped = math.remainder(angle_rad, math.tau) if math.isfinite(angle_rad) else math.nan
     return math.pi if wrapped == -math.pi else wrapped
 

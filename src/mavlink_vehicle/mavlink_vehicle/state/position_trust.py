@@ -69,7 +69,7 @@ class PositionTrust:
             self.jump_ned_m, self.jumped_s = (0.0, 0.0), None
             self._agreed = False
         if state.global_position is not before.global_position:
-            self._follow(before.global_position, state, now)
+            self.follow(before.global_position, state, state.global_position, now)
         if state.gps is not before.gps:
             self._judge(GpsFix, self._of_gps(state, now), now)
         if state.estimator is not before.estimator:
@@ -80,8 +80,21 @@ class PositionTrust:
         north_m, east_m = self.jump_ned_m
         return math.hypot(north_m - since_ned_m[0], east_m - since_ned_m[1])
 
-    def _follow(self, last: GlobalPosition | None, state: VehicleState, now: float) -> None:
-        here = state.global_position
+    def follow(
+        self,
+        last: GlobalPosition | None,
+        state: VehicleState,
+        here: GlobalPosition | None,
+        now: float,
+    ) -> None:
+        """Process a position.
+
+        Args:
+            last: the position before.
+            state: the state, whose own position is of no account.
+            here: the position.
+            now: time in seconds.
+        """
         if last is None or here is None or not _moves(state):
             return
         passed_ms = here.time_boot_ms - last.time_boot_ms

@@ -13,10 +13,9 @@ from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.mission_items import fence_id, mission_id, rally_id
-from mavlink_vehicle.positions.frames import Vector3, normalize_angle
-from mavlink_vehicle.state import telemetry
+from mavlink_vehicle.positions.frames import Vector3
+from mavlink_vehicle.state import measurements, telemetry
 from mavlink_vehicle.state.failsafe import assess
 from mavlink_vehicle.state.restarts import boot_changes, evolve, is_late
 from mavlink_vehicle.state.signs import follow
@@ -30,21 +29,17 @@ from mavlink_vehicle.state.status_reducers import (
     status_text,
     sys_status,
 )
-from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.vehicle_state import VehicleState, is_on_ground
 
 __all__ = ["MEASUREMENTS", "VehicleState", "reduce"]
 
 _UINT16_MAX = 0xFFFF
 _FIX_2D, _FIX_3D = 2, 3
 _GPS_TIME_OFF_MS = 2000
-_INT32_MAX = 0x7FFFFFFF
 _REACHED_MAX = 2000
-_CENTIDEGREE = math.radians(0.01)
 # The same bit in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
 _ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
 _Sample: TypeAlias = telemetry.GlobalPosition | telemetry.LocalPosition | telemetry.Attitude
-# What a named tuple's own constructor does, without its Python: it runs for every position.
-_make: Callable[..., Any] = tuple.__new__
 
 
 def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -79,10 +74,6 @@ def _judged(before: VehicleState, after: VehicleState, now: float) -> VehicleSta
     return after if failsafe is after.failsafe else evolve(after, {"failsafe": failsafe})
 
 
-def _on_ground(state: VehicleState) -> bool:
-    return state.landed_state is LandedState.ON_GROUND and not state.armed
-
-
 def _system_time(state: VehicleState, message: Message, now: float) -> VehicleState:
     return evolve(state, boot_changes(state, message.time_boot_ms, now))
 
@@ -103,23 +94,21 @@ def _global_position(state: VehicleState, message: Message, now: float) -> Vehic
     changes = _changes_of(state, state.global_position, message, now)
     if changes is None:
         return state
-    latitude, longitude, heading = message.lat, message.lon, message.hdg
-    if (latitude == 0 and longitude == 0) or _INT32_MAX in (latitude, longitude):
-        changes["global_position"] = None
-    else:
-        values = (
-            now,
-            message.time_boot_ms,
-            latitude * 1e-7,
-            longitude * 1e-7,
-            message.alt * 1e-3,
-            message.relative_alt * 1e-3,
-            (message.vx * 0.01, message.vy * 0.01, message.vz * 0.01),
-            None if heading == _UINT16_MAX else normalize_angle(heading * _CENTIDEGREE),
-        )
-        changes["global_position"] = _make(telemetry.GlobalPosition, values)
-        if _on_ground(state):
-            changes["ground_altitude_amsl_m"] = message.alt * 1e-3
+    position = measurements.global_position(
+        now,
+        message.time_boot_ms,
+        message.lat,
+        message.lon,
+        message.alt,
+        message.relative_alt,
+        message.vx,
+        message.vy,
+        message.vz,
+        message.hdg,
+    )
+    changes["global_position"] = position
+    if position is not None and is_on_ground(state):
+        changes["ground_altitude_amsl_m"] = position.altitude_amsl_m
     return evolve(state, changes)
 
 
@@ -127,15 +116,11 @@ def _local_position(state: VehicleState, message: Message, now: float) -> Vehicl
     changes = _changes_of(state, state.local_position, message, now)
     if changes is None:
         return state
-    position = (message.x, message.y, message.z)
-    velocity = (message.vx, message.vy, message.vz)
-    if _finite(position) and _finite(velocity):
-        values = (now, message.time_boot_ms, position, velocity)
-        changes["local_position"] = _make(telemetry.LocalPosition, values)
-        if _on_ground(state):
-            changes["ground_down_m"] = message.z
-    else:
-        changes["local_position"] = None
+    x, y, z, vx, vy, vz = message.x, message.y, message.z, message.vx, message.vy, message.vz
+    position = measurements.local_position(now, message.time_boot_ms, x, y, z, vx, vy, vz)
+    changes["local_position"] = position
+    if position is not None and is_on_ground(state):
+        changes["ground_down_m"] = z
     return evolve(state, changes)
 
 
@@ -145,10 +130,8 @@ def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState
         return state
     roll, pitch, yaw = message.roll, message.pitch, message.yaw
     rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
-    changes["attitude"] = None
-    if _finite((roll, pitch, yaw)) and _finite(rates):
-        values = (now, message.time_boot_ms, roll, pitch, normalize_angle(yaw), rates)
-        changes["attitude"] = _make(telemetry.Attitude, values)
+    attitude = measurements.attitude(now, message.time_boot_ms, roll, pitch, yaw, *rates)
+    changes["attitude"] = attitude
     return evolve(state, changes)
 
 

@@ -126,3 +126,8 @@ class VehicleState:
         if self.estimator is None:
             return not self.estimator_told
         return self.estimator.horizontal_position_ok
+
+
+def is_on_ground(state: VehicleState) -> bool:
+    """Return whether the vehicle stands, disarmed: where it then is, the ground is."""
+    return state.landed_state is LandedState.ON_GROUND and not state.armed

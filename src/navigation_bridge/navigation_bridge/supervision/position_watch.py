@@ -8,6 +8,7 @@ after a timeout. Its result reports duration and reason of the doubt.
 from __future__ import annotations
 
 from mavlink_vehicle.state.position_trust import JUMP_MAX_M, PositionTrust
+from mavlink_vehicle.state.telemetry import GlobalPosition
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel
 from navigation_bridge.reporting import Reporter
@@ -39,6 +40,23 @@ class PositionWatch:
     def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
         """Process a change of state."""
         self._trust.observe(before, state, now)
+
+    def follow(
+        self,
+        last: GlobalPosition | None,
+        state: VehicleState,
+        here: GlobalPosition | None,
+        now: float,
+    ) -> None:
+        """Process a position of which nothing else of the state has changed.
+
+        Args:
+            last: the position before.
+            state: the state, whose own position is of no account.
+            here: the position.
+            now: time in seconds.
+        """
+        self._trust.follow(last, state, here, now)
 
     def check(self, now: float) -> tuple[Rejection | None, str]:
         """Return a rejection of a goal before it starts, or a warning."""

@@ -9,6 +9,7 @@ from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
 from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
 from mavlink_vehicle.profiles import profile_for
 from mavlink_vehicle.state.reducer import VehicleState
+from mavlink_vehicle.state.telemetry import GlobalPosition
 from navigation_core.geometry import Vector3
 
 # MAV_TYPE_GROUND_ROVER and MAV_TYPE_SURFACE_BOAT (minimal.xml).
@@ -49,6 +50,11 @@ class MapFrame:
         """Latitude, longitude and altitude (above mean sea level) of the map origin."""
         frame = self._finder.frame
         return None if frame is None else frame.origin
+
+    @property
+    def wants_pairs(self) -> bool:
+        """Whether positions have anything to tell about the frame."""
+        return self._finder.wants_pairs
 
     def update(self, state: VehicleState) -> None:
         """Update from a new state; reset if the autopilot restarted or is identified."""
@@ -154,3 +160,19 @@ class MapFrame:
         """Return the map position of a geodetic position; the origin must be known."""
         assert self.frame is not None
         return frames.ned_to_enu(self.frame.ned_m(place))
+
+
+def still_has_pose(state: VehicleState, here: GlobalPosition | None) -> bool:
+    """Return whether a vehicle that had a pose surely has one at a newer position.
+
+    Args:
+        state: the state before the newest measurements, none of which is missing its numbers.
+        here: the newer position.
+    """
+    estimator = state.estimator
+    return (
+        here is not None
+        and state.local_position is not None
+        and (state.attitude is not None or here.heading_ned_rad is not None)
+        and (not state.estimator_told if estimator is None else estimator.horizontal_position_ok)
+    )

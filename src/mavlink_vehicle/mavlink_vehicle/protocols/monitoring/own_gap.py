@@ -36,6 +36,7 @@ class OwnGap(Outbox):
     Attributes:
         ran: when we ran last, and the vehicle's newest time since boot then; who knows that it
             is not too long ago may set it instead of calling `notice`.
+        safe_s: what is not too long ago in any case; 0 until that is known.
     """
 
     def __init__(self, address: Callable[[], Address]) -> None:
@@ -43,6 +44,7 @@ class OwnGap(Outbox):
         super().__init__()
         self._address = address
         self.ran: tuple[float, int | None] | None = None
+        self.safe_s = 0.0
         self._before: tuple[float, int | None] | None = None
         self._noticed_s = self._ask_s = 0.0
 
