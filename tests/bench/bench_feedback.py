@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from tests.bench.rows import row
 from tests.bench.stamping_relay import Relay
 
 HERE = Path(__file__).resolve().parent
-GOAL_MS = 5.0
+GOAL_MS, GOAL_RATIO = 1.0, 1.3
 RATE_HZ = 50.0
 FLIGHT_S = 25.0
 
@@ -24,17 +25,12 @@ def measures() -> list[dict[str, Any]]:
     """Measure one vehicle at 50 Hz, and the bare loop beside it."""
     ours_ms = _percentile_ms(_flown())
     bare_ms = _percentile_ms(_bare())
+    name = "position datagram to feedback, 99th percentile"
+    value, reference = (ours_ms, "ms"), ("recv + pymavlink + rclpy publish", bare_ms)
+    beside = ours_ms <= GOAL_RATIO * bare_ms
     return [
-        {
-            "name": "position datagram to feedback, 99th percentile",
-            "value": ours_ms,
-            "unit": "ms",
-            "reference": "recv + pymavlink + rclpy publish",
-            "reference_value": bare_ms,
-            "ratio": ours_ms / bare_ms,
-            "goal": f"< {GOAL_MS:g} ms",
-            "met": ours_ms < GOAL_MS,
-        }
+        row(name, value, reference, f"< {GOAL_MS:g} ms", ours_ms < GOAL_MS),
+        row(f"{name}, beside a bare loop", value, reference, f"<= {GOAL_RATIO:g} x", beside),
     ]
 
 

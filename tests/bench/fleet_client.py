@@ -1,7 +1,7 @@
 """Flies a goal with each of several vehicles and counts their feedback: ``fleet_client.py N S``.
 
 Prints "flying" when all N vehicles are on their way, or a time is over, and S seconds later as
-JSON how many feedbacks each of them gave in that time.
+JSON when in that time each of them gave feedback, in seconds of the monotonic clock.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Flights:
             for number in range(count)
         ]
         self.navigating = [False] * count
-        self.feedbacks = [0] * count
+        self.feedbacks_s: list[list[float]] = [[] for _ in range(count)]
 
     def send(self, number: int) -> None:
         """Send a goal, and another one whenever it is refused or ends."""
@@ -66,7 +66,7 @@ class Flights:
             self.send(number)
 
     def _feedback(self, number: int, message: Any) -> None:
-        self.feedbacks[number] += 1
+        self.feedbacks_s[number].append(time.monotonic())
         self.navigating[number] |= message.feedback.current_status == "NAVIGATING"
 
     def spin_until(self, deadline_s: float) -> None:
@@ -90,9 +90,10 @@ def main() -> None:
     while not all(flights.navigating) and time.monotonic() < limit_s:
         flights.executor.spin_once(timeout_sec=0.1)
     print("flying", flush=True)
-    flights.feedbacks = [0] * count
+    for times_s in flights.feedbacks_s:
+        times_s.clear()
     flights.spin_until(time.monotonic() + window_s)
-    print(json.dumps(flights.feedbacks), flush=True)
+    print(json.dumps(flights.feedbacks_s), flush=True)
 
 
 if __name__ == "__main__":
