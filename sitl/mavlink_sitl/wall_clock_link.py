@@ -98,6 +98,9 @@ class Runner:
         if warning is not None:
             self._warn(warning)
         simulation.run_to_us(min(self._due_us(), simulation.time_us + TICK_US))
+        self._after_each()
+        if self._stop_requested:
+            return
         for vehicle in simulation.vehicles:  # who is not meant keeps silent
             links = vehicle.links
             links[place if len(links) > 1 else 0].write(data)

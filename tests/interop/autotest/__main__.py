@@ -45,7 +45,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--list", action="store_true", help="list the suite's tests and end")
     parser.add_argument("--logs", type=Path, help="folder for what each test prints")
     parser.add_argument("--alone", metavar="TEST", help=argparse.SUPPRESS)
-    parser.add_argument("--place", type=int, default=0, help=argparse.SUPPRESS)
+    parser.add_argument(
+        "--place", type=int, default=0, help="first of the workers' sets of ports, for two runs"
+    )
     return parser.parse_args()
 
 
@@ -75,7 +77,7 @@ def _run_all(
     logs.mkdir(parents=True, exist_ok=True)
     places: SimpleQueue[int] = SimpleQueue()
     for place in range(options.workers):
-        places.put(place)
+        places.put(options.place + place)
     passed, surprises = 0, 0
 
     def run(name: str) -> tuple[str, bool, float]:

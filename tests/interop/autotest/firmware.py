@@ -147,11 +147,14 @@ def main() -> int:
 def hide(vehicle: str, names: list[str]) -> None:
     """Have the firmware know these parameters by name, and not list them.
 
-    The real one knows all of a part that is switched off so. They have no effect here.
+    The real one knows all of a part that is switched off so. They have no effect here. Names
+    that act in another vehicle type are that one's, and stay unknown.
     """
     kind = vehicle, "ardupilot"
     personality = PERSONALITIES[kind]
-    known = personality.parameter_table.specs
+    known = set(personality.parameter_table.specs)
+    for other in PERSONALITIES.values():
+        known.update(other.parameter_table.acting)
     specs = (ParameterSpec(name, 0.0, listed=False) for name in names if name not in known)
     PERSONALITIES[kind] = replace(personality, parameters=(*personality.parameters, *specs))
 

@@ -19,6 +19,8 @@ CLASSES = {
 }
 _FIRMWARE = Path(__file__).resolve().with_name("firmware.py")
 _PORTS_EACH = 20
+_OWN_PORTS = frozenset(("5762", "5763"))
+"""Of the second and third serial port"""
 _QUOTED = re.compile(r"""["']([A-Z][A-Z0-9]{1,11}_[A-Z0-9_]{1,14})["']\s*[:,)]""")
 _AT_BEGIN = re.compile(r"^([A-Z][A-Z0-9]*_[A-Z0-9_]+)[\s,]", re.MULTILINE)
 
@@ -72,7 +74,22 @@ def suite_of(checkout: Path, vehicle: str, speedup: float, place: int) -> Any:
     suite.sitl_rcin_port = lambda offset=0: 5501 + offset + first
     suite.spare_network_port = lambda offset=0: 8000 + offset + first
     util.start_SITL = _launcher(vehicle, suite, _hidden(folder))
+    _move_connections(first)
     return suite
+
+
+def _move_connections(distance: int) -> None:
+    """Have the suite's further connections, to ports that it knows by heart, reach this vehicle."""
+    mavutil: Any = importlib.import_module("pymavlink.mavutil")
+    connect = mavutil.mavlink_connection
+
+    def connect_here(device: str, *args: Any, **options: Any) -> Any:
+        host, _, port = device.rpartition(":")
+        if host.startswith("tcp:") and port in _OWN_PORTS:
+            device = f"{host}:{int(port) + distance}"
+        return connect(device, *args, **options)
+
+    mavutil.mavlink_connection = connect_here
 
 
 def _hidden(folder: Path) -> Path:
