@@ -32,8 +32,8 @@ class AuxSwitches:
         self._functions: list[tuple[int, int]] = []
         self._switches: dict[int, SettledPosition] = {}
 
-    def watch(self) -> None:
-        """Look at the switches, while the radio is heard."""
+    def watch(self) -> bool:
+        """Look at the switches, while the radio is heard; whether one has yet to settle."""
         vehicle = self._vehicle
         parameters = vehicle.parameters
         if self._revision != parameters.revision:
@@ -41,16 +41,19 @@ class AuxSwitches:
             options = ((n, int(parameters[f"RC{n}_OPTION"])) for n in range(1, CHANNELS + 1))
             self._functions = [(n, function) for n, function in options if function]
         if not self._functions or not vehicle.radio.obeyed(vehicle.now_s):
-            return
+            return False
+        settles = False
         for channel, function in self._functions:
             pulse_us = vehicle.radio.pulse_us(channel, vehicle.now_s)
             if pulse_us is not None:
-                self._look(channel, function, position_of(pulse_us))
+                settles |= self._look(channel, function, position_of(pulse_us))
+        return settles
 
-    def _look(self, channel: int, function: int, position: int) -> None:
+    def _look(self, channel: int, function: int, position: int) -> bool:
         switch = self._switches.get(channel)
         if switch is None:
             first = position if function in ARMING else LOW
             switch = self._switches[channel] = SettledPosition(first)
         if switch.see(position, self._vehicle.now_s):
             run(self._vehicle, function, position)
+        return switch.position != position

@@ -34,6 +34,8 @@ class Commander(Firmware):
         self.mode_switch = ModeSwitch(self) if steered else None
         self.rudder = Rudder(self) if steered else None
         self.aux_switches = AuxSwitches(self) if steered else None
+        self._sticks_seen: tuple[int, int, bool] | None = None
+        self._sticks_settle = False
 
     def first_mode(self) -> int:
         """INITIAL_MODE; soon after the start that of the pilot's switch follows."""
@@ -62,11 +64,19 @@ class Commander(Firmware):
         if self.battery_known:
             self.failsafe.update(observation)
         self.fence.update()
-        if self.started and self.rudder is not None and self.mode_switch is not None:
-            self.mode_switch.watch()
-            self.rudder.watch()
-        if self.started and self.aux_switches is not None:
-            self.aux_switches.watch()
+        if self.started:
+            self._watch_sticks()
+
+    def _watch_sticks(self) -> None:
+        """What the pilot's switches and held sticks ask for, once one has moved."""
+        if self.mode_switch is None or self.rudder is None or self.aux_switches is None:
+            return
+        stamp = self.radio.stamp(self.now_s)
+        if stamp == self._sticks_seen and not self._sticks_settle:
+            return
+        self._sticks_seen = stamp
+        settle = [each.watch() for each in (self.mode_switch, self.rudder, self.aux_switches)]
+        self._sticks_settle = any(settle)
 
     @property
     def aloft(self) -> bool:

@@ -60,11 +60,14 @@ class ModeSwitch:
         n = position + 1
         return int(self._vehicle.parameters[f"MODE{n}" if self._of_rover else f"FLTMODE{n}"])
 
-    def watch(self) -> None:
-        """Look at the switch, while the radio is heard."""
+    def watch(self) -> bool:
+        """Look at the switch, while the radio is heard; whether it has yet to settle."""
         vehicle = self._vehicle
         if not vehicle.radio.obeyed(vehicle.now_s):
-            return
+            return False
         position = self.read()
-        if position is not None and self._switch.see(position, vehicle.now_s):
+        if position is None:
+            return False
+        if self._switch.see(position, vehicle.now_s):
             vehicle.choose_mode(self.mode_there(position))
+        return self._switch.position != position

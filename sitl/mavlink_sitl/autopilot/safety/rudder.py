@@ -21,8 +21,8 @@ class Rudder:
         self._since_s: float | None = None
         self._done = False
 
-    def watch(self) -> None:
-        """Look at the sticks."""
+    def watch(self) -> bool:
+        """Look at the sticks; whether one is held to a side."""
         vehicle = self._vehicle
         allowed = int(vehicle.parameters["ARMING_RUDDER"])
         side = self._side() if allowed != OFF and self._throttle_closed() else 0
@@ -31,18 +31,19 @@ class Rudder:
             self._done = False
         if not asked or not self._possible():
             self._since_s = None
-            return
+            return side != 0
         if self._since_s is None:
             self._since_s = vehicle.now_s
         held_s = HELD_ON_A_PLANE_S if self._kind == "plane" else HELD_S
         if self._done or vehicle.now_s - self._since_s < held_s:
-            return
+            return True
         if vehicle.armed:
             vehicle.disarm()
         else:
             vehicle.arm_by_stick()
         # Held on, it tries again; but what is armed is not disarmed by the same push.
         self._since_s, self._done = None, vehicle.armed
+        return True
 
     @property
     def _kind(self) -> str:

@@ -29,19 +29,46 @@ class Pilot:
     """Raw channels 1..16, and overrides that run out.
 
     Attributes:
-        lost: no pulses come from the receiver; overrides stand in for them.
-        throttle_failed: the receiver has lost its transmitter, and says so by a low throttle.
+        revision: grows when a channel moves, or the radio is lost or comes back.
+        obeys_overrides: else they are not taken.
     """
 
     def __init__(self) -> None:
         """Sticks centred, throttle low, and the switches as the firmware's simulator has them."""
-        self.lost = False
-        self.throttle_failed = False
+        self.revision = 0
+        self.obeys_overrides = True
+        self._lost = False
+        self._throttle_failed = False
         self._received = [CENTRE_US, CENTRE_US, THROTTLE_LOW_US, CENTRE_US, 1800, 1000, 1000, 1800]
         self._received += [0] * (CHANNELS - RECEIVED_AT_FIRST)
         self._overrides: dict[int, tuple[int, float]] = {}
         self.count = RECEIVED_AT_FIRST
         """How many channels the receiver has, for RC_CHANNELS"""
+
+    @property
+    def lost(self) -> bool:
+        """Whether no pulses come from the receiver; overrides stand in for them."""
+        return self._lost
+
+    @lost.setter
+    def lost(self, lost: bool) -> None:
+        self._lost = lost
+        self.revision += 1
+
+    @property
+    def throttle_failed(self) -> bool:
+        """Whether the receiver has lost its transmitter, and says so by a low throttle."""
+        return self._throttle_failed
+
+    @throttle_failed.setter
+    def throttle_failed(self, failed: bool) -> None:
+        self._throttle_failed = failed
+        self.revision += 1
+
+    @property
+    def overridden(self) -> bool:
+        """Whether a ground station holds a channel."""
+        return bool(self._overrides)
 
     @property
     def throttle_us(self) -> int:
@@ -51,21 +78,28 @@ class Pilot:
     @throttle_us.setter
     def throttle_us(self, raw_us: int) -> None:
         self._received[THROTTLE] = raw_us
+        self.revision += 1
 
     def receive(self, channels: Sequence[int]) -> None:
         """Pulses of the receiver, microseconds, from channel 1 on; 0 leaves a channel as it was."""
         for place, raw_us in enumerate(channels[:CHANNELS]):
-            if raw_us:
+            if raw_us and raw_us != self._received[place]:
                 self._received[place] = raw_us
+                self.revision += 1
         self.count = max(self.count, min(len(channels), CHANNELS))
 
     def override(self, channels: Sequence[int], now_s: float) -> None:
         """RC_CHANNELS_OVERRIDE: which values give a channel back or leave it differs above 8."""
+        if not self.obeys_overrides:
+            return
         for place, raw_us in enumerate(channels[:CHANNELS]):
+            was = self._overrides.get(place)
             if raw_us == released(place):
                 self._overrides.pop(place, None)
+                self.revision += was is not None
             elif raw_us not in (0, KEEP):
                 self._overrides[place] = (raw_us, now_s)
+                self.revision += was is None or was[0] != raw_us
 
     def channels(self, now_s: float, timeout_s: float) -> list[int]:
         """The channels as the firmware sees them, microseconds; 0 for one that is not there.
@@ -75,24 +109,26 @@ class Pilot:
             timeout_s: RC_OVERRIDE_TIME: 0 for no overrides, negative for those without an end.
         """
         seen = list(self._received)
-        if self.throttle_failed:
+        if self._throttle_failed:
             seen[0], seen[THROTTLE] = CENTRE_US, FAILED_THROTTLE_US
-        if self._overrides:
-            self._forget(now_s, timeout_s)
+        if self._overrides and timeout_s:
+            self.forget(now_s, timeout_s)
             for place, (raw_us, _) in self._overrides.items():
                 seen[place] = raw_us
         return seen
 
     def heard(self, now_s: float, timeout_s: float) -> bool:
         """Whether pulses or overrides reach the vehicle."""
-        if not self.lost:
+        if not self._lost:
             return True
-        self._forget(now_s, timeout_s)
-        return bool(self._overrides)
+        self.forget(now_s, timeout_s)
+        return bool(self._overrides and timeout_s)
 
-    def _forget(self, now_s: float, timeout_s: float) -> None:
-        if timeout_s < 0.0:
+    def forget(self, now_s: float, timeout_s: float) -> None:
+        """Give back what was overridden too long ago; arguments as of `channels`."""
+        if timeout_s <= 0.0:
             return
         for place, (_, since_s) in list(self._overrides.items()):
-            if now_s - since_s > timeout_s or not timeout_s:
+            if now_s - since_s > timeout_s:
                 del self._overrides[place]
+                self.revision += 1

@@ -72,6 +72,13 @@ class Radio:
         self._revision = -1
         self._axes: dict[str, Calibration] = {}
 
+    def stamp(self, now_s: float) -> tuple[int, int, bool]:
+        """Equal as long as no stick or switch moves, and none means something else."""
+        pilot, parameters = self._pilot, self._parameters
+        if pilot.overridden:
+            pilot.forget(now_s, parameters["RC_OVERRIDE_TIME"])
+        return pilot.revision, parameters.revision, self.failed
+
     def calibration(self, axis: str) -> Calibration:
         """The channel of a stick, by its name in `AXES`."""
         if self._revision != self._parameters.revision:

@@ -66,18 +66,37 @@ class Turns(Leans):
 class Stabilize(Leans):
     """The sticks lean and turn it, and the throttle is thrust."""
 
+    _passed_on: tuple[int, int, bool] | None = None
+
+    def enter(self) -> None:
+        """Pass the sticks on."""
+        self._passed_on = None
+        super().enter()
+
     def yawing(self) -> tuple[YawMode, float]:
         """How the yaw is led in this step, and its rate, rad/s."""
         return pilot_input.yaw(self.vehicle)
 
+    def thrust(self) -> float:
+        """The share of the full thrust."""
+        return pilot_input.thrust(self.vehicle)
+
+    def stands(self, north: float, east: float) -> bool:
+        """Whether nothing changes with this lean until a stick moves."""
+        return north == east == 0.0
+
     def update(self) -> None:
         """Pass the sticks on when they moved."""
+        stamp = self.vehicle.radio.stamp(self.vehicle.now_s)
+        if stamp == self._passed_on:
+            return
         north, east = self.leaning()
+        self._passed_on = stamp if self.stands(north, east) else None
         yaw_mode, yaw_rate = self.yawing()
         self.drive(
             Guidance(
                 motors=Motors.MANUAL,
-                throttle=pilot_input.thrust(self.vehicle),
+                throttle=self.thrust(),
                 direct_lean=1.0,
                 lean_north=north,
                 lean_east=east,
@@ -93,6 +112,10 @@ class Stabilize(Leans):
 
 class Acro(Turns, Stabilize):
     """The sticks turn it, and the throttle is thrust."""
+
+    def stands(self, north: float, east: float) -> bool:
+        """Never: it turns level by itself."""
+        return False
 
     def yawing(self) -> tuple[YawMode, float]:
         """At ACRO_Y_RATE."""
