@@ -38,10 +38,12 @@ class GlideGuidance(Guidance):
         bank_rad: right wing down.
         climb_m_s: up.
         airspeed_m_s: true airspeed to keep.
-        full_throttle: push as hard as possible, whatever the airspeed.
+        least_throttle: 0..1; the airspeed decides between it and the next.
+        most_throttle: 0..1.
     """
 
     bank_rad: float = 0.0
     climb_m_s: float = 0.0
     airspeed_m_s: float = 0.0
-    full_throttle: bool = False
+    least_throttle: float = 0.0
+    most_throttle: float = 1.0

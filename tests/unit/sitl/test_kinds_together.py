@@ -189,7 +189,7 @@ def test_controllers_stop_what_is_not_commanded_to_move() -> None:
     assert (throttle, steering) == (0.0, 0.0)
     _, bank, climb, push = glide_controller.step(
         glide_controller.initial(o),
-        glide_controller.GlideTargets(*[0.0] * 7),
+        glide_controller.GlideTargets(*[0.0] * 8),
         20.0,
         0.01,
         glide_controller.GlideGains(),

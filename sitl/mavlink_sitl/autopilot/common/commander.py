@@ -210,6 +210,10 @@ class Commander(Firmware):
         self.go_to(Setpoint(SetpointFrame.LOCAL, position_m=target))
         return Result.ACCEPTED
 
+    def fly_at_height_of(self, item: PlanItem) -> Result:
+        """MISSION_ITEM with current = 3: another height, for planes in GUIDED."""
+        return Result.FAILED
+
     def choose_mode(self, number: int) -> None:
         """The pilot's switch asks for a mode."""
         self.set_mode(number)

@@ -38,7 +38,8 @@ class GlideTargets(NamedTuple):
     bank_rad: Lane
     climb_m_s: Lane
     airspeed_m_s: Lane
-    full_throttle: Lane
+    least_throttle: Lane
+    most_throttle: Lane
 
 
 class GlideState(NamedTuple):
@@ -77,15 +78,15 @@ def step(
     climb = state.climb_m_s + o.clip(wanted - state.climb_m_s, -change, change)
     fast = o.maximum(airspeed, 5.0)
     error = t.airspeed_m_s - airspeed
-    holding = t.fly * (1.0 - t.full_throttle)
+    holding = t.fly * (t.least_throttle < t.most_throttle)
     limit = k.integrator_limit
     integrator = o.clip(state.integrator + k.airspeed_i * error * dt, -limit, limit) * holding
     drag = k.drag_1_m * t.airspeed_m_s * t.airspeed_m_s
     needed = (drag + GRAVITY_M_S2 * climb / fast) / k.thrust_m_s2
     upright = o.maximum(o.cos(t.bank_rad), 0.4)
     needed = needed + k.bank_to_throttle * (1.0 / (upright * upright) - 1.0)
-    throttle = o.clip(needed + k.airspeed * error + integrator, 0.0, 1.0)
-    throttle = o.where(t.full_throttle, 1.0, throttle)
+    throttle = needed + k.airspeed * error + integrator
+    throttle = o.clip(throttle, t.least_throttle, t.most_throttle)
     # The throttle opens slowly and closes at once.
     opening = dt / k.full_throttle_in_s
     throttle = o.minimum(throttle, state.throttle + opening) * t.fly

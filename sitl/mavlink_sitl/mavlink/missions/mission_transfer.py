@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
 
 ALL_TYPES = 255
-_GUIDED_TARGET = 2
-"""MISSION_ITEM.current of an item that is a target for GUIDED, not a part of a mission"""
+_GUIDED_TARGET, _GUIDED_HEIGHT = 2, 3
+"""MISSION_ITEM.current of a target for GUIDED, or only its height; not a part of a mission"""
 _MISSION_CURRENT = 42
 
 
@@ -206,7 +206,7 @@ class MissionServer(MissionSender):
             self._vehicle.say(Severity.INFO, self._rules.received_text)
 
     def _on_item(self, message: Message) -> None:
-        if message.current == _GUIDED_TARGET:
+        if message.current in (_GUIDED_TARGET, _GUIDED_HEIGHT):
             self._on_guided_target(message)
             return
         upload, sender = self._upload, sender_of(message)
@@ -252,8 +252,12 @@ class MissionServer(MissionSender):
         self._ask_or_end(upload)
 
     def _on_guided_target(self, message: Message) -> None:
-        """MISSION_ITEM with current = 2: fly there, in GUIDED."""
-        result = self._vehicle.fly_to_item(items.from_message(message))
+        """MISSION_ITEM with current = 2 or 3: fly there or at that height, in GUIDED."""
+        item = items.from_message(message)
+        if message.current == _GUIDED_TARGET:
+            result = self._vehicle.fly_to_item(item)
+        else:
+            result = self._vehicle.fly_at_height_of(item)
         self._ack(
             sender_of(message),
             items.OK if result is Result.ACCEPTED else items.ERROR,

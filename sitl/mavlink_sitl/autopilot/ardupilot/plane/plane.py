@@ -23,7 +23,7 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_speed import (
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import TakeOff
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
-from mavlink_sitl.autopilot.plans.plans import MissionState
+from mavlink_sitl.autopilot.plans.plans import MissionState, PlanItem
 from mavlink_sitl.autopilot.safety.arming import Arming
 from mavlink_sitl.autopilot.safety.rally import nearest_rally_ned_m
 from mavlink_sitl.autopilot.state.mode import Mode
@@ -209,6 +209,13 @@ class Plane(Traveller):
         """DO_REPOSITION, once in GUIDED: circle another point, NED metres."""
         if isinstance(self.mode, Guided):
             self.mode.reposition(place, radius_m)
+
+    def fly_at_height_of(self, item: PlanItem) -> Result:
+        """See `Commander`."""
+        if not isinstance(self.mode, Guided) or self.auto is None or not math.isfinite(item.z):
+            return Result.FAILED
+        self.mode.change_height(self.auto.place_of(item, self.motion[:3])[2], 0.0)
+        return Result.ACCEPTED
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: airspeed (0) or least speed over ground (1), in GUIDED and AUTO."""

@@ -54,11 +54,8 @@ class GlideAuto(ItemAuto):
 
     def ground_motors(self) -> Motors:
         """A take-off rolls before it flies; a landing rolls out."""
-        return Motors.FLY if self.taking_off and self._launched() else Motors.IDLE
-
-    def _launched(self) -> bool:
-        wanted = self.vehicle.wanted
-        return isinstance(wanted, GlideGuidance) and wanted.full_throttle
+        launched = isinstance(self.task, GlideTask) and self.task.launched
+        return Motors.FLY if launched else Motors.IDLE
 
     def hold_guidance(self) -> Guidance:
         """Wings level, until the first item says more."""

@@ -8,12 +8,8 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.plane.plane_tasks import (
-    LEVEL_BANK_RAD,
-    Climb,
-    FlyLine,
-    ItemAuto,
-)
+from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import level_limit_rad
+from mavlink_sitl.autopilot.ardupilot.plane.plane_tasks import Climb, FlyLine, ItemAuto
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.exchange import Motors, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
@@ -84,7 +80,7 @@ class Approach(FlyLine):
             if plane.navigator.height_above_home_m() >= self.go_around.height_m:
                 mode.restart_landing()
             return
-        limit = LEVEL_BANK_RAD if self.flaring else None
+        limit = level_limit_rad(plane) if self.flaring else None
         bank = mode.bank_along(self.start[:2], self.target, limit)
         if not self.flaring:
             self._look_for_the_ground()

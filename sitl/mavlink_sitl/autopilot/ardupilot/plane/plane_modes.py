@@ -7,10 +7,12 @@ import math
 from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.autopilot.control import l1_guidance as l1
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.exchange import Motors, Vector
+from mavlink_sitl.exchange import GRAVITY_M_S2, Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 Point = tuple[float, float]
+Throttle = tuple[float, float]
+"""Least and most, 0..1"""
 
 HEIGHT_TIME_S = 3.2
 """From an error of the height to a climb rate"""
@@ -18,10 +20,26 @@ CLIMB_RATE_CHANGE_M_S2 = 1.0
 TAKEOFF_CLIMB_SINE = 0.32
 THERE_M = 10.0
 """RTL has arrived on its circle, at most so far above or below it"""
+CLIMB_BEFORE_TURN = 16
+"""FLIGHT_OPTIONS: bit 4"""
+CLIMBS_ON_M = 10.0
+"""Further than it has to, so that it gets there"""
 RETURN_THEN_LAND, LAND_AT_ONCE = 1, 2
 """RTL_AUTOLAND"""
 STALL_MARGIN_BANK_RAD = math.radians(25.0)
 """It may always bank so much"""
+
+
+def throttle_limits(plane: PlaneView) -> Throttle:
+    """THR_MIN and THR_MAX. A negative least is for reverse thrust, which is not modelled."""
+    p = plane.parameters
+    most = min(max(p["THR_MAX"] / 100.0, 0.0), 1.0)
+    return min(max(p["THR_MIN"] / 100.0, 0.0), most), most
+
+
+def level_limit_rad(plane: PlaneView) -> float:
+    """LEVEL_ROLL_LIMIT: the bank close to the ground."""
+    return math.radians(min(max(plane.parameters["LEVEL_ROLL_LIMIT"], 0.0), 45.0))
 
 
 class PlaneMode(Mode):
@@ -64,13 +82,24 @@ class PlaneMode(Mode):
         """
         plane = self.vehicle
         radius = radius_m or plane.parameters["WP_LOITER_RAD"]
-        size = max(abs(radius) * plane.true_over_indicated, 1.0)
+        size = self._true_radius_m(abs(radius))
         law = self._l1().circle(centre[:2], size, -1 if radius < 0.0 else 1)
         self.target = centre
         self.cross_track_m, self.on_circle = law.outside_m, law.on_circle
         limit = self.bank_limit_rad()
         limit = limit if limit_rad is None else min(limit, limit_rad)
         self.fly(l1.bank_rad(law.sideways_m_s2, limit), self.climb_to(centre[2]))
+
+    def _true_radius_m(self, radius_m: float) -> float:
+        """The radius that is flown: larger in thin air, unless NAVL1_LIM_BANK permits the one."""
+        plane = self.vehicle
+        thin_air = plane.true_over_indicated
+        limit_rad = math.radians(min(max(plane.parameters["NAVL1_LIM_BANK"], 0.0), 89.0))
+        if limit_rad > 0.0:
+            least_m = plane.cruise_m_s() ** 2 / (math.tan(limit_rad) * GRAVITY_M_S2)
+            if least_m <= radius_m:
+                return max(least_m * thin_air, radius_m, 1.0)
+        return max(radius_m * thin_air, 1.0)
 
     def bank_along(self, start: Point, end: Vector, limit_rad: float | None = None) -> float:
         """The bank that keeps a line from a place to another; NED metres."""
@@ -89,11 +118,19 @@ class PlaneMode(Mode):
         self,
         bank_rad: float,
         climb_m_s: float,
-        full_throttle: bool = False,
+        throttle: Throttle | None = None,
         airspeed_m_s: float | None = None,
     ) -> None:
-        """Hand new guidance to the controllers; the airspeed is an indicated one."""
+        """Hand new guidance to the controllers.
+
+        Args:
+            bank_rad: right wing down.
+            climb_m_s: up.
+            throttle: least and most; THR_MIN and THR_MAX if left out.
+            airspeed_m_s: indicated; the cruise's if left out.
+        """
         target = self.target or (0.0, 0.0, 0.0)
+        least, most = throttle_limits(self.vehicle) if throttle is None else throttle
         airspeed = self.vehicle.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
         self.guide(
             GlideGuidance(
@@ -104,7 +141,8 @@ class PlaneMode(Mode):
                 bank_rad=bank_rad,
                 climb_m_s=climb_m_s,
                 airspeed_m_s=airspeed * self.vehicle.true_over_indicated,
-                full_throttle=full_throttle,
+                least_throttle=least,
+                most_throttle=most,
             )
         )
 
@@ -161,11 +199,16 @@ class ReturnToLaunch(Loiter):
         plane = self.vehicle
         self.begin_level()
         self._asked = False
+        self._from = plane.motion[:3]
+        self.target = plane.return_point_ned_m()
+        self._climbed = self._has_climbed()
         self.radius_m = plane.parameters["RTL_RADIUS"]
-        self.go_round(plane.return_point_ned_m())
+        self.go_round(self.target)
 
     def update(self) -> None:
         """Go round; once there, or at once, go and land if that is wanted."""
+        if not self._climbed and self._has_climbed():
+            self._climbed, self._from = True, self.vehicle.motion[:3]
         super().update()
         assert self.target is not None
         wanted = int(self.vehicle.parameters["RTL_AUTOLAND"])
@@ -173,3 +216,27 @@ class ReturnToLaunch(Loiter):
         if not self._asked and (wanted == LAND_AT_ONCE or (wanted == RETURN_THEN_LAND and there)):
             self._asked = True
             self.vehicle.start_landing()
+
+    def bank_limit_rad(self) -> float:
+        """See `PlaneMode`; before it has climbed it hardly turns."""
+        limit = super().bank_limit_rad()
+        return limit if self._climbed else min(limit, level_limit_rad(self.vehicle))
+
+    def climb_to(self, down_m: float) -> float:
+        """See `PlaneMode`; first it climbs, and from above it sinks bit by bit on its way."""
+        if not self._climbed:
+            more_m = max(self.vehicle.parameters["RTL_CLIMB_MIN"], 0.0) + CLIMBS_ON_M
+            return super().climb_to(min(down_m, self._from[2]) - more_m)
+        assert self.target is not None
+        way = [b - a for a, b in zip(self._from[:2], self.target[:2], strict=True)]
+        gone = [b - a for a, b in zip(self._from[:2], self.vehicle.motion[:2], strict=True)]
+        along = sum(a * b for a, b in zip(way, gone, strict=True)) / max(math.hypot(*way), 1.0) ** 2
+        above_m = max(down_m - self._from[2], 0.0)
+        return super().climb_to(down_m - above_m * (1.0 - min(max(along, 0.0), 1.0)))
+
+    def _has_climbed(self) -> bool:
+        """Whether it may turn: RTL_CLIMB_MIN, or to its height (FLIGHT_OPTIONS)."""
+        p, down_m = self.vehicle.parameters, self.vehicle.motion.down_m
+        if int(p["FLIGHT_OPTIONS"]) & CLIMB_BEFORE_TURN:
+            return self.target is not None and down_m < self.target[2]
+        return p["RTL_CLIMB_MIN"] <= 0.0 or self._from[2] - down_m > p["RTL_CLIMB_MIN"]

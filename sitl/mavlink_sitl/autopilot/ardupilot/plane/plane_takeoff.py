@@ -5,13 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import TAKEOFF_CLIMB_SINE, PlaneMode
+from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
+    TAKEOFF_CLIMB_SINE,
+    PlaneMode,
+    Throttle,
+    level_limit_rad,
+    throttle_limits,
+)
 from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.exchange import Motors, Severity
 from mavlink_sitl.guidance import GlideGuidance
 
-LEVEL_WINGS_M = 10.0
-"""TKOFF_LVL_ALT's place: below it a take-off flies straight"""
+BANKS_FROM = 1.35
+"""Times TKOFF_LVL_ALT: from here on it banks more than LEVEL_ROLL_LIMIT"""
+BANKS_MORE_DEG = 26.0
+"""For every TKOFF_LVL_ALT higher"""
+THROTTLE_RANGE = 1
+"""TKOFF_OPTIONS"""
 LEVELLED_OFF_M = 1.2
 LEVEL_OFF_FROM_M = 20.0
 OPENS_AFTER_S = 0.2
@@ -53,6 +63,18 @@ class Launch:
             text = f"Takeoff level-off starting at {int(LEVEL_OFF_FROM_M - 0.1)}m"
             plane.say(Severity.INFO, text)
         return since_s >= OPENS_AFTER_S
+
+    def throttle(self) -> Throttle:
+        """Least and most: as much as it may, or as its airspeed needs (TKOFF_OPTIONS)."""
+        plane, p = self._vehicle, self._vehicle.parameters
+        most = min(max(p["TKOFF_THR_MAX"] / 100.0, 0.0), 1.0) or throttle_limits(plane)[1]
+        ranges = int(p["TKOFF_OPTIONS"]) & THROTTLE_RANGE and p["ARSPD_USE"]
+        since_s = plane.now_s - self._began_s - OPENS_AFTER_S
+        high = plane.navigator.height_above_home_m() >= p["TKOFF_LVL_ALT"]
+        if not ranges or not high or since_s < p["TKOFF_THR_MAX_T"]:
+            return most, most
+        least = p["TKOFF_THR_MIN"] or p["TRIM_THROTTLE"]
+        return min(max(least / 100.0, 0.0), most), most
 
     def climb_m_s(self) -> float:
         """As steep as it can."""
@@ -107,15 +129,17 @@ class TakeOff(PlaneMode):
             self.climbing = False
             self._climb_m_s = 0.0
         climb = self._launch.climb_m_s()
-        if height < LEVEL_WINGS_M:
-            self.fly(0.0, climb, full_throttle=True)
+        throttle, level_m = self._launch.throttle(), max(plane.parameters["TKOFF_LVL_ALT"], 1.0)
+        if height < level_m:
+            self.fly(0.0, climb, throttle)
             return
         # Close to the ground it banks only a little.
-        limit = math.radians(5.0 + 2.6 * max(height - 13.5, 0.0))
+        more_deg = BANKS_MORE_DEG * max(height / level_m - BANKS_FROM, 0.0)
+        limit = level_limit_rad(plane) + math.radians(more_deg)
         self.circle(self.target, limit)
         wanted = self.vehicle.wanted
         bank = wanted.bank_rad if isinstance(wanted, GlideGuidance) else 0.0
-        self.fly(bank, climb, full_throttle=True)
+        self.fly(bank, climb, throttle)
 
     def _begin(self) -> None:
         plane, m, p = self.vehicle, self.vehicle.motion, self.vehicle.parameters

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 
-from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import PlaneMode, Point
+from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import PlaneMode, Point, level_limit_rad
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import Launch
 from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.autopilot.common.auto import Auto
@@ -16,8 +16,6 @@ from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity, Vector
 
-LEVEL_BANK_RAD = math.radians(5.0)
-"""LEVEL_ROLL_LIMIT: close to the ground"""
 SLOPES_ABOVE_M = 20.0
 """Lower than that above home it climbs to a waypoint's height at once, not bit by bit"""
 ALIGNED_RAD = math.radians(10.0)
@@ -43,6 +41,8 @@ class GlideTask(AutoTask):
     """An item in flight."""
 
     taking_off = False
+    launched = False
+    """Whether a take-off rolls or flies"""
 
     auto: ItemAuto
     vehicle: PlaneView
@@ -76,7 +76,8 @@ class Climb(GlideTask):
         if self._launch is None:
             self._launch = Launch(plane, self.height_m)
             self._start = self.here
-        if not self._launch.rolling():
+        self.launched = self._launch.rolling()
+        if not self.launched:
             return
         heading = self._launch.heading_rad
         ahead = (
@@ -84,8 +85,8 @@ class Climb(GlideTask):
             self._start[1] + 1000.0 * math.sin(heading),
             plane.navigator.home_ned_m()[2] - self.height_m,
         )
-        bank = mode.bank_along(self._start, ahead, LEVEL_BANK_RAD)
-        mode.fly(bank, self._launch.climb_m_s(), full_throttle=True)
+        bank = mode.bank_along(self._start, ahead, level_limit_rad(plane))
+        mode.fly(bank, self._launch.climb_m_s(), self._launch.throttle())
 
     def finished(self) -> bool:
         """At its height."""

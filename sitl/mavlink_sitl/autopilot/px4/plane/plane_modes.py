@@ -121,7 +121,7 @@ class PlaneMode(Px4Mode):
                 bank_rad=bank,
                 climb_m_s=self._climb_m_s,
                 airspeed_m_s=airspeed * TRUE_OVER_INDICATED,
-                full_throttle=full_throttle,
+                least_throttle=1.0 if full_throttle else 0.0,
             )
         )
 
