@@ -7,6 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
+from mavlink_sitl.autopilot.plans.plans import MissionState
 from tests.support.stations.ground_station import (
     ACCEPTED,
     AUTO,
@@ -250,6 +251,33 @@ def test_the_command_drives_a_heading_for_three_seconds(form: str) -> None:
 
 @pytest.mark.parametrize("vehicle", ["copter", "rover", "plane"])
 def test_items_that_need_a_companion_are_taken_and_passed_over(vehicle: str) -> None:
-    """DO_GUIDED_LIMITS bounds what a companion may do in NAV_GUIDED_ENABLE; here is none."""
+    """DO_GUIDED_LIMITS bounds what a companion may do in a copter's NAV_GUIDED_ENABLE."""
     limits = item(mav.MAV_CMD_DO_GUIDED_LIMITS, params=(10.0,), anywhere=True)
     assert upload(kind(vehicle), [home(), limits, waypoint(5, 5)]) == 0
+
+
+# The item in force before AUTO.
+
+
+def test_the_current_item_is_the_next_one_to_fly_to() -> None:
+    station = flying(8.0)
+    assert upload(station, TAGGED) == 0
+    assert station.command(JUMP_TAG, 7) == ACCEPTED
+    assert station.last("MISSION_CURRENT").seq == 4
+
+
+def test_where_nothing_to_fly_to_follows_the_command_fails() -> None:
+    station = flying(8.0)
+    assert upload(station, [*TAGGED[:3], item(mav.MAV_CMD_JUMP_TAG, params=(7.0,))]) == 0
+    assert station.command(JUMP_TAG, 7) == FAILED
+    assert station.vehicle.plans.current == 0
+
+
+def test_a_jump_to_nowhere_ends_the_mission() -> None:
+    station = flying(8.0)
+    nowhere = item(mav.MAV_CMD_DO_JUMP_TAG, params=(17.0, 1.0), anywhere=True)
+    assert upload(station, [home(), waypoint(2, 0, 8), nowhere, waypoint(30, 0, 8)]) == 0
+    assert station.mode(AUTO) == ACCEPTED
+    station.run(15.0)
+    assert station.position[0] < 5.0
+    assert station.vehicle.plans.state is MissionState.COMPLETE

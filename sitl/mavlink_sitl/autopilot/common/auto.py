@@ -107,7 +107,7 @@ class Auto(Mode):
         self.may_take_off = False
         self.guide(self.hold_guidance())
         if self.has_mission:
-            self.start(self.vehicle.plans.current)
+            self.start(self.vehicle.plans.first_to_do)
 
     def leave(self) -> None:
         """Another mode takes over: the mission waits."""
@@ -170,6 +170,7 @@ class Auto(Mode):
         plans = self.vehicle.plans
         self._waiting = []
         self._doing_since_s = None
+        plans.begins = (0, 0)
         for seq, item in self._walk(place, plans.jumps):
             if item.command not in self.moving:
                 self._waiting.append((seq, item))
@@ -200,6 +201,12 @@ class Auto(Mode):
             place += 1
         return found
 
+    def next_moving(self, place: int) -> int | None:
+        """The first item to fly to from a place on; None if the mission ends before it."""
+        walked = self._walk(max(place, self._first), dict(self.vehicle.plans.jumps))
+        last = walked[-1] if walked else None
+        return last[0] if last is not None and last[1].command in self.moving else None
+
     def _jump(self, place: int, item: PlanItem, jumps: dict[int, int]) -> int:
         items = self.vehicle.plans.mission.items
         target, times = int(item.params[0]), int(item.params[1])
@@ -207,7 +214,9 @@ class Auto(Mode):
             tagged = self.vehicle.plans.place_of_tag(target)
             target = -1 if tagged is None else tagged
         taken = jumps.get(place, 0)
-        if not self._first <= target < len(items) or 0 <= times <= taken:
+        if not self._first <= target < len(items):
+            return len(items)  # to nowhere: it ends
+        if 0 <= times <= taken:
             return place + 1
         jumps[place] = taken + 1
         return target

@@ -180,13 +180,21 @@ class Commander(Firmware):
         return Result.ACCEPTED
 
     def set_current_item(self, seq: int) -> Result:
-        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT."""
-        if not 0 <= seq < len(self.plans.mission.items):
+        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT.
+
+        In AUTO the mission goes on there, or ends if nothing to fly to follows. In other modes the
+        next item to fly to is the current one; FAILED without one.
+        """
+        if not 0 <= seq < len(self.plans.mission.items) or self.auto is None:
             return Result.DENIED
-        self.plans.current = seq
+        place = self.auto.next_moving(seq)
         if isinstance(self.mode, Auto):
             self.mode.jump_to(max(seq, int(self.personality.plan_rules.home_first)))
-        return Result.ACCEPTED
+        elif seq and place is not None:
+            self.plans.current, self.plans.begins = place, (seq, place)
+        elif not seq:
+            self.plans.current = 0
+        return Result.FAILED if place is None and seq else Result.ACCEPTED
 
     def aux_function(self, function: int, position: int) -> bool:
         """DO_AUX_FUNCTION: what a switch does; whether there is such a function."""

@@ -159,6 +159,7 @@ class Plans:
         current: sequence number of the mission's item in force.
         state: of the mission, once there is one.
         jumps: how often each DO_JUMP has been taken.
+        begins: where somebody set the current item to, and what the next item to fly to was.
     """
 
     mission: Plan = field(default_factory=Plan)
@@ -167,6 +168,7 @@ class Plans:
     current: int = 0
     state: MissionState = MissionState.NOT_STARTED
     jumps: dict[int, int] = field(default_factory=dict)
+    begins: tuple[int, int] = (0, 0)
 
     def of(self, plan_type: int) -> Plan:
         """The list of a type."""
@@ -179,9 +181,16 @@ class Plans:
                 return place
         return None
 
+    @property
+    def first_to_do(self) -> int:
+        """Where the mission goes on: at the current item, or with what is to be done before it."""
+        begin, current = self.begins
+        return begin if current == self.current else self.current
+
     def rewind(self) -> None:
         """Restart at the first item next time, as after disarming."""
         self.current = 0
+        self.begins = (0, 0)
         self.jumps.clear()
 
     def keep_place(self, current: int | None) -> None:
