@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import pytest
+from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.exchange import Severity
 from tests.support.stations.ground_station import GroundStation, copter
 from tests.support.stations.kinds import kind
+from tests.support.stations.missions import home, upload, waypoint
 from tests.support.stations.transmitter import Transmitter
 
 RTL, LAND, FENCE, ARM, AUTO_MODE, RELAY = 4, 18, 11, 153, 16, 28
+SAVE_WAYPOINT, OBEY_OVERRIDES = 7, 46
 LOW, MIDDLE, HIGH = 1000, 1500, 1900
 
 
@@ -77,3 +80,98 @@ def test_a_function_that_does_not_exist_is_reported() -> None:
     station.run(1.0)
     texts = [(m.severity, m.text) for m in station.messages("STATUSTEXT")]
     assert (Severity.INFO, "Invalid channel option (250)") in texts
+
+
+# Saving waypoints.
+
+
+def commands(station: GroundStation) -> list[int]:
+    return [each.command for each in station.vehicle.plans.mission.items]
+
+
+def test_a_switch_saves_where_the_copter_is() -> None:
+    station, sticks = with_option("copter", 7, SAVE_WAYPOINT)
+    station.take_off(6.0)
+    for throttle_us in (1500, 1000):
+        sticks.move({3: throttle_us, 7: HIGH}, 0.6)
+        sticks.move({7: LOW}, 0.6)
+    assert commands(station) == [16, 22, 16, 21], "home, a take-off, a waypoint, and a landing"
+    saved = station.vehicle.plans.mission.items[2]
+    assert saved.z == pytest.approx(6.0, abs=0.5)
+    assert saved.x == pytest.approx(station.last("GLOBAL_POSITION_INT").lat, abs=30)
+
+
+def test_disarmed_the_copter_saves_nothing_and_the_rover_forgets_its_mission() -> None:
+    station, sticks = with_option("copter", 7, SAVE_WAYPOINT)
+    sticks.move({7: HIGH}, 0.6)
+    assert commands(station) == []
+    station, sticks = with_option("rover", 7, SAVE_WAYPOINT)
+    assert upload(station, [home(), waypoint(5, 5)]) == 0
+    sticks.move({7: HIGH}, 0.6)
+    assert commands(station) == []
+    assert "SaveWP: Mission cleared!" in station.texts()
+    sticks.move({7: LOW}, 0.6)
+    assert station.arm() == 0
+    sticks.move({7: HIGH}, 0.6)
+    assert commands(station) == [16, 16]
+
+
+def test_a_plane_does_not_know_that_function() -> None:
+    assert kind("plane").command(mav.MAV_CMD_DO_AUX_FUNCTION, SAVE_WAYPOINT, 2) == 4
+
+
+# When they are looked at.
+
+
+def test_what_the_pilot_holds_has_the_same_stamp_until_something_moves() -> None:
+    copter_ = copter().ready().vehicle.copter
+    radio, pilot, now_s = copter_.radio, copter_.pilot, copter_.now_s
+    stamps = [radio.stamp(now_s)]
+
+    def changed() -> bool:
+        stamps.append(radio.stamp(now_s))
+        return stamps[-1] != stamps[-2]
+
+    assert not changed()
+    pilot.receive([1500, 1500, 1000, 1500])
+    assert not changed(), "nothing moved"
+    pilot.receive([1500, 1500, 1200, 1500])
+    assert changed()
+    pilot.override([0, 0, 1300], now_s)
+    assert changed()
+    pilot.override([0, 0, 1300], now_s)
+    assert not changed()
+    now_s += copter_.parameters["RC_OVERRIDE_TIME"] + 0.1
+    assert changed(), "the override has run out"
+    pilot.lost = True
+    assert changed()
+    copter_.parameters.set("RC7_OPTION", 18.0)
+    assert changed()
+
+
+def test_a_switch_has_a_ground_stations_overrides_count_or_not() -> None:
+    station, sticks = with_option("rover", 9, OBEY_OVERRIDES)
+    copter_ = station.vehicle.copter
+
+    def overridden() -> bool:
+        station.send(mav.MAVLink_rc_channels_override_message(1, 1, *[0, 0, 1700, 0, 0, 0, 0, 0]))
+        station.run(0.5)
+        return copter_.radio.raw_us("Throttle", copter_.now_s) == 1700
+
+    assert overridden()
+    station.run(4.0)
+    sticks.move({9: HIGH}, 0.6)
+    sticks.move({9: LOW}, 0.6)
+    assert not overridden()
+    sticks.move({9: HIGH}, 0.6)
+    assert overridden()
+
+
+def test_an_override_time_of_0_has_overrides_not_count_until_it_is_changed_back() -> None:
+    copter_ = copter().ready().vehicle.copter
+    pilot, now_s, usual_s = copter_.pilot, copter_.now_s, 3.0
+    pilot.override([0, 1700], now_s)
+    assert [pilot.channels(now_s, t)[1] for t in (usual_s, 0.0, usual_s)] == [1700, 1500, 1700]
+    pilot.lost = True
+    assert [pilot.heard(now_s, t) for t in (usual_s, 0.0, usual_s)] == [True, False, True]
+    assert pilot.channels(now_s + 3.1, usual_s)[1] == 1500

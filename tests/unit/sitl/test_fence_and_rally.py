@@ -151,6 +151,17 @@ def test_rtl_goes_to_a_rally_point_that_is_nearer_than_home() -> None:
     assert math.dist(station.position[:2], (40, 5)) < 0.6
 
 
+def test_rtl_goes_to_a_rally_point_farther_off_if_home_does_not_count_and_as_high() -> None:
+    station = copter(parameters={"RALLY_INCL_HOME": 0.0}).ready()
+    assert upload(station, [item(5100, 40, 5, 20, mission_type=2)], 2) == 0
+    station.take_off(10)
+    station.mode(RTL)
+    station.run_until(lambda: math.dist(station.position[:2], (40, 5)) < 0.6, 60.0)
+    assert station.position[2] == pytest.approx(-20.0, abs=0.5), "RTL_ALT is 15 m"
+    station.run_until(lambda: not station.vehicle.copter.armed, 120.0)
+    assert math.dist(station.position[:2], (40, 5)) < 0.6
+
+
 def test_rtl_goes_home_when_that_is_nearer() -> None:
     station = copter().ready()
     assert upload(station, [item(5100, 40, 5, 20, mission_type=2)], 2) == 0

@@ -1,4 +1,4 @@
-"""ACRO, SPORT, GUIDED_NOGPS, SMARTRTL and AUTO RTL of the copter, and who returns by them."""
+"""ACRO, SPORT, DRIFT, GUIDED_NOGPS, SMARTRTL and AUTO RTL, and other ways to fly a copter."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from tests.support.stations.missions import home, item, take_off, upload, waypoi
 from tests.support.stations.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
 
 ACRO, SPORT, GUIDED_NOGPS, SMART_RTL, AUTO_RTL = 1, 13, 20, 21, 27
+ALT_HOLD, DRIFT, POSHOLD = 2, 11, 16
 
 
 def mode(station: GroundStation) -> int:
@@ -184,3 +185,80 @@ def test_auto_rtl_is_rejected_without_a_landing_in_the_mission() -> None:
     assert station.mode(AUTO_RTL) == FAILED
     assert any("AUTO RTL failed" in text for text in station.texts())
     assert mode(station) == GUIDED
+
+
+# DRIFT.
+
+
+def test_drift_turns_by_the_roll_stick_and_does_not_slide() -> None:
+    station = flying(30.0)
+    pilot = Transmitter(station)
+    pilot.put({THROTTLE: 1500})
+    assert station.mode(DRIFT) == ACCEPTED
+    pilot.move({PITCH: 1250}, 4.0)
+    m = station.vehicle.copter.motion
+    assert m.velocity_north_m_s > 3.0, "ahead, nose to the North"
+    pilot.move({ROLL: 1600}, 3.0)
+    m = station.vehicle.copter.motion
+    assert math.degrees(m.yaw_rad) > 30.0
+    sideways = m.velocity_east_m_s * math.cos(m.yaw_rad) - m.velocity_north_m_s * math.sin(
+        m.yaw_rad
+    )
+    assert abs(sideways) < 0.5 * m.speed_m_s
+    pilot.move({ROLL: 1500, PITCH: 1500}, 8.0)
+    assert station.vehicle.copter.motion.speed_m_s < 0.5, "let go of, it stops"
+
+
+def test_drift_damps_the_climb_at_mid_throttle_only() -> None:
+    station = flying(30.0)
+    pilot = Transmitter(station)
+    pilot.put({THROTTLE: 1500})
+    station.mode(DRIFT)
+    pilot.move({THROTTLE: 1560}, 3.0)
+    damped = -station.velocity[2]
+    pilot.move({THROTTLE: 1900}, 3.0)
+    assert 0.0 < damped < 2.0 < -station.velocity[2]
+
+
+# Take-off by the stick.
+
+
+@pytest.mark.parametrize("number", [ALT_HOLD, POSHOLD])
+def test_a_short_push_of_the_throttle_takes_off_to_pilot_tkoff_alt(number: int) -> None:
+    station = copter(parameters={"PILOT_TKOFF_ALT": 700.0}).ready()
+    pilot = Transmitter(station)
+    assert station.mode(number) == ACCEPTED
+    assert station.arm() == ACCEPTED
+    station.run(2.0)
+    assert station.position[2] == pytest.approx(0.0, abs=0.1)
+    pilot.move({THROTTLE: 1710}, 0.5)
+    pilot.move({THROTTLE: 1500}, 15.0)
+    assert station.position[2] == pytest.approx(-7.0, abs=0.5)
+    pilot.move({THROTTLE: 1700}, 3.0)
+    assert station.position[2] < -7.5, "then the stick climbs further"
+
+
+def test_the_stick_pulled_back_ends_such_a_take_off() -> None:
+    station = copter(parameters={"PILOT_TKOFF_ALT": 700.0}).ready()
+    pilot = Transmitter(station)
+    station.mode(ALT_HOLD)
+    station.arm()
+    station.run(2.0)
+    pilot.move({THROTTLE: 1710}, 3.5)
+    pilot.move({THROTTLE: 1400}, 0.3)
+    pilot.move({THROTTLE: 1500}, 8.0)
+    assert -6.0 < station.position[2] < -0.3
+
+
+# The yaw of repeated commands.
+
+
+def test_a_relative_yaw_that_is_repeated_turns_on_at_the_same_rate() -> None:
+    rates = []
+    for interval_s in (1.0, 0.1):
+        station = flying(10.0)
+        for _ in range(round(4.0 / interval_s)):
+            assert station.command(mav.MAV_CMD_CONDITION_YAW, 60, 0, 1, 1) == ACCEPTED
+            station.run(interval_s)
+        rates.append(station.vehicle.copter.motion.yaw_rate_rad_s)
+    assert rates[1] > 0.95 * rates[0] > 0.5

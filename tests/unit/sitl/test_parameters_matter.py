@@ -79,6 +79,15 @@ def back(flight: Flight) -> None:
     flight.watch(30)
 
 
+def back_from_near(flight: Flight) -> None:
+    """Home is nearer than the rally point."""
+    station = flight.up()
+    rally = item(mav.MAV_CMD_NAV_RALLY_POINT, 25.0, 3.0, 8.0, mission_type=2)
+    assert upload(station, [rally], mission_type=2) == 0
+    station.mode(RTL)
+    flight.watch(12)
+
+
 def mission(flight: Flight) -> None:
     station = flight.station
     flight.change()
@@ -202,6 +211,19 @@ def by_stick(flight: Flight) -> None:
     flight.seen.append(flight.station.vehicle.copter.armed)
 
 
+def by_throttle(flight: Flight) -> None:
+    """Taken off by the stick, which is in its middle again at once."""
+    flight.change()
+    station = flight.station
+    station.mode(LOITER)
+    assert station.arm() == 0
+    station.run(3.0)
+    for raw_us in (1750, 1500):
+        Transmitter(station).put({3: raw_us})
+        flight.watch(2)
+    flight.watch(4)
+
+
 def switched(flight: Flight) -> None:
     flight.change()
     for raw_us in (1000, 1300, 1400, 1550, 1700, 1900):
@@ -288,8 +310,10 @@ CASES: dict[str, Case] = {
     "PILOT_SPEED_DN": (sticks, {}, 100.0),
     "PILOT_SPEED_UP": (sticks, {}, 100.0),
     "PILOT_Y_RATE": (by_pilot, {}, 20.0),
+    "PILOT_TKOFF_ALT": (by_throttle, {}, 300.0),
     "PSC_JERK_XY": (guided, {}, 1.0),
     "PSC_JERK_Z": (guided, {}, 1.0),
+    "RALLY_INCL_HOME": (back_from_near, {}, 0.0),
     "RALLY_LIMIT_KM": (back, {}, 0.002),
     **{f"RC{n}_OPTION": (by_switch(n), {}, TO_LAND) for n in range(1, 17)},
     "RC1_DZ": (gently_by_pilot, {}, 0.0),

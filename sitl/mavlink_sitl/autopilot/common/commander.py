@@ -13,7 +13,7 @@ from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
 from mavlink_sitl.autopilot.common.mode_switch import ModeSwitch
 from mavlink_sitl.autopilot.devices import aux_functions
 from mavlink_sitl.autopilot.personality import ModeSpec
-from mavlink_sitl.autopilot.plans.plans import PlanItem
+from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.autopilot.safety.rudder import Rudder
 from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
@@ -206,6 +206,20 @@ class Commander(Firmware):
         self.plans.forget_progress()
         self.saved.mission_length(0)
         self.mission_changed()
+
+    def save_waypoint(self) -> None:
+        """Append this place to the mission, where the firmware can."""
+
+    def append_here(self, command: Cmd) -> None:
+        """Append an item to the mission, at the vehicle's place and height above home."""
+        mission, m = self.plans.mission, self.motion
+        if not mission.items:
+            mission.put(0, PlanItem(Cmd.WAYPOINT, 0))
+        place = self.navigator.frame.to_geodetic(m.north_m, m.east_m, m.down_m)
+        x, y = round(place.latitude_deg * 1e7), round(place.longitude_deg * 1e7)
+        height_m = self.navigator.height_above_home_m()
+        mission.put(len(mission.items), PlanItem(command, x=x, y=y, z=height_m))
+        self.saved.mission_length(len(mission.items))
 
     def fly_to_item(self, item: PlanItem) -> Result:
         """A mission item that is a target for GUIDED: MISSION_ITEM with current = 2."""

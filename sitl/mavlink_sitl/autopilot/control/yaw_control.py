@@ -41,8 +41,10 @@ class YawControl:
             angle_deg: where to, from North, or how far when relative.
             rate_deg_s: how fast; 0 for the firmware's own rate.
             direction: 1 clockwise, -1 against it, 0 the shorter way.
-            relative: 1 for an angle from where the nose points.
+            relative: 1 for an angle from where the nose points, or is to point by now.
         """
+        if self.heading_rad is not None and self._region is None:
+            yaw_rad = self.heading_rad
         if relative > 0.0:
             left = math.radians(angle_deg) * (1.0 if direction >= 0.0 else -1.0)
         else:

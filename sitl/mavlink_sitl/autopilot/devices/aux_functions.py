@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from mavlink_sitl.autopilot.devices.compasses import Compasses
+from mavlink_sitl.autopilot.state.pilot import Pilot
 from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Result, Severity
 
@@ -26,17 +27,20 @@ MODES = {
 """Functions that change the mode, and its name; a vehicle type has those of its modes"""
 RELAYS = {28: 0, 34: 1, 35: 2, 36: 3, 66: 4, 67: 5}
 
+SAVE_WAYPOINT = 7
+"""Planes do not have it"""
+
 _EVERY_KIND = (
-    9, 15, 19, 27, 30, 38, 40, 46, 62, 78, 79, 80, 85, 100, 101, 102, 103, 104, 105, 106, 110, 111,
+    9, 15, 19, 27, 30, 38, 40, 62, 78, 79, 80, 85, 100, 101, 102, 103, 104, 105, 106, 110, 111,
     112, 113, 156, 158, 162, 163, 164, 166, 167, 168, 169, 172, 174, 175, 177, 212, 213, 214, 215,
     216, 217, 218, 300, 301, 302, 303, 304, 305, 306, 307,
 )  # fmt: skip
 WITHOUT_EFFECT: dict[str, frozenset[int]] = {
     "copter": frozenset(
-        (*_EVERY_KIND, 2, 3, 5, 7, 10, 13, 14, 17, 21, 22, 23, 25, 26, 32, 39, 43, 44, 45, 57, 60,
+        (*_EVERY_KIND, 2, 3, 5, 10, 13, 14, 17, 21, 22, 23, 25, 26, 32, 39, 43, 44, 45, 57, 60,
          61, 73, 75, 76, 83, 84, 109, 151, 152, 154, 159, 160, 161, 219)
     ),
-    "rover": frozenset((*_EVERY_KIND, 0, 7, 50, 59, 63, 74, 97, 155, 201, 202, 207, 211)),
+    "rover": frozenset((*_EVERY_KIND, 0, 50, 59, 63, 74, 97, 155, 201, 202, 207, 211)),
     "plane": frozenset(
         (*_EVERY_KIND, 22, 39, 43, 64, 82, 84, 86, 87, 88, 89, 91, 95, 96, 98, 107, 108, 154, 155,
          157, 160, 170, 173, 176, 179, 180, 181, 208, 209, 210)
@@ -50,6 +54,7 @@ class SwitchedVehicle(VehicleView, Protocol):
     """A vehicle with its switches; the members are those of `commander.Commander`."""
 
     compasses: Compasses
+    pilot: Pilot
     inject_failure: Callable[[int, int, int], Result]
 
     def arm(self, force: bool = False) -> Result:
@@ -63,6 +68,9 @@ class SwitchedVehicle(VehicleView, Protocol):
 
     def clear_mission(self) -> None:
         """Forget the mission."""
+
+    def save_waypoint(self) -> None:
+        """Append this place to the mission."""
 
     def stop_motors(self, stop: bool) -> None:
         """The emergency stop."""
@@ -80,6 +88,16 @@ def _reset_mission(vehicle: SwitchedVehicle, position: int) -> None:
 def _clear_mission(vehicle: SwitchedVehicle, position: int) -> None:
     if position == HIGH:
         vehicle.clear_mission()
+
+
+def _save_waypoint(vehicle: SwitchedVehicle, position: int) -> None:
+    if position == HIGH:
+        vehicle.save_waypoint()
+
+
+def _obey_overrides(vehicle: SwitchedVehicle, position: int) -> None:
+    if position != MIDDLE:
+        vehicle.pilot.obeys_overrides = position == HIGH
 
 
 def _stop_motors(vehicle: SwitchedVehicle, position: int) -> None:
@@ -121,9 +139,11 @@ def _calibrate_compasses(vehicle: SwitchedVehicle, position: int) -> None:
 
 
 FUNCTIONS: dict[int, Callable[[SwitchedVehicle, int], None]] = {
+    7: _save_waypoint,
     11: _fence,
     24: _reset_mission,
     31: _stop_motors,
+    46: _obey_overrides,
     58: _clear_mission,
     65: _disable_gps,
     81: _disarm,
@@ -153,15 +173,16 @@ def _returns_from_middle(vehicle: SwitchedVehicle) -> bool:
 
 def run(vehicle: SwitchedVehicle, function: int, position: int) -> bool:
     """Do what a switch does; whether the firmware has such a function."""
+    kind = vehicle.personality.kind
     if function in MODES and _change_mode(vehicle, MODES[function], position):
         return True
     if function in RELAYS:
         vehicle.outputs.set_relay(RELAYS[function], int(position == HIGH))
         return True
-    if function in FUNCTIONS:
+    if function in FUNCTIONS and not (function == SAVE_WAYPOINT and kind == "plane"):
         FUNCTIONS[function](vehicle, position)
         return True
-    if function in WITHOUT_EFFECT[vehicle.personality.kind]:
+    if function in WITHOUT_EFFECT[kind]:
         return True
     vehicle.say(Severity.INFO, f"Invalid channel option ({function})")
     return False

@@ -22,6 +22,7 @@ _MODES = (
     ModeSpec(6, "RTL", "rtl", True, position_controlled=True),
     ModeSpec(7, "CIRCLE", "circle", True, position_controlled=True),
     ModeSpec(9, "LAND", "land", position_controlled=True),
+    ModeSpec(11, "DRIFT", "drift", True, armable=True),
     ModeSpec(13, "SPORT", "sport", armable=True),
     ModeSpec(16, "POSHOLD", "loiter", True, armable=True, position_controlled=True),
     ModeSpec(17, "BRAKE", "brake", True, position_controlled=True),

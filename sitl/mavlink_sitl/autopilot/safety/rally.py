@@ -11,8 +11,8 @@ from mavlink_sitl.geodesy import GeoPoint
 def nearest_rally_ned_m(copter: VehicleView) -> tuple[float, float, float] | None:
     """The nearest rally point, as high as it says above home; None when home counts instead.
 
-    Home counts when it is nearer and RALLY_INCL_HOME is set (copters have it always), or when no
-    point is within RALLY_LIMIT_KM (0: at any distance).
+    Home counts when it is nearer and RALLY_INCL_HOME is set, or when no point is within
+    RALLY_LIMIT_KM (0: at any distance).
     """
     parameters = copter.parameters
     if not parameters.acts("RALLY_LIMIT_KM"):
@@ -20,7 +20,7 @@ def nearest_rally_ned_m(copter: VehicleView) -> tuple[float, float, float] | Non
     home = copter.navigator.home_ned_m()
     here = copter.motion[:2]
     best_m = parameters["RALLY_LIMIT_KM"] * 1000.0 or math.inf
-    if not parameters.acts("RALLY_INCL_HOME") or parameters["RALLY_INCL_HOME"]:
+    if parameters["RALLY_INCL_HOME"]:
         best_m = min(best_m, math.dist(here, home[:2]))
     best = None
     for item in copter.plans.rally.items:

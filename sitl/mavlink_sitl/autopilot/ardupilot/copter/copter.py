@@ -11,6 +11,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Land,
     Throw,
 )
+from mavlink_sitl.autopilot.ardupilot.copter.drift import Drift
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, GuidedNoGps
 from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import (
     Acro,
@@ -71,6 +72,7 @@ class Copter(Commander):
         "circle": Circle,
         "throw": Throw,
         "acro": Acro,
+        "drift": Drift,
         "sport": Sport,
         "guided_nogps": GuidedNoGps,
         "smart_rtl": SmartReturn,
@@ -187,6 +189,15 @@ class Copter(Commander):
             mode.spec = self.personality.modes[AUTO]
         super().change_to(mode)
 
+    def save_waypoint(self) -> None:
+        """See `Commander`: first a take-off, then waypoints, with a closed throttle a landing."""
+        closed = self.pilot_throttle() == 0.0
+        if self.mode is self.auto or not self.armed or (closed and not self.has_mission):
+            return
+        if not self.has_mission:
+            self.append_here(Cmd.TAKEOFF)
+        self.append_here(Cmd.LAND if closed else Cmd.WAYPOINT)
+
     def pause_or_go_on(self, go_on: bool) -> Result:
         """DO_PAUSE_CONTINUE: AUTO and GUIDED stop and hold, or continue."""
         if isinstance(self.mode, Auto):
@@ -215,16 +226,24 @@ class Copter(Commander):
         return Result.ACCEPTED
 
     def setpoint(self, setpoint: Setpoint) -> None:
-        """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
-        if isinstance(self.mode, Guided) and not self.fence.blocks(setpoint):
+        """SET_POSITION_TARGET_*: silently ignored where no companion is obeyed."""
+        guided = self._obeys()
+        if guided is not None and not self.fence.blocks(setpoint):
             self.yaw.forget()
-            self.mode.setpoint(setpoint)
+            guided.setpoint(setpoint)
 
     def attitude(self, target: AttitudeTarget) -> None:
         """SET_ATTITUDE_TARGET: the same."""
-        if isinstance(self.mode, Guided):
+        guided = self._obeys()
+        if guided is not None:
             self.yaw.forget()
-            self.mode.attitude(target)
+            guided.attitude(target)
+
+    def _obeys(self) -> Guided | None:
+        """GUIDED, if it flies: as the mode, or for an item of AUTO."""
+        if isinstance(self.mode, CopterAuto):
+            return self.mode.guided
+        return self.mode if isinstance(self.mode, Guided) else None
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: 0 and 1 over ground, 2 climbing, 3 sinking; GUIDED only."""

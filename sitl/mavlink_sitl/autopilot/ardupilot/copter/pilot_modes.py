@@ -20,6 +20,8 @@ BRAKE_GAIN_1_S = 1.0
 LEANING_TAKES_S = 0.15
 """ATC_INPUT_TC: how the wanted acceleration follows the stick"""
 CLIMBS_M_S = 0.0
+TAKEN_OFF_M = 0.1
+"""A take-off by the stick ends so far below its height"""
 
 _SCALAR = ScalarOps()
 
@@ -132,6 +134,7 @@ class HeightMode(Mode):
     def enter(self) -> None:
         """Begin where it is."""
         self._climb: float | None = None
+        self._takes_off_to_m: float | None = None
         self.update()
 
     def ground_motors(self) -> Motors:
@@ -142,7 +145,7 @@ class HeightMode(Mode):
         """Turn and climb as the sticks say; to be completed by what it does over ground."""
         copter = self.vehicle
         first = self._climb is None
-        self._climb = pilot_input.climb_rate_m_s(copter)
+        self._climb = self._taking_off_m_s(pilot_input.climb_rate_m_s(copter))
         acceleration = max(copter.parameters["PILOT_ACCEL_Z"] / 100.0, 0.1)
         yaw_mode, yaw_rate = pilot_input.yaw(copter)
         return replace(
@@ -154,6 +157,28 @@ class HeightMode(Mode):
             restart_xy=first,
             restart_z=first,
         )
+
+    def _taking_off_m_s(self, climb_m_s: float) -> float:
+        """The climb rate of the stick, or of a take-off by it, which ends at PILOT_TKOFF_ALT."""
+        copter, p = self.vehicle, self.vehicle.parameters
+        down_m = copter.motion.down_m
+        if copter.landed or not copter.armed:
+            height_m = min(max(p["PILOT_TKOFF_ALT"] / 100.0, 0.0), 10.0)
+            begins = copter.armed and climb_m_s > CLIMBS_M_S and height_m > 0.0
+            if not begins and copter.armed and self._takes_off_to_m is not None:
+                begins = climb_m_s == 0.0  # the stick is back in its middle already
+            else:
+                self._takes_off_to_m = down_m - height_m if begins else None
+        elif climb_m_s < 0.0:
+            self._takes_off_to_m = None
+        if self._takes_off_to_m is None:
+            return climb_m_s
+        left_m = down_m - self._takes_off_to_m
+        if left_m <= TAKEN_OFF_M:
+            self._takes_off_to_m = None
+            return climb_m_s
+        most_m_s = p["PILOT_SPEED_UP"] / 100.0
+        return max(climb_m_s, min(float(sqrt_approach(left_m, 1.0, 1.0, _SCALAR)), most_m_s))
 
     def limits(self) -> Limits:
         """The limits of its motion, but for the climb."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import landing_speed_m_s
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
-from mavlink_sitl.autopilot.safety.rally import return_point_ned_m
+from mavlink_sitl.autopilot.safety.rally import nearest_rally_ned_m
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Vector
@@ -122,11 +122,14 @@ class ReturnToLaunch(LandsAtTheEnd):
     def enter(self) -> None:
         """Brake, and climb to the height of the way home."""
         self.stage = ReturnStage.CLIMB
-        self._home = return_point_ned_m(self.vehicle)
+        home = self.vehicle.navigator.home_ned_m()
+        rally = nearest_rally_ned_m(self.vehicle) or home
+        self._home = (*rally[:2], home[2])
         north, east, down = stopping_point(self.vehicle)
         distance = math.dist((north, east), self._home[:2])
         cone = max(distance * CONE_SLOPE, LEAST_HEIGHT_M)
-        height = max(self._home[2] - down, min(self.vehicle.parameters["RTL_ALT"] / 100.0, cone))
+        wanted = max(self.vehicle.parameters["RTL_ALT"] / 100.0, home[2] - rally[2])
+        height = max(home[2] - down, min(wanted, cone))
         self._down_m = self._home[2] - height
         self._stop = (north, east)
         limits = self.vehicle.navigator.limits()

@@ -21,6 +21,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, 
 from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RestingMode
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
+from mavlink_sitl.autopilot.plans.plans import Cmd
 from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
 from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
@@ -160,6 +161,11 @@ class Rover(Traveller):
         ahead = speed / (2.0 * self.navigator.limits().acceleration_xy_m_s2)
         return m.north_m + m.velocity_north_m_s * ahead, m.east_m + m.velocity_east_m_s * ahead
 
+    @property
+    def guided(self) -> Guided:
+        """The GUIDED mode, whether it drives or not."""
+        return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
+
     def rest_at(self, mode: RestingMode, place: Point) -> None:
         """The guidance after arrival: a car stops, a boat holds its position."""
         if self.is_boat:
@@ -208,17 +214,36 @@ class Rover(Traveller):
         """Disarm the motor, also while it rolls: then it rolls on."""
         return super().disarm(True)
 
+    def save_waypoint(self) -> None:
+        """See `Commander`; disarmed it forgets the mission, and home is here."""
+        if isinstance(self.mode, DriveAuto):
+            return
+        if self.armed:
+            self.append_here(Cmd.WAYPOINT)
+            return
+        self.clear_mission()
+        self.say(Severity.NOTICE, "SaveWP: Mission cleared!")
+        self.set_home()
+
     def setpoint(self, setpoint: Setpoint) -> None:
-        """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
-        if isinstance(self.mode, Guided):
-            self.mode.setpoint(setpoint)
+        """SET_POSITION_TARGET_*: silently ignored where no companion is obeyed."""
+        guided = self._obeys()
+        if guided is not None:
+            guided.setpoint(setpoint)
 
     def attitude(self, target: AttitudeTarget) -> None:
         """SET_ATTITUDE_TARGET: a share of the speed, and a rate of turn or a heading."""
-        if isinstance(self.mode, Guided):
+        guided = self._obeys()
+        if guided is not None:
             share = min(max(target.thrust, -1.0), 1.0)
             heading = None if target.turns else target.yaw_rad
-            self.mode.go(share * self.cruise_m_s(), heading, target.rates_rad_s[2])
+            guided.go(share * self.cruise_m_s(), heading, target.rates_rad_s[2])
+
+    def _obeys(self) -> Guided | None:
+        """GUIDED, if it drives: as the mode, or for an item of AUTO."""
+        if isinstance(self.mode, DriveAuto):
+            return self.mode.guided
+        return self.mode if isinstance(self.mode, Guided) else None
 
     def head_for(self, yaw_deg: float, speed_m_s: float, relative: bool) -> Result:
         """NAV_SET_YAW_SPEED: a heading and a speed, in GUIDED."""

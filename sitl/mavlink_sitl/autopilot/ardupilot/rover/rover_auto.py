@@ -7,12 +7,14 @@ at the last one, and at those with a delay, the vehicle stands.
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
-from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
+from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode, Guided
 from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask, Delay
+from mavlink_sitl.autopilot.common.guided_item import Bounds, Obey
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector, YawMode
@@ -21,6 +23,14 @@ from mavlink_sitl.guidance import DriveGuidance
 HEADING_REACHED = math.radians(5.0)
 START_S = 0.9
 """From arming until a mission moves"""
+
+
+class ObeyingView(RoverView, Protocol):
+    """A rover that a companion may have for a part of its mission."""
+
+    @property
+    def guided(self) -> Guided:
+        """The GUIDED mode, whether it drives or not."""
 
 
 class DriveTo(AutoTask):
@@ -115,7 +125,9 @@ class TurnTo(AutoTask):
 class DriveAuto(DriveMode, Auto):
     """Drives the uploaded mission."""
 
-    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT} | {Cmd.SET_YAW_SPEED}
+    vehicle: ObeyingView
+
+    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT} | {Cmd.SET_YAW_SPEED, Cmd.GUIDED_ENABLE}
 
     def hold_guidance(self) -> Guidance:
         """Brake."""
@@ -125,6 +137,7 @@ class DriveAuto(DriveMode, Auto):
         """Resume the mission where it was left, or begin it."""
         self.route = None
         self.vehicle.backwards = False
+        self._bounds = Bounds()
         super().enter()
 
     def update(self) -> None:
@@ -141,7 +154,16 @@ class DriveAuto(DriveMode, Auto):
         """DO_SET_REVERSE, besides what every vehicle does."""
         if item.command == Cmd.SET_REVERSE:
             self.vehicle.backwards = item.params[0] == 1.0
+        elif item.command == Cmd.GUIDED_LIMITS:
+            time_s, _, _, distance_m = (max(value, 0.0) for value in item.params)
+            self._bounds = Bounds(time_s, most_distance_m=distance_m)
         return super()._do(item, begins)
+
+    @property
+    def guided(self) -> Guided | None:
+        """GUIDED, while an item has the vehicle obey a companion."""
+        task = self.task
+        return task.guided if isinstance(task, Obey) and task.begins else None
 
     def _speed(self) -> float:
         m = self.vehicle.motion
@@ -164,6 +186,10 @@ class DriveAuto(DriveMode, Auto):
             return
         if item.command == Cmd.SET_YAW_SPEED:
             self.task = TurnTo(self, item)
+            return
+        if item.command == Cmd.GUIDED_ENABLE:
+            self.route = None
+            self.task = Obey(self, item, rover.guided, self._bounds)
             return
         here = (m.north_m, m.east_m, m.down_m)
         target = here
