@@ -48,7 +48,7 @@ class Router:
     Attributes:
         statistics: what was counted.
         find_intakes: returns what takes the measurements of a sender on a vehicle link straight
-            from their frames, by message number; asked at each of its HEARTBEATs.
+            from their frames, by message number; asked at its HEARTBEATs until it is known.
     """
 
     def __init__(
@@ -232,13 +232,19 @@ class Router:
         number = header.msgId
         if number == _HEARTBEAT and not origin.station and message.autopilot != _NO_AUTOPILOT:
             self._table.protect(header.srcSystem)
-            sender = origin.sources[source]
-            sender.grant(self.find_intakes(*source))
-            origin.codec.senders[source[0] | source[1] << 8] = sender
+            self._find_intakes_of(origin, source)
         # Only the next hop may learn a key by SETUP_SIGNING.
         if len(self._table.endpoints) > 1 and number != _SETUP_SIGNING:
             self._pass_on(origin, frame, *_target(message))
         return True
+
+    def _find_intakes_of(self, origin: PeerEndpoint, source: Source) -> None:
+        """Have the measurements of a vehicle taken from their frames, once it is known."""
+        sender = origin.sources[source]
+        if not sender.takes:
+            sender.grant(self.find_intakes(*source))
+        if sender.takes:
+            origin.codec.senders[source[0] | source[1] << 8] = sender
 
     def _pass_measurement(self, origin: PeerEndpoint, frame: bytes, now: float) -> bool:
         """Learn from the frame of a measurement, and pass it on; False if it must be dropped."""
