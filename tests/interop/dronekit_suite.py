@@ -24,7 +24,7 @@ from tests.support.tally import Outcome, Tally
 
 SUITES = ("sitl", "unit")
 LIMIT_S = 150.0
-STARTS_IN_S = 30.0
+STARTS_IN_S = 90.0
 EXPECTED_TO_FAIL: dict[str, str] = {
     "sitl.test_channels.test_timeout": "expects 8 channels; RC_CHANNELS has 18",
     "sitl.test_errprinter.test_115": "expects 'APM:Copter', the name of ArduCopter until 2016",

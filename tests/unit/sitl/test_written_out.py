@@ -1,4 +1,4 @@
-"""What is written out for one vehicle has the very bits of what is computed with `Ops`."""
+"""The arithmetic written out for one vehicle equals that of `Ops` to the bit."""
 
 from __future__ import annotations
 
