@@ -3,8 +3,8 @@
     python -m tests.interop.mavsdk_examples CHECKOUT --python PYTHON [NAME ...]
 
 CHECKOUT is a clone of mavlink/MAVSDK-Python; PYTHON an interpreter with `mavsdk` before version 4,
-whose interface the examples use, `anyio` and `tqdm`. Nothing of it is in this repository, and nothing
-is downloaded; docs/sitl_suites.md has the results.
+whose interface the examples use, `anyio` and `tqdm`. Nothing of it is in this repository, and
+nothing is downloaded; docs/sitl_suites.md has the results.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What limits a plane: its throttle, its take-off, the size of its circles and where it turns."""
+"""Limits of a plane: its throttle, its take-off, the size of its circles and where it turns."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Bounds(NamedTuple):
 
 
 class Obey(AutoTask, Generic[GuidedMode]):
-    """Follows setpoints until a bound is reached; without one it goes on.
+    """Follows setpoints until a bound is reached; without one it continues.
 
     Args:
         item: param1 above 0 begins it, else it is over at once.
