@@ -182,7 +182,7 @@ class Commander(Firmware):
     def set_current_item(self, seq: int) -> Result:
         """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT.
 
-        In AUTO the mission continues there, or ends if nothing to fly to follows. In other modes the
+        In AUTO the mission continues there, or ends if no waypoint follows. In other modes the
         next item to fly to is the current one; FAILED without one.
         """
         if not 0 <= seq < len(self.plans.mission.items) or self.auto is None:

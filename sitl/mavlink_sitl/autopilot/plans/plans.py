@@ -183,7 +183,7 @@ class Plans:
 
     @property
     def first_to_do(self) -> int:
-        """Where the mission continues: at the current item, or with what is to be done before it."""
+        """Where the mission continues: at the current item, or with what comes before it."""
         begin, current = self.begins
         return begin if current == self.current else self.current
 
