@@ -93,17 +93,19 @@ def test_no_module_docstring_begins_with_a_question_word() -> None:
 
 
 def test_the_pages_written_by_hand_have_at_most_25000_words() -> None:
-    generated = {
-        "policies.md",
-        "sitl_ardupilot_lists.md",
-        "sitl_parameters.md",
-        "sitl_px4_lists.md",
+    """Without code, generated pages, the changelog, which grows, and pages of other packages."""
+    left_out = {
+        *("docs/policies.md", "docs/sitl_ardupilot_lists.md", "docs/sitl_parameters.md"),
+        *("docs/sitl_px4_lists.md", "docs/states.md", "CHANGELOG.md"),
+        *("sitl/README.md", "src/flight_logs/README.md"),
     }
     words = {}
     for page in PAGES:
-        if page.name not in generated | {"states.md"}:
+        name = page.relative_to(ROOT).as_posix()
+        if name not in left_out:
             text = re.sub(
                 r"^```.*?^```", "", page.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL
             )
-            words[page.name] = sum(bool(re.search("[A-Za-z]", word)) for word in text.split())
+            words[name] = sum(bool(re.search("[A-Za-z]", word)) for word in text.split())
+    assert "README.md" in words
     assert sum(words.values()) <= 25_000, sorted(words.items(), key=lambda item: -item[1])
