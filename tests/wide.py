@@ -68,8 +68,9 @@ FILES = frozenset(
 
 PARTS = {
     "explore/test_explore.py": (
-        "test_what_was_found_stays_mended[r",
-        "test_what_was_found_stays_mended[s",
+        "test_what_was_found_stays_mended[return_asked_for_on_touchdown",
+        "test_what_was_found_stays_mended[rover_drives_each_lap_once",
+        "test_what_was_found_stays_mended[slow_goal_takes_over_at_speed",
     ),
     "pair/test_odom.py": ("[copter-px4", "[rover-px4"),
     "pair/test_storage.py": (

@@ -50,7 +50,7 @@ TIMESYNC_US = 10_000_000
 COMPLAINT_US = 1_000_000
 COMPONENT_AUTOPILOT = 1
 LATEST_SIGNATURE = 2**48 - 2**40
-"""Signatures have 48 bits for the time; this leaves four months to continue with"""
+"""Signatures have 48 bits for the time; this leaves room for four months"""
 SCANNER_US = 100_000
 """A scanner turns ten times a second"""
 _HOME_POSITION, _GPS_GLOBAL_ORIGIN, _OBSTACLE_DISTANCE = 242, 49, 330

@@ -153,9 +153,7 @@ class FleetApplication:
         member = self._only or self._member_of(message)
         if member is None:
             return
-        if self._only is None and not member.bucket.take(1, now):
-            member.throttled += 1
-        elif not member.given_up:
+        if self._is_within_rate(member, now) and not member.given_up:
             self.touch(member)
             try:
                 member.application.receive(message, now)
@@ -175,13 +173,9 @@ class FleetApplication:
 
         It needs no `touch`: a measurement gives nothing to send, and no nearer deadline.
         """
-        is_only = member is self._only
 
         def take(data: bytes, now: float) -> bool:
-            if member.given_up:
-                return True
-            if not is_only and not member.bucket.take(1, now):
-                member.throttled += 1
+            if not self._is_within_rate(member, now) or member.given_up:
                 return True
             try:
                 return intake(data, now)
@@ -190,6 +184,13 @@ class FleetApplication:
                 return True
 
         return take
+
+    def _is_within_rate(self, member: Member, now: float) -> bool:
+        """Return whether a vehicle sends no more than its share of a link; count it otherwise."""
+        if self._only is not None or member.bucket.take(1, now):
+            return True
+        member.throttled += 1
+        return False
 
     def overhear(self, message: Message, now: float) -> None:
         """Pass a message of a ground station to its target vehicle, or to all."""

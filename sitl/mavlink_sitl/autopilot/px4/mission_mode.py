@@ -6,6 +6,8 @@ counts, nothing names the items, a mission that is cleared in flight ends in AUT
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.personality.px4 import LOITER, RTL
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
@@ -13,7 +15,7 @@ from mavlink_sitl.autopilot.px4.mode import Px4Mode
 from mavlink_sitl.exchange import ItemReached, Severity, Vector
 
 
-class Px4Mission(Px4Mode, Auto):
+class Px4Mission(Px4Mode, Auto, ABC):
     """Carries out the uploaded mission."""
 
     untold = frozenset()
@@ -69,9 +71,9 @@ class Px4Mission(Px4Mode, Auto):
         self.vehicle.plans.state = MissionState.COMPLETE
         self.vehicle.say(Severity.INFO, "Mission finished, loitering")
 
+    @abstractmethod
     def last_place(self) -> Vector:
         """Where the item in force is, NED metres; here without one."""
-        raise NotImplementedError
 
     def leave(self) -> None:
         """Another mode takes over: paused, once something of it has been flown."""
@@ -85,9 +87,9 @@ class Px4Mission(Px4Mode, Auto):
         else:
             self._begin_moving(item)
 
+    @abstractmethod
     def _begin_moving(self, item: PlanItem) -> None:
         """Begin an item that moves and is no RTL: give `task` a value."""
-        raise NotImplementedError
 
     def return_home(self) -> None:
         """An RTL item, once it is armed."""

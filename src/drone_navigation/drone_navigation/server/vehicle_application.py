@@ -115,7 +115,7 @@ class VehicleApplication:
         self._publish()
 
     def take_note(self, message: Message, now: float) -> None:
-        """Put out again what a server recorded that is played."""
+        """Publish again what a server wrote into the recording that is played."""
         system_id = self._bridge.vehicle.state.system_id
         if system_id in (0, None, message.get_srcSystem()):
             for output in self._noted.take(message, now):

@@ -124,7 +124,7 @@ class LogContents:
     def messages(self) -> Iterator[tuple[float, Message]]:
         """Yield (time in s, message) of what tells events, by time.
 
-        The sequence numbers are counted again for each sender, as much is left out.
+        Messages are renumbered for each sender, as much is left out.
         """
         times, kinds = [], []
         fields: list[tuple[Any, Records]] = []

@@ -200,5 +200,5 @@ class Requester:
         return self.current.check(observation, now)
 
     def forget(self) -> None:
-        """Forget the request; the next one is made again."""
+        """Forget the request, so that it can be made again."""
         self.current = None
