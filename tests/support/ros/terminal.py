@@ -71,7 +71,9 @@ class Terminal:
         deadline = time.monotonic() + timeout_s
         while fragment not in self.text[self._waited :]:
             if time.monotonic() > deadline or self._child.poll() is not None:
-                raise AssertionError(f"'{fragment}' did not come. Printed:\n{self.text}")
+                code = self._child.poll()
+                how = "the program still runs" if code is None else f"it exited with {code}"
+                raise AssertionError(f"'{fragment}' did not come; {how}. Printed:\n{self.text}")
             self._read(0.05)
         self._waited = self.text.index(fragment, self._waited) + len(fragment)
 
