@@ -178,6 +178,8 @@ class TcpEndpoint(OpenLink):
         self._add(client)
 
     def _ready(self, client: socket.socket) -> None:
+        if client not in self._clients:
+            return  # dropped by what was sent since it was found to be readable
         try:
             data = client.recv(DATAGRAM)
         except BlockingIOError:
