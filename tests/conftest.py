@@ -15,6 +15,9 @@ from tests.wide import is_left_out, is_wide
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
+_FUNCTIONS = pytest.StashKey[set[str]]()
+"""The tests of which some parameters were collected"""
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Offer to keep anew what recordings give."""
@@ -33,12 +36,19 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return is_left_out(file, config.option.markexpr) or None
 
 
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Begin with no test collected."""
+    session.stash[_FUNCTIONS] = set()
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_itemcollected(item: pytest.Item) -> None:
     """Mark what only `make test-all` runs."""
     file = item.path.relative_to(Path(__file__).parent).as_posix()
-    if is_wide(file, item.name):
+    function = item.nodeid.partition("[")[0]
+    if is_wide(file, item.name, is_first=function not in item.session.stash[_FUNCTIONS]):
         item.add_marker("wide")
+    item.session.stash[_FUNCTIONS].add(function)
 
 
 def pytest_collection_finish() -> None:
