@@ -31,7 +31,7 @@ from navigation_bridge.goals.requests import (
 )
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.progress import Status
-from tests.explore.course import COMMANDS, SETPOINTS, View, speed_of
+from tests.explore.course import COMMANDS, SETPOINTS, Goal, View, speed_of
 from tests.explore.log import Asked, Entry, Truth
 from tests.explore.temporal import (
     Select,
@@ -112,6 +112,14 @@ def _stands(view: View, below_m_s: float) -> bool:
 
 def _avoids(view: View) -> bool:
     return bool(getattr(view.flown.request, "avoid_obstacles", False))
+
+
+def _begun_too_near(goal: Goal, last: Goal | None, now_s: float) -> bool:
+    """Whether a goal that avoids nothing had left it no room to stop in, just now."""
+    if goal.begun is None or now_s - goal.accepted_s > 3.0 or (last and _avoids_any(last)):
+        return False
+    speed_m_s = math.hypot(*goal.begun.velocity_enu_m_s)
+    return goal.begun.clearance_m < 0.5 * speed_m_s + speed_m_s**2 / 4.0
 
 
 def _serving(view: View, now_s: float) -> bool:
@@ -1113,7 +1121,9 @@ def setpoints_keep_the_goals_speed(message: Message, view: View, now_s: float) -
 @never(_TRUTH, OURS)
 def an_obstacle_hit(truth: Truth, view: View, now_s: float) -> bool:
     """No obstacle is hit by a vehicle that avoids obstacles."""
-    return now_s == view.hit_s and _ours(view, now_s) and _avoids(view)
+    if now_s != view.hit_s or not _ours(view, now_s) or not _avoids(view):
+        return False
+    return not _begun_too_near(view.flown, view.last, now_s)
 
 
 @never(_TRUTH, OURS)
