@@ -68,14 +68,22 @@ class Terminal:
 
     def wait_for(self, fragment: str, timeout_s: float) -> None:
         """Wait until ``fragment`` stands in what was printed since the last wait."""
+        self.wait_for_any((fragment,), timeout_s)
+
+    def wait_for_any(self, fragments: Sequence[str], timeout_s: float) -> str:
+        """Wait for one of some fragments in the same way; return which it was."""
         deadline = time.monotonic() + timeout_s
-        while fragment not in self.text[self._waited :]:
+        while True:
+            text = self.text
+            for fragment in fragments:
+                if fragment in text[self._waited :]:
+                    self._waited = text.index(fragment, self._waited) + len(fragment)
+                    return fragment
             if time.monotonic() > deadline or self._child.poll() is not None:
                 code = self._child.poll()
                 how = "the program still runs" if code is None else f"it exited with {code}"
-                raise AssertionError(f"'{fragment}' did not come; {how}. Printed:\n{self.text}")
+                raise AssertionError(f"{fragments} did not come; {how}. Printed:\n{text}")
             self._read(0.05)
-        self._waited = self.text.index(fragment, self._waited) + len(fragment)
 
     def wait_for_stop(self, timeout_s: float) -> None:
         """Wait until the program has been stopped, as by Ctrl-Z."""
