@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 from typing import Any
 
-os.environ.setdefault("MAVLINK20", "1")  # read by mavutil when it is imported
-
 from pymavlink import mavutil
+
+# Read by mavutil when it is imported, which others may have done before.
+os.environ["MAVLINK20"] = "1"
+mavutil.set_dialect(mavutil.current_dialect)
 
 
 class PymavlinkStation:
