@@ -111,7 +111,7 @@ def _stands(view: View, below_m_s: float) -> bool:
 
 
 def _avoids(view: View) -> bool:
-    return bool(getattr(view.flown.request, "avoid_obstacles", False))
+    return _avoids_any(view.flown)
 
 
 def _begun_too_near(goal: Goal, last: Goal | None, now_s: float) -> bool:
