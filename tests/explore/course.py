@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -102,7 +102,8 @@ class View:
         active: the goal that is flown.
         last: the goal that ended last.
         truth: the last true state.
-        home_enu_m: where it was armed last, or a PX4 took off: its home from then on.
+        homes_enu_m: where it was armed last, and where a PX4 has left the ground since: one of
+            them is its home, by what its land detector makes of touching the ground.
         recent: true states of the last 3 s, with their times.
         server: whether the server runs.
         server_s: since when.
@@ -136,7 +137,7 @@ class View:
     active: Goal | None = None
     last: Goal | None = None
     truth: Truth = UNSEEN
-    home_enu_m: tuple[float, float] = (0.0, 0.0)
+    homes_enu_m: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
     recent: deque[tuple[float, Truth]] = field(default_factory=deque)
     server: bool = False
     server_s: float = math.inf
@@ -161,6 +162,10 @@ class View:
     item_speed_m_s: float = math.inf
     shows_path: bool = False
     rebooted_s: float = -math.inf
+
+    def home_away_m(self, place_enu_m: Sequence[float]) -> float:
+        """Return how far a place is from home, level."""
+        return min(math.dist(home, place_enu_m[:2]) for home in self.homes_enu_m)
 
     @property
     def copter(self) -> bool:
@@ -226,8 +231,10 @@ class Course:
 
     def _truth(self, view: View, truth: Truth, now_s: float) -> None:
         rises = view.truth.on_ground and not truth.on_ground and view.craft.autopilot == "px4"
-        if truth.armed and (rises or not view.truth.armed):
-            view.home_enu_m = truth.position_enu_m[:2]
+        if truth.armed and not view.truth.armed:
+            view.homes_enu_m = (truth.position_enu_m[:2],)
+        elif truth.armed and rises:
+            view.homes_enu_m += (truth.position_enu_m[:2],)
         if truth.mode != view.truth.mode:
             view.mode_s = now_s
         if truth.collided:

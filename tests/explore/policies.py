@@ -272,7 +272,7 @@ def returned_is_home(end: GoalFinished, view: View, now_s: float) -> bool:
     """A ReturnToLaunch that succeeds ends near home, where the vehicle was armed."""
     if not isinstance(view.goal(end.goal_id).request, ReturnRequest):
         return True
-    away_m = math.dist(view.home_enu_m, view.truth.position_enu_m[:2])
+    away_m = view.home_away_m(view.truth.position_enu_m)
     return not _undisturbed(end, view, now_s) or away_m < (6.0 if view.hovers else 200.0)
 
 
@@ -511,7 +511,7 @@ def accepted_targets_are_in_the_fence(asked: Asked, view: View, now_s: float) ->
     if not asked.goal_id or target is None:
         return True
     known = now_s - view.server_s > 20.0 and view.calm(now_s, 20.0)
-    away_m = math.dist(view.home_enu_m, target[:2])
+    away_m = view.home_away_m(target)
     return not known or away_m <= radius_m + 2.0
 
 
@@ -879,12 +879,14 @@ def setpoints_have_a_known_frame(message: Message, view: View, now_s: float) -> 
 
 @always(sent(SETPOINTS[0]), "REP 103, MAV_FRAME_LOCAL_NED")
 def setpoints_lead_to_the_target(message: Message, view: View, now_s: float) -> bool:
-    """5 s after a Navigate goal for a copter its velocities lead to the target, not away."""
+    """5 s after a copter's Navigate goal and change of mode its velocities lead to the target."""
     goal, target = view.flown, _target(view.flown.request)
     if not isinstance(goal.request, NavigateRequest) or target is None or _avoids(view):
         return True
     held = goal.feedback is None or goal.feedback.status is not Status.NAVIGATING
-    if held or not view.copter or now_s - goal.accepted_s < 5.0 or not _ours(view, now_s):
+    # A path begins with the motion that a take-off has left.
+    since_s = max(goal.accepted_s, view.mode_s)
+    if held or not view.copter or now_s - since_s < 5.0 or not _ours(view, now_s):
         return True
     velocity_m_s, place = (message.vy, message.vx), view.truth.position_enu_m[:2]
     if math.hypot(*velocity_m_s) < 1.0 or math.dist(target[:2], place) < 8.0:
