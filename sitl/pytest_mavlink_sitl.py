@@ -35,16 +35,26 @@ def sitl_world() -> Any:
 
 
 @pytest.fixture
-def sitl_simulation(sitl_seed: int, sitl_world: Any) -> Callable[..., Simulation]:
+def sitl_tick_s() -> float:
+    """Tick of all simulations of a test, s; 0.05 is twice as fast and less exact. Override it."""
+    return 0.01
+
+
+@pytest.fixture
+def sitl_simulation(
+    sitl_seed: int, sitl_world: Any, sitl_tick_s: float
+) -> Callable[..., Simulation]:
     """Makes simulations: `sitl_simulation(vehicles=..., world=..., seed=...)`.
 
-    The arguments are those of `mavlink_sitl.Simulation`; seed and world have the fixtures
-    `sitl_seed` and `sitl_world` for defaults. The vehicles have just been switched on.
+    The arguments are those of `mavlink_sitl.Simulation`; seed, world and tick have the fixtures
+    `sitl_seed`, `sitl_world` and `sitl_tick_s` for defaults. The vehicles have just been switched
+    on.
     """
     from mavlink_sitl import Simulation  # noqa: PLC0415 not before somebody asks for it
 
     def make(**arguments: Any) -> Simulation:
-        return Simulation(**{"seed": sitl_seed, "world": sitl_world, **arguments})
+        defaults = {"seed": sitl_seed, "world": sitl_world, "tick_s": sitl_tick_s}
+        return Simulation(**{**defaults, **arguments})
 
     return make
 

@@ -113,6 +113,14 @@ class Environment:
         """The positions of the vehicles in the world, shape (N, 3), NED metres."""
         return self._physics.table("north_m", "east_m", "down_m") + self._offset
 
+    def velocities(self) -> Array:
+        """Their velocities, shape (N, 3), NED m/s."""
+        return self._physics.table("velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s")
+
+    def stands(self) -> Array:
+        """Which of them are on the ground, shape (N, 1)."""
+        return np.asarray(self._physics.table("on_ground"), dtype=np.float64)
+
     def _ground_down(self, position: Array) -> Array:
         """Height of what a vehicle would come down on, in its own frame, shape (N,)."""
         down = -shapes.ground_height_m(self.world.ground, position[:, 0], position[:, 1])
@@ -178,14 +186,16 @@ class Environment:
         self._excused &= in_touch
         for index in np.flatnonzero(in_touch & ~self.collided & ~self._excused):
             which = int(np.argmin(np.where(touching[index], gaps[index], np.inf)))
-            velocity = self._physics.table(
-                "velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s"
-            )[index]
-            hits.append(Hit(int(index), found.names[which], float(np.linalg.norm(velocity))))
+            speed_m_s = float(np.linalg.norm(self.velocities()[index]))
+            hits.append(Hit(int(index), found.names[which], speed_m_s))
         for hit in hits:
-            self._mark(hit.lane, True)
-            self._physics.stop_dead(hit.lane)
+            self.wreck(hit.lane)
         return hits
+
+    def wreck(self, index: int) -> None:
+        """A vehicle has hit something: it stops at once and flies no more."""
+        self._mark(index, True)
+        self._physics.stop_dead(index)
 
     def _mark(self, lane: int, collided: bool) -> None:
         """Another array: snapshots of the truth keep the old one."""

@@ -23,8 +23,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mavlink_sitl.config import ConfigurationError, VehicleConfig
+from mavlink_sitl.encounters import Encounters
 from mavlink_sitl.environment import Environment
 from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.links.tlog import TlogWriter
@@ -55,6 +57,7 @@ class Simulation:
         world: what is around them, or the path of a world's file; a plain when not given.
         tick_s: 0.01, or up to 0.05 to save time where the motion need not be exact; a whole part of
             0.05.
+        collisions: whether vehicles hit each other, instead of passing through each other.
 
     Raises:
         ConfigurationError: the vehicles do not go together, or there is no such tick.
@@ -72,6 +75,7 @@ class Simulation:
         wind_ned_m_s: tuple[float, float, float] | None = None,
         world: World | str | Path | None = None,
         tick_s: float = DT_S,
+        collisions: bool = False,
     ) -> None:
         configs = [VehicleConfig()] if vehicles is None else list(vehicles)
         if not configs:
@@ -109,6 +113,8 @@ class Simulation:
             (fleet.rows, fleet.physics, environment)
             for fleet, environment in zip(self._fleets, self._environments, strict=True)
         ]
+        self._encounters = Encounters([(rows, own) for rows, _, own in self._berths], tick_s)
+        self._collisions = collisions
         for rows, _, environment in self._berths:
             for row in rows:
                 self.vehicles[row].enter(environment)
@@ -194,6 +200,8 @@ class Simulation:
                 physics.step_sensors(now_us / 1e6)
             if think:
                 physics.step_batteries(1e-6 * THINK_US)
+        if self._collisions:
+            self._meet()
         for rows, environment in self._moving_worlds:
             self._step_world(rows, environment)
         if tick % self._sensor_ticks == 0:
@@ -201,6 +209,19 @@ class Simulation:
         for vehicle in self.vehicles:
             if think or vehicle.wake_us <= now_us:
                 vehicle.tick(now_us, think)
+
+    @property
+    def positions_ned_m(self) -> NDArray[np.float64]:
+        """The true positions of all vehicles in one frame, that of the world, shape (N, 3)."""
+        return self._encounters.positions()
+
+    def _meet(self) -> None:
+        for meeting in self._encounters.step(self._tick):
+            vehicle, other = self.vehicles[meeting.row], self.vehicles[meeting.other]
+            rows, _, environment = next(one for one in self._berths if meeting.row in one[0])
+            environment.wreck(rows.index(meeting.row))
+            vehicle.now_us = self._now_us
+            vehicle.crash(f"vehicle {other.system_id}", meeting.speed_m_s)
 
     def _step_world(self, rows: Sequence[int], environment: Environment) -> None:
         for hit in environment.step(self._tick):

@@ -25,7 +25,7 @@ from mavlink_sitl.links.faults import LinkFaults
 from mavlink_sitl.world.loader import WorldError, load_world
 from mavlink_sitl.world.model import Wind, World, wind_from
 
-APART_M = 4.0
+APART_M = 10.0
 DEFAULT_LINK = "udpout://127.0.0.1:14550"
 DEFAULT_PX4_LINKS = (DEFAULT_LINK, "udpout://127.0.0.1:14540")
 ONBOARD_PORTS = range(14540, 14550)
@@ -217,8 +217,13 @@ def make_parser() -> argparse.ArgumentParser:
         type=int,
         default=1,
         metavar="N",
-        help="number of vehicles, placed 4 m apart towards the east, with consecutive system ids "
+        help="number of vehicles, placed 10 m apart towards the east, with consecutive system ids "
         "from --system-id; all share the same links (default: 1)",
+    )
+    add(
+        "--collisions",
+        action="store_true",
+        help="vehicles hit each other; else they pass through each other",
     )
     add(
         "--ready-after",

@@ -14,7 +14,7 @@ def test_vehicles_stand_apart_with_ids_in_a_row() -> None:
     assert [config.system_id for config in options.vehicles] == [7, 8, 9]
     assert options.vehicles[0] == first
     offsets = [ARDUPILOT.to_local(first.home, config.home)[1] for config in options.vehicles]
-    assert offsets == pytest.approx([0.0, 4.0, 8.0], abs=0.01)
+    assert offsets == pytest.approx([0.0, 10.0, 20.0], abs=0.01)
 
 
 @pytest.mark.parametrize("line", ["--count 0", "--count 2 --system-id 255", "--count x"])

@@ -25,6 +25,7 @@ from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.simulation import EPOCH_US
 
+TRIES = 5
 WAIT_S = 20.0
 """No wait is longer; on an idle machine each is far below a second"""
 
@@ -81,12 +82,19 @@ def client(address: str) -> Iterator[Any]:
 
 
 def command(connection: Any, number: int, *params: float) -> int:
+    """Send a command, and again without an answer: a socket that is not read overflows."""
     values = [*params, *([0.0] * (7 - len(params)))]
-    connection.mav.command_long_send(1, 1, number, 0, *values)
-    ack = connection.recv_match(type="COMMAND_ACK", blocking=True, timeout=WAIT_S)
-    assert ack is not None
-    assert ack.command == number
-    return int(ack.result)
+    for confirmation in range(TRIES):
+        connection.mav.command_long_send(1, 1, number, confirmation, *values)
+        ack = connection.recv_match(
+            type="COMMAND_ACK",
+            condition=f"COMMAND_ACK.command == {number}",
+            blocking=True,
+            timeout=WAIT_S / TRIES,
+        )
+        if ack is not None:
+            return int(ack.result)
+    raise AssertionError(f"no answer to command {number}")
 
 
 def heartbeat(connection: Any) -> Any:

@@ -30,6 +30,15 @@ def test_many(sitl_simulation):
     assert len(simulation.vehicles) == 1
     assert not simulation.world.obstacles
 
+@pytest.fixture
+def sitl_tick_s():
+    return 0.05
+
+def test_ticks(sitl_copter):
+    from_s = sitl_copter.time_s
+    assert sitl_copter.run_until(lambda: sitl_copter.time_s > from_s, 1.0)
+    assert abs(sitl_copter.time_s - from_s - 0.05) < 1e-6
+
 def test_kinds(sitl_rover, sitl_boat):
     assert sitl_rover.truth.on_ground.all()
     assert sitl_boat.time_s > 0.0
@@ -113,8 +122,8 @@ def test_the_example_would_notice_a_vehicle_that_stays(said: str) -> None:
     assert results(said, "broken") == ["FAILED"], said
 
 
-def test_fixtures_can_be_given_another_world(said: str) -> None:
-    assert results(said, "world") == ["PASSED"] * 3, said
+def test_fixtures_can_be_given_another_world_and_tick(said: str) -> None:
+    assert results(said, "world") == ["PASSED"] * 4, said
 
 
 def test_a_copter_on_a_socket(said: str) -> None:
