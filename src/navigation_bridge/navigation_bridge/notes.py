@@ -26,6 +26,8 @@ _PLAN_NAME = b"plan"
 _PLAN_POINTS = 19
 _PLAN_POINTS_MAX = 95
 _TEXT_IDS = 0xFFFF
+# STATUSTEXT.chunk_seq is a uint8_t (common.xml).
+_CHUNKS_MAX = 256
 _EVENT = re.compile(
     r"goal (?P<id>[0-9a-f]+|-) (?P<event>ACCEPTED|REJECTED|STATUS|ENDED) (?P<what>\w+)"
     r"(?: after (?P<elapsed>[\d.]+) s)?(?:, (?P<error>[\d.]+) m off)?"
@@ -44,10 +46,12 @@ def long_text(words: str, text_id: int) -> list[Message]:
     """Return a text of any length as STATUSTEXTs, in chunks if necessary.
 
     Args:
-        words: non-ASCII characters become "?".
+        words: non-ASCII characters become "?"; what 256 chunks cannot hold is cut off.
         text_id: any number that differs from the previous text's.
     """
     data = words.encode("ascii", "replace")
+    if len(data) >= _CHUNKS_MAX * CHUNK_SIZE:
+        data = data[: _CHUNKS_MAX * CHUNK_SIZE - 4] + b"..."
     if len(data) < CHUNK_SIZE:
         return [text(words)]
     # The last chunk is never full, which marks it as the last.

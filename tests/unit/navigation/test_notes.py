@@ -66,6 +66,14 @@ def test_a_text_that_fills_its_last_chunk_is_complete(length: int) -> None:
     assert [text for _, text in reader.remarks] == ["x" * length]
 
 
+@pytest.mark.parametrize("length", [12_799, 12_800, 100_000])
+def test_a_text_that_no_chunks_can_hold_is_cut_off(length: int) -> None:
+    chunks = notes.long_text("x" * length, 7)
+    assert [chunk.chunk_seq for chunk in chunks] == list(range(256))
+    whole = "".join(chunk.text for chunk in chunks)
+    assert whole == ("x" * 12_796 + "..." if length > 12_799 else "x" * 12_799)
+
+
 def test_a_lost_chunk_costs_that_text_only() -> None:
     first = notes.long_text(f"first {'x' * 100}", 1)
     second = notes.long_text(f"second {'y' * 100}", 2)

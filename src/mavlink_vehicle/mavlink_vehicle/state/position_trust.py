@@ -59,9 +59,17 @@ class PositionTrust:
         self._complaints: dict[type, str] = {}
 
     @property
+    def fault(self) -> tuple[type, str] | None:
+        """The report that shows a fault of the estimate, and which; None if there is none."""
+        for source in (GpsFix, EstimatorReport):
+            if source in self._complaints:
+                return source, self._complaints[source]
+        return None
+
+    @property
     def complaint(self) -> str:
         """The fault of the reported estimate; empty if there is none."""
-        return self._complaints.get(GpsFix) or self._complaints.get(EstimatorReport) or ""
+        return "" if self.fault is None else self.fault[1]
 
     def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
         """Process what a message has changed."""

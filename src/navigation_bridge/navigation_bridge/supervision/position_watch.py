@@ -83,25 +83,32 @@ class PositionWatch:
 
     def reason(self, goal: ActiveGoal) -> str:
         """Return why the position is in doubt for a goal; empty if it is not."""
+        found = self._reason(goal)
+        return "" if found is None else found[1]
+
+    def _reason(self, goal: ActiveGoal) -> tuple[type, str] | None:
+        """Return which report shows that the position is in doubt, and the reason, or None."""
         jump_m = self._trust.jump_m(goal.doubt.jumps_ned_m)
         if jump_m > JUMP_MAX_M:
-            return f"the position has jumped by {jump_m:.1f} m"
-        return self._trust.complaint
+            return GlobalPosition, f"the position has jumped by {jump_m:.1f} m"
+        return self._trust.fault
 
     def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
         """Monitor the doubt about the active goal's position; return the outcome at the timeout."""
-        doubt, reason = goal.doubt, self.reason(goal)
-        if not reason:
+        doubt, found = goal.doubt, self._reason(goal)
+        if found is None:
             if doubt.since_s is not None:
                 self.conclude(goal, now)
                 self._tell(goal, "The position is reliable again.")
             return None
+        source, reason = found
         if doubt.since_s is None:
             doubt.since_s = now
             self._tell(goal, f"The position is in doubt: {reason}.")
-        elif reason not in doubt.reasons:
+        elif source not in doubt.reasons:
             self._tell(goal, f"The position is still in doubt: {reason}.")
-        doubt.reasons = tuple(dict.fromkeys((*doubt.reasons, reason)))
+        # A position that is stuck jumps at each step, by more each time: that is told once.
+        doubt.reasons[source] = reason
         if goal.plan is None or goal.ending or now - doubt.since_s <= self._timeout_s:
             return None  # a landing and a return continue under the vehicle's own control
         text = f"The position is still in doubt after {self._timeout_s:g} s: {reason}."
@@ -114,9 +121,9 @@ class PositionWatch:
             return
         goal.notes.append(
             f"The position was in doubt for {now - doubt.since_s:.1f} s, starting at "
-            f"{doubt.since_s - goal.accepted_s:.0f} s ({'; '.join(doubt.reasons)})."
+            f"{doubt.since_s - goal.accepted_s:.0f} s ({'; '.join(doubt.reasons.values())})."
         )
-        doubt.since_s, doubt.reasons = None, ()
+        doubt.since_s, doubt.reasons = None, {}
 
     def _tell(self, goal: ActiveGoal, text: str) -> None:
         self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {text}")
