@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build setup-nav2 demo demo-rover demo-nav2 demo-video console plot report test test-all explore bench lint lock pages wheels version clean distclean
+.PHONY: help setup build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all explore bench lint lock pages wheels version clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -25,6 +25,9 @@ demo: setup ## Fly a copter round obstacles in the simulator; leaves out/demo/
 
 demo-rover: setup ## The same with a rover; leaves out/demo-rover/
 	@$(ENTER) python -m drone_navigation.demo --vehicle rover --out out/demo-rover
+
+demo-fleet: setup ## Fly eight copters through one point, one of them paused; leaves out/demo-fleet/
+	@$(ENTER) python -m tests.fleets.demo
 
 demo-nav2: setup-nav2 ## Offer a simulated vehicle to clients of Nav2 (ARGS="--vehicle rover")
 	@$(ENTER) python -m drone_navigation.demo_nav2 $(ARGS)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 FILES = frozenset(
     {
+        "fleets/test_many_fleets.py",
         "interop/test_mavproxy.py",
         "interop/test_mavsdk.py",
         "interop/test_mavsdk_px4.py",
@@ -68,6 +69,7 @@ FILES = frozenset(
         "ros/test_storage.py",
         "ros/test_tlog2mcap.py",
         "ros/test_topics.py",
+        "ros/test_traffic_hosts.py",
         "ros/test_two_servers.py",
         "ros/test_velocity.py",
         "unit/navigation/test_tlog2mcap.py",
@@ -114,6 +116,12 @@ They fly. A kind of vehicle, a speed, a link or a recording of each remains quic
 """
 
 PARTS = {
+    "fleets/test_crossing.py": (
+        "test_a_landing_waits",
+        "test_a_lost_link",
+        "test_a_target_of_another_is_waited",
+        "test_motors_that_fail",
+    ),
     "pair/test_px4_goals.py": (
         "test_a_px4_that_disarmed_in_offboard",
         "test_a_goal_that_replaces_another_continues_in_offboard",

@@ -108,7 +108,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("positions are not missed", _FLIGHT,
            "        if not is_located(observation, self._config.position_stale_s):\n"
            "            return self._lose_position(observation)\n"
-           "        if self._follower.is_stale or", "        if self._follower.is_stale or"),
+           "        share =", "        share ="),
     Mutant("obstacles are not braked for", _FLIGHT,
            "        elif self._avoider is not None and "
            "not self._avoider.keeps_going(observation, now):", "        elif False:"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
@@ -212,3 +213,18 @@ def test_the_remaining_distance_falls_to_zero(
         before = remaining
     assert second.remaining_distance_m(second.duration_s) == 0.0
     assert second.remaining_distance_m(second.duration_s + 5.0) == 0.0
+
+
+@quickly
+@given(states, points, limits)
+def test_many_times_have_the_states_of_each(
+    start: KinematicState, goal: Vector3, bounds: Limits
+) -> None:
+    for trajectory in (plan_to(start, goal, bounds), plan_stop(start, bounds)):
+        end_s = trajectory.duration_s
+        times_s = np.array([-1.0, 0.0, *np.linspace(0.0, end_s, 40)[1:-1], end_s, end_s + 1.0])
+        samples = np.array(trajectory.samples(times_s))
+        for row, time_s in enumerate(times_s):
+            one = trajectory.sample(float(time_s))
+            wanted = (one.position_enu_m, one.velocity_enu_m_s, one.acceleration_enu_m_s2)
+            assert np.abs(samples[:, row] - wanted).max() < 1e-5

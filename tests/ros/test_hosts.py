@@ -25,9 +25,12 @@ STEADY = ("--speed", "2")
 STRIDE_MAX_M = 1.5
 
 
-# The settings of `pair`.
+# The settings of `pair`. Vehicles that keep apart wait when their servers' hosts are cut off from
+# each other (test_traffic_hosts.py).
 PAIR = """
-navigation_server: {ros__parameters: {vehicles: [a, d], link_url: "udpin://127.0.0.1:14550"}}
+navigation_server:
+  ros__parameters:
+    {vehicles: [a, d], link_url: "udpin://127.0.0.1:14550", separation: disabled}
 /a/navigation_server: {ros__parameters: {target_system: 1}}
 /d/navigation_server: {ros__parameters: {target_system: 2}}
 """
@@ -45,7 +48,9 @@ class Fleet:
             settings = folder / "pair.yaml"
             settings.write_text(PAIR, encoding="utf-8")
             own = ["-r", "__ns:=/b"]
-            for setting in ("heartbeat_timeout_s:=1.5", "link_lost_abort_s:=4.0"):
+            for setting in (
+                "heartbeat_timeout_s:=1.5", "link_lost_abort_s:=4.0", "separation:=disabled",
+            ):  # fmt: skip
                 own += ["-p", setting]
             link = f"udpin://{self.base.address}:14550"
             self.servers = {

@@ -16,7 +16,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from mavlink_vehicle.codec import Intake, Message, mavlink
+from mavlink_vehicle.codec import Intake, Message, mavlink, with_source
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import (
     ModeChanged,
@@ -32,7 +32,7 @@ from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 from mavlink_vehicle.ranges import RangesMeasured
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
-from navigation_bridge.configuration.settings import BridgeConfig
+from navigation_bridge.configuration.settings import BridgeConfig, TrafficConflict
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Output
 from navigation_bridge.goals.lifecycle import GoalEvent
@@ -44,7 +44,7 @@ from navigation_bridge.goals.observation import (
     velocity_only,
 )
 from navigation_bridge.goals.operations import STREAMED, begin_operation, begin_upload
-from navigation_bridge.goals.requests import Request, VelocityRequest
+from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
 from navigation_bridge.goals.velocity_commands import VelocityCommands
 from navigation_bridge.log_desk import LogDesk
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
@@ -60,6 +60,8 @@ from navigation_bridge.supervision.stations import Stations
 from navigation_bridge.tasks.admission import admit
 from navigation_bridge.tasks.registry import TASKS, task_of
 from navigation_bridge.tasks.task_kind import TaskKind
+from navigation_bridge.traffic.conduct import TrafficConduct
+from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose, still_has_pose
 from navigation_core.geometry import Vector3, norm
 from navigation_core.outcomes import OutcomeCode
@@ -106,6 +108,8 @@ class Bridge:
         config: BridgeConfig,
         searcher: Searcher = AT_ONCE,
         tasks: Sequence[TaskKind[Any]] = TASKS,
+        traffic: SharedTraffic | None = None,
+        name: str = "",
     ) -> None:
         """Assemble the parts; nothing happens before :meth:`start`.
 
@@ -114,7 +118,11 @@ class Bridge:
             config: settings for goals.
             searcher: runs the path searches.
             tasks: what goals may ask for.
+            traffic: shared with the other vehicles of the server; None: there are none.
+            name: of the vehicle among them.
         """
+        self._shared_traffic = traffic
+        self._name = name
         self._tasks = tasks
         self._refusal: Rejection | None = None
         self._searcher = searcher
@@ -127,6 +135,9 @@ class Bridge:
         self._obstacles = ObstacleFeed(vehicle, self._map_frame, config.obstacles)
         self._report = Reporter(vehicle, self._map_frame)
         self._guard = Guard(vehicle, self._map_frame, config, self._obstacles.standing)
+        self._traffic = TrafficConduct(
+            vehicle, self._map_frame, config, self._searcher, self._shared_traffic, self._name
+        )
         self._positions = PositionWatch(self._report, config.safety.position_doubt_timeout_s)
         self._goal: ActiveGoal | None = None
         self._commands = VelocityCommands()
@@ -180,6 +191,10 @@ class Bridge:
     def map_origin(self) -> Geodetic | None:
         """Latitude, longitude and altitude (above mean sea level) of the map's origin, or None."""
         return self._map_frame.origin
+
+    def to_map(self, place: Geodetic) -> Vector3 | None:
+        """Return a place in the map frame; None while its origin is unknown."""
+        return None if self._map_frame.frame is None else self._map_frame.enu(place)
 
     @property
     def home_enu_m(self) -> Vector3 | None:
@@ -460,6 +475,7 @@ class Bridge:
         self._config = config
         self._guard.configure(config)
         self._scene.configure(config)
+        self._traffic.configure(config)
         self._positions.configure(config.safety.position_doubt_timeout_s)
         self._obstacles.configure(config.obstacles)
 
@@ -494,6 +510,7 @@ class Bridge:
             self._report.position()
         self._positions.follow(before, live.known, here, now)
         goal = self._goal
+        self._traffic.update(goal, now)
         if goal is not None:
             self._feed_back(goal, now)
         return True
@@ -513,6 +530,10 @@ class Bridge:
             self._guard.observe_battery(now)
         self._handle_events(now)
         goal = self._goal
+        if moved:
+            self._traffic.update(goal, now)
+        elif message.get_type() == "ADSB_VEHICLE":
+            self._traffic.hear(message, now)
         if goal is not None and moved:
             self._feed_back(goal, now)
 
@@ -538,6 +559,7 @@ class Bridge:
             goal.next_step_s = _next_on_grid(goal.next_step_s, self._config.setpoint_period_s, now)
             self._step(goal, now)
         goal = self._goal
+        self._traffic.update(goal, now)
         if goal is not None and now >= self._feedback_deadline(goal):
             self._give_feedback(goal, now)
 
@@ -564,6 +586,9 @@ class Bridge:
     def messages_to_send(self) -> list[Message]:
         """Return the MAVLink messages to send now."""
         messages = self._vehicle.messages_to_send()
+        for message in self._traffic.announcements():
+            address = self._vehicle.address
+            messages.append(with_source(message, address.source_system, address.source_component))
         if self._close_when_sent:
             self._close_when_sent = False
             self._vehicle.close_stream()
@@ -606,10 +631,42 @@ class Bridge:
                 "check the autopilot's origin, its altitude included, and its estimator."
             )
             return Rejection(OutcomeCode.UNHEALTHY, text)
+        checked = self._among_others(checked, request, now)
+        if isinstance(checked, Rejection):
+            return checked
         doubt, note = self._positions.check(now)
         if doubt is not None:
             return doubt
         return replace(checked, warnings=(*checked.warnings, note)) if note else checked
+
+    def _among_others(
+        self, admitted: Admitted, request: Request, now: float
+    ) -> Admitted | Rejection:
+        """Check a target against those of other vehicles; it may be moved."""
+        found = self._traffic.check_target(admitted.target_enu_m, now)
+        if isinstance(found, Rejection):
+            return found
+        if not found:
+            return admitted
+        if self._config.traffic.conflict is TrafficConflict.REROUTE:
+            moved = self._rerouted(admitted, request, now)
+            if moved is not None:
+                return moved
+        return replace(admitted, warnings=(*admitted.warnings, found))
+
+    def _rerouted(self, admitted: Admitted, request: Request, now: float) -> Admitted | None:
+        """Return the goal with the nearest free target; None if there is none."""
+        assert admitted.target_enu_m is not None
+        if not isinstance(request, NavigateRequest) or request.frame_id == "base_link":
+            return None
+        place = self._traffic.free_target(admitted.target_enu_m, now)
+        if place is None:
+            return None
+        moved = self._admit(replace(request, frame_id="map", position=place), now)
+        if isinstance(moved, Rejection):
+            return None
+        text = "The target was moved to the nearest position that is free of other vehicles."
+        return replace(moved, warnings=(*moved.warnings, text))
 
     def _log_refusal(self) -> Rejection | None:
         """Return why logs are not transferred now."""
@@ -688,14 +745,35 @@ class Bridge:
             self._end(goal, intent, now)
             return
         if isinstance(intent, Perform):
+            if self._waits_with(goal, intent, now):
+                return
             self._perform(goal, intent, now)
             if intent.kind in STREAMED:
                 self._parking.keep_streaming(now)
         elif isinstance(intent, Fly):
-            self._fly(goal, intent, now)
+            self._fly(goal, self._traffic.tempered(goal, intent, now), now)
         if self._goal is goal:
             self._report.status(goal, self._progress(goal, now))
             self._report.plan(goal, goal.task.path_enu_m)
+
+    def _waits_with(self, goal: ActiveGoal, intent: Perform, now: float) -> bool:
+        """Whether an operation has to wait until others have left what it needs."""
+        if not self._is_new(goal, intent):
+            return False
+        waiting = self._traffic.gate(goal, intent, now)
+        if waiting is None:
+            return False
+        if self._traffic.is_over(now):
+            self._end(goal, Outcome(OutcomeCode.TRAFFIC, waiting.text, None), now)
+            return True
+        goal.task.postpone(now)
+        self._report.status(goal, self._progress(goal, now))
+        return True
+
+    @staticmethod
+    def _is_new(goal: ActiveGoal, intent: Perform) -> bool:
+        elsewhere = goal.asked is None or goal.asked.target_enu_m != intent.target_enu_m
+        return goal.operation is None or goal.operation.kind is not intent.kind or elsewhere
 
     def _stop_for(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
         """Have the task stop the vehicle; the goal then ends with this outcome."""
@@ -714,8 +792,7 @@ class Bridge:
             self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {note}")
 
     def _perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
-        elsewhere = goal.asked is None or goal.asked.target_enu_m != intent.target_enu_m
-        if goal.operation is not None and goal.operation.kind is intent.kind and not elsewhere:
+        if not self._is_new(goal, intent):
             return
         goal.asked = intent
         if intent.kind is TaskOperation.UPLOAD_MISSION:
@@ -878,10 +955,12 @@ class Bridge:
             self._lateness.recent_s(now),
             self._positions.reason(goal),
             self._commands.current if goal.follows_commands else None,
+            self._traffic.view(),
         )
 
     def _progress(self, goal: ActiveGoal, now: float) -> Progress:
-        progress = goal.progress = goal.task.progress(self._observe(goal, now), now)
+        progress = goal.task.progress(self._observe(goal, now), now)
+        progress = goal.progress = self._traffic.progress(progress)
         if not self._vehicle.connected:
             return replace(progress, status=Status.LINK_LOST)
         if goal.yielded is None:

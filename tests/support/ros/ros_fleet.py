@@ -72,9 +72,11 @@ class FleetFlight:
         running = self.simulators.get(name)
         if running is not None:
             running.stop(0.0)
+        longitude = 149.165230 + 0.0002 * (vehicle.system_id - 1)  # 18 m apart
         self.simulators[name] = self._start(
             name, "mavlink_sitl", "--link", f"udpout://127.0.0.1:{vehicle.port}", "--system-id",
-            str(vehicle.system_id), "--ready-after", "1", "--quiet", *vehicle.options,
+            str(vehicle.system_id), "--home", f"-35.363261,{longitude:.6f},584,353",
+            "--ready-after", "1", "--quiet", *vehicle.options,
         )  # fmt: skip
 
     def run(self, *module: str) -> Process:

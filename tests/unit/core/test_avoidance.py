@@ -59,6 +59,18 @@ def post(x: float, y: float, radius: float = 0.5) -> Obstacles:
     return Obstacles.of((Cylinder("post", (x, y), radius),))
 
 
+def pen(east_m: float) -> Obstacles:
+    """Return walls all round, the eastern one at a coordinate."""
+    return Obstacles.of(
+        (
+            Box("east", (east_m, 0.0), (1.0, 60.0)),
+            Box("west", (east_m - 40.0, 0.0), (1.0, 60.0)),
+            Box("north", (east_m - 20.0, 30.0), (41.0, 1.0)),
+            Box("south", (east_m - 20.0, -30.0), (41.0, 1.0)),
+        )
+    )
+
+
 class Watched:
     """A flight, the truth about its clearance, and what its feedback said."""
 
@@ -122,6 +134,27 @@ def test_a_step_flies_the_old_path_and_only_then_another_one_is_thought_of() -> 
     assert task.path_enu_m is not straight
     assert max(abs(y) for _, y, _ in task.path_enu_m) > 1.0
     assert task.progress(vehicle.observe(), vehicle.now).replans == 1
+
+
+def test_a_vehicle_that_ran_beyond_its_stop_continues_from_where_it_is() -> None:
+    task, vehicle = goto(), hovering()
+    vehicle.acceleration_max_m_s2 = 2.5  # of 4 that an emergency's brake counts on
+    task.start(vehicle.observe(), vehicle.now)
+    behind_m, seen, freed = [], 100, 130
+    for step in range(200):
+        if step == seen:
+            vehicle.obstacles = pen(vehicle.position[0] + 5.5)
+        if step == freed:
+            vehicle.obstacles = NOTHING
+        asked = task.step(vehicle.observe(), vehicle.now)
+        assert isinstance(asked, Fly)
+        vehicle.obey(asked)
+        task.think(vehicle.observe(), vehicle.now)
+        behind_m.append(vehicle.position[0] - asked.setpoint.position_enu_m[0])
+        vehicle.advance(0.05)
+    assert max(behind_m[seen:freed]) > 1.0
+    # Not first back to where it should have stopped.
+    assert max(map(abs, behind_m[freed + 12 :])) < 0.5
 
 
 # --- without obstacles ---------------------------------------------------------------------
@@ -528,6 +561,29 @@ def test_the_waypoints_of_a_route_are_reached_around_obstacles() -> None:
     routes = [progress.route for progress in watched.told if progress.route]
     reached = [route.reached for route in routes]
     assert reached == sorted(reached)
+
+
+def test_a_vehicle_that_is_held_up_in_a_route_does_not_return_to_what_it_has_passed() -> None:
+    places = ((20.0, 0.0, 5.0), (20.0, 30.0, 5.0), (0.0, 30.0, 5.0))
+    waypoints = tuple(RouteWaypoint(place, 1.0) for place in places)
+    task = fly_route(Route(waypoints, 1), FlightTerms(CONFIG, avoidance=AVOIDANCE))
+    vehicle, held_s = hovering(), math.inf
+    watched = Watched(task, vehicle)
+    returned = []
+
+    def change(elapsed_s: float) -> None:
+        nonlocal held_s
+        if vehicle.position[1] > 8.0:
+            held_s = min(held_s, elapsed_s)
+        vehicle.obeys = not held_s <= elapsed_s < held_s + 6.0
+        if elapsed_s >= held_s + 5.0:
+            vehicle.obstacles = post(20.0, 20.0)
+            returned.append(vehicle.position[1] < 6.0)
+
+    assert watched.fly(change).outcome.code is OutcomeCode.SUCCESS
+    assert watched.told[-1].replans > 0
+    assert returned
+    assert not any(returned)
 
 
 def test_a_long_route_that_cannot_be_planned_on_stops_where_its_plan_ends() -> None:

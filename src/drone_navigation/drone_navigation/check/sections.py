@@ -8,6 +8,7 @@ from drone_navigation.check.examination import Checker, RequestedRate
 from mavlink_vehicle.io.links import parse_url
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.state.reducer import VehicleState
+from navigation_bridge.configuration.settings import TrafficConfig
 from navigation_bridge.vehicle.link_health import LinkHealth
 
 # GPS_FIX_TYPE (common.xml), from 0.
@@ -59,8 +60,17 @@ def vehicle_section(checker: Checker, profile: Profile) -> CheckSection:
             ),
             Line("failsafe", failsafe or "none", failsafe and "It controls the vehicle now."),
             Line("goals may arm", "yes" if goto.may_arm else unarmed),
+            _separation(checker.config.bridge.traffic),
         ),
     )
+
+
+def _separation(traffic: TrafficConfig) -> Line:
+    if not traffic.on:
+        return Line("separation", "disabled", "Vehicles can meet; set separation to enabled.")
+    kept = traffic.separation
+    text = f"{kept.horizontal_m:g} m horizontally, or {kept.vertical_m:g} m vertically"
+    return Line("separation", text)
 
 
 def position_section(state: VehicleState) -> CheckSection:

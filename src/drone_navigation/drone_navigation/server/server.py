@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from datetime import datetime, timezone
 from functools import partial
 
 from rclpy.executors import SingleThreadedExecutor
@@ -21,6 +22,7 @@ from drone_navigation.server.parameters import (
 )
 from drone_navigation.server.replay_node import ReplayFleet, ReplayNetwork, ReplayNode, recording_of
 from drone_navigation.server.spinning import Spinner
+from drone_navigation.server.traffic_topic import TrafficTopic
 from drone_navigation.server.vehicle_node import VehicleNode
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import Driver
@@ -33,6 +35,7 @@ from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_bridge.network import Network, open_network
 from navigation_bridge.recording.replay_driver import ReplayDriver
 from navigation_bridge.search_thread import SearchThread
+from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_core.searches import AT_ONCE, Searcher
 
 _STOP_TIMEOUT_S = 3.0
@@ -98,8 +101,12 @@ class NavigationServer:
             searcher = self._searches = SearchThread()
             on_exit.callback(self._searches.close)
         self._network = network
+        traffic: SharedTraffic | None = None
+        if recording is None and config.bridge.traffic.on:
+            epoch_s = datetime.now(timezone.utc).timestamp() - clock.now()
+            traffic = SharedTraffic(config.bridge.traffic.separation, epoch_s)
         self._vehicles = [
-            VehicleNode(node, own, made, network.recorder, clock, searcher)
+            VehicleNode(node, own, made, network.recorder, clock, searcher, traffic)
             for node, own, made in settings
         ]
         members = [vehicle.member for vehicle in self._vehicles]
@@ -114,6 +121,10 @@ class NavigationServer:
             self._fleet = FleetApplication(members, clock)
             self._driver = network.drive(self._fleet, clock)
         self._fleet.attach(self._driver)
+        self._traffic_topic: TrafficTopic | None = None
+        if traffic is not None:
+            settled, member = config.bridge.traffic, self._vehicles[0].member
+            self._traffic_topic = TrafficTopic(root, traffic, settled, member, clock)
         for vehicle in self._vehicles:
             statistics = partial(_statistics, network, vehicle.member)
             first = vehicle is self._vehicles[0]
@@ -159,6 +170,8 @@ class NavigationServer:
     def stop(self) -> None:
         """Stop the vehicles, end their goals and close everything, in bounded time."""
         self._stop_goals()
+        if self._traffic_topic is not None:
+            self._traffic_topic.close()
         spinners: list[VehicleNode | Spinner] = [*self._vehicles]
         if self._spinner is not None:
             spinners.append(self._spinner)

@@ -24,11 +24,22 @@ class Spinner:
         self._thread.start()
 
     def stop(self, timeout_s: float) -> None:
-        """Stop the executor and its thread."""
-        self._stopping = True
-        self._executor.shutdown(timeout_sec=1.0)
-        # A daemon thread that the interpreter ends inside rclpy's C++ ends the process with it.
+        """Stop the executor and its thread.
+
+        An executor's shutdown destroys what callbacks that have been begun still use. So it is left
+        to them, unless one of them never ends.
+        """
+        self._executor.create_task(self._end)
         self._thread.join(timeout_s)
+        if self._thread.is_alive():
+            self._stopping = True
+            self._executor.shutdown(timeout_sec=1.0)
+            # A daemon thread that the interpreter ends inside rclpy's C++ ends the process with it.
+            self._thread.join(timeout_s)
+
+    def _end(self) -> None:
+        self._stopping = True
+        self._executor.create_task(int)  # ends the wait for work that may have begun
 
     def _spin(self) -> None:
         """Spin until told to stop, surviving what rclpy itself lets escape.
@@ -36,10 +47,9 @@ class Spinner:
         A KeyError can escape from an expiring goal (ros2/rclpy issues 1236, 1667); a server
         that flies a vehicle must not end because of it.
         """
-        while not self._stopping:
+        while not self._stopping and self._executor.context.ok():
             try:
-                self._executor.spin()
-                return
+                self._executor.spin_once()
             except ExternalShutdownException:
                 return
             except Exception as error:

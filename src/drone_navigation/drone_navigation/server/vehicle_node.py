@@ -32,6 +32,7 @@ from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import ServerConfig
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.fleet import Member
+from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.vehicle.left_behind import what_is_left
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -67,6 +68,7 @@ class VehicleNode:
         recorder: TlogWriter | None,
         clock: Clock,
         searcher: Searcher = AT_ONCE,
+        traffic: SharedTraffic | None = None,
     ) -> None:
         """Make the vehicle's part on the driver's thread; :meth:`serve` makes the rest.
 
@@ -77,14 +79,16 @@ class VehicleNode:
             recorder: of all traffic of the server.
             clock: the driver's.
             searcher: who searches for paths.
+            traffic: shared with the other vehicles of the server.
         """
         self.node = node
         self.config = config
         self._values = values
         self._clock = clock
-        self._bridge = Bridge(Vehicle(config.vehicle), config.bridge, searcher)
-        self._application = VehicleApplication(self._bridge, recorder, clock)
         name = node.get_namespace().strip("/") or node.get_name()
+        vehicle = Vehicle(config.vehicle)
+        self._bridge = Bridge(vehicle, config.bridge, searcher, traffic=traffic, name=name)
+        self._application = VehicleApplication(self._bridge, recorder, clock)
         self.member = Member(name, config.vehicle.target_system, self._application)
         self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
         self._server: GoalServers | None = None

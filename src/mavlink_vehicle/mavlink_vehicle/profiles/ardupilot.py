@@ -137,6 +137,7 @@ COPTER = replace(
     pauses_in_mode=True,
     # Both in cm/s; the second is that of all waypoints.
     return_speeds=(("RTL_SPEED", 0.01), ("WPNAV_SPEED", 0.01)),
+    return_height=("RTL_ALT", 0.01),
     # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
     setpoint_timeout_s=3.0,
     setpoint_timeout_parameter="GUID_TIMEOUT",

@@ -115,6 +115,8 @@ class Profile:
             that is not 0 counts.
         return_speeds: the parameters of the speed of its own return, each with what makes m/s of
             it; the first that is above 0 counts.
+        return_height: the parameter of the height above home of its own return, with what makes
+            metres of it; None: that is not known.
         speed_command: how its speed is changed by command; None where the setpoints say it.
         setpoint_motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
             vehicle follows; others it ignores without a word.
@@ -176,6 +178,7 @@ class Profile:
     circle_parameters: tuple[str, ...] = ()
     return_circle_parameters: tuple[str, ...] = ()
     return_speeds: tuple[tuple[str, float], ...] = ()
+    return_height: tuple[str, float] | None = None
     speed_command: SpeedCommand | None = None
     setpoint_motions: frozenset[SetpointField] = frozenset()
     setpoint_form: SetpointField = SetpointField.NONE

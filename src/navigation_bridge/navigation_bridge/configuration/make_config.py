@@ -31,9 +31,12 @@ from navigation_bridge.configuration.settings import (
     PublishTf,
     SafetyConfig,
     StationPause,
+    TrafficConfig,
+    TrafficConflict,
 )
 from navigation_core.safety.target_checks import FlightVolume
 from navigation_core.tasks.flying.goto import GotoConfig
+from navigation_core.traffic.volumes import Separation
 from navigation_core.trajectories.trajectory import Limits
 
 __all__ = [
@@ -125,7 +128,7 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
         link_url=text("link_url"),
         record_tlog=text("record_tlog") or None,
         vehicle=_vehicle_config(number, text),
-        bridge=_bridge_config(number, text),
+        bridge=_bridge_config(number, text, texts(merged["traffic_peers"])),
         vehicles=texts(merged["vehicles"]),
         gcs_links=gcs_links,
         signing_key_file=text("signing_key_file") or None,
@@ -177,7 +180,7 @@ def _origin(words: str) -> tuple[float, float, float] | None:
     return latitude_deg, longitude_deg, altitude_m
 
 
-def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
+def _bridge_config(number: _Number, text: _Text, peers: tuple[str, ...]) -> BridgeConfig:
     limits = Limits(
         speed_horizontal_m_s=number("speed_default_m_s"),
         speed_up_m_s=number("speed_up_m_s"),
@@ -228,6 +231,19 @@ def _bridge_config(number: _Number, text: _Text) -> BridgeConfig:
             start_goal=text("cmd_vel_start") == "command",
             stamped=text("cmd_vel_type") == "stamped",
         ),
+        traffic=_traffic_config(number, text, peers),
+    )
+
+
+def _traffic_config(number: _Number, text: _Text, peers: tuple[str, ...]) -> TrafficConfig:
+    return TrafficConfig(
+        on=text("separation") == "enabled",
+        separation=Separation(number("separation_horizontal_m"), number("separation_vertical_m")),
+        conflict=TrafficConflict(text("traffic_conflict")),
+        timeout_s=number("traffic_timeout_s"),
+        peers=peers,
+        topic=text("traffic_topic"),
+        announces=text("announce_adsb") == "enabled",
     )
 
 

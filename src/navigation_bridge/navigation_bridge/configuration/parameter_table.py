@@ -122,6 +122,60 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         choices=("replace", "reject"),
     ),
     ParameterSpec(
+        "separation",
+        "enabled",
+        "Whether vehicles keep apart from each other: those of this server, of other servers and "
+        "other traffic.",
+        choices=("enabled", "disabled"),
+    ),
+    ParameterSpec(
+        "separation_horizontal_m",
+        5.0,
+        "Least horizontal distance between two vehicles that are not separated vertically.",
+        1.0,
+        1000.0,
+    ),
+    ParameterSpec(
+        "separation_vertical_m",
+        3.0,
+        "Least difference of altitudes of two vehicles that are not separated horizontally.",
+        1.0,
+        1000.0,
+    ),
+    ParameterSpec(
+        "traffic_conflict",
+        "wait",
+        "Handling of a target too near to another vehicle's target, or to where one stands: wait "
+        "until it is free, reject the goal, or reroute it to the nearest free position.",
+        choices=("wait", "reject", "reroute"),
+    ),
+    ParameterSpec(
+        "traffic_timeout_s",
+        120.0,
+        "Longest time that a goal waits for other vehicles; it then ends with TRAFFIC.",
+        1.0,
+        3600.0,
+    ),
+    ParameterSpec(
+        "traffic_peers",
+        [],
+        "Names of other servers (their namespaces, or their vehicle's) that must have been heard "
+        "before a vehicle of this one moves. Empty: those that are heard.",
+    ),
+    ParameterSpec(
+        "traffic_topic",
+        "",
+        "Topic (custom_interfaces/TrafficReport) of other vehicles in the air or on the ground, "
+        "in addition to ADSB_VEHICLE messages. Empty: none.",
+    ),
+    ParameterSpec(
+        "announce_adsb",
+        "disabled",
+        "Whether the other vehicles are announced to this vehicle's autopilot and to ground "
+        "stations as ADSB_VEHICLE.",
+        choices=("disabled", "enabled"),
+    ),
+    ParameterSpec(
         "on_station_pause",
         "cancel",
         "Effect of a pause by a ground station on the active goal: cancel it, or pause it until"
@@ -409,7 +463,10 @@ FIXED = frozenset(
 
 # Parameters of the server as a whole; all others belong to each vehicle.
 SERVER_WIDE = frozenset(
-    {"vehicles", "gcs_links", "signing_key_file", "record_tlog", "replay_speed"}
+    {
+        *("vehicles", "gcs_links", "signing_key_file", "record_tlog", "replay_speed"),
+        *("separation", "separation_horizontal_m", "separation_vertical_m", "traffic_peers"),
+    }
 )
 
 SPECS: dict[str, ParameterSpec] = {spec.name: spec for spec in PARAMETERS}

@@ -56,8 +56,19 @@ def _check_list(name: str, value: ParameterValue) -> None:
     found = texts(value)
     if name == "vehicles":
         check_vehicle_names(found)
-    else:
+    elif name == "gcs_links":
         _check_station_links(found)
+    else:
+        _check_peers(name, found)
+
+
+def _check_peers(name: str, peers: Iterable[str]) -> None:
+    for peer in peers:
+        if any(_TOKEN.fullmatch(part) is None for part in peer.strip("/").split("/")):
+            raise ConfigurationError(
+                f"Parameter {name}: '{peer}' is no name of a server; give its node's name with "
+                "the namespace, such as /north/navigation_server."
+            )
 
 
 def _check_text(spec: ParameterSpec, value: ParameterValue) -> None:

@@ -9,6 +9,7 @@ from navigation_bridge.configuration.known_obstacles import KnownObstacles
 from navigation_bridge.configuration.sensor_poses import SensorPose
 from navigation_core.safety.target_checks import FlightVolume
 from navigation_core.tasks.flying.goto import GotoConfig
+from navigation_core.traffic.volumes import Separation
 
 
 class BatteryPolicy(Enum):
@@ -112,6 +113,40 @@ class CommandConfig:
     stamped: bool = True
 
 
+class TrafficConflict(Enum):
+    """Handling of a target that is too near to another vehicle's, or to where one stands."""
+
+    WAIT = "wait"
+    """The goal is accepted; the vehicle waits before the target until it is free."""
+    REJECT = "reject"
+    """The goal is rejected."""
+    REROUTE = "reroute"
+    """The nearest free position is the target."""
+
+
+@dataclass(frozen=True)
+class TrafficConfig:
+    """Settings of the separation from other vehicles.
+
+    Attributes:
+        on: whether the vehicle keeps apart from others.
+        separation: the distances that it keeps; equal for all vehicles of a server.
+        conflict: handling of a target that is too near to another vehicle's.
+        timeout_s: longest time that a goal waits for other vehicles.
+        peers: servers that must have been heard before a vehicle moves.
+        topic: of other traffic; empty: none.
+        announces: whether others are announced to the autopilot and to ground stations.
+    """
+
+    on: bool = True
+    separation: Separation = field(default_factory=Separation)
+    conflict: TrafficConflict = TrafficConflict.WAIT
+    timeout_s: float = 120.0
+    peers: tuple[str, ...] = ()
+    topic: str = ""
+    announces: bool = False
+
+
 @dataclass(frozen=True)
 class BridgeConfig:
     """Settings for goals.
@@ -129,6 +164,7 @@ class BridgeConfig:
         on_station_pause: effect of a pause by a ground station.
         on_missed_waypoint: handling of a waypoint that was passed outside its radius.
         commands: settings of velocity commands.
+        traffic: settings of the separation from other vehicles.
     """
 
     goto: GotoConfig
@@ -143,3 +179,4 @@ class BridgeConfig:
     on_station_pause: StationPause = StationPause.CANCEL
     on_missed_waypoint: MissedWaypoint = MissedWaypoint.CONTINUE
     commands: CommandConfig = CommandConfig()
+    traffic: TrafficConfig = field(default_factory=TrafficConfig)

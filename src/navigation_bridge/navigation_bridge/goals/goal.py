@@ -209,12 +209,12 @@ class PositionDoubt:
     Attributes:
         jumps_ned_m: sum of the position's jumps before the goal began, north and east.
         since_s: start of the doubt; None while there is none.
-        reasons: reasons for it, each once.
+        reasons: the latest reason by the report that shows it.
     """
 
     jumps_ned_m: tuple[float, float] = (0.0, 0.0)
     since_s: float | None = None
-    reasons: tuple[str, ...] = ()
+    reasons: dict[type, str] = field(default_factory=dict)
 
 
 @dataclass

@@ -16,6 +16,7 @@ from navigation_core.geometry import dot
 from navigation_core.tasks.intents import Fly, Setpoint
 from navigation_core.tasks.observation import Observation, OperationReport, VehicleMode
 from navigation_core.tasks.velocity_command import VelocityCommand
+from navigation_core.traffic.view import TrafficView
 
 _AIRBORNE: dict[LandedState, bool | None] = {
     LandedState.UNDEFINED: None,
@@ -58,6 +59,7 @@ def observe(
     late_s: float = 0.0,
     position_doubt: str = "",
     command: VelocityCommand | None = None,
+    traffic: TrafficView | None = None,
 ) -> Observation:
     """Build the observation of this moment."""
     state = vehicle.state
@@ -99,6 +101,7 @@ def observe(
         position_doubt=position_doubt,
         fence=obstacles.standing.fence,
         command=command,
+        traffic=traffic,
     )
 
 

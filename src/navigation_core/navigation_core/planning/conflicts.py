@@ -40,13 +40,7 @@ class MotionSamples:
         """Sample a whole trajectory."""
         count = max(int(np.ceil(trajectory.duration_s / _SAMPLE_S)), 1) + 1
         times_s = np.linspace(0.0, trajectory.duration_s, count)
-        states = [trajectory.sample(float(time_s)) for time_s in times_s]
-        return cls(
-            times_s,
-            np.array([state.position_enu_m for state in states]),
-            np.array([state.velocity_enu_m_s for state in states]),
-            np.array([state.acceleration_enu_m_s2 for state in states]),
-        )
+        return cls(times_s, *trajectory.samples(times_s))
 
     @classmethod
     def at(cls, state: KinematicState) -> MotionSamples:

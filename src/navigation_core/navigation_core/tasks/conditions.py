@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.goto_config import GotoConfig
@@ -198,6 +198,11 @@ class Requester:
             self.current = RequestedOperation(intent, refusal, now, patience_s)
             return intent  # a report that is there already is about an earlier request
         return self.current.check(observation, now)
+
+    def postpone(self, now: float) -> None:
+        """Count the time of the request from now on: it has not been passed on yet."""
+        if self.current is not None:
+            self.current = replace(self.current, asked_s=now)
 
     def forget(self) -> None:
         """Forget the request, so that it can be made again."""

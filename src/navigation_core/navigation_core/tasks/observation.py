@@ -11,6 +11,7 @@ from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.safety.fences import Fence
 from navigation_core.tasks.velocity_command import VelocityCommand
+from navigation_core.traffic.view import TrafficView
 
 
 class TaskOperation(Enum):
@@ -121,6 +122,7 @@ class Observation:
             is. The velocity is still good enough to stand still by.
         fence: the vehicle's own fence, or None while it is not known.
         command: the last velocity command, for a task that follows them; None without one.
+        traffic: the other vehicles; None where nobody keeps apart from them.
     """
 
     time_s: float
@@ -147,6 +149,7 @@ class Observation:
     position_doubt: str = ""
     fence: Fence | None = None
     command: VelocityCommand | None = None
+    traffic: TrafficView | None = None
 
     @property
     def obstacles_now(self) -> Obstacles:

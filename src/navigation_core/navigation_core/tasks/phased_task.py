@@ -103,6 +103,10 @@ class PhasedTask(ABC, Generic[PhaseT]):
     def take_up(self, now: float) -> None:
         """Nothing is past: the vehicle was held in a mode of its own."""
 
+    def postpone(self, now: float) -> None:
+        """Count the time of the operation that was requested last from now on."""
+        self._requests.postpone(now)
+
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """No: any change of mode that was not requested is somebody taking over."""
         return False

@@ -17,6 +17,7 @@ class Status(str, Enum):
     HOLDING = "HOLDING"
     PAUSED = "PAUSED"
     BLOCKED = "BLOCKED"
+    WAITING_FOR_TRAFFIC = "WAITING_FOR_TRAFFIC"
     UPLOADING = "UPLOADING"
     RETURNING = "RETURNING"
     LANDING = "LANDING"
@@ -53,7 +54,7 @@ class Progress:
         time_remaining_s: estimated time to the end.
         route: how far the route is flown, for a task that has one.
         replans: how often the path was replanned because of obstacles.
-        blocked: why obstacles leave no way to continue; empty while they do.
+        blocked: why obstacles leave no path, or for whom it waits; empty otherwise.
     """
 
     status: Status

@@ -56,6 +56,9 @@ class Task(Protocol):
         Called before the next step; where the task was, and what it commanded, is past.
         """
 
+    def postpone(self, now: float) -> None:
+        """Count the time of the operation that was requested last from now on: it has to wait."""
+
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """Whether the vehicle may get into this mode by itself at this point of the task.
 

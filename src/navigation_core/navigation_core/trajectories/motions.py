@@ -8,8 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
 
+import numpy as np
 import ruckig
+from numpy.typing import NDArray
 
 from navigation_core.geometry import (
     ZERO,
@@ -25,6 +29,8 @@ from navigation_core.geometry import (
     unit_between,
 )
 from navigation_core.limits import Limits
+
+Array: TypeAlias = NDArray[np.float64]
 
 UP: Vector3 = (0.0, 0.0, 1.0)
 EAST: Vector3 = (1.0, 0.0, 0.0)
@@ -64,11 +70,59 @@ class MotionPiece:
     def sample(self, t_s: float) -> KinematicState:
         """Return the state at a time since the beginning of the piece."""
         positions, velocities, accelerations = self.profile.at_time(t_s)
+        if len(self.axes_enu) == 1:  # most are straight
+            x, y, z = self.axes_enu[0]
+            x0, y0, z0 = self.origin_enu_m
+            along, speed, change = positions[0], velocities[0], accelerations[0]
+            return KinematicState(
+                (x0 + along * x, y0 + along * y, z0 + along * z),
+                (speed * x, speed * y, speed * z),
+                (change * x, change * y, change * z),
+            )
         return KinematicState(
             add(self.origin_enu_m, self._combine(positions)),
             self._combine(velocities),
             self._combine(accelerations),
         )
+
+    def samples(self, times_s: Array) -> tuple[Array, Array, Array]:
+        """Return the same for many times (N,): positions, velocities, accelerations (N, 3)."""
+        positions, velocities, accelerations = np.zeros((3, len(times_s), 3))
+        positions += self.origin_enu_m
+        for (starts_s, states), axis in zip(self._phases, self.axes_enu, strict=True):
+            phase = np.searchsorted(starts_s, times_s, side="right") - 1
+            t_s = times_s - starts_s[phase]
+            place, speed, change, jerk = states[:, phase]
+            axis_enu = np.array(axis)
+            half_s2 = 0.5 * t_s * t_s
+            along = place + t_s * speed + half_s2 * (change + t_s / 3.0 * jerk)
+            positions += along[:, None] * axis_enu
+            velocities += (speed + t_s * change + half_s2 * jerk)[:, None] * axis_enu
+            accelerations += (change + t_s * jerk)[:, None] * axis_enu
+        return positions, velocities, accelerations
+
+    @cached_property
+    def _phases(self) -> tuple[tuple[Array, Array], ...]:
+        """For each axis the beginnings of times of steady jerk (K,), and the states then (4, K).
+
+        They are place, speed, acceleration and jerk. Ruckig brings a start beyond the limits back
+        to them first, by up to two phases; after the seven of its profile the speed stays.
+        """
+        axes = []
+        for profile in self.profile.profiles[0]:
+            brake, rows, begin_s = profile.brake, [], 0.0
+            if brake.duration > 0.0:
+                for k in range(2):
+                    rows.append((begin_s, brake.p[k], brake.v[k], brake.a[k], brake.j[k]))
+                    begin_s += brake.t[k]
+            lasts, jerks = profile.t, profile.j
+            for row in zip(profile.p, profile.v, profile.a, jerks, lasts, strict=False):
+                rows.append((begin_s, *row[:4]))
+                begin_s += row[4]
+            rows.append((begin_s, profile.p[-1], profile.v[-1], profile.a[-1], 0.0))
+            table = np.array(rows).T
+            axes.append((table[0], table[1:]))
+        return tuple(axes)
 
     @property
     def end(self) -> KinematicState:

@@ -18,9 +18,12 @@ smaller limits: ``docs/adr/0003-ruckig-trajectories.md``.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import cached_property
+
+import numpy as np
 
 from navigation_core.geometry import (
     ZERO,
@@ -37,6 +40,7 @@ from navigation_core.trajectories.fastest_turn import total_duration_s, turn_and
 from navigation_core.trajectories.motions import (
     TINY_M_S,
     TINY_M_S2,
+    Array,
     MotionPiece,
     TrajectoryError,
     change_velocity,
@@ -85,6 +89,33 @@ class Trajectory:
         piece, since_s = self._piece_at(t_s)
         return KinematicState(self.end_position_enu_m) if piece is None else piece.sample(since_s)
 
+    def samples(self, times_s: Array) -> tuple[Array, Array, Array]:
+        """Return the states at many times: positions, velocities and accelerations, all (N, 3).
+
+        Args:
+            times_s: rising, shape (N,); clamped as in :meth:`sample`.
+        """
+        ends_s = np.cumsum([piece.duration_s for piece in self._pieces])
+        bounds = [int(np.searchsorted(times_s, 0.0, side="right"))]
+        bounds += np.searchsorted(times_s, ends_s).tolist()
+        positions, velocities, accelerations = np.zeros((3, len(times_s), 3))
+        first = bounds[0]
+        positions[:first] = self.start.position_enu_m
+        velocities[:first] = self.start.velocity_enu_m_s
+        accelerations[:first] = self.start.acceleration_enu_m_s2
+        begin_s = 0.0
+        for piece, end_s, (low, high) in zip(
+            self._pieces, ends_s, itertools.pairwise(bounds), strict=True
+        ):
+            if high > low:
+                part = slice(low, high)
+                positions[part], velocities[part], accelerations[part] = piece.samples(
+                    times_s[part] - begin_s
+                )
+            begin_s = float(end_s)
+        positions[max(bounds) :] = self.end_position_enu_m
+        return positions, velocities, accelerations
+
     def limits_at(self, t_s: float) -> Limits:
         """Return what it was planned with at a time: a route may be slower on one of its legs."""
         piece, _ = self._piece_at(t_s)
@@ -122,21 +153,18 @@ class Trajectory:
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """Points along the path, from its beginning to its end."""
         count = min(max(math.ceil(self.duration_s / _PATH_STEP_S), 1), _PATH_POINTS_MAX)
-        step_s = self.duration_s / count
-        points = [self.sample(i * step_s).position_enu_m for i in range(count)]
+        times_s = np.linspace(0.0, self.duration_s, count, endpoint=False)
+        points = [(x, y, z) for x, y, z in self.samples(times_s)[0].tolist()]
         return (*points, self.end_position_enu_m)
 
     @cached_property
     def _lengths_ahead(self) -> list[float]:
         """Lengths of the path that lies ahead, at equal steps of time."""
         count = min(max(int(self.duration_s / _LENGTH_STEP_S), 1), _LENGTH_STEPS_MAX)
-        step_s = self.duration_s / count
-        points = [self.sample(i * step_s).position_enu_m for i in range(count)]
-        points.append(self.end_position_enu_m)
-        lengths = [0.0] * len(points)
-        for i in range(count - 1, -1, -1):
-            lengths[i] = lengths[i + 1] + distance(points[i], points[i + 1])
-        return lengths
+        points = self.samples(np.linspace(0.0, self.duration_s, count, endpoint=False))[0]
+        steps = np.diff(points, axis=0, append=[self.end_position_enu_m])
+        ahead_m = np.cumsum(np.linalg.norm(steps[::-1], axis=1))[::-1]
+        return [*ahead_m.tolist(), 0.0]
 
 
 def plan_to(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Trajectory:

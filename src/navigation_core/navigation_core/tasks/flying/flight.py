@@ -41,6 +41,7 @@ from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import Pursuit
+from navigation_core.tasks.leading.traffic_pace import TrafficPace
 from navigation_core.tasks.leading.turning_circle import Pursuer
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
@@ -77,6 +78,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         if terms.avoidance is not None:
             self._avoider = Avoider(terms.avoidance, self._follower)
         self._caution = Caution(terms.avoidance, traits, self._follower.limits)
+        self._pace = TrafficPace(traits, self._follower, terms.avoidance)
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)
         parts = FlightParts(config, traits, self._requests, self._follower, self._arrival)
@@ -177,6 +179,8 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             elif self._phase is GotoPhase.BLOCKED:
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
+        if self._phase is GotoPhase.NAVIGATING:
+            progress = self._pace.progress(progress)
         position = observation.position_enu_m
         return self._itinerary.total(progress, position, self._estimator.is_straight)
 
@@ -212,7 +216,14 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             self._doubted = True
         if self._follower.carrot is not None:
             self._follower.note(self._follower.carrot)
-        return replace(answer, setpoint=self._caution.tempered(answer.setpoint, observation))
+        answer = replace(answer, setpoint=self._caution.tempered(answer.setpoint, observation))
+        if self._phase is not GotoPhase.NAVIGATING:
+            self._pace.forget()
+            return answer
+        setpoint = self._pace.tempered(answer.setpoint, observation)
+        if setpoint is not answer.setpoint:
+            self._pursuit.hold_back()
+        return replace(answer, setpoint=setpoint)
 
     def _handle(self, observation: Observation, now: float) -> Answer:
         if self._stopping.ending is not None and self._phase not in _STOPPING:
@@ -322,26 +333,22 @@ class SetpointFlight(PhasedTask[GotoPhase]):
     def _navigate(self, observation: Observation, now: float) -> Step | None:
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
+        share = self._pace.step(observation, now)
         if self._follower.is_stale or self._follower.carrot is None:
             self._begin_flight(PhaseEvent.REPLAN, observation, now)
+            share = self._pace.step(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             return PhaseEvent.NO_WAY
         if self._phase is not GotoPhase.NAVIGATING:
             return None
+        if self._pace.is_over(observation, now):
+            assert self._pace.waiting is not None
+            return self._over(OutcomeCode.TRAFFIC, self._pace.waiting.text, observation)
+        path = self._walk(observation, share)
         carrot = self._follower.carrot
         assert carrot is not None
-        here_enu_m = measured_state(observation).position_enu_m
-        path = None
-        if self._traits.flies:
-            self._follower.walk(here_enu_m, self._caution.speed_share(carrot, observation))
-        else:
-            meet = self._itinerary.point_to_meet()
-            until_s = math.inf if meet is None else self._follower.passed_at_s(meet)
-            path = self._follower.follow(here_enu_m, until_s)
-        if self._itinerary.note_place(
-            observation.position_enu_m, self._follower.passed, self._pursuit.leaves
-        ):
-            self._follower.is_stale = True  # so it is replanned, from here to the same point
+        if self._pace.leads_elsewhere:
+            return Fly(self._setpoint(carrot, observation, path))
         if carrot.arrived if path is None else path.left_m <= self._arrival.radius_m:
             carrot.finish()
             return PhaseEvent.TRAJECTORY_ENDED
@@ -350,6 +357,25 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         if carrot.distance_remaining_m < self._least_left_m - _NEARER_M:
             self._least_left_m, self._held_s = carrot.distance_remaining_m, 0.0
         return Fly(self._setpoint(carrot, observation, path))
+
+    def _walk(self, observation: Observation, share: float) -> DrivenPath | None:
+        """Move the setpoint on at a share of its speed; return the path ahead of what drives."""
+        carrot = self._follower.carrot
+        assert carrot is not None
+        here_enu_m = measured_state(observation).position_enu_m
+        path = None
+        if self._traits.flies:
+            share = min(share, self._caution.speed_share(carrot, observation))
+            self._follower.walk(here_enu_m, share)
+        else:
+            meet = self._itinerary.point_to_meet()
+            until_s = math.inf if meet is None else self._follower.passed_at_s(meet)
+            path = self._follower.follow(here_enu_m, until_s)
+        if self._itinerary.note_place(
+            observation.position_enu_m, self._follower.passed, self._pursuit.leaves
+        ):
+            self._follower.is_stale = True  # so it is replanned, from here to the same point
+        return path
 
     def _settle(self, observation: Observation, now: float) -> Step | None:
         if not is_located(observation, self._config.position_stale_s):

@@ -13,6 +13,7 @@ from navigation_core.tasks.standstill import Standstill
 
 # A setpoint slower than this has come to its end.
 _STANDS_M_S = 0.01
+_STOPPED = "The vehicle has stopped."
 
 
 class Stopping:
@@ -47,31 +48,33 @@ class Stopping:
         return self._at_rest(observation, now, since_s, commanded_m_s) or self.led(observation)
 
     def _at_rest(
-        self, observation: Observation, now: float, since_s: float, commanded_m_s: float = 0.0
+        self,
+        observation: Observation,
+        now: float,
+        since_s: float,
+        commanded_m_s: float = 0.0,
+        done: str = _STOPPED,
     ) -> Outcome | None:
         """Return the outcome once the vehicle stands, or its time to stop is over."""
         still = self._stopped.holds(observation, self._parts.config.position_stale_s)
         if still and commanded_m_s < _STANDS_M_S:
-            return self.ended("The vehicle has stopped.", observation)
+            return self.ended(done, observation)
         timeout_s = self._parts.config.cancel_timeout_s
         if now - since_s > timeout_s:
             return self.ended(self._stopped.failure(timeout_s), observation)
         return None
 
-    def _stop_by_itself(self, observation: Observation, now: float) -> Step:
-        """Let the autopilot end a climb in a mode of its own, as a PX4 does, and wait for that."""
+    def _hold(self, done: str, failed: str, observation: Observation, now: float) -> Step:
+        """Let the autopilot stop in a mode of its own, and wait for that.
+
+        A PX4 ends a climb so, and a rover that drives by itself rolls on for some time.
+        """
         if self._watched_s is None:
-            assert self.ending is not None
-            timeout_s = self._parts.config.cancel_timeout_s
-            answer = self._parts.requests.perform(
-                Perform(TaskOperation.HOLD), self.ending.code, observation, now, timeout_s
-            )
-            if isinstance(answer, Outcome):
-                return self.ended(f"{answer.message} It may still be flying.", observation)
+            answer = self._asked(TaskOperation.HOLD, failed, observation, now)
             if answer is not None:
                 return answer
             self._watched_s = now
-        return self._at_rest(observation, now, self._watched_s) or Wait()
+        return self._at_rest(observation, now, self._watched_s, done=done) or Wait()
 
     def led(self, observation: Observation) -> Intent:
         """Return the carrot's setpoint, for a vehicle that is being stopped."""
@@ -88,37 +91,25 @@ class Stopping:
         )
         holds = not self.armed_for_us and self._parts.requests.current is not None
         if flies and not observation.in_control:
-            return self._stop_by_itself(observation, now)
+            return self._hold(_STOPPED, "It may still be flying.", observation, now)
         if flies and not holds:
             self._parts.follower.plan_stop(observation)
             return PhaseEvent.STOP_IN_AIR
         if not self.armed_for_us:
-            return self._last(
-                TaskOperation.HOLD,
-                "The vehicle holds; whoever armed it may disarm it.",
-                "It is still armed.",
-                observation,
-                now,
-            )
-        return self._last(
-            TaskOperation.DISARM,
-            "The vehicle is disarmed.",
-            "It may still be armed.",
-            observation,
-            now,
-        )
+            holding = "The vehicle holds; whoever armed it may disarm it."
+            return self._hold(holding, "It is still armed.", observation, now)
+        answer = self._asked(TaskOperation.DISARM, "It may still be armed.", observation, now)
+        return answer or self.ended("The vehicle is disarmed.", observation)
 
-    def _last(
-        self, kind: TaskOperation, done: str, failed: str, observation: Observation, now: float
-    ) -> Step:
-        """Have a last operation done, and end by how that went."""
+    def _asked(
+        self, kind: TaskOperation, failed: str, observation: Observation, now: float
+    ) -> Step | None:
+        """Have a last operation done; return the outcome if it failed, and None once it is done."""
         assert self.ending is not None
         timeout_s = self._parts.config.cancel_timeout_s
         answer = self._parts.requests.perform(
             Perform(kind), self.ending.code, observation, now, timeout_s
         )
-        if answer is None:
-            return self.ended(done, observation)
         if isinstance(answer, Outcome):
             return self.ended(f"{answer.message} {failed}", observation)
         return answer

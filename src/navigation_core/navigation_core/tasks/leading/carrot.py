@@ -79,7 +79,8 @@ class Carrot:
         self._stalled_at_s = time_s
         self._rate = 1.0
         self._rate_average = 1.0
-        self._state = trajectory.sample(time_s)
+        self._nominal = (time_s, trajectory.sample(time_s))
+        self._state = self._nominal[1]
         self._driven: DrivenPath | None = None
 
     @property
@@ -91,6 +92,13 @@ class Carrot:
     def time_s(self) -> float:
         """Its position along the trajectory, in trajectory time."""
         return self._time_s
+
+    @property
+    def nominal(self) -> KinematicState:
+        """Where it is on the trajectory, at the speed that is planned there."""
+        if self._nominal[0] != self._time_s:
+            self._nominal = (self._time_s, self.trajectory.sample(self._time_s))
+        return self._nominal[1]
 
     def ahead(self, lead_s: float) -> tuple[float, KinematicState]:
         """Return where it will stand after a while at its present pace, and in which state.
@@ -167,13 +175,11 @@ class Carrot:
         if dt_s <= 0.0:
             return
         before = self._rate
-        nominal = self.trajectory.sample(self._time_s)
-        self._rate = self._next_rate(dt_s, position_enu_m, nominal.velocity_enu_m_s, rate_max)
+        planned_m_s = self.nominal.velocity_enu_m_s
+        self._rate = self._next_rate(dt_s, position_enu_m, planned_m_s, rate_max)
         # The mean of both rates makes the position the integral of the velocity.
         self._walk_to(self._time_s + 0.5 * (before + self._rate) * dt_s, self._rate, dt_s)
-        self._state = self._scaled(
-            self.trajectory.sample(self._time_s), (self._rate - before) / dt_s
-        )
+        self._state = self._scaled(self.nominal, (self._rate - before) / dt_s)
         self._yaw = slew_angle(self._yaw, self._yaw_goal, self._yaw_rate * dt_s)
 
     def follow(
@@ -197,13 +203,17 @@ class Carrot:
         if dt_s > 0.0:
             time_s = max(self._driven.time_s, self._time_s)
             self._walk_to(time_s, (time_s - self._time_s) / dt_s, dt_s)
-            self._state = self.trajectory.sample(self._time_s)
+            self._state = self.nominal
         return self._driven
+
+    def restart_patience(self) -> None:
+        """Count the time without progress from now on: it was to wait."""
+        self._stalled_s = 0.0
 
     def finish(self) -> None:
         """Walk to the end at once."""
         self._time_s = self.trajectory.duration_s
-        self._state = self.trajectory.sample(self._time_s)
+        self._state = self.nominal
 
     def _walk_to(self, time_s: float, rate: float, dt_s: float) -> None:
         share = min(dt_s / _RATE_AVERAGE_S, 1.0)
@@ -258,7 +268,7 @@ class Carrot:
         wanted, velocity = self._state.acceleration_enu_m_s2, self._state.velocity_enu_m_s
         if wanted[0] * velocity[0] + wanted[1] * velocity[1] <= 0.0:
             return wanted
-        now = self.trajectory.sample(self._time_s).acceleration_enu_m_s2
+        now = self.nominal.acceleration_enu_m_s2
         then = self.trajectory.sample(self._time_s + self._config.response_s * self._rate)
         change = subtract(then.acceleration_enu_m_s2, now)
         gain = self._rate * self._rate

@@ -61,7 +61,7 @@ class Caution:
         share = speed_share(observation.late_s)
         if not self._traits.flies:
             return share  # its setpoint is a velocity, see tempered
-        velocity = carrot.trajectory.sample(carrot.time_s).velocity_enu_m_s
+        velocity = carrot.nominal.velocity_enu_m_s
         speed = norm(velocity)
         if share < 1.0 and self._is_approached(carrot, observation):
             share = max(share, min(self._least_m_s / max(speed, self._least_m_s), 1.0))

@@ -11,6 +11,8 @@ from __future__ import annotations
 import bisect
 import math
 
+import numpy as np
+
 from navigation_core.geometry import Vector3, add, distance, dot, scale, subtract
 from navigation_core.trajectories.trajectory import Trajectory
 
@@ -40,7 +42,8 @@ class DrivenPath:
         duration_s = trajectory.duration_s
         count = min(max(math.ceil(duration_s / _STEP_S), 1), _STEPS_MAX)
         self._step_s = duration_s / count
-        points = [trajectory.sample(i * self._step_s).position_enu_m for i in range(count)]
+        places = trajectory.samples(np.linspace(0.0, duration_s, count, endpoint=False))[0]
+        points = [(x, y, z) for x, y, z in places.tolist()]
         self._points = [*points, trajectory.end_position_enu_m]
         self._lengths = [distance(a, b) for a, b in zip(points, self._points[1:], strict=True)]
         self._gone_m = [0.0]

@@ -52,6 +52,8 @@ _COURSE_SPEED_M_S = 0.5
 # A setpoint may jump by so much where a path that was found late is joined: less than the noise
 # of a position, and less than a vehicle's speed changes within a period.
 _JOINT_M, _JOINT_M_S = 0.15, 0.3
+# Farther than a vehicle that follows is from a setpoint that stands.
+_RUN_OUT_M = 0.5
 
 
 def cruise_limits(limits: Limits, speed_m_s: float | None, traits: Traits) -> Limits:
@@ -77,6 +79,7 @@ class _Pending:
         route: the points asked for when it began.
         joint_s: when the path continues from there, in that motion's time.
         begun_s: when the search began.
+        begins_here: whether the path begins where the vehicle is, and joins no motion.
     """
 
     search: Search[CheckedPath | NoPath]
@@ -84,6 +87,7 @@ class _Pending:
     route: tuple[RoutePoint, ...]
     joint_s: float
     begun_s: float
+    begins_here: bool
 
 
 class PathFollower:
@@ -275,7 +279,7 @@ class PathFollower:
             self._give_search_up()
             limit_s = self._avoidance.search_timeout_s
             return NoPath(f"The search for a path took longer than {limit_s:g} s.")
-        if isinstance(found, NoPath) or self.starts_here or pending.carrot is None:
+        if isinstance(found, NoPath) or pending.carrot is None or pending.begins_here:
             self._pending = None
             return found
         # A setpoint that stands is never late.
@@ -303,8 +307,8 @@ class PathFollower:
         assert self._avoidance is not None
         assert self.commanded is not None
         searcher, carrot = self._avoidance.searcher, self.carrot
-        start, joint_s = self.start(observation), 0.0
-        if self.starts_here:
+        start, joint_s, begins_here = self.start(observation), 0.0, self._begins_here(observation)
+        if begins_here:
             # It goes on as it moves now, at least until it is told otherwise.
             moved = scale(start.velocity_enu_m_s, searcher.lead_s)
             start = replace(start, position_enu_m=add(start.position_enu_m, moved))
@@ -315,7 +319,7 @@ class PathFollower:
         points = self._points
         if under_way:
             # A path from where the vehicle is joins nothing: what it has passed counts from there.
-            passed = self.passed if self.starts_here else self._passed_by(joint_s)
+            passed = self.passed if begins_here else self._passed_by(joint_s)
             points = points[passed:] or points[-1:]
             gap_m = distance(points[0].position_enu_m, start.position_enu_m)
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
@@ -325,7 +329,9 @@ class PathFollower:
         search = searcher.begin(
             lambda is_wanted: planner.plan(start, yaw, points, known, seen, is_wanted)
         )
-        self._pending = _Pending(search, carrot, self._points, joint_s, observation.time_s)
+        self._pending = _Pending(
+            search, carrot, self._points, joint_s, observation.time_s, begins_here
+        )
 
     def _give_search_up(self) -> None:
         if self._pending is not None:
@@ -343,9 +349,28 @@ class PathFollower:
     def start(self, observation: Observation) -> KinematicState:
         """Return where a path around obstacles begins; there must have been a setpoint."""
         assert self.commanded is not None
-        if self.starts_here and is_located(observation, self._config.position_stale_s):
+        located = is_located(observation, self._config.position_stale_s)
+        if located and self._begins_here(observation):
             return self._measured(observation)
         return self.commanded
+
+    def _begins_here(self, observation: Observation) -> bool:
+        """Whether a path begins where the vehicle is, and not at its setpoint.
+
+        It does for what drives; and for what flies, if it has not stopped where it was told to,
+        but somewhere further on: an emergency's brake may be harder than the autopilot follows. A
+        path that began at the setpoint would lead back first, or to another side of an obstacle
+        that comes.
+        """
+        if self.starts_here:
+            return True
+        assert self.commanded is not None
+        if norm(self.commanded.velocity_enu_m_s) > STANDING_M_S:
+            return False
+        if not is_located(observation, self._config.position_stale_s):
+            return False
+        here = measured_state(observation).position_enu_m
+        return distance(here, self.commanded.position_enu_m) > _RUN_OUT_M
 
     def _measured(self, observation: Observation) -> KinematicState:
         """Return the state that a flight begins with where the vehicle is."""

@@ -103,6 +103,10 @@ class Pursuit:
         self._excess_m_s = 0.0
         self._circle.forget()
 
+    def hold_back(self) -> None:
+        """Learn nothing from how slowly it moves: it was told less than it should have been."""
+        self._moved = None
+
     @property
     def leaves(self) -> bool:
         """Whether it leads away from a point, to come back to it."""

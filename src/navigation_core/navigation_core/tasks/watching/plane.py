@@ -123,6 +123,11 @@ class FlyPlane(PhasedTask[_Phase]):
         super().start(observation, now)
         self._nearest_s = now
 
+    def postpone(self, now: float) -> None:
+        """Count the time of the request, and that without coming closer, from now on."""
+        super().postpone(now)
+        self._nearest_s = now
+
     def take_up(self, now: float) -> None:
         """Send it on to its place, which brings the mode; a speed is forgotten with a mode."""
         self._speed_told_m_s = None

@@ -1,0 +1,117 @@
+"""The topics of traffic: reservations between servers, and others that somebody sees."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+from builtin_interfaces.msg import Time
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+from custom_interfaces.msg import TrafficReport, TrafficState
+from drone_navigation.server.traffic_messages import (
+    TrafficMessageError,
+    seen_from,
+    state_from,
+    state_message,
+)
+from mavlink_vehicle.io.clock import Clock
+from navigation_bridge.configuration.settings import TrafficConfig
+from navigation_bridge.fleet import Member
+from navigation_bridge.traffic.shared_traffic import SharedTraffic
+from navigation_core.traffic.negotiation import Negotiation
+
+__all__ = ["TRAFFIC_TOPIC", "TrafficTopic"]
+
+TRAFFIC_TOPIC = "/traffic_states"
+_PERIOD_S = 0.2
+# A state that is late is worth nothing: the next one has all of it.
+_QOS = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST, depth=20, reliability=ReliabilityPolicy.BEST_EFFORT
+)
+
+
+class TrafficTopic:
+    """Sends this server's reservations, and takes those of others.
+
+    All of it happens on the driver's thread, where the picture is.
+    """
+
+    def __init__(
+        self, node: Node, shared: SharedTraffic, config: TrafficConfig, member: Member, clock: Clock
+    ) -> None:
+        """Create the topics.
+
+        Args:
+            node: the server's.
+            shared: the traffic of its vehicles.
+            config: settings of the separation.
+            member: takes work for the driver's thread.
+            clock: the driver's.
+        """
+        self._node = node
+        self._shared = shared
+        self._member = member
+        self._clock = clock
+        name = node.get_fully_qualified_name()
+        peers = [f"/{peer.strip('/')}" for peer in config.peers]
+        shared.negotiation = Negotiation(
+            shared.picture, name, random.getrandbits(63), peers, clock.now()
+        )
+        self._publisher = node.create_publisher(TrafficState, TRAFFIC_TOPIC, _QOS)
+        node.create_subscription(TrafficState, TRAFFIC_TOPIC, self._take_state, _QOS)
+        if config.topic:
+            node.create_subscription(TrafficReport, config.topic, self._take_report, _QOS)
+        node.create_timer(_PERIOD_S, lambda: self._post(self._send))
+
+    def close(self) -> None:
+        """Tell others that this server ends, and that nothing of it is agreed any more."""
+        self._post(lambda: self._send(ends=True))
+
+    def _post(self, work: Callable[[], object]) -> None:
+        if not self._member.given_up:
+            self._member.post(work)
+
+    def _send(self, ends: bool = False) -> None:
+        shared, now = self._shared, self._clock.now()
+        shared.look(now)
+        if shared.earth is None or shared.negotiation is None:
+            return
+        state = shared.negotiation.state(shared.alone(), now)
+        stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(state_message(state, shared.earth, stamp, ends))
+
+    def _take_state(self, message: TrafficState) -> None:
+        if message.server == self._node.get_fully_qualified_name():
+            return
+        age_s = self._age_s(message.stamp)
+
+        def take() -> None:
+            shared = self._shared
+            if shared.earth is None or shared.negotiation is None:
+                return
+            state = state_from(message, shared.earth, age_s)
+            shared.negotiation.receive(state, self._clock.now(), message.ends)
+
+        self._guarded(take, f"A state of {message.server}")
+
+    def _take_report(self, message: TrafficReport) -> None:
+        self._guarded(
+            lambda: self._shared.see(seen_from(message), self._clock.now()), "A traffic report"
+        )
+
+    def _guarded(self, take: Callable[[], None], what: str) -> None:
+        def work() -> None:
+            try:
+                take()
+            except TrafficMessageError as error:
+                self._node.get_logger().warning(
+                    f"{what} was ignored: {error}", throttle_duration_sec=5.0
+                )
+
+        self._post(work)
+
+    def _age_s(self, stamp: Time) -> float:
+        sent_s = stamp.sec + 1e-9 * stamp.nanosec
+        return float(self._node.get_clock().now().nanoseconds * 1e-9 - sent_s)

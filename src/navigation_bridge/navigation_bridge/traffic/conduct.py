@@ -1,0 +1,484 @@
+"""Keeps one vehicle apart from the others: the volumes it holds, the operations that wait. No ROS.
+
+The path of a flight by setpoints is reserved by its task. Everything else is reserved here: where
+a vehicle stands, and what its autopilot flies by itself. What is asked of the autopilot is asked
+once its whole volume is free. What it does unasked, or when it is not heard, is assumed to
+continue, whatever others hold.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from mavlink_vehicle.codec import Message
+from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.positions import frames
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.settings import BridgeConfig, TrafficConflict
+from navigation_bridge.goals.goal import ActiveGoal
+from navigation_bridge.goals.observation import vehicle_mode
+from navigation_bridge.traffic import own_volumes
+from navigation_bridge.traffic.other_traffic import adsb_of, seen_by_adsb
+from navigation_bridge.traffic.own_volumes import Whereabouts
+from navigation_bridge.traffic.shared_traffic import SharedTraffic
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.vehicle.traits import drives, limits_of, traits_of
+from navigation_core.geometry import Vector3, norm
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.searches import Searcher
+from navigation_core.tasks.intents import Fly, Perform
+from navigation_core.tasks.observation import TaskOperation, VehicleMode
+from navigation_core.tasks.progress import Progress, Status
+from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
+from navigation_core.traffic.view import Footing, TrafficView
+from navigation_core.traffic.volumes import NOWHERE, Volume, joined
+
+__all__ = ["TrafficConduct"]
+
+# How far a vehicle strays from its path, level and in height, its estimate's errors included.
+_STRAYS_M, _RISES_M, _DRIVING_STRAYS_M = 1.0, 0.7, 1.5
+# Age of a reservation by the task from which it does not count as led any more.
+_LED_S = 0.35
+# Age of a position from which what the vehicle held is not given back any more.
+_STALE_S = 0.5
+_REACTION_S = 0.3
+# Units of the parameters of the return height, in metres, and the height while it is unknown.
+_RETURN_HEIGHT_M = 60.0
+# What is reserved before it is asked for.
+_GATED = frozenset(
+    {
+        TaskOperation.ARM,
+        TaskOperation.TAKE_OFF,
+        TaskOperation.RETURN,
+        TaskOperation.LAND,
+        TaskOperation.REPOSITION,
+        TaskOperation.START_MISSION,
+    }
+)
+_ANNOUNCE_S = 1.0
+_ANY_HEIGHT_M = 20e3
+_BY_ITSELF = frozenset({VehicleMode.RETURN, VehicleMode.LAND, VehicleMode.MISSION})
+# A place so near is where the vehicle is.
+_HERE_M = 30.0
+# Shares of a commanded velocity that are tried.
+_SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
+
+
+class TrafficConduct:
+    """The part of the traffic of one vehicle."""
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        map_frame: MapFrame,
+        config: BridgeConfig,
+        searcher: Searcher,
+        shared: SharedTraffic | None,
+        name: str,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            vehicle: the vehicle.
+            map_frame: its map frame.
+            config: settings for goals.
+            searcher: looks for detours.
+            shared: the traffic; None where there is nobody else.
+            name: of the vehicle.
+        """
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._config = config
+        self._searcher = searcher
+        self._shared = shared
+        self.name = name
+        self._footing: tuple[object, Footing] | None = None
+        self._asked: Perform | None = None
+        self._updated_s = -math.inf
+        self._gate: TrafficWait | None = None
+        self._return_m: float | None = None
+        self._announced_s = -math.inf
+        self._now = 0.0
+        self._announcements: list[Message] = []
+        if shared is not None and config.traffic.on:
+            shared.alone_of[name] = self._alone
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Apply other settings."""
+        self._config = config
+
+    # --- what tasks are told -----------------------------------------------------------------
+
+    def view(self) -> TrafficView | None:
+        """Return the traffic; None where there is nobody else, or no position yet."""
+        shared = self._shared
+        if shared is None or not self._config.traffic.on:
+            return None
+        return None if shared.is_alone else self._own_view()
+
+    def _own_view(self) -> TrafficView | None:
+        shared, frame = self._shared, self._map_frame.frame
+        profile = self._vehicle.profile
+        if shared is None or frame is None or profile is None or not self._config.traffic.on:
+            return None
+        if self._footing is None or self._footing[0] is not frame:
+            earth = shared.frame_about(frame.origin)
+            self._footing = (frame, earth.footing(self._map_frame))
+        volume, ground_m = self._config.volume, self._map_frame.ground_enu_m(self._vehicle.state)
+        on_ground = drives(profile)
+        # No detour leads lower than a take-off: near the ground it would be taken for a landing.
+        low_m = max(volume.altitude_min_m, self._config.goto.takeoff_height_m)
+        heights_m = (ground_m + low_m, ground_m + max(volume.altitude_max_m, low_m))
+        return TrafficView(
+            picture=shared.picture,
+            name=self.name,
+            footing=self._footing[1],
+            radius_m=_DRIVING_STRAYS_M if on_ground else _STRAYS_M,
+            rise_m=_RISES_M,
+            heights_m=None if on_ground else heights_m,
+            reach_m=volume.radius_max_m,
+            timeout_s=self._config.traffic.timeout_s,
+            searcher=self._searcher,
+        )
+
+    def progress(self, progress: Progress) -> Progress:
+        """Return a progress with what an operation waits for."""
+        if self._gate is None:
+            return progress
+        return replace(progress, status=Status.WAITING_FOR_TRAFFIC, blocked=self._gate.text)
+
+    # --- others ------------------------------------------------------------------------------
+
+    def hear(self, message: Message, now: float) -> None:
+        """Take a message of the autopilot's about another aircraft."""
+        if self._shared is None or not self._config.traffic.on:
+            return
+        seen = seen_by_adsb(message)
+        if seen is not None:
+            self._shared.see(seen, now)
+
+    def announcements(self) -> list[Message]:
+        """Return and clear what is to be told about others."""
+        messages, self._announcements = self._announcements, []
+        return messages
+
+    def _announce(self, now: float) -> None:
+        """Announce the others to the autopilot, and by its link to ground stations."""
+        shared = self._shared
+        if shared is None or shared.earth is None or now - self._announced_s < _ANNOUNCE_S:
+            return
+        self._announced_s = now
+        for other in shared.picture.others(self.name):
+            if len(other.held) and not other.name.startswith("ICAO "):
+                place = shared.earth.geodetic(other.held.points_m[0])
+                self._announcements.append(adsb_of(other, place))
+
+    def _alone(self) -> tuple[Volume, Volume] | None:
+        """Return what the vehicle may take up without this server, and where it can be sent."""
+        view, at = self._own_view(), self._whereabouts(self._now)
+        if view is None or at is None:
+            return None
+        centre = view.footing.traffic(np.zeros((1, 3)))
+        reach = Volume.along(centre, self._config.volume.radius_max_m, _ANY_HEIGHT_M)
+        return self._silent(view, at), reach
+
+    # --- admission ---------------------------------------------------------------------------
+
+    def conflict(self, target_enu_m: Vector3, now: float) -> TrafficWait | None:
+        """Return who stands at a target, or is about to."""
+        view = self.view()
+        if view is None:
+            return None
+        place = view.volume(np.array([target_enu_m]))
+        for other in view.picture.others(self.name):
+            if other.target is not None and place.meets(other.target, view.picture.separation)[0]:
+                return TrafficWait(other.name, "whose target is too near", now)
+            if other.moves or not len(other.whole):
+                continue
+            if place.meets(other.whole, view.picture.separation)[0]:
+                return TrafficWait(other.name, "which stands there", now)
+        return None
+
+    def check_target(self, target_enu_m: Vector3 | None, now: float) -> Rejection | str:
+        """Return why a goal is rejected, or a note for its result, which may be empty."""
+        found = None if target_enu_m is None else self.conflict(target_enu_m, now)
+        if found is None:
+            return ""
+        text = f"The target is too near to that of {found.whom}, or to where it stands"
+        if self._config.traffic.conflict is TrafficConflict.REJECT:
+            return Rejection(
+                OutcomeCode.TRAFFIC,
+                f"{text}; choose another target, or send the goal again once it has left.",
+            )
+        return f"{text}; the goal waits until it has left."
+
+    def free_target(self, target_enu_m: Vector3, now: float) -> Vector3 | None:
+        """Return the nearest target where nobody stands, at the same height."""
+        view = self.view()
+        assert view is not None
+        x, y, z = target_enu_m
+        step_m = 0.5 * view.picture.separation.horizontal_m
+        for ring in range(1, 9):
+            for part in range(12):
+                angle = math.tau * part / 12
+                away_m = ring * step_m
+                place = (x + away_m * math.cos(angle), y + away_m * math.sin(angle), z)
+                if self.conflict(place, now) is None:
+                    return place
+        return None
+
+    # --- what is asked of the autopilot ------------------------------------------------------
+
+    def gate(self, goal: ActiveGoal, intent: Perform, now: float) -> TrafficWait | None:
+        """Reserve what an operation needs; return what it has to wait for, or None."""
+        view = self.view()
+        if view is None or intent.kind not in _GATED or goal.ending:
+            self._asked = intent if intent.kind in _GATED else self._asked
+            self._gate = None
+            return None
+        at = self._whereabouts(now)
+        if at is None or _stays(intent, at):
+            self._asked, self._gate = intent, None
+            return None
+        volume = self._volume_of(intent, view, at, goal)
+        self._rank(goal)
+        before = self._gate
+        self._gate = view.picture.claim(self.name, volume, now)
+        if self._gate is None:
+            self._asked = intent
+        elif before is not None:
+            self._gate = replace(self._gate, since_s=before.since_s)
+        return self._gate
+
+    def is_over(self, now: float) -> bool:
+        """Whether an operation has waited for too long."""
+        return self._gate is not None and now - self._gate.since_s > self._config.traffic.timeout_s
+
+    def _volume_of(
+        self, intent: Perform, view: TrafficView, at: Whereabouts, goal: ActiveGoal | None
+    ) -> Volume:
+        if intent.kind is TaskOperation.RETURN:
+            return own_volumes.return_home(view, at)
+        if intent.kind is TaskOperation.LAND:
+            return own_volumes.landing(view, at)
+        if intent.kind is TaskOperation.REPOSITION and intent.target_enu_m is not None:
+            if at.is_plane:
+                return own_volumes.to_circle(view, at, intent.target_enu_m)
+            return own_volumes.route(view, at, (intent.target_enu_m,))
+        if intent.kind is TaskOperation.START_MISSION:
+            targets = () if goal is None or goal.plan is None else goal.plan.targets_enu_m
+            return own_volumes.route(view, at, targets)
+        if not at.flies:
+            return own_volumes.standing(view, at, 0.0, is_parked=False)
+        height_m = intent.height_m
+        if height_m is None:
+            height_m = self._config.goto.takeoff_height_m
+        return own_volumes.climb(view, at, height_m)
+
+    def tempered(self, goal: ActiveGoal, intent: Fly, now: float) -> Fly:
+        """Return a setpoint as fast as a run-out from it is free, for who follows commands."""
+        view = self.view()
+        self._gate = None
+        if view is None or not goal.follows_commands:
+            return intent
+        setpoint, limits = intent.setpoint, self._limits()
+        if limits is None or norm(setpoint.velocity_enu_m_s) < 0.05:
+            return intent
+        timeout_s, braking_m_s2 = limits
+        self._rank(goal)
+        for share in _SHARES:
+            velocity = np.array(setpoint.velocity_enu_m_s) * share
+            speed = float(np.linalg.norm(velocity))
+            stop_m = speed * (timeout_s + _REACTION_S) + speed * speed / (2.0 * braking_m_s2)
+            start = np.array(setpoint.position_enu_m)
+            line = start + np.linspace(0.0, 1.0, max(math.ceil(stop_m), 1) + 1)[:, None] * (
+                velocity * (stop_m / max(speed, 1e-9))
+            )
+            volume = view.volume(line)
+            if view.picture.blocked_by(self.name, volume) is None:
+                view.picture.stand(self.name, volume, now, moves=True)
+                x, y, z = velocity.tolist()
+                return replace(intent, setpoint=replace(setpoint, velocity_enu_m_s=(x, y, z)))
+        x, y, z = setpoint.velocity_enu_m_s
+        still = replace(setpoint, velocity_enu_m_s=(1e-3 * x, 1e-3 * y, 1e-3 * z))
+        return replace(intent, setpoint=replace(still, acceleration_enu_m_s2=(0.0, 0.0, 0.0)))
+
+    def _limits(self) -> tuple[float, float] | None:
+        """Return for how long the vehicle runs out, and how hard it brakes."""
+        profile = self._vehicle.profile
+        if profile is None:
+            return None
+        traits = traits_of(profile, self._vehicle.parameters)
+        braking = limits_of(traits, self._config.goto.limits).acceleration_horizontal_m_s2
+        if not traits.flies:
+            braking = min(braking, traits.braking_m_s2)
+        return traits.setpoint_timeout_s, 0.6 * braking
+
+    # --- what it holds ------------------------------------------------------------------------
+
+    def update(self, goal: ActiveGoal | None, now: float) -> None:
+        """Hold what the vehicle takes up now, unless its task has just reserved its path."""
+        if self._shared is None or now - self._updated_s < self._shared.period_s:
+            return
+        view = self._own_view()
+        if view is None:
+            if not self._config.traffic.on:
+                self._shared.picture.forget(self.name)
+            return
+        self._updated_s = self._now = now
+        if goal is None or goal.ending:
+            self._gate = None
+        self._shared.look(now)
+        if self._config.traffic.announces:
+            self._announce(now)
+        self._rank(goal)
+        at = self._whereabouts(now)
+        if at is None or not self._is_heard(now):
+            self._lose(view, at)
+            return
+        entry = view.picture.entry(self.name)
+        entry.target = None
+        if goal is not None and goal.target_enu_m is not None:
+            entry.target = view.volume(np.array([goal.target_enu_m]))
+        led = entry.intent is not None and now - entry.heard_s < _LED_S
+        self._keep(view, at, goal, led)
+        if not led:
+            self._stand(view, at, goal, now)
+
+    def _is_heard(self, now: float) -> bool:
+        position = self._vehicle.state.global_position
+        fresh = position is not None and now - position.time_s <= _STALE_S
+        return fresh and self._vehicle.connected
+
+    def _lose(self, view: TrafficView, at: Whereabouts | None) -> None:
+        """Give nothing back: only what a vehicle says is known to be empty.
+
+        Once its link counts as lost it may be anywhere in what it held, on its way home, or on the
+        ground below.
+        """
+        entry = view.picture.entry(self.name)
+        entry.moves = False
+        if self._vehicle.connected:
+            return
+        entry.intent = entry.waiting = None
+        if at is not None:
+            view.picture.keep(self.name, self._silent(view, at))
+
+    def _stand(
+        self, view: TrafficView, at: Whereabouts, goal: ActiveGoal | None, now: float
+    ) -> None:
+        """Hold where the vehicle is and comes to rest."""
+        entry, parked = view.picture.entry(self.name), self._is_parked()
+        timeout_s, braking_m_s2 = self._limits() or (0.0, 1.0)
+        speed, stop_m = norm(at.velocity_enu_m_s), 0.0
+        if not (parked or at.is_plane):
+            stop_m = speed * timeout_s + speed * speed / (2.0 * braking_m_s2)
+        held = own_volumes.standing(view, at, stop_m, parked)
+        if self._gate is not None:
+            entry.held = entry.used = held
+            entry.moves = True
+            return
+        entry.waiting = None
+        moves = goal is not None and not self._is_held(goal)
+        view.picture.stand(self.name, held, now, moves or self._flies_by_itself())
+
+    def _keep(self, view: TrafficView, at: Whereabouts, goal: ActiveGoal | None, led: bool) -> None:
+        """Hold what the autopilot flies by itself, which gets less as it gets on."""
+        if self._gate is not None:
+            return  # it has not begun, and may be wished for
+        mode = self._mode()
+        asked = self._asked
+        if led or (goal is None and self._is_parked()):
+            self._asked = asked = None
+        if not self._vehicle.state.armed and self._is_airborne():
+            kept = own_volumes.landing(view, at)  # it falls
+        elif self._vehicle.state.armed and mode is VehicleMode.RETURN:
+            kept = own_volumes.return_home(view, at)
+        elif self._vehicle.state.armed and mode is VehicleMode.LAND:
+            kept = own_volumes.landing(view, at)
+        elif asked is not None and (goal is not None or at.is_plane):
+            kept = self._volume_of(asked, view, at, goal)
+        elif at.is_plane and self._is_airborne():
+            kept = own_volumes.to_circle(view, at, at.position_enu_m)
+        else:
+            kept, self._asked = NOWHERE, None
+        view.picture.keep(self.name, kept)
+
+    def _silent(self, view: TrafficView, at: Whereabouts) -> Volume:
+        if self._is_parked():
+            return NOWHERE
+        volumes = [own_volumes.return_home(view, at)]
+        if at.flies and not at.is_plane:
+            volumes.append(own_volumes.landing(view, at))
+        return joined(*volumes)
+
+    def _rank(self, goal: ActiveGoal | None) -> None:
+        assert self._shared is not None
+        entry = self._shared.picture.entry(self.name)
+        claimant, since_s = Claimant.NOTHING, 0.0
+        if goal is not None:
+            claimant, since_s = Claimant.GOAL, goal.accepted_s + self._shared.epoch_s
+        if self._flies_by_itself() or not self._vehicle.connected:
+            claimant = Claimant.FIRMWARE
+        entry.rank = Rank(claimant, since_s, self.name)
+
+    def _mode(self) -> VehicleMode:
+        return vehicle_mode(self._vehicle.profile, self._vehicle.mode_name)
+
+    def _flies_by_itself(self) -> bool:
+        return self._vehicle.state.armed and self._mode() in _BY_ITSELF
+
+    def _is_airborne(self) -> bool:
+        landed = self._vehicle.state.landed_state
+        return landed not in (LandedState.ON_GROUND, LandedState.UNDEFINED)
+
+    def _is_parked(self) -> bool:
+        return not self._vehicle.state.armed and not self._is_airborne()
+
+    @staticmethod
+    def _is_held(goal: ActiveGoal) -> bool:
+        paused = goal.paused_by_client or goal.paused_by or goal.yielded is not None
+        return bool(paused) or goal.ending or goal.status in (Status.HOLDING, Status.BLOCKED)
+
+    def _whereabouts(self, now: float) -> Whereabouts | None:
+        state, profile = self._vehicle.state, self._vehicle.profile
+        pose = self._map_frame.pose(state)
+        if pose is None or profile is None or state.global_position is None:
+            return None
+        traits = traits_of(profile, self._vehicle.parameters)
+        ground_m = self._map_frame.ground_enu_m(state)
+        position = pose.position_enu_m
+        velocity = frames.ned_to_enu(state.global_position.velocity_ned_m_s)
+        if not traits.flies:
+            position, velocity = (*position[:2], ground_m), (*velocity[:2], 0.0)
+        return Whereabouts(
+            position_enu_m=position,
+            velocity_enu_m_s=velocity,
+            yaw_enu_rad=pose.yaw_enu_rad,
+            ground_enu_m=ground_m,
+            home_enu_m=self._map_frame.home_enu_m(state),
+            is_plane=traits.flies and not traits.hovers,
+            flies=traits.flies,
+            circle_radius_m=traits.circle_radius_m,
+            return_height_m=self._return_height_m(now),
+        )
+
+    def _return_height_m(self, now: float) -> float:
+        profile = self._vehicle.profile
+        assert profile is not None
+        if profile.return_height is None:
+            return _RETURN_HEIGHT_M
+        if self._return_m is None and self._vehicle.connected:
+            name, scale = profile.return_height
+            (value,) = self._vehicle.read_parameters((name,), now)
+            self._return_m = None if value is None else value * scale
+        return _RETURN_HEIGHT_M if self._return_m is None else self._return_m
+
+
+def _stays(intent: Perform, at: Whereabouts) -> bool:
+    """Whether a plane is to circle where it is, to be paused: it cannot wait with that."""
+    target = intent.target_enu_m
+    return target is not None and math.dist(target[:2], at.position_enu_m[:2]) < _HERE_M

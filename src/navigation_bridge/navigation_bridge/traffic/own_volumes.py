@@ -1,0 +1,157 @@
+"""The volumes of what an autopilot flies by itself, as well as they are known. No ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from navigation_core.geometry import Vector3
+from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.volumes import NOWHERE, Volume, densified, joined
+
+__all__ = ["Whereabouts", "climb", "landing", "return_home", "route", "standing", "to_circle"]
+
+# What a plane and a multicopter stray by when the autopilot flies them, level and in height.
+_PLANE_STRAYS_M, _PLANE_RISES_M = 15.0, 8.0
+_STRAYS_M = 1.5
+# A plane's circle is wider than its parameter says.
+_CIRCLE_SHARE = 1.4
+# Length of the run of a plane that takes off, until it is as high as its circle.
+_RUN_M = 300.0
+# Gap between the levels of an upright volume.
+_LEVEL_GAP_M = 2.0
+
+
+@dataclass(frozen=True)
+class Whereabouts:
+    """Where a vehicle is and what it is, in its map frame.
+
+    Attributes:
+        position_enu_m: its position.
+        velocity_enu_m_s: its velocity.
+        yaw_enu_rad: where its nose points.
+        ground_enu_m: height of the ground.
+        home_enu_m: where it returns to; None while unknown.
+        is_plane: whether it cannot stand still in the air.
+        flies: whether it leaves the ground.
+        circle_radius_m: of a plane's circles.
+        return_height_m: height above the ground at which it returns.
+    """
+
+    position_enu_m: Vector3
+    velocity_enu_m_s: Vector3
+    yaw_enu_rad: float
+    ground_enu_m: float
+    home_enu_m: Vector3 | None
+    is_plane: bool
+    flies: bool
+    circle_radius_m: float
+    return_height_m: float
+
+
+def standing(view: TrafficView, at: Whereabouts, stop_m: float, is_parked: bool) -> Volume:
+    """Return where a vehicle is and comes to rest if it brakes now.
+
+    Args:
+        view: its traffic.
+        at: where it is.
+        stop_m: its stopping distance.
+        is_parked: whether it is disarmed on the ground.
+    """
+    start = np.array(at.position_enu_m)
+    speed = float(np.linalg.norm(at.velocity_enu_m_s))
+    points = start[None]
+    if speed * stop_m > 0.01:
+        end = start + np.array(at.velocity_enu_m_s) * (stop_m / speed)
+        points, _ = densified(np.array([start, end]), np.zeros(2))
+    placed = view.footing.traffic(points)
+    volume = Volume.along(placed, view.radius_m, view.rise_m)
+    return volume.parked(view.picture.separation) if is_parked else volume
+
+
+def climb(view: TrafficView, at: Whereabouts, height_m: float) -> Volume:
+    """Return the volume of a take-off to a height above the ground."""
+    top_m = max(at.ground_enu_m + height_m, at.position_enu_m[2])
+    if not at.is_plane:
+        return _upright(view, at.position_enu_m, at.position_enu_m[2], top_m, _STRAYS_M)
+    x, y, z = at.position_enu_m
+    run = (x + _RUN_M * math.cos(at.yaw_enu_rad), y + _RUN_M * math.sin(at.yaw_enu_rad), top_m)
+    line, _ = densified(np.array([(x, y, z), run]), np.zeros(2))
+    corridor = Volume.along(view.footing.traffic(line), _PLANE_STRAYS_M, _PLANE_RISES_M)
+    return joined(corridor, _circle(view, run, at))
+
+
+def landing(view: TrafficView, at: Whereabouts) -> Volume:
+    """Return the volume of a landing where the vehicle is."""
+    low_m = min(at.ground_enu_m, at.position_enu_m[2])
+    return _upright(view, at.position_enu_m, low_m, at.position_enu_m[2], _STRAYS_M)
+
+
+def return_home(view: TrafficView, at: Whereabouts) -> Volume:
+    """Return the volume of a return: up, to the launch point, and down there."""
+    home = at.home_enu_m
+    if home is None:
+        return landing(view, at) if at.flies and not at.is_plane else NOWHERE
+    if not at.flies:
+        return route(view, at, (home,))
+    x, y, z = at.position_enu_m
+    top_m = max(z, at.ground_enu_m + at.return_height_m)
+    if at.is_plane:
+        return to_circle(view, at, (home[0], home[1], top_m))
+    low_m = min(at.ground_enu_m, home[2], z)
+    # A PX4 near its home, and an ArduCopter with a cone, climb less: all heights between are taken.
+    line, _ = densified(np.array([(x, y, z), (home[0], home[1], z)]), np.zeros(2))
+    middle, rise_m = 0.5 * (z + top_m), 0.5 * (top_m - z) + view.rise_m
+    line[:, 2] = middle
+    corridor = Volume.along(view.footing.traffic(line), _STRAYS_M + view.radius_m, rise_m)
+    down = _upright(view, home, low_m, top_m, _STRAYS_M)
+    return joined(corridor, down, landing(view, at))
+
+
+def route(view: TrafficView, at: Whereabouts, targets_enu_m: Sequence[Vector3]) -> Volume:
+    """Return the volume of a route from where the vehicle is."""
+    if not targets_enu_m:
+        return NOWHERE
+    points = np.array([at.position_enu_m, *targets_enu_m])
+    if not at.flies:
+        points[:, 2] = at.position_enu_m[2]
+    line, _ = densified(points, np.zeros(len(points)))
+    radius_m, rise_m = _STRAYS_M + view.radius_m, 2.0 * view.rise_m
+    if at.is_plane:
+        # It turns on the far side of each waypoint.
+        radius_m, rise_m = _PLANE_STRAYS_M + at.circle_radius_m, _PLANE_RISES_M
+    path = Volume.along(view.footing.traffic(line), radius_m, rise_m)
+    return joined(path, _circle(view, targets_enu_m[-1], at)) if at.is_plane else path
+
+
+def to_circle(view: TrafficView, at: Whereabouts, target_enu_m: Vector3) -> Volume:
+    """Return the volume of a plane's leg to a target that it then circles."""
+    start = np.array(at.position_enu_m)
+    line, _ = densified(np.array([start, target_enu_m]), np.zeros(2))
+    path = Volume.along(view.footing.traffic(line), _PLANE_STRAYS_M, _PLANE_RISES_M)
+    # It may have to turn round first.
+    here = _disc(view, at.position_enu_m, 2.0 * at.circle_radius_m + _PLANE_STRAYS_M)
+    return joined(path, here, _circle(view, target_enu_m, at))
+
+
+def _circle(view: TrafficView, centre_enu_m: Vector3, at: Whereabouts) -> Volume:
+    return _disc(view, centre_enu_m, _CIRCLE_SHARE * at.circle_radius_m + _PLANE_STRAYS_M)
+
+
+def _disc(view: TrafficView, centre_enu_m: Vector3, radius_m: float) -> Volume:
+    placed = view.footing.traffic(np.array([centre_enu_m]))
+    return Volume.along(placed, radius_m, _PLANE_RISES_M)
+
+
+def _upright(
+    view: TrafficView, place_enu_m: Vector3, low_m: float, high_m: float, strays_m: float
+) -> Volume:
+    count = max(math.ceil((high_m - low_m) / _LEVEL_GAP_M), 1) + 1
+    points = np.empty((count, 3))
+    points[:, :2] = place_enu_m[:2]
+    points[:, 2] = np.linspace(low_m, high_m, count)
+    placed = view.footing.traffic(points)
+    return Volume.along(placed, strays_m, view.rise_m + 0.5 * _LEVEL_GAP_M)

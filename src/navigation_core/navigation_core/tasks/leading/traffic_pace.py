@@ -1,0 +1,557 @@
+"""Flies a path among other vehicles: as fast as what is reserved allows, or around them.
+
+At every step more of the path is reserved (:mod:`navigation_core.traffic.picture`), and the
+setpoint is no faster than to stop within that, even if it is the last one that is sent. Who would
+have to wait for long, or must give way, looks for a detour.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from navigation_core.geometry import (
+    ZERO,
+    KinematicState,
+    Vector3,
+    distance,
+    norm,
+    scale,
+    subtract,
+    unit_between,
+)
+from navigation_core.limits import Limits
+from navigation_core.planning.conflicts import MotionSamples, first_conflict
+from navigation_core.searches import Search
+from navigation_core.tasks.intents import Setpoint
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.carrot import Carrot
+from navigation_core.tasks.leading.checked_path import CheckedPath
+from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.leading.pursuit import without_turn
+from navigation_core.tasks.measurement import measured_state
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.traits import Traits
+from navigation_core.traffic.detours import Detour, DetourSearch
+from navigation_core.traffic.picture import Ask
+from navigation_core.traffic.right_of_way import TrafficWait
+from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.volumes import NOWHERE, Array, Volume, densified, joined
+from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
+from navigation_core.trajectories.trajectory import Trajectory, TrajectoryError
+
+__all__ = ["TrafficPace"]
+
+# What flies follows positions alone so fast, without the velocity that it would run out with.
+_BY_POSITION_M_S = 1.0
+# The share of the acceleration that a stop at the end of what is reserved counts on, and the time
+# until it begins.
+_BRAKE_SHARE, _REACTION_S = 0.6, 0.3
+# So much more than what a stop needs is reserved, once it is less than that.
+_AHEAD_S, _ENOUGH_S = 3.0, 1.5
+# So many points ahead others are looked for.
+_LOOK_AHEAD = 160
+# A delay for which a detour is looked for, what it must save, and how often one is looked for.
+_DELAY_S, _GAIN_S, _RETRY_S = 1.0, 1.0, 2.0
+_STANDS_M_S, _NEAR_M = 0.1, 0.3
+# A path that is longer than the line by less is straight.
+_STRAIGHT_M = 0.03
+# Who did not find any way is not asked for one for so long.
+_STUCK_S = 5.0
+# It steps aside no more often than that, so that a flight ends.
+_ASIDES_MAX = 5
+# Corners of a detour are cut by so much.
+_CORNER_M = 1.0
+# As in the joint of a path that was found late.
+_JOINT_M, _JOINT_M_S = 0.15, 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """A trajectory as points that can be reserved.
+
+    Attributes:
+        trajectory: the motion.
+        times_s: shape (N,), trajectory time.
+        points_enu_m: shape (N, 3), map frame.
+        lengths_m: from the beginning to each point, shape (N,).
+        volume: the same points as a volume.
+    """
+
+    trajectory: Trajectory
+    times_s: Array
+    points_enu_m: Array
+    lengths_m: Array
+    volume: Volume
+
+    @classmethod
+    def of(cls, trajectory: Trajectory, view: TrafficView) -> _Course:
+        samples = MotionSamples.of(trajectory)
+        points, times_s = densified(samples.positions_enu_m, samples.times_s)
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        lengths_m = np.concatenate([[0.0], np.cumsum(steps)])
+        return cls(trajectory, times_s, points, lengths_m, view.volume(points))
+
+    def is_straight(self, time_s: float, start: Array, direction: Array, length_m: float) -> bool:
+        """Whether the path leads straight on from its point at a time, for so far at least."""
+        begin_m = float(np.interp(time_s, self.times_s, self.lengths_m))
+        last = int(np.searchsorted(self.lengths_m, begin_m + length_m))
+        if last >= len(self.lengths_m):
+            return False
+        ahead = self.points_enu_m[last] - start
+        along_m = float(ahead @ direction)
+        aside_m = float(np.linalg.norm(ahead - along_m * direction))
+        return (
+            self.lengths_m[last] - begin_m < along_m + _STRAIGHT_M and aside_m < 2.0 * _STRAIGHT_M
+        )
+
+
+@dataclass(frozen=True)
+class _Looking:
+    """A search for a detour.
+
+    Attributes:
+        search: the search.
+        carrot: the motion that it begins in.
+        joint_s: when, in its time.
+        is_needed: whether the vehicle has to give way.
+    """
+
+    search: Search[tuple[CheckedPath | None, bool]]
+    carrot: Carrot
+    joint_s: float
+    is_needed: bool
+
+
+class TrafficPace:
+    """The pace of one flight among others."""
+
+    def __init__(
+        self, traits: Traits, follower: PathFollower, avoidance: AvoidanceConfig | None
+    ) -> None:
+        """Prepare.
+
+        Args:
+            traits: what the vehicle can do.
+            follower: of its path.
+            avoidance: how it keeps away from obstacles; None for not at all.
+        """
+        self._traits = traits
+        self._follower = follower
+        self._avoidance = avoidance
+        self._course: _Course | None = None
+        self._granted = 0
+        self._allowed_m_s = math.inf
+        self._running_m_s = self._aside_m = math.inf
+        self._braking_m_s2 = self._braking()
+        self._stops = self._aside = False
+        self._looking: _Looking | None = None
+        self._looked_s = -math.inf
+        self._waiting: TrafficWait | None = None
+        # Since when it stands and waits.
+        self._stood_s: float | None = None
+        self._asides = 0
+        self.detours = 0
+        """How often a detour was taken."""
+
+    @property
+    def waiting(self) -> TrafficWait | None:
+        """What the vehicle waits for, or None while it is not slowed down."""
+        return self._waiting
+
+    @property
+    def leads_elsewhere(self) -> bool:
+        """Whether the path is a stop, or leads aside, so that its end is not the target."""
+        return self._stops or self._aside
+
+    def progress(self, progress: Progress) -> Progress:
+        """Return the progress of a flight, with what it waits for."""
+        if self._waiting is None:
+            return progress
+        return replace(progress, status=Status.WAITING_FOR_TRAFFIC, blocked=self._waiting.text)
+
+    def is_over(self, observation: Observation, now: float) -> bool:
+        """Whether the vehicle has waited for too long."""
+        view = observation.traffic
+        if view is None or self._waiting is None or self._stood_s is None:
+            return False
+        return now - self._stood_s > view.timeout_s
+
+    def forget(self) -> None:
+        """Forget the path: it is not led along it now."""
+        self._course, self._granted, self._waiting = None, 0, None
+        self._stood_s = None
+        self._stops = self._aside = False
+        if self._looking is not None:
+            self._looking.search.abandon()
+            self._looking = None
+
+    def step(self, observation: Observation, now: float) -> float:
+        """Reserve what is ahead, and return the share of its speed that the setpoint may have.
+
+        There must be a path. It may be changed: for a detour, or for a stop.
+        """
+        view, carrot = observation.traffic, self._follower.carrot
+        if view is None or carrot is None:
+            self.forget()
+            return 1.0
+        self._braking_m_s2 = self._braking()
+        self._take_detour(view, observation, now)
+        carrot = self._follower.carrot
+        assert carrot is not None
+        if self.leads_elsewhere and carrot.ended:
+            self._stops = self._aside = False
+            self._follower.is_stale = True
+            return 1.0
+        if self._stops:
+            return 1.0
+        if self._course is None or self._course.trajectory is not carrot.trajectory:
+            self._course, self._granted = _Course.of(carrot.trajectory, view), 0
+            self._looked_s = min(self._looked_s, now - _RETRY_S)
+        room_m = self._reserve(view, carrot, observation, now)
+        self._running_m_s = self._speed_for(min(room_m, self._aside_m), runs_out=True)
+        self._allowed_m_s = min(
+            self._speed_for(room_m, runs_out=False), max(self._running_m_s, _BY_POSITION_M_S)
+        )
+        speed_m_s = self._speed_m_s(carrot, observation)
+        if self._traits.flies and speed_m_s > self._stopping_speed_m_s(room_m) + _STANDS_M_S:
+            self._follower.plan_stop(observation)
+            self._course, self._stops = None, True
+            return 1.0
+        self._look_around(view, observation, carrot, now)
+        share = self._share(carrot)
+        if self._waiting is not None:
+            carrot.restart_patience()
+        if self._waiting is None or speed_m_s > _STANDS_M_S:
+            self._stood_s = None
+        elif self._stood_s is None:
+            self._stood_s = now
+        return share
+
+    def tempered(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
+        """Return a setpoint that leads no further than what is reserved if none follows."""
+        if observation.traffic is None or self._course is None or self._stops:
+            return setpoint
+        speed = norm(setpoint.velocity_enu_m_s)
+        if self._traits.flies:
+            if speed <= self._running_m_s * 1.02 or speed < _STANDS_M_S:
+                return setpoint
+            return replace(setpoint, velocity_enu_m_s=ZERO, acceleration_enu_m_s2=ZERO)
+        allowed_m_s = min(self._allowed_m_s, self._running_m_s)
+        if speed <= allowed_m_s:
+            return setpoint
+        if allowed_m_s < _STANDS_M_S:
+            return without_turn(replace(setpoint, velocity_enu_m_s=ZERO), observation)
+        return replace(
+            setpoint, velocity_enu_m_s=scale(setpoint.velocity_enu_m_s, allowed_m_s / speed)
+        )
+
+    # --- what is reserved --------------------------------------------------------------------
+
+    def _reserve(
+        self, view: TrafficView, carrot: Carrot, observation: Observation, now: float
+    ) -> float:
+        """Reserve more of the path, and return how much of it is, in metres from the setpoint."""
+        course = self._course
+        assert course is not None
+        here = measured_state(observation).position_enu_m
+        first = max(int(np.searchsorted(course.times_s, carrot.time_s, side="right")) - 1, 0)
+        count, granted = len(course.times_s), max(self._granted - first, 0)
+        tail = (
+            view.volume(np.array([here, carrot.state.position_enu_m])),
+            self._behind(course, first, here),
+            self._run_out(view, carrot, course, first),
+        )
+        if view.picture.is_settled(view.name, course, now):
+            held = joined(*tail, course.volume.part(first, first + granted))
+            self._waiting = view.picture.follow(view.name, held, now)
+        else:
+            ask = self._ask(carrot, course, first, granted, self._speed_m_s(carrot, observation))
+            grant = view.picture.extend(view.name, ask, joined(*tail), now)
+            granted, self._waiting = grant.granted, grant.waiting
+        self._granted = first + granted
+        if self._granted >= count:
+            return math.inf
+        end_m = course.lengths_m[max(self._granted - 1, 0)]
+        place_m = float(np.interp(carrot.time_s, course.times_s, course.lengths_m))
+        return max(float(end_m) - place_m, 0.0)
+
+    def _ask(
+        self, carrot: Carrot, course: _Course, first: int, granted: int, speed_m_s: float
+    ) -> Ask:
+        start_s = 0.0 if speed_m_s > 0.5 else 1.0
+        needed_m = course.lengths_m[first] + self._needed_m(carrot.trajectory.limits)
+        ahead_m = needed_m + np.array([_AHEAD_S, _ENOUGH_S]) * speed_m_s
+        count = len(course.times_s)
+        wanted, enough = np.searchsorted(course.lengths_m, ahead_m, side="right").tolist()
+        return Ask(
+            course.volume.part(first),
+            np.maximum(course.times_s[first:] - carrot.time_s, 0.0) + start_s,
+            granted,
+            min(wanted + 1, count) - first,
+            min(enough + 1, count) - first,
+            course,
+            first,
+        )
+
+    def _needed_m(self, limits: Limits) -> float:
+        """Return what a stop from full speed needs, run-out included."""
+        speed = limits.speed_horizontal_m_s
+        braking = self._braking_m_s2
+        return speed * (self._traits.setpoint_timeout_s + _REACTION_S) + speed * speed / (
+            2.0 * braking
+        )
+
+    def _braking(self) -> float:
+        """Return how hard a stop brakes that is counted on, m/s^2."""
+        limit = self._follower.limits.acceleration_horizontal_m_s2
+        if not self._traits.flies:
+            limit = min(limit, self._traits.braking_m_s2)
+        carrot = self._follower.carrot
+        course = None if carrot is None else unit_between(ZERO, carrot.state.velocity_enu_m_s)
+        if course is not None and self._traits.flies:
+            limit = min(limit, self._follower.limits.along(course).acceleration_m_s2)
+        return _BRAKE_SHARE * limit
+
+    @staticmethod
+    def _behind(course: _Course, first: int, here: Vector3) -> Volume:
+        """Return the part of the path between a vehicle that is late and its setpoint."""
+        begin = first
+        nearest_m = math.dist(course.points_enu_m[first], here)
+        while begin > 0:
+            away_m = math.dist(course.points_enu_m[begin - 1], here)
+            if away_m > nearest_m + _NEAR_M:
+                break
+            begin, nearest_m = begin - 1, min(nearest_m, away_m)
+        return course.volume.part(begin, first + 1)
+
+    def _run_out(self, view: TrafficView, carrot: Carrot, course: _Course, first: int) -> Volume:
+        """Return where the last setpoint would lead to, as far as nobody else is there.
+
+        Where the path turns, the run-out leads off what is granted of it. It is free, or the
+        setpoint must be slow enough to stop before it is not.
+        """
+        state = carrot.state
+        start = np.array(state.position_enu_m)
+        self._aside_m = math.inf
+        speed = norm(state.velocity_enu_m_s)
+        if speed < _STANDS_M_S:
+            return NOWHERE
+        length_m = speed * (self._traits.setpoint_timeout_s + _REACTION_S) + speed * speed / (
+            2.0 * self._braking_m_s2
+        )
+        direction = np.array(state.velocity_enu_m_s) / speed
+        if course.is_straight(carrot.time_s, start, direction, length_m):
+            return NOWHERE  # the path itself is what is reserved
+        line, away_m = densified(
+            np.array([start, start + direction * length_m]), np.array([0.0, length_m])
+        )
+        until_m = course.lengths_m[first] + length_m + 1.0
+        ahead = course.points_enu_m[first : int(np.searchsorted(course.lengths_m, until_m)) + 1]
+        apart = np.linalg.norm(line[:, None] - ahead, axis=2).min(axis=1) > _NEAR_M + 0.5
+        if not apart.any():
+            return NOWHERE
+        volume = view.volume(line)
+        count = view.picture.free_count(view.name, volume)
+        if count < len(line):
+            self._aside_m = float(away_m[max(count - 1, 0)])
+        return volume.part(0, max(count, 1))
+
+    # --- how fast ------------------------------------------------------------------------------
+
+    def _speed_m_s(self, carrot: Carrot, observation: Observation) -> float:
+        if self._traits.flies:
+            return norm(carrot.state.velocity_enu_m_s)
+        return norm(measured_state(observation).velocity_enu_m_s)
+
+    def _speed_for(self, room_m: float, runs_out: bool) -> float:
+        """Return how fast the setpoint may be to stop, or to run out, within so much room."""
+        if math.isinf(room_m):
+            return math.inf
+        braking = self._braking_m_s2
+        delay_s = self._traits.setpoint_timeout_s if runs_out else _REACTION_S
+        gone_m_s = braking * delay_s
+        return math.sqrt(gone_m_s * gone_m_s + 2.0 * braking * room_m) - gone_m_s
+
+    def _stopping_speed_m_s(self, room_m: float) -> float:
+        """Return from which speed the hardest brake would do."""
+        harder = self._braking_m_s2 / _BRAKE_SHARE
+        return math.sqrt(2.0 * harder * room_m) if math.isfinite(room_m) else math.inf
+
+    def _share(self, carrot: Carrot) -> float:
+        speed_m_s = norm(carrot.nominal.velocity_enu_m_s)
+        ahead_m_s = norm(carrot.trajectory.sample(carrot.time_s + 0.3).velocity_enu_m_s)
+        speed_m_s = max(speed_m_s, ahead_m_s, _STANDS_M_S)
+        if self._allowed_m_s >= 0.9 * speed_m_s:
+            self._waiting = None
+        if self._allowed_m_s < _STANDS_M_S:
+            return 0.0
+        return min(self._allowed_m_s / speed_m_s, 1.0)
+
+    # --- detours -------------------------------------------------------------------------------
+
+    def _look_around(
+        self, view: TrafficView, observation: Observation, carrot: Carrot, now: float
+    ) -> None:
+        """Begin to look for a detour where waiting would take longer."""
+        if self._looking is not None or now - self._looked_s < _RETRY_S:
+            return
+        course = self._course
+        assert course is not None
+        stands = self._speed_m_s(carrot, observation) < _STANDS_M_S
+        is_needed = self._waiting is not None and stands and view.must_give_way(now)
+        first = int(np.searchsorted(course.times_s, carrot.time_s))
+        after_s = course.times_s[first : first + _LOOK_AHEAD] - carrot.time_s
+        path = course.volume.part(first, first + _LOOK_AHEAD)
+        self._looked_s = now
+        if not len(path):
+            return
+        delay_s = view.picture.delay_s(view.name, path, after_s, now)
+        if delay_s < _DELAY_S and not is_needed:
+            return
+        self._begin(view, observation, carrot, delay_s, is_needed, now)
+
+    def _begin(
+        self,
+        view: TrafficView,
+        observation: Observation,
+        carrot: Carrot,
+        delay_s: float,
+        is_needed: bool,
+        now: float,
+    ) -> None:
+        joint_s, start = carrot.ahead(view.searcher.lead_s)
+        if not self._traits.flies:
+            if norm(measured_state(observation).velocity_enu_m_s) > 2.0 * _STANDS_M_S:
+                return
+            start = KinematicState(measured_state(observation).position_enu_m)
+        points = self._follower.points
+        left_s = carrot.time_remaining_s
+        frozen = replace(view, picture=view.picture.snapshot())
+        search = DetourSearch(frozen, self._follower.limits, self._clear(observation), now)
+        limits = self._follower.limits
+        may_step_aside = is_needed and self._asides < _ASIDES_MAX
+
+        def work(_is_wanted: object) -> tuple[CheckedPath | None, bool]:
+            place = np.array(start.position_enu_m)
+            targets = np.array([point.position_enu_m for point in points])
+            found = search.find(place, targets, stands=is_needed)
+            if found is not None and not found.points_enu_m and math.isfinite(delay_s):
+                found = None  # what it flies already does
+            saves = found is not None and found.cost_s < left_s + delay_s - _GAIN_S
+            if found is not None and (saves or is_needed):
+                return _planned(start, found, points, limits), False
+            if not may_step_aside:
+                return None, False
+            away = search.aside(place)
+            return (None if away is None else _planned(start, away, (), limits)), True
+
+        self._looking = _Looking(view.searcher.begin(work), carrot, joint_s, is_needed)
+
+    def _clear(self, observation: Observation) -> _IsFree:
+        config = self._avoidance
+        clearance_m = 0.0 if config is None else config.plan_clearance_m
+        return _IsFree(observation, clearance_m, config is not None)
+
+    def _take_detour(self, view: TrafficView, observation: Observation, now: float) -> None:
+        looking = self._looking
+        if looking is None:
+            return
+        if looking.carrot is not self._follower.carrot:
+            looking.search.abandon()
+            self._looking = None
+            return
+        try:
+            result = looking.search.result()
+        except TrajectoryError:
+            result = (None, False)
+        if result is None or (
+            not looking.carrot.ended
+            and looking.carrot.time_s < looking.joint_s
+            and self._traits.flies
+        ):
+            return
+        self._looking = None
+        path, leads_aside = result
+        if path is None:
+            _note_stuck(looking, view, now)
+            return
+        late_s = looking.carrot.time_s - looking.joint_s if self._traits.flies else 0.0
+        if looking.carrot.ended:
+            late_s = 0.0
+        if self._traits.flies and not self._joins(path, late_s):
+            return
+        if not self._begins_free(view, path, now):
+            _note_stuck(looking, view, now)
+        else:
+            self.detours += 1
+            self._asides += leads_aside
+            self._follower.take(replace(path, entered_s=max(late_s, 0.0)), not leads_aside)
+            self._course, self._stops, self._aside = None, False, leads_aside
+
+    def _begins_free(self, view: TrafficView, path: CheckedPath, now: float) -> bool:
+        """Whether its beginning, up to where the vehicle could stop, can be reserved."""
+        course = _Course.of(path.trajectory, view)
+        speed = norm(path.trajectory.start.velocity_enu_m_s)
+        needed_m = speed * speed / (2.0 * self._braking_m_s2) + 0.5
+        count = max(int(np.searchsorted(course.lengths_m, needed_m)) + 1, 2)
+        begin = course.volume.part(0, count)
+        return view.picture.blocked_by(view.name, begin) is None
+
+    def _joins(self, path: CheckedPath, time_s: float) -> bool:
+        commanded = self._follower.commanded
+        if commanded is None:
+            return False
+        state = path.trajectory.sample(time_s)
+        velocity = subtract(state.velocity_enu_m_s, commanded.velocity_enu_m_s)
+        gap_m = distance(state.position_enu_m, commanded.position_enu_m)
+        return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
+
+
+class _IsFree:
+    """Whether a line keeps clear of obstacles."""
+
+    def __init__(self, observation: Observation, clearance_m: float, avoids: bool) -> None:
+        self._obstacles = observation.obstacles
+        self._clearance_m = clearance_m
+        self._avoids = avoids and len(observation.obstacles) > 0
+        self._fence = observation.fence
+
+    def __call__(self, line: Array) -> bool:
+        if self._fence is not None:
+            places = [_vector(place) for place in line]
+            legs = itertools.pairwise(places)
+            if any(self._fence.check_leg(*leg) is not None for leg in legs):
+                return False
+        if not self._avoids:
+            return True
+        return first_conflict(line, self._obstacles, self._clearance_m) is None
+
+
+def _note_stuck(looking: _Looking, view: TrafficView, now: float) -> None:
+    """Let the others in the circle look for a way if the vehicle that had to has none."""
+    if looking.is_needed:
+        view.picture.entry(view.name).stuck_until_s = now + _STUCK_S
+
+
+def _vector(point: Array) -> Vector3:
+    return (float(point[0]), float(point[1]), float(point[2]))
+
+
+def _planned(
+    start: KinematicState,
+    detour: Detour,
+    points: Sequence[RoutePoint],
+    limits: Limits,
+) -> CheckedPath:
+    """Return the motion along a detour and on through the points that were asked for."""
+    corner_m = 0.0 if detour.leads_aside else _CORNER_M
+    vias = [RoutePoint(point, corner_m, limits) for point in detour.points_enu_m]
+    route = plan_route(start, [*vias, *points])
+    passed_s = route.passed_s[len(vias) :]
+    return CheckedPath(route.trajectory, passed_s, MotionSamples.of(route.trajectory))

@@ -1,0 +1,1 @@
+"""Seeded scenarios of fleets, and the commands that fly them."""

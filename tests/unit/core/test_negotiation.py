@@ -1,0 +1,178 @@
+"""Reservations between servers: whatever is lost, two volumes that meet are not both agreed to."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+
+from navigation_core.traffic.negotiation import LISTEN_S, SILENT_S, Negotiation, PeerState
+from navigation_core.traffic.picture import Ask, TrafficPicture
+from navigation_core.traffic.right_of_way import Claimant, Rank
+from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
+
+SEPARATION = Separation(5.0, 3.0, 2.0)
+STEP_S = 0.2
+
+
+class Server:
+    """A server with one vehicle that goes along a line."""
+
+    def __init__(
+        self, name: str, rank: int, start: tuple[float, float], end: tuple[float, float]
+    ) -> None:
+        """Stand at the start."""
+        self.vehicle = f"{name}1"
+        self.picture = TrafficPicture(SEPARATION)
+        self.negotiation = Negotiation(self.picture, name, 1)
+        points, _ = densified(np.array([(*start, 5.0), (*end, 5.0)]), np.zeros(2))
+        self.path = Volume.along(points, 1.0, 0.5)
+        self.picture.entry(self.vehicle).rank = Rank(Claimant.GOAL, float(rank), self.vehicle)
+        self.place = self.granted = 0
+        self.picture.stand(self.vehicle, self.path.part(0, 1), 0.0)
+        self.reach = NOWHERE
+
+    def step(self, now: float) -> PeerState:
+        """Go on by one point if that is granted, ask for more, and say so."""
+        if self.granted > self.place + 1:
+            self.place += 1
+        rest = self.path.part(self.place)
+        ask = Ask(
+            rest,
+            np.linspace(0.0, STEP_S * (len(rest) - 1), len(rest)),
+            max(self.granted - self.place, 0),
+            min(8, len(rest)),
+            min(8, len(rest)),
+            self.path,
+            self.place,
+        )
+        if now > 0.1:
+            grant = self.picture.extend(self.vehicle, ask, rest.part(0, 1), now)
+            self.granted = self.place + grant.granted
+        self.negotiation.look(now)
+        return self.negotiation.state({self.vehicle: (NOWHERE, self.reach)}, now)
+
+    @property
+    def used(self) -> Volume:
+        """What its vehicle may use."""
+        return self.picture.entry(self.vehicle).used
+
+
+def crossing(seed: int = 0) -> tuple[Server, Server]:
+    """Return two servers whose vehicles' lines cross."""
+    ranks = [1, 2]
+    random.Random(seed).shuffle(ranks)
+    return (
+        Server("/a", ranks[0], (-20.0, 0.0), (20.0, 0.0)),
+        Server("/b", ranks[1], (0.0, -20.0), (0.0, 20.0)),
+    )
+
+
+def run(
+    servers: tuple[Server, Server], seed: int, steps: int, loss: float, cut: tuple[int, int]
+) -> None:
+    """Let both go on over a network that loses, delays and doubles, and is cut for a while."""
+    rng = random.Random(seed)
+    flying: list[tuple[int, Server, PeerState]] = []
+    for tick in range(steps):
+        now = tick * STEP_S
+        for server, other in (servers, servers[::-1]):
+            state = server.step(now)
+            is_cut = cut[0] <= tick < cut[1]
+            copies = [tick + rng.randrange(4) for _ in range(rng.choice((1, 1, 2)))]
+            arrive = [at for at in copies if not is_cut and rng.random() >= loss]
+            flying += [(at, other, state) for at in arrive]
+        due = [one for one in flying if one[0] <= tick]
+        flying = [one for one in flying if one[0] > tick]
+        rng.shuffle(due)
+        for _, receiver, state in due:
+            receiver.negotiation.receive(state, now)
+        assert not servers[0].used.meets(servers[1].used, SEPARATION).any(), f"at {now:.1f} s"
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_two_volumes_are_never_used_at_once_and_both_arrive(seed: int) -> None:
+    servers = crossing(seed)
+    run(servers, seed, 400, 0.3, (0, 0))
+    assert [one.place for one in servers] == [len(one.path) - 2 for one in servers] or all(
+        one.place >= len(one.path) - 2 for one in servers
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_cut_network_never_makes_two_use_one_volume(seed: int) -> None:
+    servers = crossing(seed)
+    begin = 12 + seed
+    run(servers, seed, 100, 0.1, (begin, 100))
+    # Cut for good: nobody goes beyond what was agreed to before.
+    assert any(one.place < len(one.path) - 2 for one in servers)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_both_go_on_when_the_network_is_back(seed: int) -> None:
+    servers = crossing(seed)
+    run(servers, seed, 500, 0.1, (12, 120))
+    assert all(one.place >= len(one.path) - 2 for one in servers)
+
+
+def test_nothing_is_used_before_others_had_time_to_be_heard() -> None:
+    server, _ = crossing()
+    for tick in range(int(LISTEN_S / STEP_S)):
+        server.step(tick * STEP_S)
+    assert server.place == 0
+    for tick in range(10, 40):
+        server.step(tick * STEP_S)
+    assert server.place > 0
+
+
+def test_an_expected_server_must_have_been_heard() -> None:
+    server, other = crossing()
+    server.negotiation = Negotiation(server.picture, "/a", 1, ["/b"])
+    for tick in range(40):
+        server.step(tick * STEP_S)
+    assert server.place == 0
+    entry = server.picture.entry(server.vehicle)
+    assert entry.waiting is not None
+    assert entry.waiting.whom == "/b"
+    for tick in range(40, 80):
+        now = tick * STEP_S
+        other.negotiation.receive(server.step(now), now)
+        server.negotiation.receive(other.step(now), now)
+    assert server.place > 0
+
+
+def test_a_silent_server_keeps_its_volume_and_what_it_may_do_alone() -> None:
+    server, other = crossing()
+    alone = Volume.along(np.array([(10.0, -20.0, 5.0)]), 1.0, 0.5)
+    state = other.negotiation.state({other.vehicle: (alone, NOWHERE)}, 0.0)
+    server.negotiation.receive(state, 0.0)
+    server.negotiation.look(SILENT_S + 0.1)
+    entry = server.picture.entries[other.vehicle]
+    assert len(entry.held)
+    assert entry.whole.meets(alone, SEPARATION).any()
+    server.negotiation.look(1e6)
+    assert other.vehicle in server.picture.entries
+
+
+def test_who_can_never_get_near_need_not_agree() -> None:
+    server, other = crossing()
+    other.reach = Volume.along(np.array([(5000.0, 0.0, 0.0)]), 500.0, 1e4)
+    server.negotiation.receive(other.step(0.0), 0.0)
+    for tick in range(60):
+        server.step(tick * STEP_S)
+    assert server.place > 20
+
+
+def test_a_restarted_server_must_agree_again() -> None:
+    server, other = crossing()
+    for tick in range(20):
+        now = tick * STEP_S
+        server.negotiation.receive(other.step(now), now)
+        other.negotiation.receive(server.step(now), now)
+    again = Negotiation(TrafficPicture(SEPARATION), "/b", 2)
+    server.negotiation.receive(again.state({}, 4.0), 4.0)
+    place = server.granted
+    for tick in range(20, 40):
+        server.step(tick * STEP_S)
+    assert server.granted == place

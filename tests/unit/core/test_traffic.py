@@ -1,0 +1,249 @@
+"""Reservations of vehicles: what is held keeps apart, and somebody always goes on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from navigation_core.limits import Limits
+from navigation_core.traffic.detours import DetourSearch
+from navigation_core.traffic.picture import Ask, TrafficPicture
+from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
+from navigation_core.traffic.view import Footing, TrafficView
+from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
+
+SEPARATION = Separation(5.0, 3.0, 2.0)
+
+
+def line(*points: tuple[float, float, float]) -> Volume:
+    """Return the volume of a line of points."""
+    spread, _ = densified(np.array(points, dtype=np.float64), np.zeros(len(points)))
+    return Volume.along(spread, 1.0, 0.5)
+
+
+def picture(*names: str) -> TrafficPicture:
+    """Return a picture in which all fly goals; the first has the best rank."""
+    made = TrafficPicture(SEPARATION)
+    for number, name in enumerate(names):
+        made.entry(name).rank = Rank(Claimant.GOAL, float(number), name)
+    return made
+
+
+def ask(path: Volume, wanted: int, granted: int = 0, speed_m_s: float = 1.0) -> Ask:
+    """Return a wish for a path that is flown at a speed from its beginning on."""
+    steps = np.linalg.norm(np.diff(path.points_m, axis=0), axis=1)
+    after_s = np.concatenate([[0.0], np.cumsum(steps)]) / speed_m_s
+    return Ask(path, after_s, granted, wanted, wanted)
+
+
+def test_a_path_is_held_up_to_what_another_holds() -> None:
+    made = picture("a", "b")
+    made.stand("a", line((20.0, 0.0, 5.0)), 0.0)
+    path = line((0.0, 0.0, 5.0), (40.0, 0.0, 5.0))
+    grant = made.extend("b", ask(path, 40), path.part(0, 1), 0.0)
+    assert grant.waiting is not None
+    assert grant.waiting.whom == "a"
+    assert not made.entry("b").held.meets(made.entry("a").held, SEPARATION).any()
+    # 5 m apart, with a metre of room about each.
+    assert path.points_m[grant.granted - 1][0] == pytest.approx(13.0, abs=1.0)
+
+
+def test_a_path_longer_than_what_is_looked_at_is_held_as_far_as_that() -> None:
+    made = picture("a", "b")
+    path = line((0.0, 0.0, 5.0), (400.0, 0.0, 5.0))
+    grant = made.extend("b", ask(path, 401), path.part(0, 1), 0.0)
+    assert grant.waiting is None
+    assert 100 < grant.granted < 401
+
+
+def test_a_path_above_another_is_free() -> None:
+    made = picture("a", "b")
+    made.stand("a", line((20.0, 0.0, 5.0)), 0.0)
+    path = line((0.0, 0.0, 9.1), (40.0, 0.0, 9.1))
+    assert made.extend("b", ask(path, 40), path.part(0, 1), 0.0).waiting is None
+
+
+def test_nobody_stops_on_the_path_of_a_better_rank() -> None:
+    made = picture("a", "b")
+    first = line((-30.0, 0.0, 5.0), (30.0, 0.0, 5.0))
+    made.extend("a", ask(first, 5, speed_m_s=3.0), first.part(0, 1), 0.0)
+    second = line((0.0, -30.0, 5.0), (0.0, 0.0, 5.0))
+    grant = made.extend("b", ask(second, 100), second.part(0, 1), 0.0)
+    assert grant.waiting is not None
+    assert grant.waiting.whom == "a"
+    assert not second.part(0, grant.granted).meets(first, SEPARATION).any()
+
+
+def test_who_is_through_in_time_passes_before_a_better_rank() -> None:
+    made = picture("a", "b")
+    first = line((-60.0, 0.0, 5.0), (60.0, 0.0, 5.0))
+    made.extend("a", ask(first, 5, speed_m_s=1.0), first.part(0, 1), 0.0)
+    second = line((0.0, -12.0, 5.0), (0.0, 30.0, 5.0))
+    grant = made.extend("b", ask(second, 10, speed_m_s=3.0), second.part(0, 1), 0.0)
+    assert grant.waiting is None
+    # All of the crossing, up to behind it.
+    assert second.points_m[grant.granted - 1][1] >= 7.0
+
+
+def test_a_whole_volume_is_held_or_announced() -> None:
+    made = picture("a", "b")
+    made.stand("a", line((0.0, 0.0, 5.0)), 0.0)
+    column = line((1.0, 0.0, 0.0), (1.0, 0.0, 10.0))
+    waiting = made.claim("b", column, 1.0)
+    assert waiting is not None
+    assert waiting.whom == "a"
+    assert not len(made.entry("b").kept)
+    made.stand("a", line((30.0, 0.0, 5.0)), 2.0)
+    assert made.claim("b", column, 2.0) is None
+    assert made.entry("b").kept is column
+
+
+def test_less_is_kept_from_who_is_parked() -> None:
+    made = picture("a", "b")
+    made.stand("a", line((0.0, 0.0, 0.0)).parked(SEPARATION), 0.0)
+    assert made.claim("b", line((4.5, 0.0, 0.0), (4.5, 0.0, 5.0)), 0.0) is None
+    assert made.claim("b", line((3.5, 0.0, 0.0), (3.5, 0.0, 5.0)), 0.0) is not None
+
+
+def test_the_worst_rank_of_a_circle_gives_way() -> None:
+    made = picture("a", "b", "c")
+    for name, whom in (("a", "b"), ("b", "c"), ("c", "a")):
+        made.entry(name).moves = True
+        made.entry(name).waiting = TrafficWait(whom, "", 0.0)
+    assert [name for name in "abc" if made.must_give_way(name, 0.0)] == ["c"]
+    made.entry("c").stuck_until_s = 5.0
+    # One that found no way does not count; who waits for it goes round, and so does the next.
+    assert made.must_give_way("b", 1.0)
+
+
+def test_who_waits_for_one_that_stands_goes_round() -> None:
+    made = picture("a", "b", "c")
+    made.entry("b").moves = made.entry("c").moves = True
+    made.entry("b").waiting = TrafficWait("a", "", 0.0)
+    made.entry("c").waiting = TrafficWait("b", "", 0.0)
+    assert made.must_give_way("b", 0.0)
+    assert not made.must_give_way("c", 0.0)
+
+
+def test_a_detour_leads_over_what_stands() -> None:
+    made = picture("a", "b")
+    made.stand("a", line((20.0, 0.0, 5.0)), 0.0)
+    view = TrafficView(made, "b", Footing.level(), 1.0, 0.5, (1.0, 30.0))
+    search = DetourSearch(view, Limits(), lambda _: True, 0.0)
+    found = search.find(np.array([0.0, 0.0, 5.0]), np.array([[40.0, 0.0, 5.0]]))
+    assert found is not None
+    assert found.points_enu_m
+    way = line((0.0, 0.0, 5.0), *found.points_enu_m, (40.0, 0.0, 5.0))
+    assert not way.meets(made.entry("a").held, SEPARATION).any()
+
+
+def test_what_drives_goes_round_on_the_ground() -> None:
+    made = picture("a", "b")
+    made.stand("a", line((20.0, 0.0, 0.0)), 0.0)
+    view = TrafficView(made, "b", Footing.level(), 1.0, 0.5)
+    search = DetourSearch(view, Limits(), lambda _: True, 0.0)
+    found = search.find(np.array([0.0, 0.0, 0.0]), np.array([[40.0, 0.0, 0.0]]))
+    assert found is not None
+    assert {z for _, _, z in found.points_enu_m} == {0.0}
+
+
+places = st.tuples(*[st.floats(-30.0, 30.0)] * 2, st.floats(0.0, 12.0))
+
+
+@given(st.lists(st.tuples(places, places), min_size=2, max_size=5), st.integers(0, 1000))
+def test_what_is_held_keeps_apart_whoever_asks_in_whatever_order(
+    ways: list[tuple[tuple[float, float, float], tuple[float, float, float]]], order: int
+) -> None:
+    names = [f"v{number}" for number in range(len(ways))]
+    made = picture(*names)
+    paths = {name: line(*way) for name, way in zip(names, ways, strict=True)}
+    for name in names:
+        begin = paths[name].part(0, 1)
+        if made.blocked_by(name, begin) is None:
+            made.stand(name, begin, 0.0)
+        else:
+            del paths[name]
+            made.forget(name)
+    granted = dict.fromkeys(paths, 1)
+    for turn in range(12):
+        name = sorted(paths)[(order + turn * 7) % len(paths)]
+        path = paths[name]
+        grant = made.extend(name, ask(path, 20, granted[name]), NOWHERE, float(turn))
+        granted[name] = grant.granted
+        held = [made.entry(one).held for one in paths]
+        for i, one in enumerate(held):
+            for other in held[i + 1 :]:
+                assert not one.meets(other, SEPARATION).any()
+
+
+@given(st.lists(places, min_size=1, max_size=60), st.lists(places, min_size=1, max_size=60))
+def test_pairs_are_those_of_the_definition(
+    mine: list[tuple[float, float, float]], theirs: list[tuple[float, float, float]]
+) -> None:
+    a, b = Volume.along(np.array(mine), 1.0, 0.5), Volume.along(np.array(theirs), 0.5, 0.2)
+    wanted = {
+        (i, j)
+        for i, p in enumerate(mine)
+        for j, q in enumerate(theirs)
+        if math.hypot(p[0] - q[0], p[1] - q[1]) < 6.5 - 1e-9 and abs(p[2] - q[2]) < 3.7 - 1e-9
+    }
+    rows, columns = a.pairs(b, SEPARATION)
+    found = set(zip(rows.tolist(), columns.tolist(), strict=True))
+    assert wanted <= found
+    assert all(
+        math.hypot(mine[i][0] - theirs[j][0], mine[i][1] - theirs[j][1]) < 6.5 + 1e-6
+        for i, j in found
+    )
+
+
+def test_who_has_drifted_too_near_to_one_that_stands_may_leave_but_not_come_nearer() -> None:
+    made = picture("a", "b")
+    made.stand("a", line((6.95, 0.0, 5.0)), 0.0)
+    path = line((0.0, 0.0, 5.0), (-20.0, 0.0, 5.0))
+    made.stand("b", path.part(0, 1), 0.0)
+    assert path.part(0, 1).meets(made.entry("a").held, SEPARATION).all()
+    assert made.extend("b", ask(path, 20), path.part(0, 1), 0.0).waiting is None
+    back = line((0.0, 0.0, 5.0), (4.0, 0.0, 5.0))
+    grant = made.extend("b", ask(back, 5), back.part(0, 1), 0.0)
+    assert grant.waiting is not None
+    assert grant.granted <= 1
+
+
+def test_no_detour_aside_leads_below_the_lowest_height() -> None:
+    made = picture("a", "b")
+    # All around at its height, so that only down would be near.
+    for number in range(12):
+        angle = 2.0 * np.pi * number / 12
+        made.stand(f"c{number}", line((12.0 * np.cos(angle), 12.0 * np.sin(angle), 5.0)), 0.0)
+    made.stand("above", line((0.0, 0.0, 9.5)), 0.0)
+    view = TrafficView(made, "b", Footing.level(), 1.0, 0.5, (3.0, 40.0))
+    found = DetourSearch(view, Limits(), lambda _: True, 0.0).aside(np.array([0.0, 0.0, 5.0]))
+    assert found is None or found.points_enu_m[-1][2] >= 3.0
+
+
+def test_who_holds_what_a_better_rank_waits_for_may_leave_through_its_announced_path() -> None:
+    made = picture("a", "b")
+    held = line((20.0, 0.0, 5.0))
+    made.stand("b", held, 0.0)
+    wanted = line((0.0, 0.0, 5.0), (40.0, 0.0, 5.0))
+    assert made.claim("a", wanted, 0.0) is not None, "b is there"
+    assert made.claim("b", line((20.0, 0.0, 5.0), (30.0, 0.0, 5.0)), 0.0) is None
+
+
+def test_who_is_within_what_another_keeps_by_force_may_leave_it() -> None:
+    made = picture("a", "b")
+    path = line((0.0, 0.0, 5.0), (0.0, 20.0, 5.0))
+    made.stand("b", path.part(0, 1), 0.0)
+    made.stand("a", line((-30.0, 0.0, 5.0)), 0.0)
+    made.keep("a", line((-30.0, 0.0, 5.0), (10.0, 0.0, 5.0)))
+    assert made.extend("b", ask(path, 20), path.part(0, 1), 0.0).waiting is None
+    # Not into it again, nor to where the other is.
+    back = line((0.0, 0.0, 5.0), (0.0, 12.0, 5.0), (5.0, 12.0, 5.0), (5.0, 0.0, 5.0))
+    grant = made.extend("b", ask(back, 28), back.part(0, 1), 0.0)
+    assert grant.waiting is not None
+    along = line((0.0, 0.0, 5.0), (-40.0, 0.0, 5.0))
+    assert made.extend("b", ask(along, 40), along.part(0, 1), 0.0).waiting is not None
