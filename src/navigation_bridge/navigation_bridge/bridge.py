@@ -37,6 +37,7 @@ from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Output
 from navigation_bridge.goals.lifecycle import GoalEvent
 from navigation_bridge.goals.observation import (
+    goes_on_by_itself,
     hold_setpoint_ned,
     intended_ned,
     observe,
@@ -687,7 +688,10 @@ class Bridge:
             previous = None  # its last setpoint is obsolete
         if previous is not None:
             handover = Handover(
-                previous.task.commanded, previous.task.commanded_yaw_enu_rad, previous.setpoint_s
+                previous.task.commanded,
+                previous.task.commanded_yaw_enu_rad,
+                previous.setpoint_s,
+                by_itself=goes_on_by_itself(self._vehicle, previous.operation),
             )
             next_step_s = previous.next_step_s
         goal = ActiveGoal(

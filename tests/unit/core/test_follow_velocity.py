@@ -294,7 +294,7 @@ def test_a_cancel_while_it_takes_control_in_the_air_makes_the_vehicle_hold() -> 
     assert vehicle.step() == Perform(TaskOperation.HOLD)
     done = OperationReport(TaskOperation.HOLD, OperationStatus.ACHIEVED, "")
     vehicle.seen = replace(vehicle.seen, operation=done)
-    vehicle.step()
+    vehicle.run(CONFIG.stop_dwell_s + 1.0)
     assert vehicle.outcome().code is OutcomeCode.CANCELED
 
 
@@ -498,3 +498,27 @@ def test_a_successor_starts_from_what_was_sent() -> None:
     assert norm(answer.setpoint.velocity_enu_m_s) > 1.5
     after.run(5.0)
     assert norm(after.velocity) < 0.01
+
+
+@pytest.mark.parametrize("by_itself", [True, False])
+def test_a_successor_of_a_return_that_is_cancelled_at_once_stops_it(by_itself: bool) -> None:
+    vehicle = Steered(
+        handover=Handover(by_itself=by_itself),
+        in_control=False,
+        mode=VehicleMode.RETURN,
+        velocity_enu_m_s=(3.0, 0.0, 0.0),
+    )
+    vehicle.task.cancel(vehicle.now)
+    vehicle.step()
+    if not by_itself:  # it is not this goal's: a pilot may have asked for it
+        assert isinstance(vehicle.answer, Outcome)
+        return
+    assert vehicle.answer == Perform(TaskOperation.HOLD)
+    held = OperationReport(TaskOperation.HOLD, OperationStatus.ACHIEVED, "")
+    vehicle.seen = replace(vehicle.seen, operation=held, mode=VehicleMode.HOLD)
+    vehicle.run(1.0)
+    assert isinstance(vehicle.answer, Wait)
+    vehicle.seen = replace(vehicle.seen, velocity_enu_m_s=(0.0, 0.0, 0.0))
+    vehicle.run(CONFIG.stop_dwell_s + 1.0)
+    assert isinstance(vehicle.answer, Outcome)
+    assert vehicle.answer.code is OutcomeCode.CANCELED

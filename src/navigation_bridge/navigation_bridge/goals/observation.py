@@ -14,7 +14,12 @@ from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_bridge.vehicle.traits import drives
 from navigation_core.geometry import dot
 from navigation_core.tasks.intents import Fly, Setpoint
-from navigation_core.tasks.observation import Observation, OperationReport, VehicleMode
+from navigation_core.tasks.observation import (
+    Observation,
+    OperationReport,
+    TaskOperation,
+    VehicleMode,
+)
 from navigation_core.tasks.velocity_command import VelocityCommand
 from navigation_core.traffic.view import TrafficView
 
@@ -25,6 +30,8 @@ _AIRBORNE: dict[LandedState, bool | None] = {
     LandedState.IN_AIR: True,
     LandedState.LANDING: True,
 }
+_LEADING = frozenset({VehicleMode.LAND, VehicleMode.RETURN, VehicleMode.MISSION})
+_LEADS_TO = frozenset({TaskOperation.LAND, TaskOperation.RETURN, TaskOperation.START_MISSION})
 
 
 def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
@@ -42,6 +49,12 @@ def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
         if name == known:
             return mode
     return VehicleMode.OTHER
+
+
+def goes_on_by_itself(vehicle: Vehicle, operation: OperationReport | None) -> bool:
+    """Whether the vehicle is in a mode that leads it, or was asked to be."""
+    mode = vehicle_mode(vehicle.profile, vehicle.mode_name)
+    return mode in _LEADING or (operation is not None and operation.kind in _LEADS_TO)
 
 
 def velocity_only(profile: Profile | None) -> bool:

@@ -98,11 +98,14 @@ class Handover(NamedTuple):
         commanded: its state in the map frame; None to begin at the measured state.
         yaw_enu_rad: its yaw.
         time_s: when it was sent; None for the time of the start.
+        by_itself: whether the vehicle goes on by itself in what the replaced task asked for, such
+            as a return: a task that is cancelled at once has to stop it.
     """
 
     commanded: KinematicState | None = None
     yaw_enu_rad: float | None = None
     time_s: float | None = None
+    by_itself: bool = False
 
 
 NOTHING_SENT = Handover()

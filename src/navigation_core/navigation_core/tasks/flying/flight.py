@@ -43,7 +43,7 @@ from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.traffic_pace import TrafficPace
 from navigation_core.tasks.leading.turning_circle import Pursuer
-from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.tasks.measurement import can_move, is_located, measured_state
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
@@ -86,6 +86,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._stopping = Stopping(parts)
         self._pursuit = Pursuit(traits)
         self._handover_s = terms.handover.time_s
+        self._by_itself = terms.handover.by_itself  # until the first change of phase
         self._last_step_s = 0.0
         # Whether the vehicle was held by its velocity, so that it is not where it was told to be.
         self._doubted = False
@@ -255,6 +256,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
     def _take(self, event: PhaseEvent, now: float) -> None:
         """Move to the phase that an event leads to."""
         self._go(next_phase(self._phase, event), now)
+        self._by_itself = False
         self._arrival.restart()
         self._stopping.restart()
 
@@ -272,7 +274,10 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""
         self._stopping.ending = ending
         arming_asked = self._departure.arming_asked
-        inherited = self._phase is GotoPhase.PREPARING and self._follower.commanded is not None
+        preparing = self._phase is GotoPhase.PREPARING
+        inherited = preparing and self._follower.commanded is not None
+        # It has come out of another mode just now, perhaps at speed.
+        taken = preparing and self._requests.current is not None and self._movable(observation)
         # A replaced goal may have left something in progress.
         arming = any(
             is_pending(observation, kind) for kind in (TaskOperation.ARM, TaskOperation.DISARM)
@@ -283,12 +288,21 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         taking_control = observation.airborne is True and is_pending(
             observation, TaskOperation.TAKE_CONTROL
         )
-        if self._phase in _FLYING or (inherited and observation.in_control):
+        if self._phase in _FLYING or (observation.in_control and (inherited or taken)):
             self._follower.plan_stop(observation)
             self._take(PhaseEvent.STOP_IN_AIR, now)
-        elif on_ground or arming_asked or self._departure.take_off_asked or taking_control:
+        elif (
+            on_ground
+            or arming_asked
+            or self._departure.take_off_asked
+            or taking_control
+            or (self._by_itself and not observation.in_control and self._movable(observation))
+        ):
             self._stopping.armed_for_us = arming_asked or arming
             self._take(PhaseEvent.STOP_ON_GROUND, now)
+
+    def _movable(self, observation: Observation) -> bool:
+        return can_move(observation, self._traits, self._config.airborne_height_m)
 
     def _check_flight(self, observation: Observation, now: float) -> Step | None:
         """Look for what ends or suspends every flight."""

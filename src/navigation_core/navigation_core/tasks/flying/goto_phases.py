@@ -5,7 +5,8 @@ r"""The phases of a flight to a point and the transitions between them.
                                                SETTLING --> ENDED
 
 A cancel leads to ENDED before anything was asked of the vehicle, to DISARMING on the
-ground and to BRAKING in the air. A vehicle that lifts off while it should disarm brakes.
+ground and to BRAKING in the air. A vehicle that lifts off while it should disarm brakes;
+one that goes on by itself, as a replaced goal had it do, is held.
 """
 
 from __future__ import annotations

@@ -54,6 +54,7 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         self._steersman = Steersman(terms)
         self._still = Standstill.of_stop(config, traits)
         self._landed = Dwell(config.landed_timeout_s)
+        self._by_itself = terms.flight.handover.by_itself  # until the first change of phase
         self._last_step_s = self._dt_s = 0.0
         self._command_s = 0.0  # of the last command that counted
         self._last: VelocityCommand | None = None
@@ -131,6 +132,10 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         ended = self._check_vehicle(observation, now)
         return ended or super()._handle(observation, now)
 
+    def _go(self, phase: VelocityPhase, now: float) -> None:
+        super()._go(phase, now)
+        self._by_itself = False
+
     def _end(self, now: float) -> None:
         self._phase = VelocityPhase.ENDED
 
@@ -141,7 +146,7 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
 
     def _leave(self, observation: Observation, now: float) -> bool:
         """Begin to stop; False if the vehicle was not moved and need not be stopped."""
-        asked = is_pending(observation, TaskOperation.TAKE_CONTROL)
+        asked = self._by_itself or is_pending(observation, TaskOperation.TAKE_CONTROL)
         led = self._steersman.commanded is not None
         self._still.reset()
         if led and observation.in_control:
@@ -271,11 +276,16 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
             now,
             self._config.cancel_timeout_s,
         )
-        if answer is None:
-            return self._ended("The vehicle holds.")
         if isinstance(answer, Outcome):
             return self._ended(f"{answer.message} It may still be moving.")
-        return answer
+        if answer is not None:
+            return answer
+        if self._still.holds(observation, self._config.position_stale_s):
+            return self._ended("The vehicle holds.")
+        timeout_s = self._config.cancel_timeout_s
+        if now - self._phase_since_s > timeout_s:
+            return self._ended(self._still.failure(timeout_s))
+        return Wait()
 
     def _ended(self, text: str) -> Outcome:
         assert self._ending is not None
