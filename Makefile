@@ -47,8 +47,9 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 	@$(ENTER) python -m flight_reports.navigation_report "$(LOG)"
 
 # The ROS tests mostly wait, so there are more processes than cores. Each compiled all sources anew
-# if it could not keep the result.
-PYTEST := unset PYTHONDONTWRITEBYTECODE && python -m pytest -n 4 --dist loadgroup
+# if it could not keep the result. A test whose process ended is tried again, but not without end.
+PYTEST := unset PYTHONDONTWRITEBYTECODE && \
+	python -m pytest -n 4 --dist loadgroup --max-worker-restart 2
 
 test: setup ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import faulthandler
 import gc
+import os
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
@@ -18,6 +21,11 @@ settings.load_profile("untimed")
 _FUNCTIONS = pytest.StashKey[set[str]]()
 """The tests of which some parameters were collected"""
 
+_STDERR = pytest.StashKey[int]()
+"""The standard error that no test captures"""
+
+_GRACE_S = 60.0
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Offer to keep anew what recordings give."""
@@ -26,6 +34,28 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="keep what tests/replay/test_golden.py finds now, instead of comparing it",
     )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep the standard error, which is not captured yet."""
+    config.stash[_STDERR] = os.dup(2)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """End the process of a test that does not end at its timeout, and show where it hangs.
+
+    pytest-timeout raises in the main thread. That comes to nothing in a call of a C library that
+    never returns, and where the exception is swallowed.
+    """
+    mark = item.get_closest_marker("timeout")
+    limit_s = float(item.config.getini("timeout") if mark is None else mark.args[0])
+    file = item.config.stash[_STDERR]
+    faulthandler.dump_traceback_later(limit_s + _GRACE_S, exit=True, file=file)
+    try:
+        return (yield)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
