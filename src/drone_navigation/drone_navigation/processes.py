@@ -145,6 +145,16 @@ def simulated_vehicle(
             process.stop()
 
 
+def _descendants(pid: int) -> list[int]:
+    """Return the processes that a process has started, and theirs; none where /proc has no list."""
+    found: list[int] = []
+    for children in Path(f"/proc/{pid}/task").glob("*/children"):
+        with contextlib.suppress(OSError):
+            for child in map(int, children.read_text(encoding="ascii").split()):
+                found += [child, *_descendants(child)]
+    return found
+
+
 class Process:
     """A child process with captured output that :meth:`stop` always ends."""
 
@@ -244,23 +254,34 @@ class Process:
             self._child.send_signal(number)
 
     def stop(self, timeout_s: float = 5.0) -> int:
-        """End it: SIGINT, then after ``timeout_s`` SIGKILL; return the exit code."""
+        """End it: SIGINT, then after ``timeout_s`` SIGKILL, to what it has started too.
+
+        Returns:
+            The exit code.
+        """
         self.signal(signal.SIGINT)
         try:
             self._child.wait(timeout_s)
         except subprocess.TimeoutExpired:
+            started = _descendants(self._child.pid)
             self._child.kill()
+            for pid in started:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
             self._child.wait(10.0)
         self._close()
         return self._child.returncode
 
     def _close(self) -> None:
         self._reader.join(5.0)
-        if self._child.stdout is not None:
+        # Something that it has left behind may hold its output open. Closing that here would wait
+        # for the reader, without end and deaf to signals.
+        if self._child.stdout is not None and not self._reader.is_alive():
             self._child.stdout.close()
-        if self._log is not None:
-            self._log.close()
-            self._log = None
+        with self._changed:
+            if self._log is not None:
+                self._log.close()
+                self._log = None
 
     def _read(self) -> None:
         assert self._child.stdout is not None

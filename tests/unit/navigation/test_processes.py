@@ -1,0 +1,34 @@
+"""Processes of a flight: they end, with what they have started, and nothing waits for ever."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import psutil
+
+from drone_navigation.processes import Process
+
+_CHILD = "import subprocess; c = subprocess.Popen(['sleep', '50']); print(c.pid, flush=True); {}"
+_DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); c.wait()"
+
+
+def _is_running(pid: int) -> bool:
+    return psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+
+
+def test_what_a_process_has_started_is_killed_with_it() -> None:
+    process = Process("deaf", ["python", "-c", _CHILD.format(_DEAF)])
+    child = int(process.wait_for("", 20.0))
+    assert process.stop(0.5) == -signal.SIGKILL
+    assert not _is_running(child)
+
+
+def test_a_process_ends_though_what_it_left_behind_holds_its_output() -> None:
+    process = Process("parent", ["python", "-c", _CHILD.format("")])
+    child = int(process.wait_for("", 20.0))
+    try:
+        assert process.wait(20.0) == 0
+        assert _is_running(child), "it waited for the output to be closed"
+    finally:
+        os.kill(child, signal.SIGKILL)
