@@ -274,10 +274,8 @@ class Process:
 
     def _close(self) -> None:
         self._reader.join(5.0)
-        # Something that it has left behind may hold its output open. Closing that here would wait
-        # for the reader, without end and deaf to signals.
-        if self._child.stdout is not None and not self._reader.is_alive():
-            self._child.stdout.close()
+        # Something that it has left behind may hold its output open, so the reader closes it:
+        # closing it here would wait for the reader, without end and deaf to signals.
         with self._changed:
             if self._log is not None:
                 self._log.close()
@@ -285,12 +283,13 @@ class Process:
 
     def _read(self) -> None:
         assert self._child.stdout is not None
-        for line in self._child.stdout:
-            with self._changed:
-                self.lines.append(line.rstrip("\n"))
-                if self._log is not None:
-                    self._log.write(line)
-                    self._log.flush()
-                self._changed.notify_all()
+        with self._child.stdout as output:
+            for line in output:
+                with self._changed:
+                    self.lines.append(line.rstrip("\n"))
+                    if self._log is not None:
+                        self._log.write(line)
+                        self._log.flush()
+                    self._changed.notify_all()
         with self._changed:
             self._changed.notify_all()

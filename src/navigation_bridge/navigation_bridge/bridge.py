@@ -37,9 +37,9 @@ from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Output
 from navigation_bridge.goals.lifecycle import GoalEvent
 from navigation_bridge.goals.observation import (
-    goes_on_by_itself,
     hold_setpoint_ned,
     intended_ned,
+    moves_by_itself,
     observe,
     vehicle_mode,
     velocity_only,
@@ -691,7 +691,7 @@ class Bridge:
                 previous.task.commanded,
                 previous.task.commanded_yaw_enu_rad,
                 previous.setpoint_s,
-                by_itself=goes_on_by_itself(self._vehicle, previous.operation),
+                by_itself=moves_by_itself(self._vehicle, previous.operation),
             )
             next_step_s = previous.next_step_s
         goal = ActiveGoal(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
+import time
 
 import psutil
 
@@ -14,14 +16,20 @@ _DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); c.wait()"
 
 
 def _is_running(pid: int) -> bool:
-    return psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    try:
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
 
 
 def test_what_a_process_has_started_is_killed_with_it() -> None:
     process = Process("deaf", ["python", "-c", _CHILD.format(_DEAF)])
     child = int(process.wait_for("", 20.0))
     assert process.stop(0.5) == -signal.SIGKILL
-    assert not _is_running(child)
+    deadline_s, pause = time.monotonic() + 20.0, threading.Event()
+    while _is_running(child):
+        assert time.monotonic() < deadline_s, "it outlives the process that started it"
+        pause.wait(0.05)
 
 
 def test_a_process_ends_though_what_it_left_behind_holds_its_output() -> None:

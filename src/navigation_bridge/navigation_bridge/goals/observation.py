@@ -51,7 +51,7 @@ def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
     return VehicleMode.OTHER
 
 
-def goes_on_by_itself(vehicle: Vehicle, operation: OperationReport | None) -> bool:
+def moves_by_itself(vehicle: Vehicle, operation: OperationReport | None) -> bool:
     """Whether the vehicle is in a mode that leads it, or was asked to be."""
     mode = vehicle_mode(vehicle.profile, vehicle.mode_name)
     return mode in _LEADING or (operation is not None and operation.kind in _LEADS_TO)

@@ -98,7 +98,7 @@ class Handover(NamedTuple):
         commanded: its state in the map frame; None to begin at the measured state.
         yaw_enu_rad: its yaw.
         time_s: when it was sent; None for the time of the start.
-        by_itself: whether the vehicle goes on by itself in what the replaced task asked for, such
+        by_itself: whether the vehicle moves by itself, in what the replaced task asked for, such
             as a return: a task that is cancelled at once has to stop it.
     """
 

@@ -6,7 +6,7 @@ r"""The phases of a flight to a point and the transitions between them.
 
 A cancel leads to ENDED before anything was asked of the vehicle, to DISARMING on the
 ground and to BRAKING in the air. A vehicle that lifts off while it should disarm brakes;
-one that goes on by itself, as a replaced goal had it do, is held.
+one that flies by itself, as a replaced goal asked, is held.
 """
 
 from __future__ import annotations
