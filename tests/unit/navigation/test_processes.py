@@ -11,8 +11,8 @@ import psutil
 
 from drone_navigation.processes import Process
 
-_CHILD = "import subprocess; c = subprocess.Popen(['sleep', '50']); print(c.pid, flush=True); {}"
-_DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); c.wait()"
+_START = "import subprocess; c = subprocess.Popen(['sleep', '50']); print(c.pid, flush=True)"
+_DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
 def _is_running(pid: int) -> bool:
@@ -23,7 +23,7 @@ def _is_running(pid: int) -> bool:
 
 
 def test_what_a_process_has_started_is_killed_with_it() -> None:
-    process = Process("deaf", ["python", "-c", _CHILD.format(_DEAF)])
+    process = Process("deaf", ["python", "-c", f"{_DEAF}; {_START}; c.wait()"])
     child = int(process.wait_for("", 20.0))
     assert process.stop(0.5) == -signal.SIGKILL
     deadline_s, pause = time.monotonic() + 20.0, threading.Event()
@@ -33,7 +33,7 @@ def test_what_a_process_has_started_is_killed_with_it() -> None:
 
 
 def test_a_process_ends_though_what_it_left_behind_holds_its_output() -> None:
-    process = Process("parent", ["python", "-c", _CHILD.format("")])
+    process = Process("parent", ["python", "-c", _START])
     child = int(process.wait_for("", 20.0))
     try:
         assert process.wait(20.0) == 0
