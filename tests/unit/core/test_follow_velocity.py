@@ -314,11 +314,14 @@ def test_what_happens_to_the_vehicle_ends_it(seen: dict[str, bool], code: Outcom
     assert vehicle.outcome().code is code
 
 
-def test_on_the_ground_nothing_is_sent() -> None:
+def test_on_the_ground_it_stands_by_velocity() -> None:
     vehicle = Steered()
     vehicle.run(2.0, FORWARD)
     vehicle.seen = replace(vehicle.seen, airborne=False)
-    assert isinstance(vehicle.step(), Wait)
+    answer = vehicle.step()
+    assert isinstance(answer, Fly)
+    assert answer.by_velocity
+    assert answer.setpoint.velocity_enu_m_s == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("traits", [COPTER, STEERED], ids=["copter", "rover"])

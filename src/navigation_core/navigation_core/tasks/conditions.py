@@ -6,9 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from navigation_core.geometry import ZERO
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome, Perform
+from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Setpoint, Wait
 from navigation_core.tasks.observation import Observation, OperationStatus, TaskOperation
 from navigation_core.tasks.traits import Traits
 
@@ -56,6 +57,18 @@ def check_departure(
         f"The vehicle {where}, and this server may not take off; take off yourself, or allow the "
         "server to take off.",
     )
+
+
+def stand_on_ground(observation: Observation) -> Intent:
+    """Neither climb nor press down, until it is sure that the vehicle has landed.
+
+    A PX4 that gets no setpoints calls that a failsafe, before it is sure. A velocity of zero makes
+    no vehicle take off.
+    """
+    position, yaw_rad = observation.position_enu_m, observation.yaw_enu_rad
+    if position is None or yaw_rad is None:
+        return Wait()
+    return Fly(Setpoint(position, ZERO, ZERO, yaw_rad), by_velocity=True)
 
 
 class Dwell:

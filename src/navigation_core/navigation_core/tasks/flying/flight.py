@@ -14,7 +14,7 @@ from dataclasses import replace
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.replanner import Decision
-from navigation_core.tasks.conditions import Dwell
+from navigation_core.tasks.conditions import Dwell, stand_on_ground
 from navigation_core.tasks.flying.arrival import Arrival
 from navigation_core.tasks.flying.departure import (
     Departure,
@@ -32,7 +32,6 @@ from navigation_core.tasks.intents import (
     Intent,
     Outcome,
     Setpoint,
-    Wait,
 )
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.carrot import Carrot
@@ -320,7 +319,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
                 return self._stopping.ended("The vehicle is on the ground.", observation)
             text = f"The vehicle has been on the ground for {self._config.landed_timeout_s:g} s."
             return self._over(OutcomeCode.LANDED, text, observation)
-        return Wait() if on_ground else None
+        return stand_on_ground(observation) if on_ground else None
 
     def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
         return Outcome(code, text, self._arrival.error_m(observation))

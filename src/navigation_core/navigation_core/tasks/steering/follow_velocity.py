@@ -10,7 +10,7 @@ from enum import Enum, auto
 
 from navigation_core.geometry import KinematicState, norm
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.conditions import Dwell
+from navigation_core.tasks.conditions import Dwell, stand_on_ground
 from navigation_core.tasks.flying.departure import NOT_TAKEN_BACK, is_pending
 from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.measurement import can_move, is_located
@@ -175,7 +175,10 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
             timeout_s = self._config.landed_timeout_s
             text = f"The vehicle has been on the ground for {timeout_s:g} s."
             return Outcome(OutcomeCode.LANDED, text, None)
-        return Wait() if on_ground else None
+        if not on_ground:
+            return None
+        self._steersman.forget()
+        return stand_on_ground(observation)
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
         self._status = Status.PREPARING
