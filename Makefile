@@ -47,9 +47,10 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 	@$(ENTER) python -m flight_reports.navigation_report "$(LOG)"
 
 # The ROS tests mostly wait, so there are more processes than cores. Each compiled all sources anew
-# if it could not keep the result. A test whose process ended is tried again, but not without end.
+# if it could not keep the result. A process that ends is not replaced: pytest-xdist 3.8 then waits
+# without end for tests that it gave to nobody.
 PYTEST := unset PYTHONDONTWRITEBYTECODE && \
-	python -m pytest -n 4 --dist loadgroup --max-worker-restart 2
+	python -m pytest -n 4 --dist loadgroup --max-worker-restart 0
 
 test: setup ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
