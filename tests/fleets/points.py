@@ -19,6 +19,7 @@ from navigation_core.tasks.task import Task
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.picture import TrafficPicture
 from navigation_core.traffic.right_of_way import Claimant, Rank
+from navigation_core.traffic.run_out import BRAKE_SHARE
 from navigation_core.traffic.view import Footing, TrafficView
 from navigation_core.traffic.volumes import Separation, densified
 from tests.support.models.point_mass import PointMass
@@ -26,7 +27,7 @@ from tests.support.models.point_mass import PointMass
 DT_S = 0.1
 _LIMITS = Limits(speed_horizontal_m_s=4.0)
 _TRAITS = Traits(setpoint_timeout_s=1.0)
-_BRAKING_M_S2 = 0.6 * _LIMITS.acceleration_horizontal_m_s2
+_BRAKING_M_S2 = BRAKE_SHARE * _LIMITS.acceleration_horizontal_m_s2
 
 
 @dataclass

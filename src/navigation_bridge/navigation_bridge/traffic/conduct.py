@@ -33,6 +33,7 @@ from navigation_core.tasks.intents import Fly, Perform
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
+from navigation_core.traffic.run_out import BRAKE_SHARE, run_out_m
 from navigation_core.traffic.view import Footing, TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Volume, joined
 
@@ -44,7 +45,6 @@ _STRAYS_M, _RISES_M, _DRIVING_STRAYS_M = 1.0, 0.7, 1.5
 _LED_S = 0.35
 # Age of a position from which what the vehicle held is not given back any more.
 _STALE_S = 0.5
-_REACTION_S = 0.3
 # Units of the parameters of the return height, in metres, and the height while it is unknown.
 _RETURN_HEIGHT_M = 60.0
 # What is reserved before it is asked for.
@@ -114,10 +114,8 @@ class TrafficConduct:
 
     def view(self) -> TrafficView | None:
         """Return the traffic; None where there is nobody else, or no position yet."""
-        shared = self._shared
-        if shared is None or not self._config.traffic.on:
-            return None
-        return None if shared.is_alone else self._own_view()
+        is_alone = self._shared is None or self._shared.is_alone
+        return None if is_alone else self._own_view()
 
     def _own_view(self) -> TrafficView | None:
         shared, frame = self._shared, self._map_frame.frame
@@ -292,7 +290,7 @@ class TrafficConduct:
         for share in _SHARES:
             velocity = np.array(setpoint.velocity_enu_m_s) * share
             speed = float(np.linalg.norm(velocity))
-            stop_m = speed * (timeout_s + _REACTION_S) + speed * speed / (2.0 * braking_m_s2)
+            stop_m = run_out_m(speed, timeout_s, braking_m_s2)
             start = np.array(setpoint.position_enu_m)
             line = start + np.linspace(0.0, 1.0, max(math.ceil(stop_m), 1) + 1)[:, None] * (
                 velocity * (stop_m / max(speed, 1e-9))
@@ -315,7 +313,7 @@ class TrafficConduct:
         braking = limits_of(traits, self._config.goto.limits).acceleration_horizontal_m_s2
         if not traits.flies:
             braking = min(braking, traits.braking_m_s2)
-        return traits.setpoint_timeout_s, 0.6 * braking
+        return traits.setpoint_timeout_s, BRAKE_SHARE * braking
 
     # --- what it holds ------------------------------------------------------------------------
 

@@ -76,7 +76,7 @@ def climb(view: TrafficView, at: Whereabouts, height_m: float) -> Volume:
     """Return the volume of a take-off to a height above the ground."""
     top_m = max(at.ground_enu_m + height_m, at.position_enu_m[2])
     if not at.is_plane:
-        return _upright(view, at.position_enu_m, at.position_enu_m[2], top_m, _STRAYS_M)
+        return _upright(view, at.position_enu_m, at.position_enu_m[2], top_m)
     x, y, z = at.position_enu_m
     run = (x + _RUN_M * math.cos(at.yaw_enu_rad), y + _RUN_M * math.sin(at.yaw_enu_rad), top_m)
     line, _ = densified(np.array([(x, y, z), run]), np.zeros(2))
@@ -87,7 +87,7 @@ def climb(view: TrafficView, at: Whereabouts, height_m: float) -> Volume:
 def landing(view: TrafficView, at: Whereabouts) -> Volume:
     """Return the volume of a landing where the vehicle is."""
     low_m = min(at.ground_enu_m, at.position_enu_m[2])
-    return _upright(view, at.position_enu_m, low_m, at.position_enu_m[2], _STRAYS_M)
+    return _upright(view, at.position_enu_m, low_m, at.position_enu_m[2])
 
 
 def return_home(view: TrafficView, at: Whereabouts) -> Volume:
@@ -107,7 +107,7 @@ def return_home(view: TrafficView, at: Whereabouts) -> Volume:
     middle, rise_m = 0.5 * (z + top_m), 0.5 * (top_m - z) + view.rise_m
     line[:, 2] = middle
     corridor = Volume.along(view.footing.traffic(line), _STRAYS_M + view.radius_m, rise_m)
-    down = _upright(view, home, low_m, top_m, _STRAYS_M)
+    down = _upright(view, home, low_m, top_m)
     return joined(corridor, down, landing(view, at))
 
 
@@ -146,12 +146,10 @@ def _disc(view: TrafficView, centre_enu_m: Vector3, radius_m: float) -> Volume:
     return Volume.along(placed, radius_m, _PLANE_RISES_M)
 
 
-def _upright(
-    view: TrafficView, place_enu_m: Vector3, low_m: float, high_m: float, strays_m: float
-) -> Volume:
+def _upright(view: TrafficView, place_enu_m: Vector3, low_m: float, high_m: float) -> Volume:
     count = max(math.ceil((high_m - low_m) / _LEVEL_GAP_M), 1) + 1
     points = np.empty((count, 3))
     points[:, :2] = place_enu_m[:2]
     points[:, 2] = np.linspace(low_m, high_m, count)
     placed = view.footing.traffic(points)
-    return Volume.along(placed, strays_m, view.rise_m + 0.5 * _LEVEL_GAP_M)
+    return Volume.along(placed, _STRAYS_M, view.rise_m + 0.5 * _LEVEL_GAP_M)

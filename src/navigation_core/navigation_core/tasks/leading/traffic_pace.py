@@ -40,6 +40,7 @@ from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.detours import Detour, DetourSearch
 from navigation_core.traffic.picture import Ask
 from navigation_core.traffic.right_of_way import TrafficWait
+from navigation_core.traffic.run_out import BRAKE_SHARE, REACTION_S, run_out_m
 from navigation_core.traffic.view import TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Array, Volume, densified, joined
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
@@ -49,9 +50,6 @@ __all__ = ["TrafficPace"]
 
 # What flies follows positions alone so fast, without the velocity that it would run out with.
 _BY_POSITION_M_S = 1.0
-# The share of the acceleration that a stop at the end of what is reserved counts on, and the time
-# until it begins.
-_BRAKE_SHARE, _REACTION_S = 0.6, 0.3
 # So much more than what a stop needs is reserved, once it is less than that.
 _AHEAD_S, _ENOUGH_S = 3.0, 1.5
 # So many points ahead others are looked for.
@@ -285,7 +283,8 @@ class TrafficPace:
         self, carrot: Carrot, course: _Course, first: int, granted: int, speed_m_s: float
     ) -> Ask:
         start_s = 0.0 if speed_m_s > 0.5 else 1.0
-        needed_m = course.lengths_m[first] + self._needed_m(carrot.trajectory.limits)
+        top_m_s = carrot.trajectory.limits.speed_horizontal_m_s
+        needed_m = course.lengths_m[first] + self._run_out_m(top_m_s)
         ahead_m = needed_m + np.array([_AHEAD_S, _ENOUGH_S]) * speed_m_s
         count = len(course.times_s)
         wanted, enough = np.searchsorted(course.lengths_m, ahead_m, side="right").tolist()
@@ -299,13 +298,8 @@ class TrafficPace:
             first,
         )
 
-    def _needed_m(self, limits: Limits) -> float:
-        """Return what a stop from full speed needs, run-out included."""
-        speed = limits.speed_horizontal_m_s
-        braking = self._braking_m_s2
-        return speed * (self._traits.setpoint_timeout_s + _REACTION_S) + speed * speed / (
-            2.0 * braking
-        )
+    def _run_out_m(self, speed_m_s: float) -> float:
+        return run_out_m(speed_m_s, self._traits.setpoint_timeout_s, self._braking_m_s2)
 
     def _braking(self) -> float:
         """Return how hard a stop brakes that is counted on, m/s^2."""
@@ -316,7 +310,7 @@ class TrafficPace:
         course = None if carrot is None else unit_between(ZERO, carrot.state.velocity_enu_m_s)
         if course is not None and self._traits.flies:
             limit = min(limit, self._follower.limits.along(course).acceleration_m_s2)
-        return _BRAKE_SHARE * limit
+        return BRAKE_SHARE * limit
 
     @staticmethod
     def _behind(course: _Course, first: int, here: Vector3) -> Volume:
@@ -342,9 +336,7 @@ class TrafficPace:
         speed = norm(state.velocity_enu_m_s)
         if speed < _STANDS_M_S:
             return NOWHERE
-        length_m = speed * (self._traits.setpoint_timeout_s + _REACTION_S) + speed * speed / (
-            2.0 * self._braking_m_s2
-        )
+        length_m = self._run_out_m(speed)
         direction = np.array(state.velocity_enu_m_s) / speed
         if course.is_straight(carrot.time_s, start, direction, length_m):
             return NOWHERE  # the path itself is what is reserved
@@ -374,13 +366,13 @@ class TrafficPace:
         if math.isinf(room_m):
             return math.inf
         braking = self._braking_m_s2
-        delay_s = self._traits.setpoint_timeout_s if runs_out else _REACTION_S
+        delay_s = self._traits.setpoint_timeout_s if runs_out else REACTION_S
         gone_m_s = braking * delay_s
         return math.sqrt(gone_m_s * gone_m_s + 2.0 * braking * room_m) - gone_m_s
 
     def _stopping_speed_m_s(self, room_m: float) -> float:
         """Return from which speed the hardest brake would do."""
-        harder = self._braking_m_s2 / _BRAKE_SHARE
+        harder = self._braking_m_s2 / BRAKE_SHARE
         return math.sqrt(2.0 * harder * room_m) if math.isfinite(room_m) else math.inf
 
     def _share(self, carrot: Carrot) -> float:
