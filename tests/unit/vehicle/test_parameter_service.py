@@ -273,6 +273,20 @@ def test_what_is_unknown_is_tried_again_after_a_change() -> None:
     assert [outcome.name for outcome in end.outcomes] == ["SUB", "ENABLE"]
 
 
+def test_of_many_what_the_autopilot_counts_stays() -> None:
+    wanted = {"STAT_RUNTIME": 30.0, "A": 1.0, "MIS_TOTAL": 7.0}
+    talk = Conversation(ParameterChanges(wanted, ADDRESS, False, lambda: None, list_first=True))
+    for index, name in enumerate(wanted):
+        talk.tell(value(name, 50.0, index))
+    talk.asked()
+    talk.tell(value("A", 1.0))
+    assert talk.asked() == ["PARAM_REQUEST_READ -1 A"]
+    talk.tell(value("A", 1.0))
+    end = talk.end()
+    assert end.reason.startswith("3 parameters: 1 changed, 2 unchanged, ")
+    assert "the autopilot counts it" in end.outcomes[0].reason
+
+
 def test_an_objection_is_asked_for_before_each_change() -> None:
     objections: list[str | None] = [None, "the vehicle is armed"]
     job = ParameterChanges({"A": 1.0, "B": 1.0}, ADDRESS, False, lambda: objections.pop(0))

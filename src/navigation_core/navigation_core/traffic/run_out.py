@@ -1,4 +1,4 @@
-"""How far a vehicle runs out once nobody leads it any more, and how hard it is sure to brake."""
+"""The run-out of a vehicle that nobody leads any more, and the brake that is counted on."""
 
 from __future__ import annotations
 

@@ -18,13 +18,20 @@ from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.parameter_service.listing import ParameterListing
 from mavlink_vehicle.protocols.parameter_service.one_parameter import OneParameter
 
+# What ArduPilot and PX4 count by themselves: boots, times, and items of their lists. A file saved
+# earlier would take hours of flight back, or bring those of another vehicle.
+_COUNTED_BY_AUTOPILOT = frozenset(
+    ("STAT_BOOTCNT", "STAT_FLTTIME", "STAT_RUNTIME", "MIS_TOTAL", "FENCE_TOTAL", "RALLY_TOTAL")
+) | frozenset(("COM_FLIGHT_UUID", "LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO"))
+
 _DONE = (ParameterChange.READ, ParameterChange.CHANGED, ParameterChange.UNCHANGED)
 
 
 class ParameterChanges(Outbox):
     """Parameters that are to have values; ends in one `ParametersFinished`.
 
-    With a reading of all before, only what differs is asked for. Names that are unknown are tried
+    With a reading of all before, only what differs is asked for, and what the autopilot counts by
+    itself stays. Names that are unknown are tried
     again at the end, as some exist only once others are set (ArduPilot's _ENABLE and _TYPE).
     """
 
@@ -141,6 +148,11 @@ class ParameterChanges(Outbox):
                 return
             name = self._left.popleft()
             wanted = self._wanted[name]
+            if name in _COUNTED_BY_AUTOPILOT and name in self._known:
+                text = f"{name} stays as it is: the autopilot counts it."
+                known = self._known[name]
+                self._put(ParameterOutcome(name, ParameterChange.UNCHANGED, text, known, known))
+                continue
             objection = None if wanted is None else self._objection()
             if objection is not None:
                 self._left.appendleft(name)
