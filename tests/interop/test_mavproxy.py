@@ -94,7 +94,6 @@ def mavproxy(port: int, directory: Path) -> Iterator[MavProxy]:
         console.close()
 
 
-@pytest.mark.timeout(300)
 def test_mode_arm_takeoff_mission_guided_and_rtl(tmp_path: Path) -> None:
     mission = tmp_path / "mission.txt"
     mission.write_text(MISSION)
@@ -134,7 +133,6 @@ def sent_types(log: Path) -> Counter[str]:
     return Counter(m.get_type() for m in messages if m.get_srcSystem() == 255)
 
 
-@pytest.mark.timeout(300)
 def test_parameters_come_at_once_and_logs_and_files_are_listed(tmp_path: Path) -> None:
     with simulator("--speedup", "4") as port, mavproxy(port, tmp_path) as console:
         console.hear("Saved ")
@@ -162,7 +160,6 @@ def test_parameters_come_at_once_and_logs_and_files_are_listed(tmp_path: Path) -
     assert (tmp_path / "flight.bin").read_bytes()[:2] == b"\xa3\x95"
 
 
-@pytest.mark.timeout(300)
 def test_files_are_put_got_and_removed_and_parameters_come_as_one(tmp_path: Path) -> None:
     sent, received, parameters = (tmp_path / name for name in ("sent", "received", "parameters"))
     sent.write_bytes(bytes(range(256)) * 20)

@@ -59,7 +59,6 @@ def take_off(flight: Station, height_m: float) -> None:
     flight.arrives((0.0, 0.0, height_m))
 
 
-@pytest.mark.timeout(120)
 def test_ardupilot_take_off_goto_offboard_return_and_land() -> None:
     with connected() as flight:
         take_off(flight, 10.0)
@@ -78,7 +77,6 @@ def test_ardupilot_take_off_goto_offboard_return_and_land() -> None:
         assert math.hypot(*flight.north_east_up()[:2]) < 1.5
 
 
-@pytest.mark.timeout(120)
 def test_ardupilot_mission_upload_progress_pause_and_clear() -> None:
     with connected() as flight:
         mission = flight.items(
@@ -112,7 +110,6 @@ def test_ardupilot_mission_upload_progress_pause_and_clear() -> None:
         assert len(flight.mission.download_mission()) == 1, "home stays"
 
 
-@pytest.mark.timeout(120)
 def test_ardupilot_parameters_and_geofence() -> None:
     with connected() as flight:
         everything = flight.param.get_all_params()
@@ -151,7 +148,6 @@ def start_uploaded_mission(flight: Station) -> None:
     wait(flies, "mission mode")
 
 
-@pytest.mark.timeout(120)
 def test_px4_take_off_goto_offboard_mission_fence_parameters_and_land() -> None:
     with connected("--autopilot", "px4") as flight:
         assert flight.param.get_param_float("MPC_XY_CRUISE") == 5.0

@@ -40,7 +40,6 @@ def corner(flight: Station, north_m: float, east_m: float, action: int) -> Any:
     )  # fmt: skip
 
 
-@pytest.mark.timeout(120)
 @pytest.mark.parametrize("ends_by", ["return", "land"])
 def test_a_square_with_camera_and_gimbal_is_flown_and_ends(ends_by: str) -> None:
     with connected("--autopilot", "px4") as flight:
@@ -66,7 +65,6 @@ def test_a_square_with_camera_and_gimbal_is_flown_and_ends(ends_by: str) -> None
         assert math.hypot(*flight.north_east_up()[:2]) < 2.0
 
 
-@pytest.mark.timeout(120)
 def test_an_orbit_is_flown_until_hold() -> None:
     with connected("--autopilot", "px4") as flight:
         flying(flight, 10.0)
@@ -88,7 +86,6 @@ def test_an_orbit_is_flown_until_hold() -> None:
         wait(lambda: flight.telemetry.flight_mode() == FlightMode.HOLD, "hold")
 
 
-@pytest.mark.timeout(120)
 def test_a_target_is_followed() -> None:
     with connected("--autopilot", "px4") as flight:
         flying(flight, 10.0)
@@ -119,7 +116,6 @@ def download(flight: Station, remote: str, folder: Path, burst: bool) -> None:
     transferred(lambda done: flight.ftp.download_async(remote, str(folder), burst, done))
 
 
-@pytest.mark.timeout(120)
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_files_are_put_and_got_and_changed(autopilot: str, tmp_path: Path) -> None:
     sent = tmp_path / "sent.bin"

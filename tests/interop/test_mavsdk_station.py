@@ -21,7 +21,7 @@ pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
 
 from tests.support.stations.mavsdk_station import Station, listening, wait
 
-pytestmark = [pytest.mark.xdist_group("mavsdk_station"), pytest.mark.timeout(120)]
+pytestmark = pytest.mark.xdist_group("mavsdk_station")
 STATION = "Ground station 245/190"
 
 

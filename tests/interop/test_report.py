@@ -105,7 +105,6 @@ class Elements(HTMLParser):
 
 
 @in_a_browser
-@pytest.mark.timeout(90)
 def test_the_page_draws_its_plots_without_a_network_and_without_an_error(
     page: Path, tmp_path: Path
 ) -> None:
@@ -141,7 +140,6 @@ FRAME = """<!doctype html><title>no answer</title><iframe src="%s" width="%d" he
 
 
 @in_a_browser
-@pytest.mark.timeout(90)
 @pytest.mark.parametrize("width", [1280, 768, 420])
 def test_nothing_is_cut_off_at_any_width(page: Path, tmp_path: Path, width: int) -> None:
     # A window of Chromium is never narrower than 500 pixels, a frame in it is.
@@ -162,7 +160,6 @@ def test_a_page_is_smaller_than_two_megabytes(page: Path) -> None:
 
 
 @in_a_browser
-@pytest.mark.timeout(90)
 def test_two_flights_are_laid_over_each_other(tmp_path: Path) -> None:
     out = tmp_path / "both.html"
     assert main(["--compare", str(COPTER), str(ROVER), "--out", str(out)]) == 0

@@ -63,7 +63,6 @@ def truth_en_m(flight: SimulatedFlight) -> tuple[float, float]:
 # The cases that were found on the real firmwares
 
 
-@pytest.mark.timeout(180)
 @pytest.mark.parametrize(
     ("autopilot", "latitude_deg", "target"),
     [
@@ -84,7 +83,6 @@ def test_a_vehicle_that_stands_at_its_target_has_arrived(
     assert math.dist(end.pose.position_enu_m[:2], truth_en_m(flight)) < 0.3
 
 
-@pytest.mark.timeout(180)
 @pytest.mark.parametrize(
     ("autopilot", "latitude_deg", "east_m", "north_m"),
     [("ardupilot", 1.3, 0.0, 300.0), ("ardupilot", 47.4, 300.0, 0.0), ("px4", 47.4, 300.0, 0.0)],
@@ -149,7 +147,6 @@ def check_agreement(
         assert math.dist(by_goal, by_vehicle) < 0.1, name
 
 
-@pytest.mark.timeout(180)
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 @pytest.mark.parametrize(
     ("latitude_deg", "bearing_rad", "distance_m"),
@@ -167,7 +164,6 @@ def test_goals_agree_with_a_reposition(
     check_agreement(autopilot, latitude_deg, bearing_rad, distance_m)
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 @given(
     latitude_deg=st.floats(-85.0, 85.0),
@@ -228,7 +224,6 @@ def test_a_fence_stands_where_the_vehicle_has_it(autopilot: str) -> None:
     assert outside.code is OutcomeCode.OUTSIDE_FENCE
 
 
-@pytest.mark.timeout(180)
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 def test_a_geodetic_waypoint_is_flown_through(autopilot: str) -> None:
     flight = standing_at(autopilot, 47.4, arrival_radius_m=0.1).ready()

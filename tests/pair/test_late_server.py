@@ -44,7 +44,6 @@ def in_the_air(firmware: str, seed: int = 1) -> SimulatedFlight:
     return flight
 
 
-@pytest.mark.timeout(240)
 @pytest.mark.parametrize("firmware", FIRMWARES)
 @pytest.mark.parametrize("stopped_m", [4.0, 8.0, 12.0, 16.0, 22.0])
 def test_a_server_that_dies_among_obstacles_leaves_a_vehicle_that_hits_none(
@@ -59,7 +58,6 @@ def test_a_server_that_dies_among_obstacles_leaves_a_vehicle_that_hits_none(
     assert flight.ground_truth.nearest.distance_m > RADIUS_M, flight.ground_truth.nearest
 
 
-@pytest.mark.timeout(240)
 @pytest.mark.parametrize("firmware", FIRMWARES)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_server_that_is_stopped_and_continued_again_and_again_hits_nothing(
@@ -82,7 +80,6 @@ def test_a_server_that_is_stopped_and_continued_again_and_again_hits_nothing(
     assert stalls >= 5 or end.code.value != "SUCCESS"
 
 
-@pytest.mark.timeout(400)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_beside_what_moves_a_server_that_is_stopped_again_and_again_hits_nothing(seed: int) -> None:
     """The world of the demo, whose excavator and lift move all the time."""

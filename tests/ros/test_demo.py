@@ -38,7 +38,6 @@ def true_clearance_m(log: Path, world: Path) -> float:
     return nearest_m
 
 
-@pytest.mark.timeout(230)
 @pytest.mark.parametrize(
     ("vehicle", "goal_enu_m"),
     [

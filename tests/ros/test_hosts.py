@@ -15,7 +15,7 @@ from drone_navigation.processes import Process, ros_environment
 from tests.support.links.hosts import Host, Network, NoNamespacesError, networked
 
 # What is cut off must stay so for longer than DDS remembers it: 20 s.
-pytestmark = [pytest.mark.xdist_group("ros_hosts"), pytest.mark.timeout(180)]
+pytestmark = pytest.mark.xdist_group("ros_hosts")
 
 # Nobody else is in these hosts' network.
 DOMAIN = 1

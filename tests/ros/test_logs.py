@@ -17,7 +17,7 @@ from custom_interfaces.srv import ListLogs
 from drone_navigation.processes import Process
 from tests.support.ros.ros_flight import Flight
 
-pytestmark = [pytest.mark.xdist_group("ros_logs"), pytest.mark.timeout(400)]
+pytestmark = pytest.mark.xdist_group("ros_logs")
 CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
 ANSWER_S = 30.0
 

@@ -10,7 +10,7 @@ from drone_navigation.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
 # Each waits for a take-off and then for a silence, which busy machines draw out.
-pytestmark = [pytest.mark.xdist_group("ros_client"), pytest.mark.timeout(150)]
+pytestmark = pytest.mark.xdist_group("ros_client")
 
 
 def fly(flight: Flight, *options: str) -> Process:

@@ -26,7 +26,7 @@ from nav2_msgs import action, srv
 
 from tests.support.ros.nav2_client import ABORTED, CANCELED, Nav2Client, pose
 
-pytestmark = [pytest.mark.xdist_group("ros_nav2"), pytest.mark.timeout(200)]
+pytestmark = pytest.mark.xdist_group("ros_nav2")
 
 ACTIVE = 3
 LEAST_M = 3.0

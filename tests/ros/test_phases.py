@@ -8,7 +8,7 @@ from action_msgs.msg import GoalStatus
 from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
 
 # Landing by the pilot can come before what a test is about.
-pytestmark = [pytest.mark.xdist_group("ros_phases"), pytest.mark.timeout(150)]
+pytestmark = pytest.mark.xdist_group("ros_phases")
 _ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 
 

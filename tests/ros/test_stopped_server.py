@@ -11,7 +11,6 @@ from tests.support.ros.stopped_demo import fly
 MOVING = ("excavator", "lift")
 
 
-@pytest.mark.timeout(320)
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_demo_whose_server_is_stopped_again_and_again_hits_nothing(
     tmp_path: Path, autopilot: str

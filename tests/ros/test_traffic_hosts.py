@@ -10,7 +10,7 @@ import pytest
 from drone_navigation.processes import Process, ros_environment
 from tests.support.links.hosts import Host, Network, NoNamespacesError, networked
 
-pytestmark = [pytest.mark.xdist_group("ros_hosts"), pytest.mark.timeout(300)]
+pytestmark = pytest.mark.xdist_group("ros_hosts")
 DOMAIN = 1
 READY_S, FLIGHT_S = 60.0, 120.0
 TRIES = 3

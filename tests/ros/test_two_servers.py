@@ -11,7 +11,7 @@ import pytest
 from drone_navigation.processes import Process, free_udp_port
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
-pytestmark = [pytest.mark.xdist_group("ros_client"), pytest.mark.timeout(150)]
+pytestmark = pytest.mark.xdist_group("ros_client")
 
 WHY = "Another server offers /navigate_to_waypoint in this ROS domain"
 # A program of somebody else that offers the same action, as on the course page.

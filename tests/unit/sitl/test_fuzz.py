@@ -57,7 +57,6 @@ def datagrams(seed: int, count: int) -> Iterator[bytes]:
         yield b"".join(batch[1:])
 
 
-@pytest.mark.timeout(300)
 @pytest.mark.parametrize(("vehicle", "autopilot"), PERSONALITIES)
 def test_a_million_hostile_frames_do_no_harm(vehicle: str, autopilot: str) -> None:
     """All kinds and firmwares take their share, at some 10,000 frames a simulated second."""
