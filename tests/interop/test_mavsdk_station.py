@@ -19,7 +19,7 @@ from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
 
 pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
 
-from tests.support.stations.mavsdk_station import Station, listening, wait
+from tests.support.stations.mavsdk_station import WAIT_S, Station, listening, wait, within
 
 pytestmark = pytest.mark.xdist_group("mavsdk_station")
 STATION = "Ground station 245/190"
@@ -97,7 +97,7 @@ def px4(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Watched]:
 def test_a_station_reads_parameters_and_positions_while_a_goal_flies(ardupilot: Watched) -> None:
     record = ardupilot.fly(8.0, 0.0, 4.0)
     assert ardupilot.station.param.get_param_float("WPNAV_SPEED") == 1000.0
-    everything = ardupilot.station.param.get_all_params()
+    everything = within(3.0 * WAIT_S, ardupilot.station.param.get_all_params)
     names = {each.name for each in (*everything.float_params, *everything.int_params)}
     assert {"WPNAV_SPEED", "RTL_ALT", "MAV_GCS_SYSID"} <= names
     result = ardupilot.flight.wait_for_result(record)
