@@ -283,3 +283,16 @@ def test_a_short_gps_outage_changes_nothing() -> None:
     assert station.vehicle.copter.mode.spec.number == GUIDED
     north, east, _ = station.position
     assert math.hypot(north, east) < 1.0
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_after_a_long_outage_the_position_is_the_receivers_at_once(seed: int) -> None:
+    """As "is using GPS" says: the estimate that had gone astray is reset."""
+    station = copter(seed=seed).ready()
+    station.interval(32, 4.0)
+    station.vehicle.lose_gps()
+    station.run(60.0)
+    station.vehicle.restore_gps()
+    station.run(3.0)
+    told, true = station.last("LOCAL_POSITION_NED"), station.position
+    assert math.hypot(told.x - true[0], told.y - true[1]) < 1.5
