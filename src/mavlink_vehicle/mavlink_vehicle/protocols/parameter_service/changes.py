@@ -20,9 +20,10 @@ from mavlink_vehicle.protocols.parameter_service.one_parameter import OneParamet
 
 # What ArduPilot and PX4 count by themselves: boots, times, and items of their lists. A file saved
 # earlier would take hours of flight back, or bring those of another vehicle.
-_COUNTED_BY_AUTOPILOT = frozenset(
-    ("STAT_BOOTCNT", "STAT_FLTTIME", "STAT_RUNTIME", "MIS_TOTAL", "FENCE_TOTAL", "RALLY_TOTAL")
-) | frozenset(("COM_FLIGHT_UUID", "LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO"))
+_COUNTED_BY_AUTOPILOT = (
+    "STAT_BOOTCNT", "STAT_FLTTIME", "STAT_RUNTIME", "MIS_TOTAL", "FENCE_TOTAL", "RALLY_TOTAL",
+    "COM_FLIGHT_UUID", "LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO",
+)  # fmt: skip
 
 _DONE = (ParameterChange.READ, ParameterChange.CHANGED, ParameterChange.UNCHANGED)
 
@@ -31,8 +32,8 @@ class ParameterChanges(Outbox):
     """Parameters that are to have values; ends in one `ParametersFinished`.
 
     With a reading of all before, only what differs is asked for, and what the autopilot counts by
-    itself stays. Names that are unknown are tried
-    again at the end, as some exist only once others are set (ArduPilot's _ENABLE and _TYPE).
+    itself stays. Names that are unknown are tried again at the end, as some exist only once others
+    are set (ArduPilot's _ENABLE and _TYPE).
     """
 
     def __init__(
