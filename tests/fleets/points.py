@@ -15,11 +15,11 @@ from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Fly, Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.leading.traffic_pace import BRAKE_SHARE
 from navigation_core.tasks.task import Task
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.picture import TrafficPicture
 from navigation_core.traffic.right_of_way import Claimant, Rank
-from navigation_core.traffic.run_out import BRAKE_SHARE
 from navigation_core.traffic.view import Footing, TrafficView
 from navigation_core.traffic.volumes import Separation, densified
 from tests.support.models.point_mass import PointMass

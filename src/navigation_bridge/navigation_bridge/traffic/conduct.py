@@ -28,12 +28,13 @@ from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_bridge.vehicle.traits import drives, limits_of, traits_of
 from navigation_core.geometry import Vector3, norm
 from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.searches import Searcher
 from navigation_core.tasks.intents import Fly, Perform
+from navigation_core.tasks.leading.traffic_pace import BRAKE_SHARE, REACTION_S
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
-from navigation_core.traffic.run_out import BRAKE_SHARE, run_out_m
 from navigation_core.traffic.view import Footing, TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Volume, joined
 
@@ -290,7 +291,7 @@ class TrafficConduct:
         for share in _SHARES:
             velocity = np.array(setpoint.velocity_enu_m_s) * share
             speed = float(np.linalg.norm(velocity))
-            stop_m = run_out_m(speed, timeout_s, braking_m_s2)
+            stop_m = stopping_distance_m(speed, timeout_s + REACTION_S, braking_m_s2)
             start = np.array(setpoint.position_enu_m)
             line = start + np.linspace(0.0, 1.0, max(math.ceil(stop_m), 1) + 1)[:, None] * (
                 velocity * (stop_m / max(speed, 1e-9))
@@ -373,7 +374,7 @@ class TrafficConduct:
         timeout_s, braking_m_s2 = self._limits() or (0.0, 1.0)
         speed, stop_m = norm(at.velocity_enu_m_s), 0.0
         if not (parked or at.is_plane):
-            stop_m = speed * timeout_s + speed * speed / (2.0 * braking_m_s2)
+            stop_m = stopping_distance_m(speed, timeout_s, braking_m_s2)
         held = own_volumes.standing(view, at, stop_m, parked)
         if self._gate is not None:
             entry.held = entry.used = held

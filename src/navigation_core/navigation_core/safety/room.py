@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from navigation_core.geometry import Vector3
 from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
+from navigation_core.safety.stopping_distance import stopping_distance_m, stopping_speed_m_s
 from navigation_core.safety.target_checks import FlightVolume
 
 __all__ = ["Braking", "Room"]
@@ -79,18 +80,19 @@ class Room:
         """
         east, north, up = velocity_enu_m_s
         level_m_s, share = math.hypot(east, north), 1.0
+        reaction_s = braking.reaction_s
         if level_m_s > 0.0:
             place = (position_enu_m[0], position_enu_m[1])
             course = (east / level_m_s, north / level_m_s)
-            needed_m = _stopping_m(level_m_s, braking.horizontal_m_s2, braking.reaction_s)
+            needed_m = stopping_distance_m(level_m_s, reaction_s, braking.horizontal_m_s2)
             free_m = self._free_m(place, course, needed_m)
             if free_m < needed_m:
-                allowed_m_s = _speed_m_s(free_m, braking.horizontal_m_s2, braking.reaction_s)
+                allowed_m_s = stopping_speed_m_s(free_m, reaction_s, braking.horizontal_m_s2)
                 share = min(allowed_m_s / level_m_s, 1.0)
         if self.flies:
             below_m, above_m = self._heights(position_enu_m[2], ground_enu_m)
-            up = min(up, _speed_m_s(above_m, braking.vertical_m_s2, braking.reaction_s))
-            up = max(up, -_speed_m_s(below_m, braking.vertical_m_s2, braking.reaction_s))
+            up = min(up, stopping_speed_m_s(above_m, reaction_s, braking.vertical_m_s2))
+            up = max(up, -stopping_speed_m_s(below_m, reaction_s, braking.vertical_m_s2))
         return (share * east, share * north, up)
 
     def _heights(self, z_m: float, ground_m: float) -> tuple[float, float]:
@@ -149,15 +151,3 @@ def _depth_m(area: Area, point: Point2) -> float:
         return depth_m if area.inclusion else -depth_m
     kept = area.contains(point) is area.inclusion
     return area.margin_m(point) if kept else -area.margin_m(point)
-
-
-def _stopping_m(speed_m_s: float, braking_m_s2: float, reaction_s: float) -> float:
-    return speed_m_s * reaction_s + 0.5 * speed_m_s * speed_m_s / braking_m_s2
-
-
-def _speed_m_s(free_m: float, braking_m_s2: float, reaction_s: float) -> float:
-    """Return the speed from which a vehicle comes to rest in a distance; 0 without any."""
-    if free_m <= 0.0:
-        return 0.0
-    lag = braking_m_s2 * reaction_s
-    return math.sqrt(lag * lag + 2.0 * braking_m_s2 * free_m) - lag

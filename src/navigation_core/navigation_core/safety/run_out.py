@@ -18,6 +18,7 @@ from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.conflicts import lines_clear
 from navigation_core.safety.braking import STANDING_M_S, deceleration_along_m_s2, leads_away
+from navigation_core.safety.stopping_distance import stopping_speed_m_s
 
 __all__ = ["run_out_is_clear", "safe_speed_beside_m_s", "safe_speed_m_s"]
 
@@ -94,7 +95,7 @@ def safe_speed_m_s(
     path = run_out.places(np.array([run_out.rest_s]))[0] - place
     length_m = float(np.linalg.norm(path))
     known_m = max(reach_m - clearance_m, 0.0)
-    limit_m_s = _speed_for(known_m, braking, timeout_s) if length_m > known_m else math.inf
+    limit_m_s = stopping_speed_m_s(known_m, timeout_s, braking) if length_m > known_m else math.inf
     if not len(obstacles):
         return limit_m_s
     ends = place + path * _SHARES[:, None]
@@ -105,7 +106,7 @@ def safe_speed_m_s(
         return limit_m_s
     blocked = int(np.argmin(clear))
     free_m = 0.0 if blocked == 0 else length_m * float(_SHARES[blocked - 1])
-    return min(_speed_for(free_m, braking, timeout_s), limit_m_s)
+    return min(stopping_speed_m_s(free_m, timeout_s, braking), limit_m_s)
 
 
 def safe_speed_beside_m_s(
@@ -189,12 +190,6 @@ def run_out_is_clear(
     return bool(lines_clear(places[:-1], places[1:], obstacles, clearance_m).all()) and all(
         _passes(places[:, :2], times, one, clearance_m) for one in near
     )
-
-
-def _speed_for(free_m: float, braking_m_s2: float, timeout_s: float) -> float:
-    """Solve v * timeout + v^2 / (2 * braking) = free."""
-    lag = braking_m_s2 * timeout_s
-    return math.sqrt(lag * lag + 2.0 * braking_m_s2 * free_m) - lag
 
 
 def _is_clear(start: Array, end: Array, obstacles: Obstacles, clearance_m: float) -> bool:

@@ -30,6 +30,7 @@ from navigation_core.geometry import (
     wrap_angle,
 )
 from navigation_core.limits import Limits
+from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.turning_circle import Pursuer, TurningCircle
@@ -189,8 +190,7 @@ class Pursuit:
         return self._stands
 
     def _stopping_m(self, pursuer: Pursuer) -> float:
-        speed_m_s = pursuer.speed_m_s
-        return 0.2 * speed_m_s + speed_m_s * speed_m_s / (2.0 * self._traits.braking_m_s2)
+        return stopping_distance_m(pursuer.speed_m_s, 0.2, self._traits.braking_m_s2)
 
     # --- how fast ------------------------------------------------------------------------
 

@@ -26,6 +26,7 @@ from navigation_core.geometry import (
 )
 from navigation_core.limits import Limits
 from navigation_core.planning.conflicts import MotionSamples, first_conflict
+from navigation_core.safety.stopping_distance import stopping_distance_m, stopping_speed_m_s
 from navigation_core.searches import Search
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
@@ -40,13 +41,18 @@ from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.detours import Detour, DetourSearch
 from navigation_core.traffic.picture import Ask
 from navigation_core.traffic.right_of_way import TrafficWait
-from navigation_core.traffic.run_out import BRAKE_SHARE, REACTION_S, run_out_m
 from navigation_core.traffic.view import TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Array, Volume, densified, joined
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import Trajectory, TrajectoryError
 
-__all__ = ["TrafficPace"]
+__all__ = ["BRAKE_SHARE", "REACTION_S", "TrafficPace"]
+
+BRAKE_SHARE = 0.6
+"""Share of the acceleration that a stop at the end of what is reserved counts on"""
+
+REACTION_S = 0.3
+"""Time until that stop begins"""
 
 # What flies follows positions alone so fast, without the velocity that it would run out with.
 _BY_POSITION_M_S = 1.0
@@ -299,7 +305,8 @@ class TrafficPace:
         )
 
     def _run_out_m(self, speed_m_s: float) -> float:
-        return run_out_m(speed_m_s, self._traits.setpoint_timeout_s, self._braking_m_s2)
+        delay_s = self._traits.setpoint_timeout_s + REACTION_S
+        return stopping_distance_m(speed_m_s, delay_s, self._braking_m_s2)
 
     def _braking(self) -> float:
         """Return how hard a stop brakes that is counted on, m/s^2."""
@@ -363,17 +370,12 @@ class TrafficPace:
 
     def _speed_for(self, room_m: float, runs_out: bool) -> float:
         """Return how fast the setpoint may be to stop, or to run out, within so much room."""
-        if math.isinf(room_m):
-            return math.inf
-        braking = self._braking_m_s2
         delay_s = self._traits.setpoint_timeout_s if runs_out else REACTION_S
-        gone_m_s = braking * delay_s
-        return math.sqrt(gone_m_s * gone_m_s + 2.0 * braking * room_m) - gone_m_s
+        return stopping_speed_m_s(room_m, delay_s, self._braking_m_s2)
 
     def _stopping_speed_m_s(self, room_m: float) -> float:
         """Return from which speed the hardest brake would do."""
-        harder = self._braking_m_s2 / BRAKE_SHARE
-        return math.sqrt(2.0 * harder * room_m) if math.isfinite(room_m) else math.inf
+        return stopping_speed_m_s(room_m, 0.0, self._braking_m_s2 / BRAKE_SHARE)
 
     def _share(self, carrot: Carrot) -> float:
         speed_m_s = norm(carrot.nominal.velocity_enu_m_s)
@@ -490,7 +492,7 @@ class TrafficPace:
         """Whether its beginning, up to where the vehicle could stop, can be reserved."""
         course = _Course.of(path.trajectory, view)
         speed = norm(path.trajectory.start.velocity_enu_m_s)
-        needed_m = speed * speed / (2.0 * self._braking_m_s2) + 0.5
+        needed_m = stopping_distance_m(speed, 0.0, self._braking_m_s2) + 0.5
         count = max(int(np.searchsorted(course.lengths_m, needed_m)) + 1, 2)
         begin = course.volume.part(0, count)
         return view.picture.blocked_by(view.name, begin) is None
