@@ -9,6 +9,8 @@ from __future__ import annotations
 FILES = frozenset(
     {
         "fleets/test_many_fleets.py",
+        "interop/test_mavkit.py",
+        "interop/test_mavpilot.py",
         "interop/test_mavproxy.py",
         "interop/test_mavsdk.py",
         "interop/test_mavsdk_px4.py",
