@@ -1,4 +1,9 @@
-"""MAVProxy, unmodified from PyPI and headless, flies the simulator over UDP."""
+"""MAVProxy, unmodified from PyPI and headless, flies the simulator over UDP.
+
+In real time: when it is late, its socket overflows, and it does not repeat a command whose
+acknowledgement or a request whose answer was lost. At eight times real time and with six of these
+tests at once, eleven of twelve failed so.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +22,7 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl.links.tlog import read_records
 from tests.support.links.sitl_process import environment, simulator
 
-WAIT_S = 80.0
+WAIT_S = 120.0
 MISSION = """QGC WPL 110
 0 1 0 16 0 0 0 0 -35.3632610 149.1652300 584.0 1
 1 0 3 22 0 0 0 0 0 0 10.0 1
@@ -97,7 +102,7 @@ def mavproxy(port: int, directory: Path) -> Iterator[MavProxy]:
 def test_mode_arm_takeoff_mission_guided_and_rtl(tmp_path: Path) -> None:
     mission = tmp_path / "mission.txt"
     mission.write_text(MISSION)
-    with simulator("--speedup", "8") as port, mavproxy(port, tmp_path) as console:
+    with simulator() as port, mavproxy(port, tmp_path) as console:
         # It starts slowly on a busy machine, and misses what the vehicle said before.
         console.hear("Received ")
         console.say("mode guided")
@@ -134,7 +139,7 @@ def sent_types(log: Path) -> Counter[str]:
 
 
 def test_parameters_come_at_once_and_logs_and_files_are_listed(tmp_path: Path) -> None:
-    with simulator("--speedup", "4") as port, mavproxy(port, tmp_path) as console:
+    with simulator() as port, mavproxy(port, tmp_path) as console:
         console.hear("Saved ")
         console.say("log list")
         console.hear("No logs")
@@ -163,7 +168,7 @@ def test_parameters_come_at_once_and_logs_and_files_are_listed(tmp_path: Path) -
 def test_files_are_put_got_and_removed_and_parameters_come_as_one(tmp_path: Path) -> None:
     sent, received, parameters = (tmp_path / name for name in ("sent", "received", "parameters"))
     sent.write_bytes(bytes(range(256)) * 20)
-    with simulator("--speedup", "4") as port, mavproxy(port, tmp_path) as console:
+    with simulator() as port, mavproxy(port, tmp_path) as console:
         console.hear("Saved ")
         console.say(f"ftp put {sent} /new.bin")
         console.hear("Putting ")
