@@ -28,7 +28,7 @@ _GRACE_S = 60.0
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Offer to keep anew what recordings give."""
+    """Offer to update what recordings give."""
     parser.addoption(
         "--update-golden",
         action="store_true",

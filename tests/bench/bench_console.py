@@ -106,7 +106,7 @@ def measures() -> list[dict[str, Any]]:
 
 
 def measure(vehicles: int, pages: int) -> tuple[Cost, Cost, float]:
-    """Fly so many vehicles before so many pages.
+    """Fly a number of vehicles before a number of pages.
 
     Returns:
         Costs of the console and of the reference, and the least updates of a page, Hz.

@@ -80,7 +80,7 @@ def measures() -> list[dict[str, Any]]:
 
 
 def set_up(count: int, port: int) -> str:
-    """Return a parameter file for so many vehicles on one port."""
+    """Return a parameter file for a number of vehicles on one port."""
     names = [name(number) for number in range(count)]
     lines = [
         "navigation_server:",
@@ -99,7 +99,7 @@ def set_up(count: int, port: int) -> str:
 
 
 def measure(count: int) -> Cost:
-    """Fly so many vehicles and return what their server needs."""
+    """Fly a number of vehicles and return what their server needs."""
     port = free_udp_port()
     environment = ros_environment(free_domain(os.getpid() + count))
     processes: list[Process] = []

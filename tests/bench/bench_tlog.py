@@ -1,7 +1,7 @@
 """Logs from 1 MB to 1 GB: messages per second of processor time, and memory.
 
 The logs are the recordings of `tests/replay/data`, ArduPilot and PX4, one after the other and
-again and again, with times that go on. They are made in a temporary folder; one that doesn't
+again and again, with times that continue. They are made in a temporary folder; one that doesn't
 fit on the disk is left out, and says so. Each reader works in a process of its own, so that its
 memory is its own. The reference, `mavutil`, reads the log of 1 MB each time, right before:
 its time is in proportion to the length. `fasttlogparser`, in C++, reads the same log where it is

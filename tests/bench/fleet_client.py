@@ -47,7 +47,7 @@ class Flights:
         self.feedbacks_s: list[list[float]] = [[] for _ in range(count)]
 
     def send(self, number: int) -> None:
-        """Send a goal, and another one whenever it is refused or ends."""
+        """Send a goal, and another one whenever it is rejected or ends."""
         goal = Navigate.Goal()
         goal.target_pose.header.frame_id = "map"
         position = goal.target_pose.pose.position

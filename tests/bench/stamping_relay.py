@@ -35,7 +35,7 @@ class Relay:
         self.port = int(self._child.stdout.readline())
 
     def finish(self) -> dict[str, Any]:
-        """End it and return what it has noted."""
+        """End it and return what it has recorded."""
         output, _ = self._child.communicate("\n", timeout=10.0)
         stamps: dict[str, Any] = json.loads(output)
         return stamps

@@ -224,7 +224,7 @@ class Course:
         ]
 
     def take(self, entry: Entry) -> View:
-        """Go on by an entry; return the view of its vehicle."""
+        """Continue by an entry; return the view of its vehicle."""
         view = self.views[entry.craft]
         getattr(self, f"_{entry.kind}")(view, entry.value, entry.time_s)
         return view

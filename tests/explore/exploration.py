@@ -315,7 +315,7 @@ class Exploration:
         return f"{next(self._ids):032x}"
 
     def run_for(self, seconds: float) -> None:
-        """Go on for a while."""
+        """Continue for a while."""
         end_s = self.now_s + seconds - 1e-9
         while self.now_s < end_s:
             self.now_s = round(self.now_s + _TICK_S, 3)
@@ -330,7 +330,7 @@ class Exploration:
                     ship.log("truth", ship.truth())
 
     def run_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Go on until something holds; return whether it did in time."""
+        """Continue until something holds; return whether it did in time."""
         end_s = self.now_s + timeout_s
         while not condition():
             if self.now_s >= end_s:
@@ -339,7 +339,7 @@ class Exploration:
         return True
 
     def ready(self) -> bool:
-        """Go on until all servers have a position."""
+        """Continue until all servers have a position."""
         servers = [ship.server for ship in self.ships]
         return self.run_until(
             lambda: all(s is not None and s.bridge.pose is not None for s in servers), _READY_S

@@ -68,7 +68,7 @@ def is_product(name: str) -> bool:
 
 
 def plant(compile_module: Compile) -> None:
-    """Import the product anew from here on; for processes that end afterwards."""
+    """Import the product again from here on; for processes that end afterwards."""
     for name in [name for name in sys.modules if is_product(name) or _depends(name)]:
         del sys.modules[name]
     sys.meta_path.insert(0, Planter(compile_module))

@@ -140,7 +140,7 @@ class FlownFleet:
             bridge.start(0.0)
 
     def tick(self) -> None:
-        """Go on by one tick."""
+        """Continue by one tick."""
         self.now += TICK_S
         self.simulation.run_for(TICK_S)
         for craft in self.crafts:
@@ -208,20 +208,20 @@ class FlownFleet:
             self.worst = f"{self.now:.1f} s, {self.crafts[a].name}, {self.crafts[b].name}"
 
     def run_for(self, seconds: float) -> None:
-        """Go on for a while."""
+        """Continue for a while."""
         end_s = self.now + seconds
         while self.now < end_s:
             self.tick()
 
     def run_until(self, condition: Callable[[], bool], timeout_s: float) -> None:
-        """Go on until it holds; fail after ``timeout_s`` of simulated time."""
+        """Continue until it holds; fail after ``timeout_s`` of simulated time."""
         end_s = self.now + timeout_s
         while not condition():
             assert self.now < end_s, f"not in {timeout_s:g} s: {self.report()}"
             self.tick()
 
     def ready(self) -> FlownFleet:
-        """Go on until all can take goals."""
+        """Continue until all can take goals."""
         self.run_until(lambda: all(c.bridge.pose is not None for c in self.crafts), 60.0)
         self.run_for(1.0)
         return self
@@ -250,7 +250,7 @@ class FlownFleet:
         return sent
 
     def run_to_end(self, timeout_s: float = 300.0) -> None:
-        """Go on until no goal is active."""
+        """Continue until no goal is active."""
         self.run_until(
             lambda: all(c.bridge.is_idle or c.server in self.dead for c in self.crafts), timeout_s
         )

@@ -31,7 +31,7 @@ ENDLESS = {
     "highres_imu", "mavlink_direct_receive", "telemetry", "telemetry_flight_mode",
     "telemetry_is_armed_is_in_air", "telemetry_status_text",
 }  # fmt: skip
-"""These go on until somebody stops them"""
+"""These continue until somebody stops them"""
 NOT_RUN = {
     "camera": "needs a camera",
     "camera_params": "needs a camera and a keyboard",

@@ -107,7 +107,7 @@ def test_a_station_reads_parameters_and_positions_while_a_goal_flies(ardupilot: 
 
 @pytest.mark.parametrize("by_mission", [False, True], ids=["setpoints", "mission"])
 def test_clearing_the_mission_cancels_a_goal(ardupilot: Watched, by_mission: bool) -> None:
-    """An ArduPilot in AUTO refuses it, and is stopped by the server."""
+    """An ArduPilot in AUTO rejects it, and is stopped by the server."""
     if by_mission:
         record = ardupilot.fly_mission((60.0, 10.0, 4.0), (60.0, 20.0, 4.0))
     else:
@@ -140,7 +140,7 @@ def test_a_pause_of_a_mission_cancels_the_goal(ardupilot: Watched) -> None:
 
 
 def test_a_paused_copter_flies_the_next_goal(ardupilot: Watched) -> None:
-    """In GUIDED an ArduCopter ignores setpoints until it is told to go on, or leaves the mode."""
+    """In GUIDED an ArduCopter ignores setpoints until it is resumed or leaves the mode."""
     assert ardupilot.flight.wait_for_result(ardupilot.fly(0.0, 0.0, 4.0)).success
     record = ardupilot.fly(60.0, 0.0, 4.0)
     pause = {f"param{number}": 0 for number in range(1, 8)}

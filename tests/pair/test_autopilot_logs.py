@@ -34,7 +34,7 @@ def flown(
     flights: int = 1,
     means: LogMeans = LogMeans.AUTO,
 ) -> VehiclePair:
-    """A vehicle that was armed and disarmed so many times, on a link with these faults.
+    """A vehicle that was armed and disarmed a number of times, on a link with these faults.
 
     Its logs are made longer than one request asks for.
     """

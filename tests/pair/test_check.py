@@ -56,7 +56,7 @@ class Look:
         self.checker.start(self.now)
 
     def run_for(self, seconds: float) -> Look:
-        """Go on for a while."""
+        """Continue for a while."""
         end_s = self.now + seconds
         while self.now < end_s:
             self._tick()
@@ -357,7 +357,7 @@ def test_a_low_battery_is_warned_of() -> None:
 
 
 @pytest.mark.parametrize(("word", "number"), [("auto", 18), ("onboard", 18), ("gcs", 6)])
-def test_it_is_no_ground_station_whose_end_would_be_a_loss_unless_told(
+def test_by_default_it_is_no_ground_station_whose_end_would_be_a_loss(
     word: str, number: int
 ) -> None:
     flight = look("px4", heartbeat_type=word).run_for(3.0)

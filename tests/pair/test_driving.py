@@ -214,7 +214,7 @@ TRACTOR = Obstacle(
 
 
 def test_a_rover_that_was_stopped_before_an_obstacle_does_not_hit_it_when_it_continues() -> None:
-    """It cannot reverse, and what comes near from the side is no reason to go on ahead."""
+    """It cannot reverse, and what comes near from the side is no reason to continue ahead."""
     vehicle = VehicleConfig(
         vehicle="rover",
         ready_after_s=1.0,

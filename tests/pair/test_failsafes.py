@@ -123,7 +123,7 @@ def test_a_breach_is_over_when_the_fence_is_switched_off(kind: str) -> None:
     assert end.code is OutcomeCode.SUCCESS, end.message
 
 
-def test_a_battery_failsafe_that_only_warns_ends_the_goal_or_is_noted_as_configured() -> None:
+def test_a_battery_failsafe_that_only_warns_ends_the_goal_or_is_reported_as_configured() -> None:
     parameters = {"BATT_LOW_VOLT": 10.5, "BATT_FS_LOW_ACT": 0.0, "BATT_LOW_TIMER": 3.0}
     flight, vehicle, goal = under_way(parameters=parameters)
     vehicle.set_battery_voltage(10.0)

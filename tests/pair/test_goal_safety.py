@@ -154,7 +154,7 @@ def test_a_goal_with_insufficient_battery_is_rejected_or_warned_about() -> None:
         ("px4", "rover", {"RO_SPEED_LIM": 1.5}, 1.5),
     ],
 )
-def test_the_way_back_is_reckoned_at_the_vehicles_own_speed(
+def test_the_return_is_reckoned_at_the_vehicles_own_speed(
     autopilot: str, kind: str, parameters: dict[str, float], speed_m_s: float
 ) -> None:
     flight = ready(autopilot, parameters, kind=kind)
@@ -168,7 +168,7 @@ def test_the_way_back_is_reckoned_at_the_vehicles_own_speed(
     assert back_s == pytest.approx(400.0 / speed_m_s + height_m, abs=2.0), refused.message
 
 
-def test_the_way_back_is_reckoned_at_the_goals_speed_while_the_vehicles_is_not_known() -> None:
+def test_the_return_is_reckoned_at_the_goals_speed_while_the_vehicles_is_not_known() -> None:
     flight = ready(
         "ardupilot", {"RTL_SPEED": 0.0, "WP_SPEED": 0.0, "CRUISE_SPEED": 0.0}, kind="rover"
     )
@@ -187,7 +187,7 @@ def test_the_battery_of_px4s_own_simulation_does_not_ground_it() -> None:
     assert flight.run_to_end(flight.send(10.0, 0.0, 4.0)).code is OutcomeCode.SUCCESS
 
 
-def test_a_battery_that_runs_low_under_way_ends_the_goal_but_not_the_way_back() -> None:
+def test_a_battery_that_runs_low_under_way_ends_the_goal_but_not_the_return() -> None:
     flight = ready()
     goal = flight.send(200.0, 0.0, 5.0)
     flight.run_until(lambda: flight.truth()[0][0] > 40.0)

@@ -90,7 +90,7 @@ def test_a_goal_flies_around_what_only_the_sensor_knows() -> None:
 
 
 def past_tree(flight: SimulatedFlight, goal: str) -> tuple[GoalFinished, float]:
-    """Go on to a goal's end; return it, and how near to the tree the vehicle came."""
+    """Continue to a goal's end; return it, and how near to the tree the vehicle came."""
     nearest_m = math.inf
     while not flight.ends(goal):
         flight.run_for(0.1)
@@ -161,7 +161,7 @@ def test_a_route_that_hits_obstacles_says_so_in_one_sentence(tmp_path: Path) -> 
     assert end.message.count("hit known ones") == 1
 
 
-def test_a_way_above_a_known_obstacle_hits_nothing(tmp_path: Path) -> None:
+def test_a_path_above_a_known_obstacle_hits_nothing(tmp_path: Path) -> None:
     flight = knowing(tmp_path, "{kind: cylinder, at_m: [10, 0], radius_m: 1, height_m: 2}")
     flight.fly_up()
     end = flight.run_to_end(flight.send(20.0, 0.0, 3.0))
@@ -220,7 +220,7 @@ def test_a_rover_drives_around_what_is_known_however_high_its_gps_puts_it(tmp_pa
     assert nearest_m > 0.5
 
 
-def test_a_way_that_is_found_stays_inside_of_the_fence() -> None:
+def test_a_path_that_is_found_stays_inside_of_the_fence() -> None:
     flight = SimulatedFlight(simulated=kind_of("copter"))
     vehicle = flight.simulation.vehicles[0]
     vehicle.parameters.set("FENCE_ENABLE", 1.0)

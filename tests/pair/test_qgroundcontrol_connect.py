@@ -1,7 +1,7 @@
 """QGroundControl's way to "fully ready", played against the simulator without sockets.
 
 The steps are those of its initial connect state machine, in its order, with its patience: a
-request is repeated after a time-out and given up after two repeats. A refusal is an answer;
+request is repeated after a time-out and given up after two repeats. A rejection is an answer;
 silence, and an acceptance without the message, are not.
 """
 
@@ -60,7 +60,7 @@ class QGroundControl(GroundStation):
         pytest.fail(f"no answer: {what}")
 
     def request_message(self, message_id: int, name: str, param2: float = 0.0) -> list[Message]:
-        """REQUEST_MESSAGE: what came, or nothing when it was refused."""
+        """REQUEST_MESSAGE: what came, or nothing when it was rejected."""
         begin = len(self.log)
 
         def found(kind: str) -> list[Message]:
@@ -148,7 +148,7 @@ class QGroundControl(GroundStation):
             self.plan(mission_type)
 
     def all_modes(self) -> None:
-        """AVAILABLE_MODES with param2 = 0: all of them, or a refusal."""
+        """AVAILABLE_MODES with param2 = 0: all of them, or a rejection."""
         modes = self.request_message(435, "AVAILABLE_MODES")
         if not modes:
             return

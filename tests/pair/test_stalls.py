@@ -1,7 +1,7 @@
 """The machine hangs while the vehicle flies on: nothing that commands leaves on old knowledge.
 
-In simulated time: the vehicle goes on, and what it sends waits in the buffers of the machine. When
-the server runs again, it reads a few of those messages at a time, as its driver does.
+In simulated time: the vehicle continues, and what it sends waits in the buffers of the machine.
+When the server runs again, it reads a few of those messages at a time, as its driver does.
 """
 
 from __future__ import annotations

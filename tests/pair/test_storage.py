@@ -55,7 +55,7 @@ def pair_of(
 
 
 def ended(pair: VehiclePair, timeout_s: float = 100.0) -> StoredListFinished:
-    """Go on until a transfer of a list has ended."""
+    """Continue until a transfer of a list has ended."""
     before = len(pair.all(StoredListFinished))
     pair.run_until(lambda: len(pair.all(StoredListFinished)) > before, timeout_s)
     return pair.all(StoredListFinished)[-1]

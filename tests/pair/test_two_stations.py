@@ -101,7 +101,7 @@ class Network:
             self.tick()
 
     def finish(self, board: int, ground: int) -> tuple[OperationFinished, OperationFinished]:
-        """Go on until both operations have ended."""
+        """Continue until both operations have ended."""
         self.run_until(lambda: self.board.end(board) and self.ground.end(ground))
         ends = self.board.end(board), self.ground.end(ground)
         assert ends[0] is not None

@@ -90,7 +90,7 @@ TIMESYNCS = st.builds(
 )
 BEATS = st.builds(lambda pause_s: Said("HEARTBEAT", (), None, pause_s), PAUSES)
 REPETITIONS = st.integers(1, 12)
-"""A packet comes again, late: the one so many before."""
+"""A packet comes again, late: the one that many before."""
 STEPS = st.lists(
     st.one_of(ANSWERS, ANSWERS, TIMESYNCS, BEATS, REPETITIONS, st.sampled_from(sorted(START)))
 )
@@ -141,7 +141,7 @@ class Story:
         self.collect()
 
     def step(self, step: Said | str | int, alone: bool) -> None:
-        """Go on; `alone`: what is for others is not heard."""
+        """Continue; `alone`: what is for others is not heard."""
         if isinstance(step, str):
             self.start(step)
             return

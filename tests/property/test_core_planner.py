@@ -93,7 +93,7 @@ def test_no_path_is_said_only_where_there_is_none(seed: int, count: int, kind: s
 
 @settings(max_examples=25, deadline=None)
 @given(seeds, counts, kinds, st.floats(2.0, 12.0))
-def test_ways_over_low_obstacles_are_clear_and_no_longer_than_around(
+def test_paths_over_low_obstacles_are_clear_and_no_longer_than_around(
     seed: int, count: int, kind: str, top_m: float
 ) -> None:
     world = random_world(seed, count, kind, top_m=top_m)
@@ -107,7 +107,7 @@ def test_ways_over_low_obstacles_are_clear_and_no_longer_than_around(
 
 @settings(max_examples=15, deadline=None)
 @given(seeds, st.integers(1, 30), kinds, st.floats(0.5, 6.0), st.floats(-3.1, 3.1))
-def test_ways_of_what_turns_slowly_are_clear(
+def test_paths_of_what_turns_slowly_are_clear(
     seed: int, count: int, kind: str, radius_m: float, heading_rad: float
 ) -> None:
     world = random_world(seed, count, kind)

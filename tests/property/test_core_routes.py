@@ -71,7 +71,7 @@ def test_a_wider_corner_is_taken_faster() -> None:
     assert wide.trajectory.duration_s < narrow.trajectory.duration_s
 
 
-def test_a_point_without_a_corner_and_a_way_back_are_stops() -> None:
+def test_a_point_without_a_corner_and_a_reversal_are_stops() -> None:
     start = KinematicState((0.0, 0.0, 5.0))
     stop = plan_route(start, points((30.0, 0.0, 5.0), (60.0, 0.0, 5.0), corner_m=0.0))
     back = plan_route(start, points((30.0, 0.0, 5.0), (0.0, 0.0, 5.0)))

@@ -205,7 +205,7 @@ def _drive(
 
 
 def _timed(asking: Asking, start_s: float) -> list[tuple[float, Message]]:
-    """Go on for a minute on a dead link."""
+    """Continue for a minute on a dead link."""
     now, sent = start_s, []
     while now < start_s + 60.0:
         asking.handle_timer(now)

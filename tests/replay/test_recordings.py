@@ -83,7 +83,7 @@ CLOSE = [
 @pytest.mark.parametrize(
     ("name", "from_s", "to_s", "limit_m"), [pytest.param(*row, marks=of(row[0])) for row in CLOSE]
 )
-def test_the_way_is_close_to_the_recorded_one_all_the_time(
+def test_the_path_is_close_to_the_recorded_one_all_the_time(
     name: str, from_s: float, to_s: float, limit_m: float
 ) -> None:
     assert rms_distance_m(flight(name), from_s, to_s) < limit_m

@@ -93,7 +93,7 @@ class Heard:
 
 
 class Playing:
-    """A driver that plays the recording, paused unless told."""
+    """A driver that plays the recording, paused by default."""
 
     def __init__(self, speed: float = 1.0) -> None:
         self.heard = Heard()

@@ -1,4 +1,4 @@
-"""The autopilot's own logs over ROS: listed, downloaded, resumed, cancelled, refused."""
+"""The autopilot's own logs over ROS: listed, downloaded, resumed, cancelled, rejected."""
 
 from __future__ import annotations
 

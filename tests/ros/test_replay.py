@@ -81,7 +81,7 @@ class Heard:
     def active_goals(self) -> list[str]:
         """Apart from the statuses: packets read at once are all recorded before what came of them.
 
-        So a goal that ends with the first of them, on a machine that hung, is noted after the last.
+        A goal that ends with the first of them, on a machine that hung, is recorded after the last.
         """
         return _changes(s.active_goal for s in self.messages["vehicle_status"])
 

@@ -78,7 +78,7 @@ def test_what_happens_to_goals_is_in_the_bag_word_for_word(flown: Flown) -> None
     assert flown.bag.topics[topic].plain == live
 
 
-def test_ways_are_in_the_bag_as_they_were_planned(flown: Flown) -> None:
+def test_paths_are_in_the_bag_as_they_were_planned(flown: Flown) -> None:
     topic = f"/{SERVER_NODE_NAME}/plan"
     live = [points(message) for message in flown.live[topic]]
     bag = [points(message) for _, message in flown.bag.topics[topic].messages]

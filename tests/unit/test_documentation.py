@@ -120,7 +120,7 @@ def test_every_command_line_that_is_shown_can_be_given(page: Path) -> None:
         try:
             PROGRAMS[name]().parse_args(arguments)
         except SystemExit:
-            pytest.fail(f"{page.name} shows what is refused: {' '.join(words)}")
+            pytest.fail(f"{page.name} shows what is rejected: {' '.join(words)}")
 
 
 def test_command_lines_are_found() -> None:

@@ -86,6 +86,25 @@ def test_texts_and_docstrings_go_by_the_glossary(folder: str) -> None:
     assert found == []
 
 
+def test_names_and_docstrings_of_tests_go_by_the_glossary() -> None:
+    found = [
+        f"{path.relative_to(ROOT)}: {match[0]}"
+        for path in SOURCES
+        if path.is_relative_to(ROOT / "tests")
+        for text in _names_and_docstrings(path)
+        for match in ruled_out().finditer(re.sub(r"\s+", " ", text))
+    ]
+    assert found == []
+
+
+def _names_and_docstrings(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            yield re.sub(r"`[^`]*`|'[^']*'", "", ast.get_docstring(node) or "")
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+            yield node.name.replace("_", " ")
+
+
 def test_no_module_docstring_begins_with_a_question_word() -> None:
     for path in SOURCES:
         first = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").split(" ")[0]

@@ -80,7 +80,7 @@ def _options() -> argparse.Namespace:
 
 
 class Program:
-    """ArduPilot's program, which a reboot starts anew: where it began, with the same parameters."""
+    """ArduPilot's program, which a reboot starts again where it began, with its parameters."""
 
     def __init__(self, options: argparse.Namespace) -> None:
         """Prepare; `run` runs it."""

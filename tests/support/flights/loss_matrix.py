@@ -248,7 +248,7 @@ def _is_under_way(flight: SimulatedFlight, action: Action) -> bool:
 
 
 def _until(flight: SimulatedFlight, condition: Callable[[], bool]) -> None:
-    """Go on until something holds, which is looked at now and then only."""
+    """Continue until something holds, which is looked at now and then only."""
     end_s = flight.now + LIMIT_S
     while not condition():
         assert flight.now < end_s, f"not within {LIMIT_S:g} s; last: {flight.outputs[-3:]}"

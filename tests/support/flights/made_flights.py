@@ -3,7 +3,7 @@
     python -m tests.support.flights.made_flights [NAME ...]
 
 writes them to `tests/replay/data/made`, the same each time. They are read as they are; make them
-anew only when what is recorded has changed, and look at what `--update-golden` then changes.
+again only when what is recorded has changed, and look at what `--update-golden` then changes.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ class SimulatedFlight:
         self.bridge.start(self.now)
 
     def tick(self) -> None:
-        """Go on by one hundredth of a second."""
+        """Continue by one hundredth of a second."""
         self.now += _TICK_S
         self.simulation.run_for(_TICK_S)
         if self.simulation.world.obstacles:
@@ -92,7 +92,7 @@ class SimulatedFlight:
         self._collect()
 
     def stall(self, seconds: float) -> None:
-        """Let the vehicle go on for a while in which the server stands still, as after SIGSTOP.
+        """Let the vehicle continue for a while in which the server stands still, as after SIGSTOP.
 
         What the vehicle sends waits in the link, and comes at once afterwards.
         """
@@ -128,13 +128,13 @@ class SimulatedFlight:
         self._collect()
 
     def run_for(self, seconds: float) -> None:
-        """Go on for a while."""
+        """Continue for a while."""
         end_s = self.now + seconds
         while self.now < end_s:
             self.tick()
 
     def run_until(self, condition: Callable[[], bool], timeout_s: float = 120.0) -> None:
-        """Go on until ``condition`` holds; fail after ``timeout_s`` of simulated time."""
+        """Continue until ``condition`` holds; fail after ``timeout_s`` of simulated time."""
         end_s = self.now + timeout_s
         while not condition():
             assert self.now < end_s, f"not in {timeout_s:g} s; last: {self.outputs[-5:]}"
@@ -147,7 +147,7 @@ class SimulatedFlight:
         self.bridge.configure(self.config.bridge)
 
     def ready(self) -> SimulatedFlight:
-        """Go on until goals can be taken."""
+        """Continue until goals can be taken."""
         self.run_until(lambda: self.bridge.pose is not None, 60.0)
         if self.kind == "plane":
             self.run_for(0.3)  # an ArduPlane has a position before its gyroscopes agree
@@ -209,11 +209,11 @@ class SimulatedFlight:
         return feedback[-1].status.value if feedback else ""
 
     def run_to_status(self, goal_id: str, status: str) -> None:
-        """Go on until a goal's feedback tells ``status``."""
+        """Continue until a goal's feedback tells ``status``."""
         self.run_until(lambda: self.status(goal_id) == status)
 
     def run_to_end(self, goal_id: str, timeout_s: float = 120.0) -> GoalFinished:
-        """Go on until a goal has ended, and 2 s further, in which nothing more may come."""
+        """Continue until a goal has ended, and 2 s further, in which nothing more may come."""
         self.run_until(lambda: bool(self.ends(goal_id)), timeout_s)
         count = len(self.feedback(goal_id))
         self.run_for(2.0)
@@ -245,7 +245,7 @@ class SimulatedFlight:
         return (east, north, -down), float((velocity**2).sum() ** 0.5)
 
     def slowest_m_s(self, seconds: float) -> float:
-        """Go on for a while; return the least true speed in it (m/s)."""
+        """Continue for a while; return the least true speed in it (m/s)."""
         end_s, slowest = self.now + seconds, self.truth()[1]
         while self.now < end_s:
             self.run_for(0.1)
@@ -254,4 +254,4 @@ class SimulatedFlight:
 
     def set_mode_as_pilot(self, mode: str) -> None:
         """Change the mode as a pilot's switch does."""
-        assert self.simulation.vehicles[0].pilot_mode_change(mode), f"the vehicle refused {mode}"
+        assert self.simulation.vehicles[0].pilot_mode_change(mode), f"the vehicle rejected {mode}"

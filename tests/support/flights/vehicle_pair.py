@@ -51,7 +51,7 @@ class VehiclePair:
         return self.clock.now()
 
     def tick(self) -> None:
-        """Go on by 10 ms."""
+        """Continue by 10 ms."""
         self.simulation.run_for(TICK_S)
         self.clock.advance_to(self.simulation.time_s)
         now = self.now
@@ -72,13 +72,13 @@ class VehiclePair:
             self.events.append((self.now, event))
 
     def run_for(self, seconds: float) -> None:
-        """Go on for a while."""
+        """Continue for a while."""
         end_s = self.now + seconds
         while self.now < end_s:
             self.tick()
 
     def run_until(self, condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
-        """Go on until it holds; fail after `timeout_s` of simulated time."""
+        """Continue until it holds; fail after `timeout_s` of simulated time."""
         end_s = self.now + timeout_s
         while not condition():
             assert self.now < end_s, f"not within {timeout_s} s; last: {self.events[-6:]}"
@@ -89,14 +89,14 @@ class VehiclePair:
         return [event for _, event in self.events if isinstance(event, kind)]
 
     def finish(self, operation_id: int, timeout_s: float = 60.0) -> OperationFinished:
-        """Go on until an operation has ended, and return how; it must end once."""
+        """Continue until an operation has ended, and return how; it must end once."""
         self.flush()
         self.run_until(lambda: bool(self._ends(operation_id)), timeout_s)
         (end,) = self._ends(operation_id)
         return end
 
     def ready(self) -> VehiclePair:
-        """Go on until the vehicle is found, its telemetry comes and it would arm."""
+        """Continue until the vehicle is found, its telemetry comes and it would arm."""
         self.run_until(
             lambda: (
                 self.vehicle.state.prearm_ok is True

@@ -15,7 +15,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 
 class Decoders(DecoderFactory):
-    """Those of `mcap_ros2`, which refuses the names of the messages of actions: "A_B"."""
+    """Those of `mcap_ros2`, which rejects the names of the messages of actions: "A_B"."""
 
     def decoder_for(
         self, message_encoding: str, schema: Schema | None

@@ -1,7 +1,7 @@
 """The least autopilot that commands and HEARTBEATs can be tried on, for property tests.
 
 Not a simulator: it has a mode, an armed flag and a height that follows commands, and a policy
-of what it refuses. It keeps a diary of what really happened, which is what outcomes are held
+of what it rejects. It keeps a diary of what really happened, which is what outcomes are held
 against.
 """
 

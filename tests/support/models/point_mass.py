@@ -1,7 +1,7 @@
 """A point-mass vehicle for the tests of tasks: no sockets, no clock, no MAVLink.
 
 It follows a setpoint with a limited speed and acceleration, arms and takes off in the time
-it is given, and refuses what it is told to refuse. It is a model for tests of the core; how
+it is given, and rejects what it is told to reject. It is a model for tests of the core; how
 real autopilots behave is tested against the simulator.
 """
 

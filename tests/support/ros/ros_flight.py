@@ -114,7 +114,7 @@ class Flight:
         )  # fmt: skip
 
     def start_simulator(self) -> Process:
-        """Start a simulated vehicle, a copter unless told, that sends to the relay."""
+        """Start a simulated vehicle, a copter by default, that sends to the relay."""
         link = f"udpout://127.0.0.1:{self.relay.vehicle_port}"
         return Process(
             "mavlink_sitl",
@@ -129,7 +129,7 @@ class Flight:
         """Start over as a client that has never heard of a server that was killed.
 
         DDS takes a killed participant for alive until its lease ends, so that the old client
-        would go on talking to it.
+        would continue talking to it.
         """
         self._stop_client()
         self._start_client()

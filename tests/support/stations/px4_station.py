@@ -127,7 +127,7 @@ def px4_copter(
     vehicle: str = "copter",
     wind_ned_m_s: tuple[float, float, float] | None = None,
 ) -> Px4Station:
-    """A PX4 that has just been switched on; a copter, unless told otherwise."""
+    """A PX4 that has just been switched on; a copter by default."""
     config = VehicleConfig(
         vehicle=vehicle,
         autopilot="px4",

@@ -16,7 +16,7 @@ class PymavlinkStation:
     """Speaks to a port of this machine as one system, signed if it has a key."""
 
     def __init__(self, port: int, key: bytes | None = None, system: int = 254) -> None:
-        """Open a socket; the first message makes it known to the other side."""
+        """Open a socket; the first message makes it known to the peer."""
         self.sent: list[bytes] = []
         self._link: Any = mavutil.mavlink_connection(
             f"udpout:127.0.0.1:{port}", source_system=system, source_component=190

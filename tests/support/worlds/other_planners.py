@@ -85,7 +85,7 @@ def ompl_way(
     Args:
         world: where.
         name: one of ``OMPL_PLANNERS``.
-        seconds: of processor time to find a way; planners that go on to shorten it use all.
+        seconds: of processor time to find a way; planners that continue to shorten it use all.
         seed: of its random numbers; OMPL takes one for a whole process only.
         checks: of what is clear.
     """

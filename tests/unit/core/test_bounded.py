@@ -1,6 +1,6 @@
 """Every task ends, whatever the vehicle does: each requested operation and each wait.
 
-A pause is the one exception: it lasts until whoever paused lets the goal go on.
+A pause is the one exception: it lasts until whoever paused lets the goal continue.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class Hostile:
     rng: random.Random = field(default_factory=lambda: random.Random(1))
 
     def move(self) -> None:
-        """Go on by one step: it never comes to where it is to go."""
+        """Continue by one step: it never comes to where it is to go."""
         self.now += STEP_S
         if not (self.armed and (self.airborne or not self.flies)):
             self.velocity = (0.0, 0.0, 0.0)

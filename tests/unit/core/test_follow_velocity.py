@@ -90,7 +90,7 @@ class Steered:
         self.seen = replace(self.seen, command=VelocityCommand(self.now, frame, linear, rate))
 
     def step(self) -> Intent | Outcome:
-        """Go on by one period."""
+        """Continue by one period."""
         self.now += PERIOD_S
         self.seen = replace(self.seen, time_s=self.now)
         self.answer = self.task.step(self.seen, self.now)
@@ -124,7 +124,7 @@ class Steered:
         rate: float = 0.0,
         frame: VelocityFrame = VelocityFrame.BODY,
     ) -> None:
-        """Go on for a while, with a command at 10 Hz if one is given."""
+        """Continue for a while, with a command at 10 Hz if one is given."""
         for i in range(round(seconds / PERIOD_S)):
             if linear is not None and i % 2 == 0:
                 self.tell(linear, rate, frame)

@@ -36,7 +36,7 @@ def test_half_a_turn_wraps_to_plus_pi() -> None:
 
 
 @given(angles, angles, st.floats(0.01, 1.0))
-def test_a_slew_goes_the_shortest_way_and_arrives_exactly(
+def test_a_slew_takes_the_shorter_direction_and_arrives_exactly(
     angle: float, target: float, step: float
 ) -> None:
     start = abs(wrap_angle(target - angle))

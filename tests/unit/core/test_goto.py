@@ -295,7 +295,7 @@ def test_close_by_or_straight_up_it_keeps_its_yaw(target: tuple[float, float, fl
     assert {fly_.setpoint.yaw_enu_rad for _, fly_ in flight.setpoints} == {-2.0}
 
 
-def test_the_yaw_turns_the_shortest_way_at_its_rate_and_arrives() -> None:
+def test_the_yaw_turns_in_the_shorter_direction_at_its_rate_and_arrives() -> None:
     vehicle = hovering(yaw=3.0)
     task = goto((0.0, 0.0, 2.5), yaw=-2.5)
     flight = fly(task, vehicle)
@@ -761,7 +761,7 @@ def test_a_gap_while_braking_brakes_where_the_vehicle_is() -> None:
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_a_target_that_is_no_number_never_becomes_a_setpoint(bad: float) -> None:
+def test_a_target_that_is_not_a_number_never_becomes_a_setpoint(bad: float) -> None:
     flight = fly(goto((bad, 0.0, 2.5)), hovering())
     assert flight.outcome.code is OutcomeCode.INTERNAL_ERROR
     assert "NaN or infinite" in flight.outcome.message

@@ -34,7 +34,7 @@ class Server:
         self.reach = NOWHERE
 
     def step(self, now: float) -> PeerState:
-        """Go on by one point if that is granted, ask for more, and say so."""
+        """Continue by one point if that is granted, ask for more, and say so."""
         if self.granted > self.place + 1:
             self.place += 1
         rest = self.path.part(self.place)
@@ -72,7 +72,7 @@ def crossing(seed: int = 0) -> tuple[Server, Server]:
 def run(
     servers: tuple[Server, Server], seed: int, steps: int, loss: float, cut: tuple[int, int]
 ) -> None:
-    """Let both go on over a network that loses, delays and doubles, and is cut for a while."""
+    """Let both continue over a network that loses, delays and doubles, and is cut for a while."""
     rng = random.Random(seed)
     flying: list[tuple[int, Server, PeerState]] = []
     for tick in range(steps):
@@ -110,7 +110,7 @@ def test_a_cut_network_never_makes_two_use_one_volume(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_both_go_on_when_the_network_is_back(seed: int) -> None:
+def test_both_continue_when_the_network_is_back(seed: int) -> None:
     servers = crossing(seed)
     run(servers, seed, 500, 0.1, (12, 120))
     assert all(one.place >= len(one.path) - 2 for one in servers)

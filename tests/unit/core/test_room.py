@@ -108,7 +108,7 @@ def test_a_box_bounds_every_side() -> None:
     assert bounds.reduced((0.0, 0.0, 1.0), (0.0, 0.0, 7.8), 0.0, BRAKING)[2] == 0.0
 
 
-def test_from_the_very_centre_of_a_zone_that_is_closed_every_way_leads_out() -> None:
+def test_from_the_very_centre_of_a_zone_that_is_closed_every_direction_leads_out() -> None:
     fence = Fence((CircleArea((0.0, 0.0), 5.0, inclusion=False),))
     told = room(fence).reduced((1.0, 1.0, 0.0), (0.0, 0.0, 10.0), 0.0, BRAKING)
     assert told == pytest.approx((1.0, 1.0, 0.0))

@@ -1,4 +1,4 @@
-"""Reservations of vehicles: what is held keeps apart, and somebody always goes on."""
+"""Reservations of vehicles: what is held keeps apart, and somebody always continues."""
 
 from __future__ import annotations
 

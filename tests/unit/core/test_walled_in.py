@@ -26,7 +26,7 @@ def ring(radius_m: float, step_m: float, top_m: float = math.inf) -> Obstacles:
 
 
 @pytest.mark.parametrize("seed", range(21))
-def test_what_is_said_to_be_walled_in_has_no_way(seed: int) -> None:
+def test_what_is_said_to_be_walled_in_has_no_path(seed: int) -> None:
     world = random_world(seed, 6, top_m=20.0)
     start, goal = np.array(world.start_enu_m), np.array(world.goal_enu_m)
     proof = is_walled_in(start, goal, world.obstacles, CLEARANCE_M, (3.0, 3.0))

@@ -50,7 +50,7 @@ def test_old_texts_and_those_before_the_goal_are_not_quoted() -> None:
 
 def test_a_rejection_is_not_quoted_for_another_end() -> None:
     event = OperationFinished(
-        1, OperationKind.ARM, OperationResult.REFUSED, f'Refused; autopilot: "{REFUSAL.text}"'
+        1, OperationKind.ARM, OperationResult.REFUSED, f'Rejected; autopilot: "{REFUSAL.text}"'
     )  # fmt: skip
     answers = answers_in(event, [REFUSAL, CRASH])
     assert answers == {REFUSAL}

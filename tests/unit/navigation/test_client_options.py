@@ -1,4 +1,4 @@
-"""The command line of navigation_client: its commands, and what is refused with a sentence."""
+"""The command line of navigation_client: its commands, and what is rejected with a sentence."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ def test_only_what_has_changed_is_sent() -> None:
     assert board.since(later) == (later, {})
 
 
-def test_a_trail_grows_with_the_way_not_with_time() -> None:
+def test_a_trail_grows_with_the_distance_not_with_time() -> None:
     board = Board()
     for step in range(1000):
         board.pass_through("/", [0.1 * (step // 100), 0.0, 5.0])

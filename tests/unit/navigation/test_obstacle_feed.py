@@ -447,7 +447,7 @@ class TestTheFence:
         assert clearance(fence, 20.0, 0.0) == pytest.approx(20.0)
         assert clearance(fence, 45.0, 0.0) == pytest.approx(5.0)
 
-    def test_ways_may_come_as_near_to_it_as_targets(self) -> None:
+    def test_paths_may_come_as_near_to_it_as_targets(self) -> None:
         flight = Flight(ObstacleConfig(vehicle_radius_m=0.5, margin_m=1.5))
         standing, fence = flight.feed.standing, Fence(areas=(PolygonArea(SQUARE),))
         standing.bound(fence, 1.0, FlightVolume(15.0, 0.0, 100.0), (16.0, 0.0))
@@ -515,7 +515,7 @@ u8, u16, real = st.integers(0, 255), st.integers(0, 65535), st.floats(width=32)
 
 
 class TestAnything:
-    """Whatever a sensor says, the feed goes on; what is wrong must not end a goal."""
+    """Whatever a sensor says, the feed continues; what is wrong must not end a goal."""
 
     flight = Flight()
 

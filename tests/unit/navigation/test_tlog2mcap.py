@@ -39,7 +39,7 @@ ALL_TOPICS = {
 
 
 class Flown:
-    """A flight with a refused goal, a goal, a route that is cancelled, and a landing."""
+    """A flight with a rejected goal, a goal, a route that is cancelled, and a landing."""
 
     def __init__(self, folder: Path) -> None:
         self.log = folder / "flown.tlog"

@@ -1,7 +1,7 @@
 """Whatever an ArduPilot accepts has its effect: one flight or drive for each command.
 
 Every command in the tables of the code is in exactly one of the tables here: with what shows its
-effect, as refused, or with the reason for which nothing shows.
+effect, as rejected, or with the reason for which nothing shows.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from tests.support.stations.missions import home, item, upload, waypoint
 PAUSE, SPEED = mav.MAV_CMD_DO_PAUSE_CONTINUE, mav.MAV_CMD_DO_CHANGE_SPEED
 
 Row = tuple[float, float, float]
-"""After so many seconds, so far from where it began, m, and so fast, m/s"""
+"""Seconds, distance from where it began (m), and speed (m/s)"""
 
 
 def moved(station: GroundStation, rows: list[Row], north_m: float) -> list[Row]:

@@ -86,7 +86,7 @@ def test_loiter_to_alt_ends_at_its_height() -> None:
     assert math.dist(station.position[:2], (8, 0)) < 1.0
 
 
-def test_a_condition_holds_up_what_comes_after_it_on_the_same_way() -> None:
+def test_a_condition_holds_up_what_comes_after_it_on_the_same_leg() -> None:
     station = begun(
         do(mav.MAV_CMD_CONDITION_DISTANCE, 10.0),
         do(mav.MAV_CMD_DO_SET_SERVO, 9, 1750),
@@ -102,7 +102,7 @@ def test_a_condition_holds_up_what_comes_after_it_on_the_same_way() -> None:
     assert reached(station) == [1, 2], "a servo item is never told"
 
 
-def test_what_is_not_done_when_its_way_ends_is_dropped() -> None:
+def test_what_is_not_done_when_its_leg_ends_is_dropped() -> None:
     station = begun(
         do(mav.MAV_CMD_CONDITION_DELAY, 60.0),
         do(mav.MAV_CMD_DO_SET_SERVO, 9, 1750),

@@ -50,7 +50,7 @@ def unharmed(station: GroundStation) -> None:
 
 
 def datagrams(seed: int, count: int) -> Iterator[bytes]:
-    """So many frames, alone and several together."""
+    """Hostile frames, alone and several together."""
     source = itertools.islice(frames(seed), count)
     while batch := list(itertools.islice(source, TOGETHER)):
         yield from batch[:1]

@@ -51,7 +51,7 @@ def test_it_flies_to_a_companions_setpoint_and_stays_at_the_item() -> None:
     [(4.0, 0, 0, 0), (0, 8.0, 0, 0), (0, 0, 14.0, 0), (0, 0, 0, 5.0)],
     ids=["time", "too low", "too high", "too far"],
 )
-def test_the_mission_goes_on_at_a_limit(bounds: tuple[float, ...]) -> None:
+def test_the_mission_continues_at_a_limit(bounds: tuple[float, ...]) -> None:
     station = obeying(bounds)
     low, high = bounds[1] > 0.0, bounds[2] > 0.0
     velocity = (1.0, 0.0, 1.0 if low else -1.0 if high else 0.0)

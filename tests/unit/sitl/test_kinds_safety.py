@@ -454,7 +454,7 @@ def test_smart_rtl_leaves_out_loops() -> None:
     assert math.hypot(*station.position[:2]) < 3.0
 
 
-def test_smart_rtl_is_rejected_disarmed_and_after_too_long_a_way() -> None:
+def test_smart_rtl_is_rejected_disarmed_and_after_too_long_a_path() -> None:
     station = kind("rover")
     assert station.mode(SMART_RTL) == FAILED
     assert "Flight mode change failed" in station.texts()

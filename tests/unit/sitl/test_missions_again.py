@@ -1,4 +1,4 @@
-"""Missions that are flown more than once, and commands that change where they go on."""
+"""Missions that are flown more than once, and commands that change where they continue."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_the_same_mission_is_flown_twice_in_auto(last: str) -> None:
 
 
 def test_disarmed_under_way_the_mission_begins_again() -> None:
-    """The firmware resets it when it is disarmed, and goes on from the first item."""
+    """The firmware resets it when it is disarmed, and continues from the first item."""
     station = copter(parameters=ARM_AND_TAKE_OFF).ready()
     assert upload(station, [home(), take_off(5), waypoint(6, 0, 5), THERE]) == 0
     station.mode(AUTO)

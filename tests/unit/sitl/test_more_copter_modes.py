@@ -122,13 +122,13 @@ def test_smart_rtl_leaves_out_a_loop() -> None:
     assert furthest < 6.0
 
 
-def test_smart_rtl_is_rejected_without_a_way_back() -> None:
+def test_smart_rtl_is_rejected_without_a_path_back() -> None:
     station = copter().ready()
     assert station.mode(SMART_RTL) == FAILED
     assert "Mode change to SMARTRTL failed: init failed" in station.texts()
 
 
-def test_a_way_with_too_many_points_deactivates_it() -> None:
+def test_a_path_with_too_many_points_deactivates_it() -> None:
     station = copter(parameters={"SRTL_POINTS": 4.0}).ready().take_off(10.0)
     for step in range(8):
         station.setpoint(POSITION, (8.0 * step, 8.0 * (step % 2), -10.0))

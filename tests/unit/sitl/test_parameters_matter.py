@@ -378,7 +378,7 @@ def ordinary(scenario: Callable[[Flight], None], base: tuple[tuple[str, float], 
 
 
 @pytest.mark.parametrize("name", sorted(CASES))
-def test_a_flight_goes_another_way_with_another_value(name: str) -> None:
+def test_a_flight_takes_another_path_with_another_value(name: str) -> None:
     scenario, base, value = CASES[name]
     assert fly(CASES[name], {name: value}) != ordinary(scenario, tuple(base.items()))
 

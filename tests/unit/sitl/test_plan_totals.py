@@ -148,7 +148,7 @@ def test_a_part_is_denied_during_an_upload(station: GroundStation) -> None:
     station.send(mav.MAVLink_mission_count_message(1, 1, 3, 0))
     ack = answer(station, mav.MAVLink_mission_write_partial_list_message(1, 1, 1, 1, 0))
     assert ack.type == mav.MAV_MISSION_DENIED
-    assert answer(station, home()).get_type() == "MISSION_REQUEST", "the upload goes on"
+    assert answer(station, home()).get_type() == "MISSION_REQUEST", "the upload continues"
 
 
 def test_a_part_beyond_the_list_is_an_error_with_a_text(station: GroundStation) -> None:

@@ -191,7 +191,7 @@ def test_auto_land_has_landed_at_once_and_disarms(rover: Px4Station) -> None:
 
 
 @pytest.mark.parametrize("vehicle", KINDS)
-def test_return_is_a_straight_way_home_that_ends_in_disarming(vehicle: str) -> None:
+def test_return_is_a_straight_path_home_that_ends_in_disarming(vehicle: str) -> None:
     station = driving(vehicle)
     reposition(station, 25.0, 15.0)
     station.run(20.0)

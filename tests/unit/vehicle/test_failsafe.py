@@ -113,7 +113,7 @@ def test_a_fence_that_is_switched_off_after_a_breach_is_breached_no_more() -> No
 
 
 def test_a_fence_that_only_reports_is_not_taken_for_one_that_is_switched_off() -> None:
-    """With FENCE_ACTION 0 SYS_STATUS does not call it enabled, but FENCE_STATUS goes on."""
+    """With FENCE_ACTION 0 SYS_STATUS does not call it enabled, but FENCE_STATUS continues."""
     breach = say("FENCE_STATUS", breach_status=1)
     state = after(breach)
     for second in range(101, 110):

@@ -149,7 +149,7 @@ def test_no_text_does_more_than_that(text: str) -> None:
         ("udpin://[::1]:14550", ("this machine only", "udpin://[::]:14550")),
     ],
 )
-def test_where_a_link_listens_is_noted(text: str, words: tuple[str, ...]) -> None:
+def test_where_a_link_listens_is_recorded(text: str, words: tuple[str, ...]) -> None:
     note = parse_url(text).note
     assert note is not None
     for part in words:

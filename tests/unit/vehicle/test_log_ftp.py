@@ -60,7 +60,7 @@ def opened(session: int = 3) -> FtpLogDownload:
 
 
 def serve(download: FtpLogDownload, part: int = 239) -> bytes:
-    """Answer all that is asked, with at most so many bytes each; return what was given out."""
+    """Answer all that is asked, with at most that many bytes each; return what was given out."""
     now, given = 0.02, b""
     for _ in range(20_000):
         for request in download.messages_to_send():

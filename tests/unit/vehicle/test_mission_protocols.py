@@ -167,7 +167,7 @@ def test_without_a_clear_answer_to_the_last_item_the_read_back_decides(
     assert end.result is TransferResult.UNSURE
     upload.messages_to_send()
     upload.receive(say("MISSION_REQUEST", **US, seq=1), 10.5)
-    assert names(upload) == ["MISSION_ITEM_INT"], "a transfer that began anew is served"
+    assert names(upload) == ["MISSION_ITEM_INT"], "a transfer that began again is served"
 
 
 def test_every_rejection_has_a_sentence_and_the_first_one_counts(upload: MissionUpload) -> None:

@@ -354,7 +354,7 @@ def test_what_comes_after_the_answer_is_another_wish(network: Network) -> None:
     assert len(network.say("MISSION_CLEAR_ALL")) == 1
 
 
-def test_a_second_pause_after_going_on_counts(network: Network) -> None:
+def test_a_second_pause_after_resuming_counts(network: Network) -> None:
     pause = mavlink.MAV_CMD_DO_PAUSE_CONTINUE
     acts = [network.command(pause, float(value)) for value in (0, 1, 0, 1)]
     assert [act.act for (act,) in acts] == [PAUSED, CONTINUED, PAUSED, CONTINUED]

@@ -106,7 +106,7 @@ def situation(name: str, action: str) -> tuple[int | None, bool]:
 GOLDEN: dict[str, dict[str, str | None]] = json.loads(
     Path(__file__).with_name("golden_payloads.json").read_text("utf-8")
 )
-"""Payload by vehicle and action; None: refused, nothing is sent."""
+"""Payload by vehicle and action; None: rejected, nothing is sent."""
 
 
 def message_of(name: str, action: str) -> Message | None:
@@ -226,7 +226,7 @@ def test_a_speed_without_sense_is_rejected(name: str, bad: float) -> None:
 
 
 def test_a_speed_command_without_effect_is_not_sent() -> None:
-    """A PX4 accepts it in OFFBOARD, and an ArduRover refuses it while setpoints are its speed."""
+    """A PX4 accepts it in OFFBOARD, and an ArduRover rejects it while setpoints are its speed."""
     for name in ("PX4 multicopter", "PX4 rover", "ArduRover"):
         assert not sent(name, ACTIONS["speed"])
     assert sent("ArduCopter", ACTIONS["speed"])

@@ -135,7 +135,7 @@ class TestObstacleDistance:
         assert "0.0 degrees wide" in refusal(scan(increment=0))
 
     @pytest.mark.parametrize("field", ["increment_f", "angle_offset"])
-    def test_what_is_no_number_is_rejected(self, field: str) -> None:
+    def test_what_is_not_a_number_is_rejected(self, field: str) -> None:
         assert "degrees" in refusal(scan(**{field: math.nan}))
 
     def test_a_scan_that_knows_nothing_is_no_reading_and_no_mistake(self) -> None:

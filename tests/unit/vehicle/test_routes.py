@@ -168,7 +168,7 @@ def test_a_ground_station_that_is_also_heard_by_a_vehicles_radio_may_speak() -> 
     assert net.table.endpoints_to(253, 190) == (net.other,)
 
 
-def test_the_same_frame_by_another_way_is_a_duplicate_and_teaches_nothing() -> None:
+def test_the_same_frame_by_another_route_is_a_duplicate_and_teaches_nothing() -> None:
     net = Network()
     assert net.table.admit(net.one, b"twice", (1, 1), 5.0)
     assert not net.table.admit(net.two, b"twice", (1, 1), 5.1)
@@ -296,7 +296,7 @@ CHANGES = st.one_of(
 
 
 @given(st.lists(CHANGES, max_size=60))
-def test_ways_lead_only_to_endpoints_that_are_there_and_have_heard_who_is_meant(
+def test_routes_lead_only_to_endpoints_that_are_there_and_have_heard_who_is_meant(
     changes: list[tuple[str, int, tuple[int, int]]],
 ) -> None:
     table: RoutingTable[Endpoint] = RoutingTable()

@@ -1,4 +1,4 @@
-"""RTCM corrections: framing, fragments, refusals, pace."""
+"""RTCM corrections: framing, fragments, rejections, pace."""
 
 from __future__ import annotations
 
