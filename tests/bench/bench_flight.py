@@ -3,7 +3,7 @@
 Bridge and simulated vehicle fly seeded goals, one after the other, from 5 to 80 m away and at
 different speeds. The reference of a flight's time is the least in which a point may move there
 from rest to rest, by Ruckig on one axis, with the limits of speed, acceleration and jerk that the
-server flies with: on a straight line, or for what drives on the shortest way that begins along
+server flies with: on a straight line, or for what drives on the shortest path that begins along
 its nose and turns no tighter than the server counts with. What drives has the limits of its own
 parameters where they are lower. The time counts from the first moment under way, so without
 what a firmware takes to hand over control, to the arrival; the second for which the vehicle must
@@ -48,15 +48,15 @@ class Flight:
     """One goal and how it was flown.
 
     Attributes:
-        way_m: the shortest way from where it began to the goal.
+        path_m: the shortest path from where it began to the goal.
         flown_s: time from the first moment under way to the arrival.
         least_s: what the limits allow.
-        beyond_m: how far it truly got beyond the goal, along the way to it.
+        beyond_m: how far it truly got beyond the goal, along the path to it.
         off_m: how far it truly was from the goal when it had arrived.
         eta_error: of the time that it said was left at half way, as a share of what was left.
     """
 
-    way_m: float
+    path_m: float
     flown_s: float
     least_s: float
     beyond_m: float
@@ -128,14 +128,14 @@ def _fly(flight: SimulatedFlight, goal: Vector3, speed_m_s: float) -> Flight:
     traits = traits_of(flight.vehicle.profile, flight.vehicle.parameters)
     limits = limits_of(traits, config.limits)
     limits = limits.with_speed(min(speed_m_s, traits.speed_max_m_s))
-    way_m = distance(start, goal)
+    path_m = distance(start, goal)
     if not traits.flies:
-        way_m = driven_way_m(start, yaw_rad, goal, traits.turning_radius_m)
+        path_m = driven_way_m(start, yaw_rad, goal, traits.turning_radius_m)
     return Flight(
-        way_m,
+        path_m,
         end_s - config.arrival_dwell_s - began_s,
         least_time_s(
-            way_m,
+            path_m,
             limits.along(along),
             driving_of(flight.vehicle.parameters).braking_m_s2 or math.inf,
         ),
@@ -146,7 +146,7 @@ def _fly(flight: SimulatedFlight, goal: Vector3, speed_m_s: float) -> Flight:
 
 
 def _eta_error(told: list[tuple[float, GoalFeedback]], began_s: float, end_s: float) -> float:
-    """How far off the time left was when half of the way was left, as a share."""
+    """How far off the time left was when half of the path was left, as a share."""
     under_way = [(t, item) for t, item in told if t >= began_s]
     whole_m = under_way[0][1].distance_remaining_m
     at_s, half = next(

@@ -1,9 +1,9 @@
-"""Time, success and length of planned ways in seeded random worlds, beside OMPL.
+"""Time, success and length of planned paths in seeded random worlds, beside OMPL.
 
 Times are the thread's own processor time, so that other work on the machine doesn't count. OMPL
 gets the processor time that a plan may take, and then as much again for shortening; it asks for
 what is clear in the quickest way Python has, a look into a table that was made before and is not
-counted. Which worlds have a way is known from a fine grid, or because somebody found one.
+counted. Which worlds have a path is known from a fine grid, or because somebody found one.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.planning.planar_shapes import PlanarShapes
 from navigation_core.planning.planner import NoPath, Path, PlanLimits, plan
-from tests.support.worlds.other_planners import ompl_way, table_checks
+from tests.support.worlds.other_planners import ompl_path, table_checks
 from tests.support.worlds.random_worlds import CLEARANCE_M, World, random_world
 
 WORLDS = 100
@@ -36,7 +36,7 @@ RIVALS = ("RRT-Connect", "BIT*")
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What all planners made of one world: lengths, infinity for no way."""
+    """What all planners made of one world: lengths, infinity for no path."""
 
     solvable: bool
     lengths_m: dict[str, float]
@@ -74,7 +74,7 @@ def _beside_ompl(outcomes: list[_Outcome]) -> list[dict[str, Any]]:
     found = {name: _share(name, solvable) for name in ("ours", *RIVALS)}
     rows = []
     for rival in RIVALS:
-        name = f"worlds with a way in which it is found, beside {rival}"
+        name = f"worlds with a path in which it is found, beside {rival}"
         row = _row(name, found["ours"], "", f"OMPL {rival}", found[rival], 1.0)
         rows.append({**row, "goal": "all of them", "met": found["ours"] == 1.0})
         both = [o for o in solvable if np.isfinite([o.lengths_m["ours"], o.lengths_m[rival]]).all()]
@@ -82,10 +82,10 @@ def _beside_ompl(outcomes: list[_Outcome]) -> list[dict[str, Any]]:
             float(np.mean([o.lengths_m[name] / min(o.lengths_m.values()) for o in both]))
             for name in ("ours", rival)
         )
-        name = f"length over the shortest known, where {rival} finds a way"
+        name = f"length over the shortest known, where {rival} finds a path"
         rows.append(_row(name, ours, "", f"OMPL {rival}", theirs, 1.02))
     said = 1.0 - _share("ours", closed)
-    row = _row(f"{len(closed)} worlds without a way that end in NoPath", said, "", "", None, 1.0)
+    row = _row(f"{len(closed)} worlds without a path that end in NoPath", said, "", "", None, 1.0)
     return [*rows, {**row, "goal": "all of them", "met": said == 1.0}]
 
 
@@ -99,14 +99,14 @@ def _outcome(seed: int) -> _Outcome:
     lengths = {"ours": ours.length_m if isinstance(ours, Path) else np.inf}
     checks = table_checks(world)
     for rival in RIVALS:
-        way = ompl_way(world, rival, TIME_S, seed + 1, checks)
-        lengths[rival] = np.inf if way is None else _length_m(way)
+        path = ompl_path(world, rival, TIME_S, seed + 1, checks)
+        lengths[rival] = np.inf if path is None else _length_m(path)
     solvable = world.solvable or bool(np.isfinite(list(lengths.values())).any())
     return _Outcome(solvable, lengths)
 
 
-def _length_m(way: NDArray[np.float64]) -> float:
-    return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+def _length_m(path: NDArray[np.float64]) -> float:
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
 def _time_ms(world: World, obstacles: Obstacles, limits: PlanLimits) -> float:

@@ -2,8 +2,8 @@
 
 Real server, real simulated copter, a relay between them that stamps each setpoint. The copter
 flies through a wood: 200 posts that the server knows, others that only the scanner sees, and
-some that move across its way, so that it replans again and again. Reference: the same flight
-with avoid_obstacles false, through the same wood with nothing on the straight way.
+some that move across its path, so that it replans again and again. Reference: the same flight
+with avoid_obstacles false, through the same wood with nothing on the straight line.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def _wood() -> tuple[list[_Place], list[_Place]]:
 
 
 def _world(places: list[_Place], aisle_m: float) -> dict[str, Any]:
-    """Return the simulator's world, with nothing within a distance of the straight way."""
+    """Return the simulator's world, with nothing within a distance of the straight line."""
     obstacles: list[dict[str, Any]] = [
         {"kind": "cylinder", "name": f"post {number}", "at_m": [north, east],
          "radius_m": _RADIUS_M, "height_m": _HEIGHT_M}

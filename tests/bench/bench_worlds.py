@@ -7,10 +7,10 @@ first few, always the same: which worlds are flown must not depend on the machin
 
 A hit is to be nearer to an obstacle than the vehicle's radius. It could have been avoided
 unless the obstacle came to a vehicle that had been standing for more than a second and had no
-free way out (`tests/support/worlds/ground_truth.py`). There is a way to the goal if one is found
+free way out (`tests/support/worlds/ground_truth.py`). There is a path to the goal if one is found
 that keeps clear throughout with everything known; if none is found, a fine grid over the true
-world has the last word. The reference of a flown way's length is that
-of the way that is planned with everything that stands still known from the start.
+world has the last word. The reference of a flown path's length is that
+of the path that is planned with everything that stands still known from the start.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ PARAMETERS: dict[str, float] = {
 }
 """The largest worlds have walls of 230 m: who forgets what is 40 m away looks for ever"""
 VEHICLE = VehicleConfig(ready_after_s=1.0, battery=BatteryModel(capacity_mah=30_000.0))
-"""A copter that may look for a way for an hour"""
+"""A copter that may look for a path for an hour"""
 
 
 @dataclass(frozen=True)
@@ -93,9 +93,10 @@ def _tell(result: Result) -> None:
     what = f"{result.seed}: {result.kind}, {result.obstacles} obstacles, {result.movers} moving"
     how = f"{flown.code or 'no end'} in {flown.elapsed_s:.0f} s, {flown.replans} replans"
     hits = "".join(f"; hit {hit.obstacle} at {hit.time_s:.1f} s" for hit in flown.hits)
-    way = "" if result.solvable else " (no way)"
+    closed = "" if result.solvable else " (no path)"
     print(
-        f"{what}{way}: {how}, nearest {nearest:.2f} m{hits}; took {result.took_s:.1f} s", flush=True
+        f"{what}{closed}: {how}, nearest {nearest:.2f} m{hits}; took {result.took_s:.1f} s",
+        flush=True,
     )
 
 
@@ -126,7 +127,7 @@ def fly_one(seed: int) -> Result:
 
 
 def _shortest_m(world: World) -> float | None:
-    """Return the length of a way with all known, None if none is found; it proves that one is."""
+    """Return the length of a path with all known, None if none is found; it proves that one is."""
     limits = PlanLimits(CLEARANCE_M)
     path = planner.plan(world.start_enu_m, world.goal_enu_m, world.obstacles, limits)
     if isinstance(path, planner.NoPath):
@@ -140,8 +141,8 @@ def _shortest_m(world: World) -> float | None:
 
 def _rows(results: list[Result]) -> list[dict[str, Any]]:
     count = len(results)
-    ways = [r for r in results if r.solvable]
-    arrived = [r for r in ways if r.flown.code == "SUCCESS"]
+    paths = [r for r in results if r.solvable]
+    arrived = [r for r in paths if r.flown.code == "SUCCESS"]
     closed = [r for r in results if not r.solvable]
     told = [r for r in closed if r.flown.code == "NO_PATH"]
     hits = sum(r.avoidable_hits for r in results)
@@ -164,16 +165,16 @@ def _rows(results: list[Result]) -> list[dict[str, Any]]:
             hits == 0,
         ),
         row(
-            f"Flights that reach the goal where there is a way, {worlds}",
+            f"Flights that reach the goal where there is a path, {worlds}",
             (len(arrived), "1"),
-            ("worlds with a way", len(ways)),
+            ("worlds with a path", len(paths)),
             f">= {SUCCESS_GOAL:g} x the reference",
-            len(arrived) >= SUCCESS_GOAL * len(ways),
+            len(arrived) >= SUCCESS_GOAL * len(paths),
         ),
         row(
             "Flights that end with NO_PATH where there is none",
             (len(told), "1"),
-            ("worlds without a way", len(closed)),
+            ("worlds without a path", len(closed)),
             "all",
             len(told) == len(closed),
         ),
@@ -187,7 +188,7 @@ def _rows(results: list[Result]) -> list[dict[str, Any]]:
         row(
             f"Way flown through unknown worlds, median of {len(longer)} without movers",
             (statistics.median(longer) if longer else 0.0, "x"),
-            ("way planned with all known", 1.0),
+            ("path planned with all known", 1.0),
             f"<= {LENGTH_GOAL:g} x",
             bool(longer) and statistics.median(longer) <= LENGTH_GOAL,
         ),

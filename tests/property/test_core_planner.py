@@ -19,8 +19,8 @@ from tests.support.worlds.random_worlds import (
     World,
     cell_graph,
     free_grid,
+    path_exists,
     random_world,
-    way_exists,
 )
 
 _CELL_M = 0.5
@@ -86,9 +86,9 @@ def test_no_path_is_said_only_where_there_is_none(seed: int, count: int, kind: s
     answer = planned(world, PlanLimits(CLEARANCE_M))
     ends = world.start_enu_m, world.goal_enu_m
     if isinstance(answer, NoPath):
-        assert not way_exists(world.obstacles, *ends, 1.02 * CLEARANCE_M, 0.2)
+        assert not path_exists(world.obstacles, *ends, 1.02 * CLEARANCE_M, 0.2)
     else:
-        assert way_exists(world.obstacles, *ends, 0.9 * CLEARANCE_M, 0.2)
+        assert path_exists(world.obstacles, *ends, 0.9 * CLEARANCE_M, 0.2)
 
 
 @settings(max_examples=25, deadline=None)

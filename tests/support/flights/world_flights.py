@@ -31,7 +31,7 @@ class Flown:
         code: the outcome's, "" if it did not end in time.
         message: of the outcome.
         elapsed_s: from the goal's acceptance to its end.
-        flown_m: the length of the vehicle's way.
+        flown_m: the length of the vehicle's path.
         replans: as the feedback told.
         nearest: the moment of least distance to an obstacle.
         hits: each time that the vehicle was nearer than its radius.

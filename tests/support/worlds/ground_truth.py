@@ -63,7 +63,7 @@ class GroundTruth:
     Attributes:
         nearest: the moment of least distance so far; None without obstacles.
         hits: the first moment of each time that the vehicle was nearer than its radius.
-        flown_m: the length of its way so far.
+        flown_m: the length of its path so far.
     """
 
     def __init__(self, simulation: Simulation, radius_m: float) -> None:

@@ -26,7 +26,7 @@ OMPL_PLANNERS = {
     "Informed RRT*": og.InformedRRTstar,
 }
 
-# Half the diagonal of a cell is what a way may come nearer than the middles of its cells.
+# Half the diagonal of a cell is what a path may come nearer than the middles of its cells.
 _FINE_M = 0.1
 _COARSE_M = 0.25
 _SQUARE = math.sqrt(0.5)
@@ -77,15 +77,15 @@ def table_checks(world: World) -> Checks:
     return Checks(state, None)
 
 
-def ompl_way(
+def ompl_path(
     world: World, name: str, seconds: float, seed: int, checks: Checks
 ) -> NDArray[np.float64] | None:
-    """Return the points of a way by OMPL, shape (N, 3), shortened by its own means.
+    """Return the points of a path by OMPL, shape (N, 3), shortened by its own means.
 
     Args:
         world: where.
         name: one of ``OMPL_PLANNERS``.
-        seconds: of processor time to find a way; planners that continue to shorten it use all.
+        seconds: of processor time to find a path; planners that continue to shorten it use all.
         seed: of its random numbers; OMPL takes one for a whole process only.
         checks: of what is clear.
     """
@@ -143,8 +143,8 @@ def _bounds(world: World) -> object:
     return bounds
 
 
-def grid_way(world: World) -> NDArray[np.float64] | None:
-    """Return the points of a way over the cells of a grid, pulled tight, shape (N, 3)."""
+def grid_path(world: World) -> NDArray[np.float64] | None:
+    """Return the points of a path over the cells of a grid, pulled tight, shape (N, 3)."""
     clearance_m = CLEARANCE_M + 0.5 * _COARSE_M
     ends = world.start_enu_m, world.goal_enu_m
     free, low = free_grid(world.obstacles, *ends, clearance_m, _COARSE_M)
@@ -154,12 +154,12 @@ def grid_way(world: World) -> NDArray[np.float64] | None:
     _, before = dijkstra(
         graph, directed=False, indices=np.array(rows[:1]), return_predecessors=True
     )
-    way = [rows[1]]
-    while way[-1] != rows[0]:
-        way.append(int(before[0, way[-1]]))
-        if way[-1] < 0:
+    path = [rows[1]]
+    while path[-1] != rows[0]:
+        path.append(int(before[0, path[-1]]))
+        if path[-1] < 0:
             return None
-    column = np.array(way[::-1])
+    column = np.array(path[::-1])
     places = low + _COARSE_M * (np.stack(np.unravel_index(column, free.shape), axis=1) + 0.5)
     points = np.column_stack([places, np.full(len(places), ends[0][2])])
     points[0], points[-1] = ends

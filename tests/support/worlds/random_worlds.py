@@ -1,7 +1,7 @@
-"""Seeded random worlds: obstacles, a start, a goal, and whether there is a way between them.
+"""Seeded random worlds: obstacles, a start, a goal, and whether there is a path between them.
 
 A world is plain data, so that the planner, the simulator and the pictures can all use it. The
-answer whether a way exists comes from a fine grid (see :func:`way_exists`), not from the planner.
+answer whether a path exists comes from a fine grid (see :func:`path_exists`), not from the planner.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class World:
         seed: that it was made from.
         kind: one of ``KINDS``.
         fixed: what stands still.
-        movers: what moves; not looked at by ``way_exists``.
+        movers: what moves; not looked at by ``path_exists``.
         start_enu_m: clear of all that stands still.
         goal_enu_m: clear of all that stands still.
     """
@@ -82,8 +82,8 @@ class World:
 
     @cached_property
     def solvable(self) -> bool:
-        """Whether a way with ``CLEARANCE_M`` leads to the goal in the plane; takes a moment."""
-        return way_exists(self.obstacles, self.start_enu_m, self.goal_enu_m, CLEARANCE_M)
+        """Whether a path with ``CLEARANCE_M`` leads to the goal in the plane; takes a moment."""
+        return path_exists(self.obstacles, self.start_enu_m, self.goal_enu_m, CLEARANCE_M)
 
 
 @dataclass
@@ -297,7 +297,7 @@ def _mover(builder: _Builder, index: int) -> Mover:
     return Mover(shape, path, float(rng.uniform(0.3, 1.5)))
 
 
-def way_exists(
+def path_exists(
     obstacles: Obstacles,
     start_enu_m: Vector3,
     goal_enu_m: Vector3,
@@ -328,7 +328,7 @@ def free_grid(
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """Return which cells are free, shape (E, N), and the low corner of the grid.
 
-    The grid holds all obstacles, the start and the goal, and a way round all of them.
+    The grid holds all obstacles, the start and the goal, and a path round all of them.
     """
     ends = np.array([start_enu_m[:2], goal_enu_m[:2]])
     reach = np.concatenate([level.posts[:, 2], np.hypot(*level.boxes[:, 2:4].T)])[:, None]
