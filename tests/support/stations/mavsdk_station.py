@@ -26,7 +26,7 @@ from mavsdk.plugins.offboard import Offboard  # noqa: E402
 from mavsdk.plugins.param import Param  # noqa: E402
 from mavsdk.plugins.telemetry import Telemetry, TelemetryError  # noqa: E402
 
-WAIT_S = 30.0
+WAIT_S = 100.0
 Answer = TypeVar("Answer")
 METRES_PER_DEGREE = 111318.845
 WAYPOINT, TAKE_OFF = 16, 22
