@@ -123,7 +123,9 @@ PARTS = {
         "test_a_lost_link",
         "test_a_target_of_another_is_waited",
         "test_motors_that_fail",
+        "test_without_separation_they_collide",
     ),
+    "pair/test_obstacle_flights.py": ("test_a_goal_is_reached_by_replanning",),
     "pair/test_px4_goals.py": (
         "test_a_px4_that_disarmed_in_offboard",
         "test_a_goal_that_replaces_another_continues_in_offboard",
@@ -132,18 +134,28 @@ PARTS = {
         "test_take_off_land_and_return",
         "test_the_arm_service_leaves_offboard_first",
     ),
+    "property/test_core_pursuit.py": ("test_any_target_is_reached_without_circles",),
+    "property/test_damaged_logs.py": ("test_every_whole_packet_of_a_damaged_log_is_read",),
     "property/test_core_avoidance.py": (
         "test_a_route_hits_nothing_and_ends",
         "test_a_flight_to_a_point_hits_nothing_and_ends",
     ),
-    "ros/test_client.py": ("test_a_killed_client_gives_the_terminal_back",),
+    "ros/test_client.py": (
+        "test_a_killed_client_gives_the_terminal_back",
+        "test_an_update_after_the_arrival_continues_from_there",
+    ),
     "ros/test_navigate.py": ("test_base_link_is_relative_to_the_vehicle",),
+    "unit/core/test_avoidance.py": (
+        "test_a_long_route_that_cannot_be_planned_on",
+        "test_a_pause_while_blocked_stops_the_clock",
+    ),
     "unit/navigation/test_flight_pictures.py": (
         "test_mp4_and_gif_show_the_same_moments",
         "test_any_tlog_is_drawn[rover",
         "test_any_tlog_is_drawn[offboard",
     ),
     "unit/sitl/test_fuzz.py": ("test_a_million_hostile_frames_do_no_harm",),
+    "unit/test_packaging.py": ("test_simulator_installs_on_its_own",),
 }
 """Of these, the tests whose names, with parameters, hold one of these.
 

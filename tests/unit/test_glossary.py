@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
+
+pytestmark = pytest.mark.xdist_group("test_glossary")  # it reads each module once
 
 ROOT = Path(__file__).resolve().parents[2]
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
@@ -49,15 +51,36 @@ def ruled_out() -> re.Pattern[str]:
     return re.compile(rf"(?<![\w-])(?:{'|'.join(forms)})(?![\w-])", re.IGNORECASE)
 
 
-def texts(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield the line and the words of each docstring and of each string of three words."""
+class Words(NamedTuple):
+    """The words of a module.
+
+    Attributes:
+        docstring: of the module.
+        strings: line and words of each docstring and of each string of three words.
+        names_and_docstrings: of its tests, classes and functions.
+    """
+
+    docstring: str
+    strings: list[tuple[int, str]]
+    names_and_docstrings: list[str]
+
+
+@cache
+def words_of(path: Path) -> Words:
     tree = ast.parse(path.read_text("utf-8"))
+    words = Words(ast.get_docstring(tree) or "", [], [])
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             named = re.sub(r"^ *\w+: ", "", node.value, flags=re.MULTILINE)  # an argument, a field
             text = re.sub(r"`[^`]*`|'[^']*'", "", named)
             if len(re.findall(r"[A-Za-z]{2,}", text)) >= 3:
-                yield node.lineno, text
+                words.strings.append((node.lineno, text))
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            docstring = ast.get_docstring(node) or ""
+            words.names_and_docstrings.append(re.sub(r"`[^`]*`|'[^']*'", "", docstring))
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+            words.names_and_docstrings.append(node.name.replace("_", " "))
+    return words
 
 
 def test_the_glossary_is_read() -> None:
@@ -80,7 +103,7 @@ def test_texts_and_docstrings_go_by_the_glossary(folder: str) -> None:
         f"{path.relative_to(ROOT)}:{line}: {match[0]}"
         for path in SOURCES
         if path.is_relative_to(ROOT / folder)
-        for line, text in texts(path)
+        for line, text in words_of(path).strings
         for match in ruled_out().finditer(re.sub(r"\s+", " ", text))
     ]
     assert found == []
@@ -91,23 +114,15 @@ def test_names_and_docstrings_of_tests_go_by_the_glossary() -> None:
         f"{path.relative_to(ROOT)}: {match[0]}"
         for path in SOURCES
         if path.is_relative_to(ROOT / "tests")
-        for text in _names_and_docstrings(path)
+        for text in words_of(path).names_and_docstrings
         for match in ruled_out().finditer(re.sub(r"\s+", " ", text))
     ]
     assert found == []
 
 
-def _names_and_docstrings(path: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            yield re.sub(r"`[^`]*`|'[^']*'", "", ast.get_docstring(node) or "")
-        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
-            yield node.name.replace("_", " ")
-
-
 def test_no_module_docstring_begins_with_a_question_word() -> None:
     for path in SOURCES:
-        first = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").split(" ")[0]
+        first = words_of(path).docstring.split(" ")[0]
         assert first not in {"What", "Who", "How", "Which"}, path.relative_to(ROOT)
 
 
