@@ -46,8 +46,8 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 	@test -n "$(LOG)" || { echo "Name the log: make report LOG=my.tlog" >&2; exit 2; }
 	@$(ENTER) python -m flight_reports.navigation_report "$(LOG)"
 
-# The ROS tests mostly wait, so there are more processes than cores. Each compiled all sources anew
-# if it could not keep the result. A process that ends is not replaced: pytest-xdist 3.8 then waits
+# The ROS tests mostly wait, so there are more processes than cores. Each would compile all sources
+# if the result were not kept. A process that ends is not replaced: pytest-xdist 3.8 then waits
 # without end for tests that it gave to nobody.
 PYTEST := unset PYTHONDONTWRITEBYTECODE && \
 	python -m pytest -n 4 --dist loadgroup --max-worker-restart 0
@@ -56,7 +56,7 @@ test: setup ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
 	@$(ENTER) $(PYTEST) -m "not wide" tests
 
-test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (25 minutes on two cores)
+test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (45 minutes on two cores)
 	@$(ENTER) $(PYTEST) -m wide tests
 
 SEEDS ?= 200

@@ -62,8 +62,8 @@ def _moment_s(flown: list[dict[str, Any]]) -> float:
     end_s = min(blocked_s, default=math.inf)
     flying = [one for one in flown if one.get("status") == "NAVIGATING" and one["t_s"] < end_s]
     last = [members for members in flying if members["goal"] == flying[-1]["goal"]]
-    anew = [members for members in last if members["replans"]] or last
-    return float(anew[3 * len(anew) // 4]["t_s"])
+    replanned = [members for members in last if members["replans"]] or last
+    return float(replanned[3 * len(replanned) // 4]["t_s"])
 
 
 def _flown() -> Iterator[dict[str, Any]]:
