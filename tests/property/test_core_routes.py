@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -81,13 +82,17 @@ def test_a_point_without_a_corner_and_a_reversal_are_stops() -> None:
 
 
 def test_a_leg_keeps_to_its_own_limits() -> None:
-    slow = LIMITS.with_speed(1.0)
-    route = plan_route(
-        KinematicState((0.0, 0.0, 5.0)),
-        [RoutePoint((30.0, 0.0, 5.0), 1.0, LIMITS), RoutePoint((60.0, 0.0, 5.0), 1.0, slow)],
-    )
-    assert speed_at(route, 0) <= 1.0 + 1e-6
-    middle = route.trajectory.sample(0.5 * route.passed_s[0])
+    limits = (LIMITS, LIMITS.with_speed(1.0), LIMITS)
+    corners = ((30.0, 0.0, 5.0), (30.0, 30.0, 5.0), (60.0, 30.0, 5.0))
+    legs = [RoutePoint(at, 1.0, of) for at, of in zip(corners, limits, strict=True)]
+    route = plan_route(KinematicState((0.0, 0.0, 5.0)), legs)
+    trajectory = route.trajectory
+    for time_s in np.arange(0.0, trajectory.duration_s, 0.01):
+        speed_m_s = norm(trajectory.sample(time_s).velocity_enu_m_s)
+        leg = sum(passed_s < time_s for passed_s in route.passed_s)
+        assert speed_m_s <= limits[leg].speed_horizontal_m_s + 1e-6
+        assert speed_m_s <= trajectory.limits_at(time_s).speed_horizontal_m_s + 1e-6
+    middle = trajectory.sample(0.5 * route.passed_s[0])
     assert norm(middle.velocity_enu_m_s) > 3.0
 
 
@@ -130,3 +135,40 @@ def test_from_rest_a_route_stays_near_its_lines(start: Vector3, positions: list[
     trajectory = route.trajectory
     for i in range(int(trajectory.duration_s / 0.1)):
         assert _to_polyline(trajectory.sample(i * 0.1).position_enu_m, corners) <= 1.0 + 1e-3
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.tuples(coordinates, coordinates), min_size=3, max_size=6))
+def test_a_level_route_keeps_to_acceleration_and_jerk(corners: list[tuple[float, float]]) -> None:
+    """Also where a turn begins before the brake ahead of it has ended."""
+    start, *positions = [(east, north, 5.0) for east, north in corners]
+    trajectory = plan_route(KinematicState(start), points(*positions)).trajectory
+    times_s = np.arange(0.0, trajectory.duration_s, _STEP_S)
+    if len(times_s) < 2:
+        return
+    places, velocities, accelerations = trajectory.samples(times_s)
+    assert np.linalg.norm(accelerations, axis=1).max() <= LIMITS.acceleration_horizontal_m_s2 + 1e-6
+    jerks = np.linalg.norm(np.diff(accelerations, axis=0), axis=1) / _STEP_S
+    assert jerks.max() <= 1.01 * LIMITS.jerk_m_s3 + 1e-6
+    # What is said of the acceleration is what becomes of velocity and position.
+    for of, changes in ((velocities, accelerations), (places, velocities)):
+        middle = 0.5 * (changes[1:] + changes[:-1])
+        assert np.abs(np.diff(of, axis=0) - _STEP_S * middle).max() <= LIMITS.jerk_m_s3 * _STEP_S**2
+    states = list(zip(times_s, places, velocities, accelerations, strict=True))
+    for time_s, *state in states[::10]:
+        one = trajectory.sample(float(time_s))
+        alone = (one.position_enu_m, one.velocity_enu_m_s, one.acceleration_enu_m_s2)
+        assert np.allclose(alone, state, atol=1e-6)
+
+
+def test_a_turn_begins_before_the_brake_ahead_of_it_has_ended() -> None:
+    start = KinematicState((0.0, 0.0, 5.0))
+    for turn_deg, overlaps in ((30.0, False), (60.0, True), (90.0, True), (170.0, True)):
+        angle = math.radians(turn_deg)
+        beyond = (30.0 + 30.0 * math.cos(angle), 30.0 * math.sin(angle), 5.0)
+        route = plan_route(start, points((30.0, 0.0, 5.0), beyond, corner_m=0.2))
+        times_s = np.arange(1.0, route.trajectory.duration_s - 1.0, 0.01)
+        _, velocities, accelerations = route.trajectory.samples(times_s)
+        is_slower = np.linalg.norm(velocities, axis=1) < 0.99 * LIMITS.speed_horizontal_m_s
+        free = np.linalg.norm(accelerations, axis=1) < 0.05
+        assert (free & is_slower).any() != overlaps, turn_deg

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from navigation_core.geometry import (
     KinematicState,
@@ -26,6 +27,7 @@ from navigation_core.trajectories.motions import (
     relax,
     relaxed_velocity,
 )
+from navigation_core.trajectories.overlaps import Piece
 
 # Shares of the maximum speed at which a turn may end.
 _TURN_FRACTIONS = (1.0, 0.85, 0.7, 0.55, 0.4, 0.28, 0.18, 0.1, 0.05, 0.0)
@@ -144,6 +146,6 @@ def _keeps_to_speed(turn: MotionPiece, limits: Limits) -> bool:
     return True
 
 
-def total_duration_s(pieces: list[MotionPiece]) -> float:
+def total_duration_s(pieces: Sequence[Piece]) -> float:
     """Return how long a number of pieces take one after the other."""
     return math.fsum(piece.duration_s for piece in pieces)

@@ -59,6 +59,7 @@ class MotionPiece:
         profile: what Ruckig calculated.
         duration_s: its duration.
         limits: what it was planned with.
+        begin_s: where in the profile it begins.
     """
 
     origin_enu_m: Vector3
@@ -66,10 +67,11 @@ class MotionPiece:
     profile: ruckig.Trajectory
     duration_s: float
     limits: Limits
+    begin_s: float = 0.0
 
     def sample(self, t_s: float) -> KinematicState:
         """Return the state at a time since the beginning of the piece."""
-        positions, velocities, accelerations = self.profile.at_time(t_s)
+        positions, velocities, accelerations = self.profile.at_time(self.begin_s + t_s)
         if len(self.axes_enu) == 1:  # most are straight
             x, y, z = self.axes_enu[0]
             x0, y0, z0 = self.origin_enu_m
@@ -87,6 +89,7 @@ class MotionPiece:
 
     def samples(self, times_s: Array) -> tuple[Array, Array, Array]:
         """Return the same for many times (N,): positions, velocities, accelerations (N, 3)."""
+        times_s = self.begin_s + times_s
         positions, velocities, accelerations = np.zeros((3, len(times_s), 3))
         positions += self.origin_enu_m
         for (starts_s, states), axis in zip(self._phases, self.axes_enu, strict=True):

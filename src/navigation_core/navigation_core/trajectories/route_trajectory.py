@@ -4,8 +4,9 @@ A corner is a change of velocity along the chord between the two directions, at 
 Such a turn is symmetric: it begins as far before the corner as it ends behind it, and in its
 middle it is nearest to the corner, on the chord through it. So its speed follows from how
 far from the corner the path may pass, and the straight lines between the turns are motions
-along one axis. Position, velocity and acceleration are continuous throughout, and the path
-never leaves the lines by more than what is allowed at a corner.
+along one axis. A turn begins while the brake before it ends, and the next line while the turn ends.
+Position, velocity and acceleration are continuous throughout, and the path never leaves the lines
+by more than what is allowed at a corner.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from navigation_core.trajectories.motions import (
     plan_straight,
     speed_change_m,
 )
+from navigation_core.trajectories.overlaps import in_a_row, overlap_s
 from navigation_core.trajectories.trajectory import (
     Trajectory,
     TrajectoryError,
@@ -52,6 +54,8 @@ _HALVINGS = 14
 # Ruckig wants a little room for a change of speed, and for the speed at its end.
 _ROOM_M = 0.01
 _SPEED_SHARE = 0.999
+# Times that differ by less are the same.
+_SAME_S = 1e-6
 # Share of a leg that the turn at one of its ends may take.
 _LEG_SHARE = 0.5
 
@@ -116,19 +120,75 @@ def plan_route(start: KinematicState, points: Sequence[RoutePoint]) -> RouteTraj
     corners = None if legs is None else _choose_corners(state, points, legs)
     if legs is None or corners is None:
         return _stop_first(start, points)
+    row: list[tuple[MotionPiece, float]] = []
+    before: MotionPiece | None = None
     passed_s = []
+    time_s = total_duration_s(pieces)
     for point, leg, corner in zip(points, legs, corners, strict=True):
         to = add(point.position_enu_m, scale(leg.direction, -corner.reach_m))
-        pieces.append(plan_straight(state, to, leg.limits, corner.speed_m_s))
-        passed_s.append(total_duration_s(pieces))
-        state = pieces[-1].end
-        if corner.turn is not None:
-            pieces.append(change_along(state, corner.turn.velocity_enu_m_s, corner.turn.limits))
-            passed_s[-1] += 0.5 * pieces[-1].duration_s
-            state = pieces[-1].end
+        turn = _turn_at(to, leg, corner)
+        straight, early_s, turn_early_s = _straight(state, to, leg, corner, before, turn)
+        row.append((straight, early_s))
+        time_s += straight.duration_s - early_s
+        passed_s.append(time_s)
+        state = straight.end
+        if turn is not None:
+            row.append((turn, turn_early_s))
+            time_s += turn.duration_s - turn_early_s
+            passed_s[-1] = time_s - 0.5 * turn.duration_s
+            state = turn.end
+        before = turn
+    pieces += in_a_row(row)
     last = points[-1]
     trajectory = assemble(start, last.position_enu_m, last.limits, pieces)
     return RouteTrajectory(trajectory, tuple(passed_s))
+
+
+def _turn_at(place_enu_m: Vector3, leg: _Leg, corner: _Corner) -> MotionPiece | None:
+    if corner.turn is None:
+        return None
+    begin = KinematicState(place_enu_m, scale(leg.direction, corner.speed_m_s))
+    return change_along(begin, corner.turn.velocity_enu_m_s, corner.turn.limits)
+
+
+def _straight(
+    state: KinematicState,
+    to_enu_m: Vector3,
+    leg: _Leg,
+    corner: _Corner,
+    before: MotionPiece | None,
+    after: MotionPiece | None,
+) -> tuple[MotionPiece, float, float]:
+    """Plan a straight line from one turn to the next, each of which it may overlap.
+
+    With an overlap it begins farther back and ends farther ahead: the turns stay where they are.
+
+    Returns:
+        The motion, and how long it and the turns before and after it overlap.
+    """
+    alone = plan_straight(state, to_enu_m, leg.limits, corner.speed_m_s)
+    early_s, late_s = _overlaps_s(before, alone, after)
+    if early_s == late_s == 0.0:
+        return alone, 0.0, 0.0
+    back = KinematicState(
+        subtract(state.position_enu_m, scale(state.velocity_enu_m_s, early_s)),
+        state.velocity_enu_m_s,
+    )
+    to_enu_m = add(to_enu_m, scale(leg.direction, corner.speed_m_s * late_s))
+    longer = plan_straight(back if early_s else state, to_enu_m, leg.limits, corner.speed_m_s)
+    has_s = _overlaps_s(before, longer, after)
+    if has_s[0] < early_s - _SAME_S or has_s[1] < late_s - _SAME_S:
+        return alone, 0.0, 0.0
+    return longer, early_s, late_s
+
+
+def _overlaps_s(
+    before: MotionPiece | None, straight: MotionPiece, after: MotionPiece | None
+) -> tuple[float, float]:
+    return (
+        0.0 if before is None else overlap_s(before, straight),
+        0.0 if after is None else overlap_s(straight, after),
+    )
 
 
 def _stop_first(start: KinematicState, points: Sequence[RoutePoint]) -> RouteTrajectory:

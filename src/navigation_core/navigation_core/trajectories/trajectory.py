@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -41,12 +42,12 @@ from navigation_core.trajectories.motions import (
     TINY_M_S,
     TINY_M_S2,
     Array,
-    MotionPiece,
     TrajectoryError,
     change_velocity,
     plan_straight,
     relaxed_velocity,
 )
+from navigation_core.trajectories.overlaps import Piece
 
 __all__ = ["Limits", "LimitsError", "Trajectory", "TrajectoryError", "plan_stop", "plan_to"]
 
@@ -76,7 +77,7 @@ class Trajectory:
     end_position_enu_m: Vector3
     duration_s: float
     limits: Limits
-    _pieces: tuple[MotionPiece, ...]
+    _pieces: tuple[Piece, ...]
 
     def sample(self, t_s: float) -> KinematicState:
         """Return the state at a time; before the beginning and after the end it is clamped.
@@ -121,7 +122,7 @@ class Trajectory:
         piece, _ = self._piece_at(t_s)
         return self.limits if piece is None else piece.limits
 
-    def _piece_at(self, t_s: float) -> tuple[MotionPiece | None, float]:
+    def _piece_at(self, t_s: float) -> tuple[Piece | None, float]:
         """Return the piece of a time and the time since its beginning; None after the end."""
         for piece in self._pieces:
             if t_s < piece.duration_s:
@@ -190,13 +191,13 @@ def plan_to(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Traje
     return assemble(start, goal_enu_m, limits, pieces)
 
 
-def lead_in(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[MotionPiece]:
+def lead_in(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[Piece]:
     """Plan what comes before the straight line to a point: a brake and a turn, if need be.
 
     Raises:
         TrajectoryError: Ruckig finds no solution.
     """
-    pieces: list[MotionPiece] = []
+    pieces: list[Piece] = []
     state = start
     unavoidable = relaxed_velocity(state, limits)
     if _is_too_fast(unavoidable, limits):
@@ -220,7 +221,7 @@ def plan_stop(start: KinematicState, limits: Limits) -> Trajectory:
 
 
 def assemble(
-    start: KinematicState, end_enu_m: Vector3, limits: Limits, pieces: list[MotionPiece]
+    start: KinematicState, end_enu_m: Vector3, limits: Limits, pieces: Sequence[Piece]
 ) -> Trajectory:
     """Put pieces together that end in a standstill.
 
