@@ -82,6 +82,17 @@ def test_a_point_without_a_corner_and_a_reversal_are_stops() -> None:
 
 
 def test_a_leg_keeps_to_its_own_limits() -> None:
+    slow = LIMITS.with_speed(1.0)
+    route = plan_route(
+        KinematicState((0.0, 0.0, 5.0)),
+        [RoutePoint((30.0, 0.0, 5.0), 1.0, LIMITS), RoutePoint((60.0, 0.0, 5.0), 1.0, slow)],
+    )
+    assert speed_at(route, 0) <= 1.0 + 1e-6
+    middle = route.trajectory.sample(0.5 * route.passed_s[0])
+    assert norm(middle.velocity_enu_m_s) > 3.0
+
+
+def test_a_slow_leg_is_neither_entered_nor_left_too_fast() -> None:
     limits = (LIMITS, LIMITS.with_speed(1.0), LIMITS)
     corners = ((30.0, 0.0, 5.0), (30.0, 30.0, 5.0), (60.0, 30.0, 5.0))
     legs = [RoutePoint(at, 1.0, of) for at, of in zip(corners, limits, strict=True)]
