@@ -133,7 +133,10 @@ PARTS = {
         "test_nothing_is_cut_off_at_any_width",
         "test_two_flights_are_laid_over_each_other",
     ),
-    "pair/test_missions.py": ("test_a_mission_on_a_bad_link", "test_laps_stays_headings"),
+    "pair/test_missions.py": (
+        "test_a_mission_on_a_bad_link",
+        "test_laps_stays_headings",
+    ),
     "pair/test_obstacle_flights.py": ("test_a_goal_is_reached_by_replanning",),
     "pair/test_px4_goals.py": (
         "test_a_px4_that_disarmed_in_offboard",
@@ -143,6 +146,10 @@ PARTS = {
         "test_take_off_land_and_return",
         "test_the_arm_service_leaves_offboard_first",
     ),
+    "property/test_core_avoidance.py": (
+        "test_a_route_hits_nothing_and_ends",
+        "test_a_flight_to_a_point_hits_nothing_and_ends",
+    ),
     "property/test_core_goto.py": ("test_every_flight_ends_once_and_honestly",),
     "property/test_core_obstacle_map.py": (
         "test_everything_is_the_same_a_whole_number_of_columns_further_on",
@@ -150,10 +157,6 @@ PARTS = {
     ),
     "property/test_core_pursuit.py": ("test_any_target_is_reached_without_circles",),
     "property/test_damaged_logs.py": ("test_every_whole_packet_of_a_damaged_log_is_read",),
-    "property/test_core_avoidance.py": (
-        "test_a_route_hits_nothing_and_ends",
-        "test_a_flight_to_a_point_hits_nothing_and_ends",
-    ),
     "ros/test_client.py": (
         "test_a_killed_client_gives_the_terminal_back",
         "test_an_update_after_the_arrival_continues_from_there",
@@ -168,6 +171,7 @@ PARTS = {
         "test_any_tlog_is_drawn[rover",
         "test_any_tlog_is_drawn[offboard",
     ),
+    "unit/sitl/test_fuzz.py": ("test_a_million_hostile_frames_do_no_harm",),
     "unit/sitl/test_px4_follow_target.py": (
         "test_a_target_that_stands",
         "test_distance_and_height",
@@ -175,7 +179,6 @@ PARTS = {
         "test_the_height_may_be",
         "test_the_speed_round",
     ),
-    "unit/sitl/test_fuzz.py": ("test_a_million_hostile_frames_do_no_harm",),
     "unit/test_packaging.py": ("test_simulator_installs_on_its_own",),
 }
 """Of these, the tests whose names, with parameters, hold one of these.

@@ -24,13 +24,18 @@ from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.vehicle.traits import limits_of, traits_of
 from navigation_core.geometry import Vector3
 from navigation_core.limits import Limits
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.progress import Status
 from tests.bench.rows import row
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 ROUTES, CORNERS, GOAL = 6, 3, 1.15
 # Speeds, and acceptance radii of the waypoints: the default, and ArduPilot's own default.
-_FLOWN = ((3.0, 0.5), (8.0, 0.5), (8.0, 2.0))
+_FLOWN = (
+    (3.0, GotoConfig.arrival_radius_m),
+    (8.0, GotoConfig.arrival_radius_m),
+    (8.0, 2.0),
+)
 _LEGS_M = (8.0, 40.0)
 _WITHIN_M, _HEIGHT_M = 60.0, 5.0
 _SEED, _TRIES = 3, 2500

@@ -39,6 +39,7 @@ EAST: Vector3 = (1.0, 0.0, 0.0)
 TINY_M = 1e-6
 TINY_M_S = 1e-6
 TINY_M_S2 = 1e-6
+TINY_S = 1e-6
 # From about rest, all three axes keep in step, so that the path is as good as straight.
 # From a faster start the climb rate changes by itself, as fast as it may: a descent must not
 # be drawn out by a long turn, because there is ground below.

@@ -21,11 +21,10 @@ from navigation_core.geometry import (
     subtract,
 )
 from navigation_core.limits import Limits
-from navigation_core.trajectories.motions import TINY_M_S2, Array, MotionPiece
+from navigation_core.trajectories.motions import TINY_M_S2, TINY_S, Array, MotionPiece
 
 __all__ = ["Overlap", "Piece", "in_a_row", "overlap_s"]
 
-_TINY_S = 1e-6
 # Of both jerks together, beyond the greater one.
 _JERK_SHARE = 1.01
 
@@ -38,13 +37,17 @@ class Overlap:
 
     Attributes:
         first: its last part; it ends with the velocity that the second begins with.
-        second: its first part; it begins where the first would be then at its last velocity.
-        duration_s: of both.
+        second: its first part, as long; it begins where the first would be then at its last
+            velocity.
     """
 
     first: MotionPiece
     second: MotionPiece
-    duration_s: float
+
+    @property
+    def duration_s(self) -> float:
+        """That of both."""
+        return self.first.duration_s
 
     @property
     def limits(self) -> Limits:
@@ -102,7 +105,7 @@ def _ramp(motion: MotionPiece, *, last: bool) -> tuple[float, Vector3]:
     """
     found: list[tuple[float, Vector3]] = []
     for profile, axis in zip(motion.profile.profiles[0], motion.axes_enu, strict=True):
-        phases = [k for k, phase_s in enumerate(profile.t) if phase_s > _TINY_S]
+        phases = [k for k, phase_s in enumerate(profile.t) if phase_s > TINY_S]
         if not phases:
             continue
         phase = phases[-1 if last else 0]
@@ -128,5 +131,5 @@ def in_a_row(motions: Sequence[tuple[MotionPiece, float]]) -> list[Piece]:
         if last_s > 0.0:
             first = replace(motion, begin_s=end_s, duration_s=last_s)
             second = replace(motions[number + 1][0], duration_s=last_s)
-            pieces.append(Overlap(first, second, last_s))
+            pieces.append(Overlap(first, second))
     return pieces

@@ -14,7 +14,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from navigation_core.geometry import (
@@ -33,6 +33,7 @@ from navigation_core.limits import Limits
 from navigation_core.trajectories.fastest_turn import total_duration_s
 from navigation_core.trajectories.motions import (
     TINY_M,
+    TINY_S,
     MotionPiece,
     change_along,
     plan_straight,
@@ -54,8 +55,6 @@ _HALVINGS = 14
 # Ruckig wants a little room for a change of speed, and for the speed at its end.
 _ROOM_M = 0.01
 _SPEED_SHARE = 0.999
-# Times that differ by less are the same.
-_SAME_S = 1e-6
 # Share of a leg that the turn at one of its ends may take.
 _LEG_SHARE = 0.5
 
@@ -114,8 +113,8 @@ def plan_route(start: KinematicState, points: Sequence[RoutePoint]) -> RouteTraj
         raise TrajectoryError("A route needs at least one point; hold and report this.")
     for point in points:
         check_finite(start, point.position_enu_m)
-    pieces = lead_in(start, points[0].position_enu_m, points[0].limits)
-    state = pieces[-1].end if pieces else start
+    lead = lead_in(start, points[0].position_enu_m, points[0].limits)
+    state = lead[-1].end if lead else start
     legs = _legs(state.position_enu_m, points)
     corners = None if legs is None else _choose_corners(state, points, legs)
     if legs is None or corners is None:
@@ -123,10 +122,10 @@ def plan_route(start: KinematicState, points: Sequence[RoutePoint]) -> RouteTraj
     row: list[tuple[MotionPiece, float]] = []
     before: MotionPiece | None = None
     passed_s = []
-    time_s = total_duration_s(pieces)
+    time_s = total_duration_s(lead)
     for point, leg, corner in zip(points, legs, corners, strict=True):
         to = add(point.position_enu_m, scale(leg.direction, -corner.reach_m))
-        turn = _turn_at(to, leg, corner)
+        turn = None if corner.turn is None else _turn_at(to, leg, corner.speed_m_s, corner.turn)
         straight, early_s, turn_early_s = _straight(state, to, leg, corner, before, turn)
         row.append((straight, early_s))
         time_s += straight.duration_s - early_s
@@ -138,17 +137,9 @@ def plan_route(start: KinematicState, points: Sequence[RoutePoint]) -> RouteTraj
             passed_s[-1] = time_s - 0.5 * turn.duration_s
             state = turn.end
         before = turn
-    pieces += in_a_row(row)
     last = points[-1]
-    trajectory = assemble(start, last.position_enu_m, last.limits, pieces)
+    trajectory = assemble(start, last.position_enu_m, last.limits, [*lead, *in_a_row(row)])
     return RouteTrajectory(trajectory, tuple(passed_s))
-
-
-def _turn_at(place_enu_m: Vector3, leg: _Leg, corner: _Corner) -> MotionPiece | None:
-    if corner.turn is None:
-        return None
-    begin = KinematicState(place_enu_m, scale(leg.direction, corner.speed_m_s))
-    return change_along(begin, corner.turn.velocity_enu_m_s, corner.turn.limits)
 
 
 def _straight(
@@ -170,14 +161,12 @@ def _straight(
     early_s, late_s = _overlaps_s(before, alone, after)
     if early_s == late_s == 0.0:
         return alone, 0.0, 0.0
-    back = KinematicState(
-        subtract(state.position_enu_m, scale(state.velocity_enu_m_s, early_s)),
-        state.velocity_enu_m_s,
-    )
+    begin_enu_m = subtract(state.position_enu_m, scale(state.velocity_enu_m_s, early_s))
     to_enu_m = add(to_enu_m, scale(leg.direction, corner.speed_m_s * late_s))
-    longer = plan_straight(back if early_s else state, to_enu_m, leg.limits, corner.speed_m_s)
+    begin = replace(state, position_enu_m=begin_enu_m)
+    longer = plan_straight(begin, to_enu_m, leg.limits, corner.speed_m_s)
     has_s = _overlaps_s(before, longer, after)
-    if has_s[0] < early_s - _SAME_S or has_s[1] < late_s - _SAME_S:
+    if has_s[0] < early_s - TINY_S or has_s[1] < late_s - TINY_S:
         return alone, 0.0, 0.0
     return longer, early_s, late_s
 
@@ -294,13 +283,15 @@ def _corner(before: _Leg, after: _Leg, speed_m_s: float) -> _Corner:
         return _STOP
     slower = min(before.limits, after.limits, key=lambda limits: limits.speed_horizontal_m_s)
     turn = _Turn(scale(after.direction, speed_m_s), slower)
-    return _Corner(speed_m_s, 0.5 * speed_m_s * _piece(before, speed_m_s, turn).duration_s, turn)
+    return _Corner(
+        speed_m_s, 0.5 * speed_m_s * _turn_at(ZERO, before, speed_m_s, turn).duration_s, turn
+    )
 
 
-def _piece(before: _Leg, speed_m_s: float, turn: _Turn) -> MotionPiece:
-    """Plan the turn as if it began at zero."""
-    origin = KinematicState(ZERO, scale(before.direction, speed_m_s))
-    return change_along(origin, turn.velocity_enu_m_s, turn.limits)
+def _turn_at(place_enu_m: Vector3, before: _Leg, speed_m_s: float, turn: _Turn) -> MotionPiece:
+    """Plan the turn out of a leg from a place on."""
+    begin = KinematicState(place_enu_m, scale(before.direction, speed_m_s))
+    return change_along(begin, turn.velocity_enu_m_s, turn.limits)
 
 
 def _keeps_near(corner_m: float, before: _Leg, after: _Leg, corner: _Corner) -> bool:
@@ -309,7 +300,7 @@ def _keeps_near(corner_m: float, before: _Leg, after: _Leg, corner: _Corner) -> 
         return False
     if corner.reach_m > _LEG_SHARE * min(before.length_m, after.length_m):
         return False
-    piece = _piece(before, corner.speed_m_s, corner.turn)
+    piece = _turn_at(ZERO, before, corner.speed_m_s, corner.turn)
     middle = piece.sample(0.5 * piece.duration_s).position_enu_m
     return norm(subtract(middle, scale(before.direction, corner.reach_m))) <= corner_m
 

@@ -42,6 +42,7 @@ from navigation_core.trajectories.motions import (
     TINY_M_S,
     TINY_M_S2,
     Array,
+    MotionPiece,
     TrajectoryError,
     change_velocity,
     plan_straight,
@@ -191,13 +192,13 @@ def plan_to(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> Traje
     return assemble(start, goal_enu_m, limits, pieces)
 
 
-def lead_in(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[Piece]:
+def lead_in(start: KinematicState, goal_enu_m: Vector3, limits: Limits) -> list[MotionPiece]:
     """Plan what comes before the straight line to a point: a brake and a turn, if need be.
 
     Raises:
         TrajectoryError: Ruckig finds no solution.
     """
-    pieces: list[Piece] = []
+    pieces: list[MotionPiece] = []
     state = start
     unavoidable = relaxed_velocity(state, limits)
     if _is_too_fast(unavoidable, limits):
