@@ -9,8 +9,11 @@ import enum
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.ranges import RangesMeasured, RangesRefused
+
+_FLOATS = (mavlink.MAV_PARAM_TYPE_REAL32, mavlink.MAV_PARAM_TYPE_REAL64)
 
 
 class OperationKind(enum.Enum):
@@ -277,6 +280,18 @@ class Parameter:
     name: str
     value: float
     type: int
+
+    @property
+    def text(self) -> str:
+        """The value as `parameter_text` writes it."""
+        return parameter_text(self.value, self.type)
+
+
+def parameter_text(value: float, kind: int) -> str:
+    """Return a value of a MAV_PARAM_TYPE: integers in full, floats in the digits of 32 bits."""
+    if kind not in _FLOATS and float(value).is_integer():
+        return str(int(value))
+    return f"{value:.9g}"
 
 
 class ParameterChange(enum.Enum):

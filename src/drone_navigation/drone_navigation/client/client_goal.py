@@ -28,7 +28,7 @@ _FRAMES = {
 
 
 if TYPE_CHECKING:
-    from navigation_bridge.goals.plan_files import PlannedRoute
+    from navigation_bridge.plan_files.routes import PlannedRoute
 
 
 @dataclass(frozen=True)
@@ -100,16 +100,11 @@ def _point(options: argparse.Namespace, position_m: Vector3) -> Navigate.Goal:
 
 def _planned(options: argparse.Namespace) -> PlannedRoute:
     # With the codec, which would double what the client itself takes to start.
-    from navigation_bridge.goals.plan_files import (  # noqa: PLC0415
-        PlanError,
-        read_plan,
-        read_waypoints,
-    )
+    from navigation_bridge.plan_files.items import PlanError  # noqa: PLC0415
+    from navigation_bridge.plan_files.routes import read_route  # noqa: PLC0415
 
     try:
-        if options.plan is not None:
-            return read_plan(options.plan)
-        return read_waypoints(options.waypoints)
+        return read_route(options.plan or options.waypoints)
     except PlanError as error:
         make_parser().error(str(error))
 

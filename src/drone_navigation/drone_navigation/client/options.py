@@ -192,11 +192,9 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         help="target in metres (default: 10 5 2)",
     )
     what.add_argument(
-        "--plan", type=Path, metavar="FILE", help="fly the route of a QGroundControl .plan file"
+        "--plan", type=Path, metavar="FILE", help="fly the route of a file: .plan or QGC WPL"
     )
-    what.add_argument(
-        "--waypoints", type=Path, metavar="FILE", help="fly the route of a QGC WPL 110 file"
-    )
+    what.add_argument("--waypoints", type=Path, metavar="FILE", help="the same as --plan")
     parser.add_argument(
         "--mission", action="store_true", help="fly the route as a mission of the autopilot"
     )

@@ -31,11 +31,11 @@ from drone_navigation.client.options import (
 )
 from drone_navigation.client.terminal.progress import counting_bar
 from drone_navigation.storage_messages import area_message, rally_message
-from mavlink_vehicle.events import Parameter
-from navigation_bridge.goals.plan_files import PlanError
+from mavlink_vehicle.events import Parameter, parameter_text
 from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_bridge.plan_files.items import PlanError
 from navigation_bridge.storage import parameter_files as files
-from navigation_bridge.storage.plan_storage import read_plan_fence, read_plan_rally
+from navigation_bridge.storage.point_files import read_fence, read_rally
 
 __all__ = ["StorageCommand", "prepare", "run_storage_command"]
 
@@ -80,7 +80,7 @@ def prepare(options: argparse.Namespace) -> StorageRequest:
     """Return the request of the command line; files are read and checked here.
 
     Raises:
-        PlanError: the plan has no fence or rally points that can be sent.
+        PlanError: the file has no fence or rally points that can be sent.
         ParameterFileError: the file holds no parameters, or cannot be written.
     """
     if options.command == "fence":
@@ -115,18 +115,20 @@ def _fence(options: argparse.Namespace) -> StorageRequest:
             if options.clear
             else StorageRequest(GetFence, "get_fence", {})
         )
-    fence = read_plan_fence(options.plan)
+    file = read_fence(options.plan)
+    fence = file.fence
     fields = {
         "areas": [area_message(area) for area in fence.areas],
         "return_point": list(fence.return_point_deg or ()),
     }
-    return StorageRequest(SetFence, "set_fence", fields)
+    return StorageRequest(SetFence, "set_fence", fields, file.notes)
 
 
 def _rally(options: argparse.Namespace) -> StorageRequest:
     if options.plan is not None:
-        points = [rally_message(point) for point in read_plan_rally(options.plan)]
-        return StorageRequest(SetRallyPoints, "set_rally_points", {"points": points})
+        file = read_rally(options.plan)
+        fields = {"points": [rally_message(point) for point in file.points]}
+        return StorageRequest(SetRallyPoints, "set_rally_points", fields, file.notes)
     if options.clear:
         return StorageRequest(SetRallyPoints, "set_rally_points", {})
     return StorageRequest(GetRallyPoints, "get_rally_points", {})
@@ -252,19 +254,22 @@ def _shown(result: Any) -> tuple[dict[str, Any], str]:
         ]
         return {"points": points}, "\n".join([*lines, result.message])
     if isinstance(result, GetVehicleParameter.Response):
-        value = result.parameter.value if result.success else math.nan
-        return {"value": _finite(value)}, result.message
+        return {"value": _value(result.parameter) if result.success else None}, result.message
     if isinstance(result, ListVehicleParameters.Result):
-        values = {p.name: _finite(p.value) for p in result.parameters}
-        lines = [f"{p.name:<16} {p.value:.9g}" for p in result.parameters]
+        values = {p.name: _value(p) for p in result.parameters}
+        lines = [f"{p.name:<16} {parameter_text(p.value, p.type)}" for p in result.parameters]
         return {"parameters": values}, "\n".join([*lines, result.message])
     if isinstance(result, LoadVehicleParameters.Result):
         return _load_shown(result)
     return {}, result.message
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _value(parameter: VehicleParameter) -> float | None:
+    """Return a value for JSON: an integer as one, null for what is not a number."""
+    if not math.isfinite(parameter.value):
+        return None
+    text = parameter_text(parameter.value, parameter.type)
+    return int(text) if text.lstrip("-").isdecimal() else parameter.value
 
 
 def _load_shown(result: Any) -> tuple[dict[str, Any], str]:

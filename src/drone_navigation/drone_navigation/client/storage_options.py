@@ -48,8 +48,14 @@ def add_storage(parser: argparse.ArgumentParser, command: str) -> None:
         )
         return
     what = parser.add_mutually_exclusive_group()
+    formats = {"fence": ".fen, .poly", "rally": ".ral"}[command]
     what.add_argument(
-        "--plan", type=Path, metavar="FILE", help="set those of a QGroundControl .plan file"
+        "--plan",
+        "--file",
+        type=Path,
+        metavar="FILE",
+        help=f"set those of a file: .plan of QGroundControl, QGC WPL, {formats} of Mission Planner "
+        "and MAVProxy",
     )
     what.add_argument("--clear", action="store_true", help="remove what is stored")
 

@@ -12,8 +12,9 @@ from drone_navigation.console.messages import PageWaypoint
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.projections import LocalFrame, Projection
 from mavlink_vehicle.profiles import profile_for
-from navigation_bridge.goals.plan_files import PlanError, parse_plan
 from navigation_bridge.goals.requests import AltitudeReference
+from navigation_bridge.plan_files.items import PlanError
+from navigation_bridge.plan_files.routes import parse_route
 
 __all__ = ["PlanError", "earth", "make_plan", "map_waypoints", "stored_plan"]
 
@@ -82,7 +83,7 @@ def map_waypoints(
     """
     frame = _frame(autopilot, home)
     assert home is not None
-    route = parse_plan(text)
+    route = parse_route(text)
     notes = list(route.notes)
     found = []
     for number, waypoint in enumerate(route.waypoints, start=1):

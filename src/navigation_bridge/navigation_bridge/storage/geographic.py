@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import AMSL, RELATIVE_ALT, TERRAIN_ALT, MissionItem
-from navigation_bridge.goals.plan_files import FRAME_REFERENCES
 from navigation_bridge.goals.requests import AltitudeReference
+from navigation_bridge.plan_files.items import FRAME_REFERENCES
 
 Degrees = tuple[float, float]
 """Latitude and longitude (WGS-84)."""

@@ -6,75 +6,63 @@ and "Rally Points". Rally points are above home.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from navigation_bridge.goals.plan_files import PlanError, plan_document
-from navigation_bridge.storage.geographic import (
-    Degrees,
-    GeoArea,
-    GeoFence,
-    RallyPoint,
-    fence_problem,
-    rally_problem,
-)
+from navigation_bridge.plan_files.items import PlanError
+from navigation_bridge.storage.geographic import Degrees, GeoArea, GeoFence, RallyPoint
 
 _VERSION = 2
 
 
-def read_plan_fence(path: Path) -> GeoFence:
-    """Return the fence of a `.plan` file.
+def plan_fence(document: dict[str, Any]) -> GeoFence:
+    """Return the fence of a plan.
 
     Raises:
-        PlanError: it is not one, has no fence, or the fence cannot be sent.
+        PlanError: it has none, or the fence is not described as it should be.
     """
-    part = _part(path, "geoFence")
+    part = _part(document, "geoFence")
     try:
         areas = [_polygon(entry) for entry in _list(part, "polygons")]
         areas += [_circle(entry) for entry in _list(part, "circles")]
         given = part.get("breachReturn")
         return_point_deg = None if not given else _place(given, "breachReturn", 3)
-        fence = GeoFence(tuple(areas), return_point_deg)
-        problem = "The plan has no fence." if not areas else fence_problem(fence)
     except PlanError as error:
-        problem = f"geoFence: {error}"
-    if problem is not None:
-        raise PlanError(f"{path}: {problem}")
-    return fence
+        raise PlanError(f"geoFence: {error}") from None
+    if not areas:
+        raise PlanError("The plan has no fence.")
+    return GeoFence(tuple(areas), return_point_deg)
 
 
-def read_plan_rally(path: Path) -> tuple[RallyPoint, ...]:
-    """Return the rally points of a `.plan` file.
+def plan_rally(document: dict[str, Any]) -> tuple[RallyPoint, ...]:
+    """Return the rally points of a plan.
 
     Raises:
-        PlanError: it is not one, has no rally points, or they cannot be sent.
+        PlanError: it has none, or they are not described as they should be.
     """
-    part = _part(path, "rallyPoints")
+    part = _part(document, "rallyPoints")
+    points = []
     try:
-        points = []
         for entry in _list(part, "points"):
             place_deg = _place(entry, "a rally point", 3)
             if len(entry) != 3:
                 raise PlanError("a rally point has no altitude.")
             points.append(RallyPoint(place_deg, float(entry[2])))
-        problem = rally_problem(points) if points else "The plan has no rally points."
     except PlanError as error:
-        problem = f"rallyPoints: {error}"
-    if problem is not None:
-        raise PlanError(f"{path}: {problem}")
+        raise PlanError(f"rallyPoints: {error}") from None
+    if not points:
+        raise PlanError("The plan has no rally points.")
     return tuple(points)
 
 
-def _part(path: Path, key: str) -> dict[str, Any]:
-    document = plan_document(path)
+def _part(document: dict[str, Any], key: str) -> dict[str, Any]:
     part = document.get(key, {})
     if not isinstance(part, dict):
-        raise PlanError(f"{path}: {key} is not an object.")
+        raise PlanError(f"{key} is not an object.")
     version = part.get("version", _VERSION)
     if version != _VERSION:
         raise PlanError(
-            f"{path}: {key} has version {version!r}, not {_VERSION}; open the plan in "
-            "QGroundControl and save it again."
+            f"{key} has version {version!r}, not {_VERSION}; open the plan in QGroundControl and "
+            "save it again."
         )
     return part
 
