@@ -25,6 +25,7 @@ HOME_1E7 = (-353632610, 1491652300)
 FENCE, RALLY = MissionType.FENCE, MissionType.RALLY
 LISTS = {FENCE: PlanType.FENCE, RALLY: PlanType.RALLY}
 AUTOPILOTS = ("ardupilot", "px4")
+INT32 = mavlink.MAV_PARAM_TYPE_INT32
 
 
 def corner(north: int, east: int, corners: int = 4, command: int = 5001) -> MissionItem:
@@ -334,6 +335,32 @@ def test_many_are_changed_and_each_is_accounted_for(
     assert len(by_change[ParameterChange.UNCHANGED]) == len(wanted) - 3
     assert has[real] == 7.5
     assert {m.param_id for _, m in pair.sent if m.get_type() == "PARAM_SET"} == {real}
+
+
+@pytest.mark.parametrize("autopilot", AUTOPILOTS)
+def test_names_that_the_list_lacks_cost_no_time(autopilot: str) -> None:
+    """A file of another version has hundreds of them; each took 12 questions, twice."""
+    pair = pair_of(autopilot)
+    real = "WPNAV_SPEED" if autopilot == "ardupilot" else "MPC_XY_CRUISE"
+    unknown = [f"NO_SUCH_{number}" for number in range(244)]
+    before_s = pair.now
+    end = change(pair, {real: 4.5, **dict.fromkeys(unknown, 1.0)})
+    assert "1 changed, 0 unchanged, 244 unknown" in end.reason
+    assert pair.now - before_s < 10.0
+    asked = {m.param_id for _, m in pair.sent if m.get_type() == "PARAM_REQUEST_READ"}
+    assert not asked & set(unknown)
+
+
+def test_integers_are_shown_in_full() -> None:
+    pair = pair_of("px4")
+    has = pair.simulation.vehicles[0].parameters
+    name = next(name for name in has.names() if has.specs[name].type == INT32)
+    for value in (2147483647.0, -2147483648.0):
+        assert f"{name} is {value:.0f}, read back" in change(pair, {name: value}).reason
+        assert f"{name} is {value:.0f}." in change(pair, {name: None}).reason
+        assert f"{name} is {value:.0f} already." in change(pair, {name: value}).reason
+    end = change(pair, {name: 4294967296.0})
+    assert "4294967296 is not an integer from" in end.reason
 
 
 def test_a_value_that_the_autopilot_does_not_keep_is_reported() -> None:

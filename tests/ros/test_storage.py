@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,13 @@ from rclpy.action import ActionClient
 
 from custom_interfaces.action import ListVehicleParameters, LoadVehicleParameters
 from custom_interfaces.msg import FenceArea, RallyPoint, VehicleParameter
-from custom_interfaces.srv import GetFence, SetFence, SetRallyPoints, SetVehicleParameter
+from custom_interfaces.srv import (
+    GetFence,
+    GetVehicleParameter,
+    SetFence,
+    SetRallyPoints,
+    SetVehicleParameter,
+)
 from drone_navigation.processes import Process
 from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.ros.ros_flight import Flight, navigate_goal
@@ -192,6 +199,29 @@ def test_the_commands_of_the_client(flight: Flight, tmp_path: Path) -> None:
     code, text = run(flight, "parameters", "get", "NO_SUCH_ONE")
     assert code == 3
     assert "NO_SUCH_ONE" in text
+
+
+def test_a_client_that_is_killed_ends_its_loading(flight: Flight, tmp_path: Path) -> None:
+    """Each value that cannot be read back takes 7 s, and others are rejected meanwhile."""
+    listed, _ = act(flight, ListVehicleParameters, "vehicle_parameters/list")
+    outputs = [p for p in listed.parameters if p.name.startswith("SERVO1")]
+    assert len(outputs) > 30
+    path = tmp_path / "many.parm"
+    path.write_text("".join(f"{p.name} {p.value + 1.0}\n" for p in outputs))
+
+    def is_busy() -> bool:
+        request = {"name": "WPNAV_SPEED"}
+        answer = call(flight, GetVehicleParameter, "vehicle_parameters/get", **request)
+        return "Parameters are being read or changed" in answer.message
+
+    client = Process("client", [*CLIENT, "parameters", "load", str(path)], flight.environment)
+    flight.wait(is_busy, 30.0, "the loading")
+    flight.relay.withheld = frozenset({"PARAM_VALUE"})
+    client.signal(signal.SIGKILL)
+    client.wait(10.0)
+    assert is_busy()
+    flight.wait(lambda: not is_busy(), 60.0, "the end of the loading")
+    flight.relay.withheld = frozenset()
 
 
 def test_nothing_is_written_while_a_goal_is_active_or_the_vehicle_armed(flight: Flight) -> None:

@@ -9,11 +9,11 @@ import enum
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.ranges import RangesMeasured, RangesRefused
 
-_FLOATS = (mavlink.MAV_PARAM_TYPE_REAL32, mavlink.MAV_PARAM_TYPE_REAL64)
+# Above it, digits of a float mean nothing.
+_INTEGER_MAX = 1e15
 
 
 class OperationKind(enum.Enum):
@@ -284,12 +284,12 @@ class Parameter:
     @property
     def text(self) -> str:
         """The value as `parameter_text` writes it."""
-        return parameter_text(self.value, self.type)
+        return parameter_text(self.value)
 
 
-def parameter_text(value: float, kind: int) -> str:
-    """Return a value of a MAV_PARAM_TYPE: integers in full, floats in the digits of 32 bits."""
-    if kind not in _FLOATS and float(value).is_integer():
+def parameter_text(value: float) -> str:
+    """Return a parameter's value: integers in full, others in the digits of a float of 32 bits."""
+    if float(value).is_integer() and 1.0 <= abs(value) < _INTEGER_MAX:
         return str(int(value))
     return f"{value:.9g}"
 

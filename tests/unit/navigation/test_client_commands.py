@@ -10,10 +10,13 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import BatteryState
 
-from custom_interfaces.msg import VehicleStatus
+from custom_interfaces.action import ListVehicleParameters
+from custom_interfaces.msg import VehicleParameter, VehicleStatus
+from custom_interfaces.srv import GetVehicleParameter
 from drone_navigation.client import servers as client_servers
 from drone_navigation.client.commands import status_facts, status_lines
 from drone_navigation.client.servers import no_server
+from drone_navigation.client.storage import _shown
 
 
 def status(**members: Any) -> VehicleStatus:
@@ -135,3 +138,19 @@ def test_available_alternatives_are_listed(
     actions.append(("/dock", []))
     monkeypatch.setattr(client_servers, "get_action_names_and_types", lambda _node: actions)
     assert no_server(Graph(asked), "land") == sentence
+
+
+def test_integers_are_shown_in_full_and_floats_as_they_are() -> None:
+    values = (("A", 2147483647.0, 6), ("B", 4294967296.0, 9), ("C", 0.1, 9), ("D", math.nan, 9))
+    parameters = [VehicleParameter(name=n, value=value, type=kind) for n, value, kind in values]
+    result = ListVehicleParameters.Result(success=True, message="Read.", parameters=parameters)
+    facts, text = _shown(result)
+    shown = '{"A": 2147483647, "B": 4294967296, "C": 0.1, "D": null}'
+    assert json.dumps(facts["parameters"]) == shown
+    assert [line.split()[1] for line in text.splitlines()[:3]] == [
+        "2147483647",
+        "4294967296",
+        "0.1",
+    ]
+    response = GetVehicleParameter.Response(success=True, parameter=parameters[0])
+    assert json.dumps(_shown(response)[0]) == '{"value": 2147483647}'

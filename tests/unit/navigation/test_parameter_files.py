@@ -64,8 +64,10 @@ def test_a_float_comes_back_as_it_was(value: float) -> None:
 
 @given(st.integers(-(2**31), 2**31 - 1))
 def test_an_integer_comes_back_as_it_was(value: int) -> None:
-    text = text_of([Parameter("A", float(value), INT32)], QGROUNDCONTROL, 1, "")
-    assert parse_parameters(text).values == {"A": value}
+    for kind in (QGROUNDCONTROL, MAVPROXY):
+        text = text_of([Parameter("A", float(value), INT32)], kind, 1, "")
+        assert str(value) in text.split()
+        assert parse_parameters(text).values == {"A": value}
 
 
 def test_what_others_write_is_read() -> None:
@@ -81,9 +83,75 @@ def test_what_others_write_is_read() -> None:
     assert read.notes == ("1 parameters of other components are left out.",)
 
 
+def test_hexadecimal_values_and_equals_signs_are_read() -> None:
+    read = parse_parameters("A 0x0F\nB,0XfF\nC = 3\nD=-1.5\n1\t1\tE\t0x10\t6\nF -0x1\nG 1.\nH .5\n")
+    assert read.values == {
+        "A": 15.0, "B": 255.0, "C": 3.0, "D": -1.5, "E": 16.0, "F": -1.0, "G": 1.0, "H": 0.5,
+    }  # fmt: skip
+    assert read.notes == ()
+
+
+def test_values_of_a_boards_defaults_are_read_with_a_note() -> None:
+    read = parse_parameters("A 1 @READONLY\nB 2\nC 0x3 @READONLY # ours\n")
+    assert read.values == {"A": 1.0, "B": 2.0, "C": 3.0}
+    assert read.notes == ("2 parameters are marked @READONLY; the autopilot may deny them.",)
+
+
+def write(folder: Path, **texts: str) -> Path:
+    for name, text in texts.items():
+        (folder / f"{name}.parm").write_text(text)
+    return folder / "top.parm"
+
+
+def test_files_are_included_and_later_values_count(tmp_path: Path) -> None:
+    (tmp_path / "below").mkdir()
+    write(tmp_path / "below", base="A 1\nB 2\n@include more.parm\n", more="C 3\n")
+    top = write(
+        tmp_path, top="@include below/base.parm\nB 5 # instead\n@include twice.parm\n"
+        "@include twice.parm\n", twice="D 4\n",
+    )  # fmt: skip
+    assert read_parameters(top).values == {"A": 1.0, "B": 5.0, "C": 3.0, "D": 4.0}
+
+
+def test_an_include_that_is_not_followed_names_the_line(tmp_path: Path) -> None:
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    secret = write(tmp_path, top="A 1\n")
+    (folder / "link.parm").symlink_to(secret)
+    for text, sentence in (
+        ("B 1\n@include ../top.parm\n", "line 2: '../top.parm' is outside of the folder"),
+        (f"@include {secret}\n", "is outside of the folder"),
+        ("@include link.parm\n", "line 1: 'link.parm' is outside of the folder"),
+        ("@include top.parm\n", "line 1: 'top.parm' includes itself"),
+        ("@include other.parm\n", "other.parm: line 1: 'top.parm' includes itself"),
+        ("@include none.parm\n", "none.parm: No such file"),
+        ("@include\n", "line 1: @include needs the name of one file"),
+        ("@include bad.parm\n", "bad.parm: line 2: 1 columns"),
+        ("@include double.parm\n", "more than 50 files are included"),
+        ("@include empty.parm\n", "top.parm: it contains no parameters of the autopilot"),
+    ):
+        top = write(
+            folder, top=text, other="@include top.parm\n", bad="C 1\nD\n", empty="",
+            double="@include a.parm\n" * 8, a="@include b.parm\n" * 8, b="E 1\n",
+        )  # fmt: skip
+        with pytest.raises(ParameterFileError, match=r"^[^\n]*$") as caught:
+            read_parameters(top)
+        assert sentence in str(caught.value)
+
+
+def test_a_text_without_a_file_includes_nothing() -> None:
+    with pytest.raises(ParameterFileError, match="line 1: @include needs the name of one file"):
+        parse_parameters("@include a.parm\n")
+
+
 @pytest.mark.parametrize(
     ("text", "part"),
     [
+        ("A 0x\n", "line 1: the value of A, '0x', is not a finite number"),
+        ("A 1_000\n", "line 1: the value of A, '1_000', is not a finite number"),
+        ("A 0xFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFFF\n", "is not a finite number"),
+        ("A 1 READONLY\n", "line 1: 3 columns"),
+        ("A,1,5\n", "line 1: 3 columns"),
         ("", "no parameters"),
         ("# only a comment\n", "no parameters"),
         ("1\t154\tGIMBAL\t1\t6\n", "no parameters of the autopilot"),

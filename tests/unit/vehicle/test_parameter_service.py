@@ -263,14 +263,51 @@ def test_a_set_that_cannot_be_read_back_is_unknown() -> None:
     assert "its value is unknown" in outcome.reason
 
 
-def test_what_is_unknown_is_tried_again_after_a_change() -> None:
-    """ArduPilot shows some parameters only once others are set."""
-    talk = changes(SUB=5.0, ENABLE=1.0)
-    talk.tell(error("SUB", 1), value("ENABLE", 0.0), value("ENABLE", 1.0), value("ENABLE", 1.0))
-    talk.tell(value("SUB", 0.0), value("SUB", 5.0), value("SUB", 5.0))
+def many(**wanted: float) -> Conversation:
+    return Conversation(ParameterChanges(wanted, ADDRESS, False, lambda: None, list_first=True))
+
+
+def test_names_that_the_list_lacks_are_unknown_at_once() -> None:
+    talk = many(NONE=5.0, A=1.0, NEITHER=2.0)
+    assert talk.asked() == ["PARAM_REQUEST_LIST"]
+    talk.tell(value("A", 1.0, 0, 1))
+    assert talk.asked() == []
     end = talk.end()
-    assert end.result is OperationResult.ACHIEVED
-    assert [outcome.name for outcome in end.outcomes] == ["SUB", "ENABLE"]
+    assert [outcome.change.name for outcome in end.outcomes] == ["UNKNOWN", "UNCHANGED", "UNKNOWN"]
+    assert "it is not in its list" in end.outcomes[0].reason
+
+
+def test_what_is_unknown_is_tried_again_while_something_changes() -> None:
+    """ArduPilot shows some parameters only once others are set: ENABLE, then TYPE, then MAX."""
+    talk = many(MAX=5.0, TYPE=2.0, ENABLE=1.0, NONE=3.0)
+    listed = {"ENABLE": 0.0}
+    for name, wanted in (("ENABLE", 1.0), ("TYPE", 2.0), ("MAX", 5.0)):
+        assert talk.asked()[-1] == "PARAM_REQUEST_LIST"
+        for index, (known, number) in enumerate(listed.items()):
+            talk.tell(value(known, number, index, len(listed)))
+        assert talk.asked() == [f"PARAM_SET  {name}"]
+        talk.tell(value(name, wanted), value(name, wanted))
+        listed[name] = wanted
+        listed |= {"ENABLE": {"TYPE": 0.0}, "TYPE": {"MAX": 0.0}, "MAX": {}}[name]
+    assert talk.asked()[-1] == "PARAM_REQUEST_LIST"
+    for index, (known, number) in enumerate(listed.items()):
+        talk.tell(value(known, number, index, len(listed)))
+    end = talk.end()
+    changed = [outcome.name for outcome in end.outcomes if outcome.change.name == "CHANGED"]
+    assert changed == ["MAX", "TYPE", "ENABLE"]
+    assert end.outcomes[3].change is ParameterChange.UNKNOWN
+
+
+def test_what_an_incomplete_list_lacks_is_asked_for_by_name() -> None:
+    talk = many(A=1.0, LOST=2.0)
+    talk.asked()
+    talk.tell(value("A", 1.0, 0, 2))
+    asked: list[str] = []
+    while not asked or asked[-1] != "PARAM_REQUEST_READ -1 LOST":
+        talk.wait()
+        asked += talk.asked()
+    talk.tell(value("LOST", 2.0))
+    assert talk.end().result is OperationResult.ACHIEVED
 
 
 def test_of_many_what_the_autopilot_counts_stays() -> None:

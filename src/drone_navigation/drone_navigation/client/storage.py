@@ -254,22 +254,21 @@ def _shown(result: Any) -> tuple[dict[str, Any], str]:
         ]
         return {"points": points}, "\n".join([*lines, result.message])
     if isinstance(result, GetVehicleParameter.Response):
-        return {"value": _value(result.parameter) if result.success else None}, result.message
+        return {"value": _value(result.parameter.value) if result.success else None}, result.message
     if isinstance(result, ListVehicleParameters.Result):
-        values = {p.name: _value(p) for p in result.parameters}
-        lines = [f"{p.name:<16} {parameter_text(p.value, p.type)}" for p in result.parameters]
+        values = {p.name: _value(p.value) for p in result.parameters}
+        lines = [f"{p.name:<16} {parameter_text(p.value)}" for p in result.parameters]
         return {"parameters": values}, "\n".join([*lines, result.message])
     if isinstance(result, LoadVehicleParameters.Result):
         return _load_shown(result)
     return {}, result.message
 
 
-def _value(parameter: VehicleParameter) -> float | None:
+def _value(value: float) -> float | None:
     """Return a value for JSON: an integer as one, null for what is not a number."""
-    if not math.isfinite(parameter.value):
+    if not math.isfinite(value):
         return None
-    text = parameter_text(parameter.value, parameter.type)
-    return int(text) if text.lstrip("-").isdecimal() else parameter.value
+    return int(value) if value.is_integer() and abs(value) < 2.0**53 else value
 
 
 def _load_shown(result: Any) -> tuple[dict[str, Any], str]:

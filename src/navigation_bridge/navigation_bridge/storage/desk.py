@@ -180,10 +180,16 @@ class StorageDesk:
             )
         self._begin_parameters(obstacle, take)
 
-    def stop_parameters(self, take: TakeParameters, now: float) -> None:
-        """End the request of this taker, if it is under way; what is changed stays changed."""
+    def stop_parameters(self, take: TakeParameters, reason: str, now: float) -> None:
+        """End the request of this taker, if it is under way; what is changed stays changed.
+
+        Args:
+            take: of the request.
+            reason: part of a sentence, such as "it was cancelled".
+            now: seconds.
+        """
         if self._take_parameters == take:
-            self._vehicle.storage.stop_parameters("it was cancelled", now)
+            self._vehicle.storage.stop_parameters(reason, now)
 
     def _begin_parameters(self, obstacle: str | None, take: TakeParameters) -> None:
         if obstacle is not None:

@@ -10,6 +10,7 @@ from typing import Any
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
 
 from custom_interfaces.action import ListVehicleParameters, LoadVehicleParameters
 from custom_interfaces.msg import VehicleParameter
@@ -24,6 +25,7 @@ from navigation_bridge.storage.parameter_files import NAME
 _TIMEOUT_S = 60.0
 _RESULT_TIMEOUT_S = 60
 _PARAMETERS_MAX = 5000
+_NAME = "~/vehicle_parameters"
 
 Request = Callable[[TakeParameters], object]
 
@@ -38,18 +40,18 @@ class ParameterServers:
     def __init__(self, access: BridgeAccess) -> None:
         """Offer them."""
         node, bridge = access.node, access.bridge
+        self._node = node
         self._vehicle, self._desk = bridge.vehicle, bridge.storage
         self._driver, self._clock = access.driver, access.clock
         self._closed = access.is_closed
         group = ReentrantCallbackGroup()
-        name = "~/vehicle_parameters"
-        node.create_service(GetVehicleParameter, f"{name}/get", self._get, callback_group=group)
-        node.create_service(SetVehicleParameter, f"{name}/set", self._set, callback_group=group)
+        node.create_service(GetVehicleParameter, f"{_NAME}/get", self._get, callback_group=group)
+        node.create_service(SetVehicleParameter, f"{_NAME}/set", self._set, callback_group=group)
         self._actions = [
             ActionServer(
                 node,
                 kind,
-                f"{name}/{verb}",
+                f"{_NAME}/{verb}",
                 execute_callback=execute,
                 cancel_callback=lambda _handle: CancelResponse.ACCEPT,
                 callback_group=group,
@@ -96,7 +98,7 @@ class ParameterServers:
         def look(_changing: bool, done: int, total: int) -> None:
             handle.publish_feedback(ListVehicleParameters.Feedback(received=done, total=total))
 
-        answer = self._act(handle, self._desk.list_parameters, look)
+        answer = self._act(handle, f"{_NAME}/list", self._desk.list_parameters, look)
         result = ListVehicleParameters.Result(success=answer.success, message=answer.message)
         result.system_id = self._vehicle.state.system_id
         result.parameters = [_message(parameter) for parameter in answer.parameters]
@@ -115,7 +117,7 @@ class ParameterServers:
             result.message = problem
             return result
         change = partial(self._desk.change_parameters, wanted, goal.while_armed)
-        answer = self._act(handle, change, look)
+        answer = self._act(handle, f"{_NAME}/load", change, look)
         result.success, result.message = answer.success, answer.message
         lists = {
             ParameterChange.CHANGED: result.changed,
@@ -132,6 +134,7 @@ class ParameterServers:
     def _act(
         self,
         handle: ServerGoalHandle,
+        name: str,
         request: Callable[[TakeParameters, float], object],
         tell: Callable[[bool, int, int], None],
     ) -> ParametersAnswer:
@@ -139,14 +142,14 @@ class ParameterServers:
         told: tuple[bool, int, int] = (False, 0, 0)
         stops = False
         waiting: Waiting[ParametersAnswer] = Waiting()
+        client = _ClientWatch(self._node, name)
 
         def look() -> bool:
             nonlocal told, stops
-            if handle.is_cancel_requested and not stops:
+            if not stops and (handle.is_cancel_requested or client.is_gone()):
                 stops = True
-                self._driver.post(
-                    lambda: self._desk.stop_parameters(waiting.take, self._clock.now())
-                )
+                reason = "it was cancelled" if handle.is_cancel_requested else "its client is gone"
+                self._stop(waiting.take, reason)
             progress = self._desk.parameter_progress
             if progress == told:
                 return False
@@ -174,10 +177,31 @@ class ParameterServers:
         self._driver.post(lambda: request(take, self._clock.now()))
         answer = waiting.wait(_TIMEOUT_S, self._closed, look)
         if answer is None:
-            self._driver.post(lambda: self._desk.stop_parameters(take, self._clock.now()))
+            self._stop(take, "there was no progress")
             text = STOPPED if self._closed() else f"No answer within {_TIMEOUT_S:g} s."
             return ParametersAnswer(False, f"{text} What was changed is unknown.")
         return answer
+
+    def _stop(self, take: TakeParameters, reason: str) -> None:
+        self._driver.post(lambda: self._desk.stop_parameters(take, reason, self._clock.now()))
+
+
+class _ClientWatch:
+    """Watches whether an action still has a client: each subscribes to its feedback.
+
+    A client that was killed stays in the graph for 20 s, the lease of its DDS participant.
+    """
+
+    def __init__(self, node: Node, action: str) -> None:
+        self._node = node
+        self._topic = node.resolve_topic_name(f"{action}/_action/feedback")
+        self._seen = False
+
+    def is_gone(self) -> bool:
+        """Return whether there was a client, and is none any more."""
+        count = self._node.count_subscribers(self._topic)
+        self._seen = self._seen or count > 0
+        return self._seen and count == 0
 
 
 def _problem(names: list[str], values: list[float] | None = None) -> str | None:

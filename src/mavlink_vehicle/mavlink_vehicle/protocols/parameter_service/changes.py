@@ -32,8 +32,9 @@ class ParameterChanges(Outbox):
     """Parameters that are to have values; ends in one `ParametersFinished`.
 
     With a reading of all before, only what differs is asked for, and what the autopilot counts by
-    itself stays. Names that are unknown are tried again at the end, as some exist only once others
-    are set (ArduPilot's _ENABLE and _TYPE).
+    itself stays. A name that the complete list lacks is unknown, without a question about it. Some
+    exist only once others are set (ArduPilot's _ENABLE and _TYPE), so all are read again while
+    something has changed and names are unknown. What an incomplete list lacks is read by its name.
     """
 
     def __init__(
@@ -60,9 +61,10 @@ class ParameterChanges(Outbox):
         self._objection = objection
         self._listing = ParameterListing(address, bytewise) if list_first else None
         self._known: dict[str, Parameter] = {}
+        self._is_complete = False
         self._left: deque[str] = deque(self._wanted)
-        self._again: list[str] = []
-        self._second = False
+        self._unknown: list[str] = []
+        self._has_changed = False
         self._one: OneParameter | None = None
         self._outcomes: dict[str, ParameterOutcome] = {}
         self._events: deque[ParametersFinished] = deque()
@@ -123,8 +125,8 @@ class ParameterChanges(Outbox):
             end = self._listing.next_event()
             if end is not None:
                 self._listing = None
-                # What has not arrived is read by its name.
-                self._known = {parameter.name: parameter for parameter in end.parameters}
+                self._known |= {parameter.name: parameter for parameter in end.parameters}
+                self._is_complete = end.result is OperationResult.ACHIEVED
                 if self._known:
                     self._next(now)
                 else:
@@ -137,14 +139,19 @@ class ParameterChanges(Outbox):
 
     def _put(self, outcome: ParameterOutcome) -> None:
         self._outcomes[outcome.name] = outcome
-        if outcome.change is ParameterChange.UNKNOWN and not self._second:
-            self._again.append(outcome.name)
+        if outcome.change is ParameterChange.CHANGED:
+            self._has_changed = True
+        elif outcome.change is ParameterChange.UNKNOWN:
+            self._unknown.append(outcome.name)
 
     def _next(self, now: float) -> None:
         """Begin with the next; those that need no message are done at once."""
         while True:
             self._one = None
-            if not self._left and not self._begin_again():
+            if not self._left and self._unknown and self._has_changed:
+                self._list_again(now)
+                return
+            if not self._left:
                 self._finish()
                 return
             name = self._left.popleft()
@@ -153,6 +160,10 @@ class ParameterChanges(Outbox):
                 text = f"{name} stays as it is: the autopilot counts it."
                 known = self._known[name]
                 self._put(ParameterOutcome(name, ParameterChange.UNCHANGED, text, known, known))
+                continue
+            if name not in self._known and (self._is_complete or name in self._outcomes):
+                text = f"{name} is unknown to the autopilot: it is not in its list."
+                self._put(ParameterOutcome(name, ParameterChange.UNKNOWN, text))
                 continue
             objection = None if wanted is None else self._objection()
             if objection is not None:
@@ -168,15 +179,14 @@ class ParameterChanges(Outbox):
                 return
             self._put(self._one.outcome)
 
-    def _begin_again(self) -> bool:
-        """Try what was unknown again, if anything has been changed since."""
-        changed = any(o.change is ParameterChange.CHANGED for o in self._outcomes.values())
-        again, self._again = self._again, []
-        if self._second or not again or not changed:
-            return False
-        self._second = True
-        self._left.extend(again)
-        return True
+    def _list_again(self, now: float) -> None:
+        """Read all again, and try the names that were unknown."""
+        self._left.extend(self._unknown)
+        self._unknown.clear()
+        self._has_changed = self._is_complete = False
+        self._listing = ParameterListing(self._address, self._bytewise)
+        self._listing.start(now)
+        self._outbox += self._listing.messages_to_send()
 
     def _give_up(self, result: OperationResult, reason: str) -> None:
         self._listing = self._one = None

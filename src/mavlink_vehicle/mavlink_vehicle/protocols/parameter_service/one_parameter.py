@@ -11,7 +11,12 @@ from __future__ import annotations
 import enum
 
 from mavlink_vehicle.codec import Message, make, mavlink
-from mavlink_vehicle.events import Parameter, ParameterChange, ParameterOutcome
+from mavlink_vehicle.events import (
+    Parameter,
+    ParameterChange,
+    ParameterOutcome,
+    parameter_text,
+)
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.parameter_service.values import (
@@ -142,14 +147,14 @@ class OneParameter(TimedOutbox):
     def _judge(self, parameter: Parameter, now: float) -> None:
         """Compare what it has with what it is to have."""
         if self._wanted is None:
-            text = f"{self._name} is {_number(parameter.value)}."
+            text = f"{self._name} is {parameter.text}."
             self._end(ParameterChange.READ, text)
             return
         problem = value_problem(self._wanted, parameter.type, self._bytewise)
         if problem is not None:
             self._end(ParameterChange.FAILED, f"{self._name} was not changed: {problem}.")
         elif same_value(self._wanted, parameter):
-            text = f"{self._name} is {_number(parameter.value)} already."
+            text = f"{self._name} is {parameter.text} already."
             self._end(ParameterChange.UNCHANGED, text)
         else:
             self._set(parameter.type, now)
@@ -165,8 +170,7 @@ class OneParameter(TimedOutbox):
         self._new = parameter
         self._differs = not same_value(self._wanted, parameter)
         if not self._differs:
-            was = _number(self._old.value)
-            text = f"{self._name} is {_number(parameter.value)}, read back; it was {was}."
+            text = f"{self._name} is {parameter.text}, read back; it was {self._old.text}."
             self._end(ParameterChange.CHANGED, text)
 
     def _set_again(self, now: float) -> None:
@@ -175,8 +179,8 @@ class OneParameter(TimedOutbox):
         if self._sets < _SETS:
             self._set(self._new.type, now)
         else:
-            is_now, wanted = _number(self._new.value), _number(self._wanted)
-            text = f"{self._name} is {is_now} after it was set to {wanted} {_SETS} times."
+            wanted = parameter_text(self._wanted)
+            text = f"{self._name} is {self._new.text} after it was set to {wanted} {_SETS} times."
             self._end(ParameterChange.FAILED, text)
 
     def _set(self, kind: int, now: float) -> None:
@@ -209,7 +213,3 @@ class OneParameter(TimedOutbox):
     def _end(self, change: ParameterChange, reason: str) -> None:
         self._step, self._deadline = _Step.FINISHED, None
         self.outcome = ParameterOutcome(self._name, change, reason, self._old, self._new)
-
-
-def _number(value: float) -> str:
-    return f"{value:.9g}"

@@ -6,7 +6,7 @@ import math
 import struct
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.events import Parameter
+from mavlink_vehicle.events import Parameter, parameter_text
 from mavlink_vehicle.protocols.parameters import decode_value
 
 REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
@@ -56,7 +56,8 @@ def value_problem(value: float, kind: int, bytewise: bool) -> str | None:
         return None if abs(value) <= _FLOAT32_MAX else f"{value:g} is too large for a float"
     name, _, lowest, highest = known
     if value != int(value) or not lowest <= value <= highest:
-        return f"{value:.9g} is not an integer from {lowest} to {highest}, as its type {name} needs"
+        text = parameter_text(value)
+        return f"{text} is not an integer from {lowest} to {highest}, as its type {name} needs"
     if not bytewise and abs(value) > _FLOAT32_INTEGER_MAX and as_float32(value) != value:
         return f"{value:.0f} is sent as a float, which rounds it to {as_float32(value):.0f}"
     return None
