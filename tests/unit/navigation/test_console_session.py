@@ -199,6 +199,16 @@ def test_a_plan_is_rejected_with_a_reason() -> None:
     read = console.send(1, type="read_plan", vehicle="/", text=saved["text"])
     assert read is not None
     assert read["waypoints"] == [{"x": 1.0, "y": 2.0, "z": 3.0, "hold": 0.0}]
+    latitude_deg, longitude_deg, height_m = json.loads(saved["text"])["mission"]["items"][0][
+        "params"
+    ][4:]
+    rows = (
+        "QGC WPL 110\n0 0 3 16 0 0 0 0 47 8 300 1\n"
+        f"1 0 3 16 0 0 0 0 {latitude_deg} {longitude_deg} {height_m} 1\n"
+    )
+    listed = console.send(1, type="read_plan", vehicle="/", text=rows)
+    assert listed is not None
+    assert listed["waypoints"] == read["waypoints"]
     ground = saved["text"].replace('"frame": 3', '"frame": 10')
     told = console.send(1, type="read_plan", vehicle="/", text=ground)
     assert told is not None

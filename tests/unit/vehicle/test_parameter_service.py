@@ -310,8 +310,8 @@ def test_what_an_incomplete_list_lacks_is_asked_for_by_name() -> None:
     assert talk.end().result is OperationResult.ACHIEVED
 
 
-def test_of_many_what_the_autopilot_counts_stays() -> None:
-    wanted = {"STAT_RUNTIME": 30.0, "A": 1.0, "MIS_TOTAL": 7.0}
+def test_of_many_what_the_autopilot_maintains_stays() -> None:
+    wanted = {"STAT_RUNTIME": 30.0, "A": 1.0, "FORMAT_VERSION": 7.0}
     talk = Conversation(ParameterChanges(wanted, ADDRESS, False, lambda: None, list_first=True))
     for index, name in enumerate(wanted):
         talk.tell(value(name, 50.0, index))
@@ -321,7 +321,7 @@ def test_of_many_what_the_autopilot_counts_stays() -> None:
     talk.tell(value("A", 1.0))
     end = talk.end()
     assert end.reason.startswith("3 parameters: 1 changed, 2 unchanged, ")
-    assert "the autopilot counts it" in end.outcomes[0].reason
+    assert "the autopilot maintains it" in end.outcomes[0].reason
 
 
 def test_an_objection_is_asked_for_before_each_change() -> None:

@@ -199,7 +199,7 @@ class _ClientWatch:
 
     def is_gone(self) -> bool:
         """Return whether there was a client, and is none any more."""
-        count = self._node.count_subscribers(self._topic)
+        count: int = self._node.count_subscribers(self._topic)
         self._seen = self._seen or count > 0
         return self._seen and count == 0
 

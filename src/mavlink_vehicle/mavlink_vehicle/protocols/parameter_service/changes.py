@@ -18,11 +18,13 @@ from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.parameter_service.listing import ParameterListing
 from mavlink_vehicle.protocols.parameter_service.one_parameter import OneParameter
 
-# What ArduPilot and PX4 count by themselves: boots, times, and items of their lists. A file saved
-# earlier would take hours of flight back, or bring those of another vehicle.
-_COUNTED_BY_AUTOPILOT = (
+# What ArduPilot and PX4 maintain themselves: boots, times, and items of their lists. A file saved
+# earlier would take hours of flight back, or bring another vehicle's. Another version of the stored
+# format has all parameters erased at the next boot (load_parameters, rcS).
+_MAINTAINED_BY_AUTOPILOT = (
     "STAT_BOOTCNT", "STAT_FLTTIME", "STAT_RUNTIME", "MIS_TOTAL", "FENCE_TOTAL", "RALLY_TOTAL",
-    "COM_FLIGHT_UUID", "LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO",
+    "COM_FLIGHT_UUID", "LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO", "FORMAT_VERSION", "SYSID_SW_MREV",
+    "SYS_NUM_RESETS", "LOG_LASTFILE", "SYS_PARAM_VER",
 )  # fmt: skip
 
 _DONE = (ParameterChange.READ, ParameterChange.CHANGED, ParameterChange.UNCHANGED)
@@ -31,7 +33,7 @@ _DONE = (ParameterChange.READ, ParameterChange.CHANGED, ParameterChange.UNCHANGE
 class ParameterChanges(Outbox):
     """Parameters that are to have values; ends in one `ParametersFinished`.
 
-    With a reading of all before, only what differs is asked for, and what the autopilot counts by
+    With a reading of all before, only what differs is asked for, and what the autopilot maintains
     itself stays. A name that the complete list lacks is unknown, without a question about it. Some
     exist only once others are set (ArduPilot's _ENABLE and _TYPE), so all are read again while
     something has changed and names are unknown. What an incomplete list lacks is read by its name.
@@ -156,8 +158,8 @@ class ParameterChanges(Outbox):
                 return
             name = self._left.popleft()
             wanted = self._wanted[name]
-            if name in _COUNTED_BY_AUTOPILOT and name in self._known:
-                text = f"{name} stays as it is: the autopilot counts it."
+            if name in _MAINTAINED_BY_AUTOPILOT and name in self._known:
+                text = f"{name} stays as it is: the autopilot maintains it."
                 known = self._known[name]
                 self._put(ParameterOutcome(name, ParameterChange.UNCHANGED, text, known, known))
                 continue
