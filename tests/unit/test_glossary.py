@@ -124,22 +124,3 @@ def test_no_module_docstring_begins_with_a_question_word() -> None:
     for path in SOURCES:
         first = words_of(path).docstring.split(" ")[0]
         assert first not in {"What", "Who", "How", "Which"}, path.relative_to(ROOT)
-
-
-def test_the_pages_written_by_hand_have_at_most_25000_words() -> None:
-    """Without code, generated pages, the changelog, which grows, and pages of other packages."""
-    left_out = {
-        *("docs/policies.md", "docs/sitl_ardupilot_lists.md", "docs/sitl_parameters.md"),
-        *("docs/sitl_px4_lists.md", "docs/states.md", "CHANGELOG.md"),
-        *("sitl/README.md", "src/flight_logs/README.md"),
-    }
-    words = {}
-    for page in PAGES:
-        name = page.relative_to(ROOT).as_posix()
-        if name not in left_out:
-            text = re.sub(
-                r"^```.*?^```", "", page.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL
-            )
-            words[name] = sum(bool(re.search("[A-Za-z]", word)) for word in text.split())
-    assert "README.md" in words
-    assert sum(words.values()) <= 25_000, sorted(words.items(), key=lambda item: -item[1])
