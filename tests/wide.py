@@ -111,6 +111,7 @@ FIRST_ONLY = (
     "unit/core/test_late_searches.py",
     "unit/core/test_movers.py",
     "unit/core/test_room.py",
+    "unit/logs/test_own_logs.py",
     "unit/sitl/",
     "unit/test_packaging.py",
 )

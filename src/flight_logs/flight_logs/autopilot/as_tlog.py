@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from flight_logs.autopilot import dataflash, ulog
+from flight_logs.autopilot.telling import OwnLog
 from flight_logs.errors import EmptyLogError, LogError
 from mavlink_vehicle.codec import Codec
 
@@ -33,13 +34,18 @@ def is_autopilot_log(path: Path) -> bool:
 
 def write_as_tlog(
     path: Path, out: Path, progress: Callable[[int, int], None] | None = None
-) -> None:
+) -> OwnLog:
     """Write modes, positions, texts and battery of an autopilot's log as a tlog.
+
+    Without a date in the log, its times are since the autopilot started, in 1970.
 
     Args:
         path: a DataFlash or ULog log.
         out: the tlog.
         progress: called now and then with the bytes done and the size of the file.
+
+    Returns:
+        What was written, what of the log is damaged, and what it lacks.
 
     Raises:
         LogError: it cannot be read, or contains no flight data.
@@ -54,7 +60,8 @@ def write_as_tlog(
     with path.open("rb") as file:
         is_ulog = file.read(len(ulog.MAGIC)) == ulog.MAGIC
     read = ulog.read_ulog if is_ulog else dataflash.read_dataflash
-    told = read(path, show)
+    log = read(path, show)
+    told = log.told
     if not told:
         raise EmptyLogError(f"{path} contains no flight data.")
     # Two codecs in turn, so that nobody can count losses by the sequence numbers.
@@ -67,3 +74,4 @@ def write_as_tlog(
             latest_us = max(latest_us, round(time_s * 1e6))
             tlog.write(_STAMP.pack(latest_us) + codecs[count % 2].encode(message))
     show(1.0)
+    return log

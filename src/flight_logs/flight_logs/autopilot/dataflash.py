@@ -3,37 +3,36 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import tempfile
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
-from pymavlink.DFReader import DFReader_binary
+from pymavlink.DFReader import DFReader_binary, DFReaderClock_usec
 
-from flight_logs.autopilot.telling import Telling, Told
+from flight_logs.autopilot.dataflash_records import MAGIC, IntactRecords, find_records
+from flight_logs.autopilot.dataflash_vehicle import VehicleFacts, arming_of
+from flight_logs.autopilot.telling import OwnLog, Telling, credible
 from flight_logs.errors import LogError
 from mavlink_vehicle.codec import mavlink
 
 __all__ = ["MAGIC", "read_dataflash"]
 
-MAGIC = b"\xa3\x95"
-_TYPES = {
-    1: mavlink.MAV_TYPE_GROUND_ROVER,
-    2: mavlink.MAV_TYPE_QUADROTOR,
-    3: mavlink.MAV_TYPE_FIXED_WING,
-    7: mavlink.MAV_TYPE_SUBMARINE,
-}
-"""MAV_TYPE by VER.BU, APM_BUILD_TYPE in AP_Vehicle_Type.h"""
-_NAMES = {"ArduCopter": 2, "ArduPlane": 3, "ArduRover": 1, "ArduSub": 7}
-"""The same by the first words of MSG; older logs have no VER"""
-_BOAT = 2
-"""FRAME_CLASS of a Rover"""
 _POSITION_S = 0.1
-_ARMING_EVENTS = {10: True, 11: False}
-"""EV.Id, LogEvent in AP_Logger.h; ARM is newer"""
-_ORIGIN = 0
+_BATTERY_S = 0.5
+_ORIGIN, _HOME = 0, 1
+_FIX_3D = 3
+_ESTIMATORS = ("XKF1", "NKF1", "EKF1")
+_ESTIMATOR_BY_PARAMETER = {1: "EKF1", 2: "NKF1", 3: "XKF1"}
+"""AHRS_EKF_TYPE"""
+
+Handler: TypeAlias = Callable[[float, Any], None]
 
 
-def read_dataflash(path: Path, progress: Callable[[float], object]) -> list[Told]:
+def read_dataflash(path: Path, progress: Callable[[float], object]) -> OwnLog:
     """Return what a `.BIN` log tells, as messages in the order of time.
 
     Args:
@@ -42,94 +41,155 @@ def read_dataflash(path: Path, progress: Callable[[float], object]) -> list[Told
 
     Raises:
         LogError: it cannot be read, or tells nothing.
+        OSError: the intact part of a damaged log cannot be written.
     """
+    with path.open("rb") as file, closing(mmap(file.fileno(), 0, access=ACCESS_READ)) as data:
+        records = find_records(data, lambda share: progress(0.3 * share))
+        if records.spans == ((0, len(data)),):
+            return _read(path, path, records, progress)
+        with tempfile.TemporaryDirectory() as folder:
+            intact = Path(folder) / path.name
+            with intact.open("wb") as out:
+                for begin, end in records.spans:
+                    out.write(data[begin:end])
+            return _read(path, intact, records, progress)
+
+
+def _read(
+    path: Path, intact: Path, records: IntactRecords, progress: Callable[[float], object]
+) -> OwnLog:
+    if not records.spans:
+        raise LogError(f"{path} cannot be read as a DataFlash log: it has no intact record.")
     try:
-        reader = DFReader_binary(str(path))
+        reader = DFReader_binary(str(intact))
     except Exception as error:  # it raises whatever a damaged file leads to
         raise LogError(f"{path} cannot be read as a DataFlash log: {error}.") from error
-    try:
-        return _Reader(reader).read(progress)
-    except Exception as error:
-        raise LogError(f"{path} is damaged: {error}.") from error
-    finally:
-        reader.close()
+    with closing(reader):
+        told = _Reader(reader, records).read(lambda share: progress(0.3 + 0.7 * share))
+    damage = ()
+    if records.damaged_bytes:
+        damage = (f"{records.damaged_bytes} bytes of the file are damaged and were left out",)
+    return OwnLog(told, damage)
 
 
 class _Reader:
     """Retells the records of one log."""
 
-    def __init__(self, reader: Any) -> None:
+    def __init__(self, reader: Any, records: IntactRecords) -> None:
         self._reader = reader
         self._telling = Telling(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
+        self._begun_s = -math.inf
         self._position_s = -math.inf
-        self._handlers: dict[str, Callable[[float, Any], None]] = {
-            "MSG": self._text,
-            "MODE": self._mode,
-            "ARM": self._arm,
-            "EV": self._arm,
-            "ERR": self._error,
-            "ATT": self._attitude,
-            "XKF1": self._velocity,
-            "NKF1": self._velocity,
-            "ORGN": self._origin,
-            "POS": self._position,
-            "BAT": self._battery,
-            "VER": self._version,
+        self._battery_s = -math.inf
+        # Older clocks count with every record, and records without a time have that of the last.
+        clock = reader.clock
+        self._has_time_us = isinstance(clock, DFReaderClock_usec)
+        self._pulses_s = (
+            [clock.timebase + time_us * 1e-6 for time_us in records.times_us]
+            if self._has_time_us
+            else []
+        )
+        self._columns: dict[str, dict[str, str]] = {
+            form.name: dict(zip(form.columns, form.format, strict=False))
+            for kind, form in reader.formats.items()
+            if len(reader.offsets[kind])
         }
 
-    def read(self, progress: Callable[[float], object]) -> list[Told]:
+    def read(self, progress: Callable[[float], object]) -> list[Any]:
         """Return the messages."""
         self._learn()
-        wanted, count = list(self._handlers), 0
+        handlers = self._handlers()
+        telling, pulses_s, told = self._telling, self._pulses_s, 0
+        wanted = list(handlers) if self._has_time_us else None
+        for stamp_s, record in _credible(self._records(wanted, progress)):
+            time_s = max(stamp_s, self._begun_s)
+            due = bisect_right(pulses_s, time_s, lo=told)
+            for pulse_s in pulses_s[told:due]:
+                telling.pulse(pulse_s)
+            told = due
+            handler = handlers.get(record.get_type())
+            if handler is not None:
+                handler(time_s, record)
+            telling.pulse(time_s)
+        for pulse_s in pulses_s[told:]:
+            telling.pulse(pulse_s)
+        return telling.told
+
+    def _records(
+        self, wanted: list[str] | None, progress: Callable[[float], object]
+    ) -> Iterator[tuple[float, Any]]:
+        count = 0
         while (record := self._reader.recv_match(type=wanted)) is not None:
-            self._handlers[record.get_type()](float(record._timestamp), record)
+            if record.get_type() != "FMT":  # has no time
+                yield float(record._timestamp), record
             count += 1
             if count % 1000 == 0:
                 progress(self._reader.percent / 100.0)
-        return self._telling.told
+
+    def _handlers(self) -> dict[str, Handler]:
+        """Return what takes the records of each type, of those that have what it needs."""
+        needed: dict[str, tuple[Handler, str]] = {
+            "MSG": (self._text, "Message"),
+            "MODE": (self._mode, "Mode"),
+            "ARM": (self._arm, "ArmState"),
+            "EV": (self._arm, "Id"),
+            "ERR": (self._error, "Subsys ECode"),
+            "ATT": (self._attitude, "Yaw"),
+            "ORGN": (self._origin, "Type Lat Lng Alt"),
+            "BAT": (self._battery, "Volt"),
+            "VER": (self._version, "Maj Min Pat FWT"),
+        }
+        if "BAT" not in self._columns:
+            needed["CURR"] = (self._battery, "Volt")
+        if self._has("POS", "Lat Lng Alt"):
+            needed["POS"] = (self._position, "Lat Lng Alt")
+        elif self._has("GPS", "Status Lat Lng Alt"):
+            for kind in ("GPS", "GPS2", "GPSB"):
+                needed[kind] = (self._gps, "Status Lat Lng Alt")
+        estimator = self._estimator()
+        if estimator is not None:
+            needed[estimator] = (self._velocity, "VN VE VD")
+        return {
+            kind: handler for kind, (handler, names) in needed.items() if self._has(kind, names)
+        }
+
+    def _has(self, kind: str, names: str) -> bool:
+        return kind in self._columns and self._columns[kind].keys() >= set(names.split())
+
+    def _estimator(self) -> str | None:
+        """Return the records of the estimator that is in use."""
+        there = [kind for kind in _ESTIMATORS if self._has(kind, "VN VE VD")]
+        chosen = _ESTIMATOR_BY_PARAMETER.get(self._reader.params.get("AHRS_EKF_TYPE"))
+        return chosen if chosen in there else next(iter(there), None)
 
     def _learn(self) -> None:
-        """Learn what HEARTBEAT says from the beginning: the vehicle's type, and whether armed.
-
-        A log usually begins with arming, of which it has no record, and ends with disarming.
-        """
-        build = frame_class = 0
-        arming: list[bool] = []
-        logs_disarmed = False
-        while (
-            record := self._reader.recv_match(type=["VER", "MSG", "PARM", "ARM", "EV"])
-        ) is not None:
-            kind = record.get_type()
-            if kind == "VER":
-                build = getattr(record, "BU", 0) or build
-            elif kind == "MSG" and not build:
-                named = (_NAMES[name] for name in _NAMES if record.Message.startswith(name))
-                build = next(named, 0)
-            elif kind == "PARM" and record.Name == "FRAME_CLASS":
-                frame_class = int(record.Value)
-            elif kind == "PARM" and record.Name == "LOG_DISARMED":
-                logs_disarmed = bool(record.Value)
-            elif kind == "ARM" or (kind == "EV" and record.Id in _ARMING_EVENTS):
-                arming.append(_is_armed(record))
+        """Learn what HEARTBEAT says from the beginning: the vehicle's type, and whether armed."""
+        facts = VehicleFacts()
+        wanted = list(facts.kinds) if self._has_time_us else None
+        for time_s, record in self._records(wanted, lambda _share: None):
+            if self._begun_s == -math.inf and _has_time(record):
+                # Without GPS, what comes before has no time.
+                self._begun_s = time_s
+            facts.take(record)
         self._reader.rewind()
         telling = self._telling
-        telling.vehicle_type = _TYPES.get(build, mavlink.MAV_TYPE_GENERIC)
-        if telling.vehicle_type == mavlink.MAV_TYPE_GROUND_ROVER and frame_class == _BOAT:
-            telling.vehicle_type = mavlink.MAV_TYPE_SURFACE_BOAT
-        telling.armed = not arming[0] if arming else not logs_disarmed
+        telling.version = facts.version
+        telling.vehicle_type = facts.vehicle_type
+        telling.armed = facts.armed_at_first
 
     def _text(self, time_s: float, record: Any) -> None:
-        text = str(record.Message)
         # DataFlash keeps no severity.
-        self._telling.text(time_s, mavlink.MAV_SEVERITY_INFO, text)
+        self._telling.text(time_s, mavlink.MAV_SEVERITY_INFO, str(record.Message))
 
     def _mode(self, time_s: float, record: Any) -> None:
-        self._telling.mode = int(record.ModeNum)
+        # Up to ArduCopter 3.2, Mode is the number, and there is no ModeNum.
+        self._telling.mode = int(getattr(record, "ModeNum", record.Mode))
         self._telling.beat(time_s)
 
     def _arm(self, time_s: float, record: Any) -> None:
-        if record.get_type() == "ARM" or record.Id in _ARMING_EVENTS:
-            self._telling.armed = _is_armed(record)
+        armed = arming_of(record)
+        if armed is not None:
+            self._telling.armed = armed
             self._telling.beat(time_s)
 
     def _error(self, time_s: float, record: Any) -> None:
@@ -142,42 +202,82 @@ class _Reader:
 
     def _velocity(self, _time_s: float, record: Any) -> None:
         if getattr(record, "C", 0) == 0:
-            velocity = (float(record.VN), float(record.VE), float(record.VD))
-            if all(map(math.isfinite, velocity)):
-                self._telling.velocity_ned_m_s = velocity
+            self._set_velocity(float(record.VN), float(record.VE), float(record.VD))
+
+    def _set_velocity(self, *velocity_ned_m_s: float) -> None:
+        if all(map(math.isfinite, velocity_ned_m_s)):
+            north, east, down = velocity_ned_m_s
+            self._telling.velocity_ned_m_s = (north, east, down)
 
     def _origin(self, time_s: float, record: Any) -> None:
+        place = (float(record.Lat), float(record.Lng), float(record.Alt))
         if record.Type == _ORIGIN:
-            self._telling.add(
-                time_s,
-                "GPS_GLOBAL_ORIGIN",
-                latitude=round(record.Lat * 1e7),
-                longitude=round(record.Lng * 1e7),
-                altitude=round(record.Alt * 1e3),
-            )
+            self._telling.origin(time_s, place)
+        elif record.Type == _HOME:
+            self._telling.home(time_s, place)
 
     def _position(self, time_s: float, record: Any) -> None:
         if time_s - self._position_s < 0.9 * _POSITION_S:
             return
         self._position_s = time_s
         place = (float(record.Lat), float(record.Lng), float(record.Alt))
-        above_home_m = float(getattr(record, "RelHomeAlt", math.nan))
-        self._telling.position(
-            time_s,
-            record.TimeUS / 1e6,
-            place,
-            above_home_m if math.isfinite(above_home_m) else None,
-        )
+        above_home_m = getattr(record, "RelHomeAlt", getattr(record, "RelAlt", None))
+        self._telling.position(time_s, time_s - self._begun_s, place, above_home_m)
+
+    def _gps(self, time_s: float, record: Any) -> None:
+        """Take the position of the receiver that is in use, where the log has no POS."""
+        if record.Status < _FIX_3D:
+            return
+        used = bool(record.U) if "U" in self._columns[record.get_type()] else None
+        if used is False or (used is None and record.get_type() != "GPS"):
+            return
+        if self._estimator() is None and self._has(record.get_type(), "Spd GCrs"):
+            course_rad = math.radians(record.GCrs)
+            speed_m_s = float(record.Spd)
+            self._set_velocity(
+                speed_m_s * math.cos(course_rad),
+                speed_m_s * math.sin(course_rad),
+                float(getattr(record, "VZ", 0.0)),
+            )
+        place = (float(record.Lat), float(record.Lng), float(record.Alt))
+        above_home_m = getattr(record, "RelAlt", getattr(record, "RAlt", None))
+        self._telling.position(time_s, time_s - self._begun_s, place, above_home_m)
 
     def _battery(self, time_s: float, record: Any) -> None:
-        if getattr(record, "Inst", getattr(record, "Instance", 0)) == 0:
-            percent = getattr(record, "RemPct", None)
-            self._telling.battery(time_s, float(record.Volt), float(record.Curr), percent)
+        first = getattr(record, "Inst", getattr(record, "Instance", 0)) == 0
+        if not first or time_s - self._battery_s < 0.9 * _BATTERY_S:
+            return
+        self._battery_s = time_s
+        percent = getattr(record, "RemPct", None)
+        if percent is not None and not 0.0 <= percent <= 100.0:
+            percent = None  # 255: the monitor does not measure the charge
+        letters = self._columns[record.get_type()]
+        voltage_v, current_a = (
+            float(getattr(record, name, math.nan)) * (0.01 if letters.get(name) in _CENTI else 1.0)
+            for name in ("Volt", "Curr")
+        )
+        self._telling.battery(time_s, voltage_v, current_a, percent)
 
     def _version(self, time_s: float, record: Any) -> None:
         number = record.Maj << 24 | record.Min << 16 | record.Pat << 8 | record.FWT
-        self._telling.add(time_s, "AUTOPILOT_VERSION", flight_sw_version=number)
+        self._telling.firmware(time_s, number)
 
 
-def _is_armed(record: Any) -> bool:
-    return _ARMING_EVENTS[record.Id] if record.get_type() == "EV" else bool(record.ArmState)
+_CENTI = frozenset("hHiI")
+"""Letters of numbers without a unit: CURR had hundredths in these up to ArduCopter 3.3"""
+
+
+def _credible(records: Iterator[tuple[float, Any]]) -> Iterator[tuple[float, Any]]:
+    """Pass on the records but those whose time lies far ahead of the one after them."""
+    before: tuple[float, Any] | None = None
+    for now in records:
+        if before is not None and credible(before[0], now[0]):
+            yield before
+        before = now
+    if before is not None:
+        yield before
+
+
+def _has_time(record: Any) -> bool:
+    names = record._fieldnames
+    return names[:1] in (["TimeUS"], ["TimeMS"]) or (record.get_type() == "GPS" and "T" in names)

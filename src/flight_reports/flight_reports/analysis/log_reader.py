@@ -58,6 +58,7 @@ _CLASSES: dict[str, Any] = {cls.msgname: cls for cls in mavlink.mavlink_map.valu
 _SPIKE_S = 60.0
 _NEXT_FEW = 5
 _FAR_S = 3 * 86400.0
+_MAVLINK_SINCE_S = 1_230_768_000.0  # 2009
 # Of positions, a few are enough to see a restart by the time since boot.
 _RETOLD_PERIOD_S = 0.5
 
@@ -76,6 +77,8 @@ class LogContents:
         counts: what was met, beside the messages.
         times_mended: packets whose time can't be; they have that of the packet before.
         is_autopilots: it is the autopilot's own log, retold as telemetry; there was no link.
+        damage: what of an autopilot's own log is damaged, a phrase each.
+        remarks: what an autopilot's own log lacks, a sentence each.
     """
 
     path: Path
@@ -87,6 +90,13 @@ class LogContents:
     counts: Counts
     times_mended: int
     is_autopilots: bool = False
+    damage: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def has_date(self) -> bool:
+        """Whether the recorder's clock was set: no log is older than MAVLink."""
+        return self.begun_unix_s >= _MAVLINK_SINCE_S
 
     def sources(self) -> list[Source]:
         """Return all senders, in order."""
@@ -159,8 +169,14 @@ def read_log(path: Path, progress: Progress | None = None) -> LogContents:
         return read_contents(path, progress)
     with tempfile.TemporaryDirectory() as folder:
         retold = Path(folder) / f"{path.name}.tlog"
-        write_as_tlog(path, retold, progress)
-        return replace(read_contents(retold), path=path, is_autopilots=True)
+        log = write_as_tlog(path, retold, progress)
+        return replace(
+            read_contents(retold),
+            path=path,
+            is_autopilots=True,
+            damage=log.damage,
+            remarks=log.remarks,
+        )
 
 
 def read_contents(path: Path, progress: Progress | None = None) -> LogContents:

@@ -84,16 +84,14 @@ def _of_goals(flight: Flight, happened: list[Moment]) -> list[Moment]:
 
 
 def _of_link(flight: Flight) -> list[Moment]:
-    link = flight.link
+    link, is_autopilots = flight.link, flight.contents.is_autopilots
+    silent = "The log has no records for" if is_autopilots else "The vehicle was silent for"
     told = [
-        Moment(
-            begin_s,
-            "silence",
-            f"The vehicle was silent for {end_s - begin_s:.1f} s",
-            EventSeverity.BAD,
-        )
+        Moment(begin_s, "silence", f"{silent} {end_s - begin_s:.1f} s", EventSeverity.BAD)
         for begin_s, end_s in link.gaps
     ]
+    if is_autopilots:
+        return told  # its packets were never on a link
     for speaker in flight.speakers:
         quality = speaker.link
         if speaker.is_recorder or not quality.lost:
@@ -155,7 +153,9 @@ def _of_others(flight: Flight) -> list[Moment]:
 
 def _of_recorder(flight: Flight) -> list[Moment]:
     counts = flight.contents.counts
-    told = []
+    told = [
+        Moment(0.0, "damage", phrase, EventSeverity.WARNING) for phrase in flight.contents.damage
+    ]
     if counts.steps_back > 0:
         text = (
             f"The recorder's clock stepped back {counts.steps_back} times; what was recorded "
@@ -183,6 +183,7 @@ def lacking(flight: Flight) -> list[str]:
             "This is the autopilot's own log: it has no commands, setpoints or acknowledgements "
             "of a link, and message rates and packets are those of this report."
         )
+    told += flight.contents.remarks
     if not len(flight.track.time_s):
         told.append("The log has no position of this vehicle; map and altitude are missing.")
     if flight.track.remark:

@@ -23,12 +23,12 @@ _SIGNS = {
 
 def summary(flight: Flight) -> Markup:
     """Return the summary of the flight."""
-    track, retold = flight.track, flight.retold
-    begun = datetime.fromtimestamp(flight.contents.begun_unix_s, timezone.utc)
+    track, retold, contents = flight.track, flight.retold, flight.contents
+    begun = datetime.fromtimestamp(contents.begun_unix_s, timezone.utc)
     facts = [
         ("vehicle", retold.name or "unknown"),
         ("firmware", retold.state.firmware_version or "unknown"),
-        ("recorded", f"{begun:%Y-%m-%d %H:%M:%S} UTC"),
+        ("recorded", f"{begun:%Y-%m-%d %H:%M:%S} UTC" if contents.has_date else "unknown"),
         ("duration", duration(flight.contents.duration_s)),
         ("armed", duration(flight.armed_s) if retold.armed else "unknown"),
     ]

@@ -99,6 +99,8 @@ COPTER = replace(
     name="ArduCopter",
     kind=VehicleKind.COPTER,
     modes=_modes("COPTER_MODE"),
+    # ArduCopter's defines.h up to 3.1 and 3.2.
+    former_modes=MappingProxyType({"POSITION": 8, "OF_LOITER": 10}),
     control_before_takeoff=True,
     # mode.h, allows_arming: a ground station may arm in GUIDED. AUTO would begin the mission
     # (AUTO_OPTIONS), THROW would start the motors when it is lifted.
@@ -150,6 +152,7 @@ ROVER = replace(
     name="ArduRover",
     kind=VehicleKind.ROVER,
     modes=_modes("ROVER_MODE"),
+    former_modes=MappingProxyType({"LEARNING": 2}),  # APMrover2's defines.h
     control_before_takeoff=True,
     # mode.h, allows_arming; in the others it would drive off by itself.
     arming_mode="HOLD",

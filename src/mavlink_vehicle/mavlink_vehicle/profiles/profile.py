@@ -88,6 +88,7 @@ class Profile:
         projection: how its local frame lies over the earth; None: that is not known.
         unsupported: why goals are not accepted on it, as a sentence; None when they are.
         modes: custom_mode by mode name.
+        former_modes: the same of modes that only older firmwares have, to name them in logs.
         mode_packing: how a mode goes into the command that changes it.
         control_mode: the mode in which it is flown by us; None: this profile can't.
         control_before_takeoff: whether the control mode must be entered before a take-off.
@@ -157,6 +158,7 @@ class Profile:
     projection: Projection | None = None
     unsupported: str | None = None
     modes: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    former_modes: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     mode_packing: ModePacking = ModePacking.WHOLE
     control_mode: str | None = None
     control_before_takeoff: bool = False
@@ -203,7 +205,7 @@ class Profile:
 
     def mode_name(self, custom_mode: int) -> str:
         """Return the name of a mode, or "MODE_<number>" for one that the profile lacks."""
-        for name, number in self.modes.items():
+        for name, number in (*self.modes.items(), *self.former_modes.items()):
             if number == custom_mode:
                 return name
         return f"MODE_{custom_mode}"

@@ -71,6 +71,7 @@ _COMMON = Profile(
     name="PX4",
     projection=PROJECTION,
     modes=_modes(),
+    former_modes=MappingProxyType({"RATTITUDE": 8 << 16}),  # until v1.11
     mode_packing=ModePacking.MAIN_AND_SUB,
     # mode_requirements.cpp: some modes prevent arming, and OFFBOARD needs setpoints, which a
     # disarmed vehicle does not get. A PX4 that landed by a failsafe shows OFFBOARD again. Armed

@@ -20,7 +20,9 @@ _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _GEOFENCE = mavlink.MAV_SYS_STATUS_GEOFENCE
 # Stations that want FENCE_STATUS ask for it at least once a second.
 _FENCE_SILENCE_S = 3.0
-_FIRMWARE_TYPES = {0: "-dev", 64: "-alpha", 128: "-beta", 192: "-rc", 255: ""}
+_OFFICIAL = 255
+_FIRMWARE_TYPES = {192: "-rc", 128: "-beta", 64: "-alpha", 0: "-dev"}
+"""FIRMWARE_VERSION_TYPE from the highest on; a number above one is that of the release."""
 
 
 def heartbeat(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -140,11 +142,20 @@ def autopilot_version(state: VehicleState, message: Message, _now: float) -> Veh
     changes: dict[str, Any] = {"capabilities": message.capabilities}
     if not version:
         return evolve(state, changes)
-    suffix = _FIRMWARE_TYPES.get(version & 0xFF, "-dev")
+    suffix = _release(version & 0xFF)
     changes["firmware_version"] = (
         f"{version >> 24 & 0xFF}.{version >> 16 & 0xFF}.{version >> 8 & 0xFF}{suffix}"
     )
     return evolve(state, changes)
+
+
+def _release(kind: int) -> str:
+    """Return the suffix of a version, such as "-rc1"; empty for an official one."""
+    if kind == _OFFICIAL:
+        return ""
+    base = next(base for base in _FIRMWARE_TYPES if kind >= base)
+    number = kind - base if base else 0
+    return f"{_FIRMWARE_TYPES[base]}{number or ''}"
 
 
 def status_text(state: VehicleState, message: Message, now: float) -> VehicleState:
