@@ -30,6 +30,7 @@ from mavlink_vehicle.positions.projections import Geodetic
 from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
 from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 from mavlink_vehicle.ranges import RangesMeasured
+from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
 from navigation_bridge.configuration.settings import BridgeConfig, TrafficConflict
@@ -85,6 +86,7 @@ __all__ = ["Bridge", "BridgeConfig"]
 # before it is ready.
 _STARTING = (1, 2)
 _GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
+_LOCAL_POSITION = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
 _PARAMETERS_MAX = 100
 _PARAMETER = re.compile("[A-Z0-9_]{1,16}")
 # Minimum interval of warnings about a late loop.
@@ -496,7 +498,25 @@ class Bridge:
         take_position = intakes.get(_GLOBAL_POSITION)
         if take_position is not None:
             intakes[_GLOBAL_POSITION] = partial(self._take_position, take_position)
+        take_local = intakes.get(_LOCAL_POSITION)
+        if take_local is not None:
+            intakes[_LOCAL_POSITION] = partial(self._take_local, take_local)
         return intakes
+
+    def _take_local(self, take: Intake, data: bytes, now: float) -> bool:
+        """Do what `receive` does for a local position."""
+        if not take(data, now):
+            return False
+        if self._map_frame.wants_pairs:
+            self._learn_frame(self._vehicle.state)
+        return True
+
+    def _learn_frame(self, state: VehicleState) -> None:
+        """Learn the map frame from a local position: it may come just after the global one."""
+        was_known = self._map_frame.frame is not None
+        self._map_frame.update(state)
+        if self._map_frame.frame is not None and not was_known:
+            self._report.position()
 
     def _take_position(self, take: Intake, data: bytes, now: float) -> bool:
         """Do what `receive` does for a position that is nothing but one."""
@@ -525,6 +545,8 @@ class Bridge:
         if moved or state.origin is not before.origin:
             self._map_frame.update(state)
             self._report.position()
+        elif state.local_position is not before.local_position and self._map_frame.wants_pairs:
+            self._learn_frame(state)
         if state is not before:
             self._positions.observe(before, state, now)
         if state.battery is not before.battery:

@@ -185,3 +185,37 @@ def test_a_message_that_does_not_exist_cannot_be_asked_for(path: Path) -> None:
         read_tlog(path, messages=["HARTBEAT"])
     with pytest.raises(LogError, match="at least one byte, not 0"):
         list(iterate_tlog(path, chunk_bytes=0))
+
+
+@pytest.mark.parametrize("place", [0, 1, 9, 19])
+@pytest.mark.parametrize("bit", [42, 50, 58, 62])
+@pytest.mark.parametrize("chunk_bytes", [1, 1 << 20])
+def test_one_damaged_bit_of_a_time_costs_that_time_only(
+    path: Path, place: int, bit: int, chunk_bytes: int
+) -> None:
+    packets = heartbeats(20)
+    whole = tlog_of(packets)
+    size = len(whole) // len(packets)
+    data = bytearray(whole)
+    data[place * size + 7 - bit // 8] ^= 1 << bit % 8
+    path.write_bytes(data)
+    parts = list(iterate_tlog(path, chunk_bytes))
+    times_s = np.concatenate([part["HEARTBEAT"]["time_s"] for part in parts])
+    assert sum(part.counts.stamps_lost for part in parts) == 1
+    assert sum(part.counts.steps_back for part in parts) == 0
+    wanted_s = (START_US + STEP_US * np.arange(20)) * 1e-6
+    wanted_s[place] = wanted_s[max(place - 1, 0)] if place else wanted_s[1]
+    assert times_s == pytest.approx(wanted_s, abs=1e-6)
+
+
+@pytest.mark.parametrize("step_s", [40 * 365 * 86400, -40 * 365 * 86400])
+def test_a_clock_that_is_set_far_is_kept(path: Path, step_s: int) -> None:
+    packets = heartbeats(20)
+    later_us = START_US + step_s * 1_000_000
+    path.write_bytes(tlog_of(packets[:10]) + tlog_of(packets[10:], later_us))
+    log = read_tlog(path)
+    assert log.counts.stamps_lost == 0
+    assert log.counts.steps_back == (step_s < 0)
+    assert log["HEARTBEAT"]["time_s"][10:] == pytest.approx(
+        (later_us + STEP_US * np.arange(10)) * 1e-6, abs=1e-6
+    )

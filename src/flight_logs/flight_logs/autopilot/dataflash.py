@@ -66,7 +66,7 @@ def _read(
         raise LogError(f"{path} cannot be read as a DataFlash log: {error}.") from error
     with closing(reader):
         told = _Reader(reader, records).read(lambda share: progress(0.3 + 0.7 * share))
-    damage = ()
+    damage: tuple[str, ...] = ()
     if records.damaged_bytes:
         damage = (f"{records.damaged_bytes} bytes of the file are damaged and were left out",)
     return OwnLog(told, damage)

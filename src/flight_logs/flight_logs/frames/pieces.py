@@ -32,6 +32,7 @@ DEFAULT_CHUNK_BYTES = 4 << 20
 _LEAST_CHUNK_BYTES = 4 << 10
 # What becomes of a place in the file depends on the packets after it, but not on the third.
 _MARGIN = 3 * (PACKET_SIZE_LIMIT + STAMP_SIZE)
+_AHEAD = 2
 _SEARCHED_BYTES = 16 << 20
 """How far a first packet is searched for."""
 
@@ -160,8 +161,9 @@ class _Scanner:
         return self._held < capacity
 
     def _piece(self, limit: int, ended: bool, file_size: int) -> LogPiece:
-        packets, loose = find_packets(self._data, self._first, self._held)
-        packets = packets.at(slice(int(np.searchsorted(packets.start, limit))))
+        found, loose = find_packets(self._data, self._first, self._held)
+        count = int(np.searchsorted(found.start, limit))
+        packets, ahead = found.at(slice(count)), found.at(slice(count, count + _AHEAD))
         loose = loose.at(slice(*np.searchsorted(loose.start, [FRONT + STAMP_SIZE, limit]).tolist()))
         stops = np.concatenate([[self._last_stop], packets.stop])
         following = np.searchsorted(packets.start, loose.stop)
@@ -172,7 +174,7 @@ class _Scanner:
         done = end - FRONT
         stamps = None
         if len(packets):
-            stamps = read_stamps(packets, previous_stop, self._last_time_s)
+            stamps = read_stamps(packets, previous_stop, self._last_time_s, ahead)
             self._last_time_s = float(stamps.time_s[-1])
         inside = packets.stop - np.maximum(packets.start - STAMP_SIZE, previous_stop)
         inside_loose = loose.stop - loose.start + STAMP_SIZE

@@ -37,27 +37,34 @@ def read_stamps(
     packets: Packets,
     previous_stop: NDArray[np.int64],
     last_time_s: float | None,
+    ahead: Packets,
 ) -> Stamps:
     """Check the eight bytes before each packet: microseconds since 1970, big-endian.
+
+    A time that is days off is damaged, unless the clock was set: then the next packet has the new
+    time, too.
 
     Args:
         packets: one or more.
         previous_stop: where the record before each packet ends, shape (n,).
         last_time_s: time of the packet before the first, None when there was none.
+        ahead: the next two packets, as far as there are any.
     """
     gap = packets.start - previous_stop
     time_s = packets.stamp_us.astype(np.float64) * 1e-6
-    missing = gap < STAMP_SIZE
-    known = np.flatnonzero(~missing)
-    before_s = last_time_s
-    if before_s is None and len(known):
-        before_s = float(time_s[known[0]])
+    missing, damaged_before = gap < STAMP_SIZE, gap != STAMP_SIZE
+    set_to = _agrees_with_next(packets, ahead)
     lost = 0
-    for index in np.flatnonzero(gap != STAMP_SIZE).tolist():
+    before_s = last_time_s
+    if before_s is None:
+        before_s, lost = _first(time_s, missing, ahead, set_to)
+    steps_s = np.abs(np.diff(time_s, prepend=before_s))
+    for index in np.flatnonzero(damaged_before | (steps_s > _CREDIBLE_GAP_S)).tolist():
         if index:
             before_s = float(time_s[index - 1])
-        if before_s is not None and (
-            missing[index] or abs(time_s[index] - before_s) > _CREDIBLE_GAP_S
+        if missing[index] or (
+            abs(time_s[index] - before_s) > _CREDIBLE_GAP_S
+            and (damaged_before[index] or not set_to[index])
         ):
             time_s[index] = before_s
             lost += 1
@@ -68,6 +75,33 @@ def read_stamps(
         steps_back=int(earlier.sum()),
         mostly_missing=2 * int(missing.sum()) > len(packets),
     )
+
+
+def _agrees_with_next(packets: Packets, ahead: Packets) -> NDArray[np.bool_]:
+    """Return which times are near that of the packet right after them, also of the one ahead."""
+    stamp_us = np.concatenate([packets.stamp_us, ahead.stamp_us])
+    start = np.concatenate([packets.start, ahead.start])
+    stop = np.concatenate([packets.stop, ahead.stop])
+    near = np.abs(np.diff(stamp_us.astype(np.float64))) <= _CREDIBLE_GAP_S * 1e6
+    follows = start[1:] == stop[:-1] + STAMP_SIZE
+    agrees: NDArray[np.bool_] = np.append(near & follows, np.False_)
+    return agrees
+
+
+def _first(
+    time_s: NDArray[np.float64],
+    missing: NDArray[np.bool_],
+    ahead: Packets,
+    set_to: NDArray[np.bool_],
+) -> tuple[float, int]:
+    """Return the time to begin with, and how many times before it were damaged: none or one."""
+    known = np.flatnonzero(~missing)
+    following_s = np.append(time_s, ahead.stamp_us.astype(np.float64) * 1e-6)
+    others_agree = len(following_s) > 2 and not missing[0] and not set_to[0] and set_to[1:2].all()
+    if others_agree and abs(following_s[1] - following_s[0]) > _CREDIBLE_GAP_S:
+        time_s[0] = following_s[1]
+        return float(time_s[0]), 1
+    return float(time_s[known[0]] if len(known) else time_s[0]), 0
 
 
 def are_swapped(packets: Packets) -> bool:
