@@ -112,6 +112,7 @@ FIRST_ONLY = (
     "unit/core/test_movers.py",
     "unit/core/test_room.py",
     "unit/logs/test_own_logs.py",
+    "unit/navigation/test_one_track.py",
     "unit/sitl/",
     "unit/test_packaging.py",
 )

@@ -8,8 +8,8 @@ import pytest
 
 from flight_logs.errors import LogError
 from flight_reports.analysis.flight import read_flights
-from flight_reports.analysis.log_reader import read_log
 from flight_reports.analysis.warnings import lacking
+from flight_reports.contents.log_reader import read_log
 from flight_reports.navigation_report import main
 from mavlink_sitl import LinkFaults
 from mavlink_sitl.config import VehicleConfig

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from flight_reports.analysis.log_reader import read_contents
-from flight_reports.analysis.track import read_track
+from flight_reports.contents.log_reader import read_contents
+from flight_reports.contents.track import read_track
 from mavlink_vehicle.codec import Codec, Message, mavlink
 from mavlink_vehicle.io.tlog import TlogReader
 from mavlink_vehicle.positions import frames

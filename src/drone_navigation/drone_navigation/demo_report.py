@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from flight_reports.flight_recording import FlightRecording
 from flight_reports.pictures.scene import replan_times_s
 from navigation_core.outcomes import OutcomeCode
@@ -62,12 +60,11 @@ def report(recording: FlightRecording, nearest: Nearest) -> str:
         raise DemoError("The recording lacks the route or the goal that replaces it.")
     if replans < _REPLANS:
         raise DemoError(f"The path was replanned {replans} times; at least {_REPLANS} expected.")
-    flown_m = np.sqrt((np.diff(recording.positions_enu_m, axis=0) ** 2).sum(axis=1)).sum()
     took_s = recording.status.times_s[-1] - recording.goals.times_s[0]
     seen = [obstacles for _, obstacles in recording.obstacles]
     parts = [
         f"{_WAYPOINTS} waypoints and {len(goals) - 1} goal sent in flight",
-        f"{flown_m:.0f} m in {took_s:.0f} s",
+        f"{recording.figures.distance_m:.0f} m in {took_s:.0f} s",
         f"replanned {replans} times",
         f"{max((len(obstacles) for obstacles in seen), default=0)} cells sensed as occupied",
         f"{nearest.clearance_m:.2f} m least clearance, to '{nearest.obstacle}'",

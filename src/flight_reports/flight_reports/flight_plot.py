@@ -77,8 +77,14 @@ def plot_flight(path: Path, picture: Path, system: int | None = None) -> FlightR
 
 
 def _summary(recording: FlightRecording) -> str:
-    flown_m = np.hypot(*np.diff(recording.positions_enu_m[:, :2], axis=0).T).sum()
-    parts = [recording.vehicle, f"{recording.duration_s:.0f} s", f"{flown_m:.0f} m over ground"]
+    figures = recording.figures
+    parts = [
+        recording.vehicle,
+        f"{figures.duration_s:.0f} s",
+        f"{figures.distance_m:.0f} m",
+        f"highest {figures.highest_m:.1f} m above {figures.height_reference}",
+        f"fastest {figures.fastest_m_s:.1f} m/s",
+    ]
     replans = len(scene.replan_times_s(recording))
     if replans:
         parts.append(f"replanned {replans} times")

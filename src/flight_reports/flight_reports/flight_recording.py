@@ -18,24 +18,24 @@ from numpy.typing import NDArray
 
 from flight_logs.errors import LogError
 from flight_logs.frames.packets import iterate_packets
+from flight_reports.contents.log_reader import POSITIONS, Floats, LogContents, read_contents
+from flight_reports.contents.track import Figures, Track, figures, read_track
 from flight_reports.recorded_events import TEXT, Source, Teller
 from flight_reports.timeline import Timeline
-from mavlink_vehicle.codec import Codec, Message, mavlink
+from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.events import VehicleEvent
+from mavlink_vehicle.positions import frames
 from mavlink_vehicle.ranges import RangesMeasured
 from navigation_bridge import notes
 from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
-from navigation_bridge.recording.recorded_frames import FromFirstPosition, LocalOnly, PoseFrame
 from navigation_bridge.recording.recorded_notes import RecordedGoal
-from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
+from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 
 # How often what the map holds is kept: enough for a film.
 _LOOK_PERIOD_S = 0.2
-_POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
-_Stamped = tuple[float, Message]
 
 
 class NoFlightError(ValueError):
@@ -49,6 +49,7 @@ class FlightRecording:
     Attributes:
         vehicle: for people: "ArduPilot copter, system 1".
         remarks: sentences: what is not in the recording, and what was chosen.
+        figures: distance, height and more, as on the page of a report.
         times_s: shape (N,), of the positions.
         positions_enu_m: shape (N, 3), in the map frame.
         yaws_enu_rad: shape (N,).
@@ -67,6 +68,7 @@ class FlightRecording:
 
     vehicle: str
     remarks: tuple[str, ...]
+    figures: Figures
     times_s: NDArray[np.float64]
     positions_enu_m: NDArray[np.float64]
     yaws_enu_rad: NDArray[np.float64]
@@ -95,47 +97,42 @@ def read_recording(path: Path, system: int | None = None) -> FlightRecording:
         NoFlightError: there is no such file, or no position in it.
     """
     try:
-        codec = Codec(source_system=255, source_component=190)
-        messages = [
-            (time_s, message)
-            for time_s, data in iterate_packets(path)
-            for message in codec.decode(data)
-        ]
+        contents = read_contents(path)
+        packets = list(iterate_packets(path))
     except LogError as error:
         raise NoFlightError(str(error)) from error
-    vehicle, candidates = _choose(messages, system)
+    vehicle, candidates = _choose(contents, system)
     systems = {number for number, _ in candidates}
     if vehicle is None:
         wanted = "a vehicle" if system is None else f"system {system}"
         told = f"; it contains system {_listed(systems)}" if systems else ""
         raise NoFlightError(f"{path} contains no position of {wanted}{told}.")
-    for frame, remark in (
-        (MapFrame(), ""),
-        (FromFirstPosition(), "The recording has no map origin; the first position is the origin."),
-        (LocalOnly(), "The recording has no global position; drawn in the vehicle's local frame."),
-    ):
-        reader = _Reader(vehicle, systems - {vehicle[0]}, frame)
-        for time_s, message in messages:
-            reader.take(time_s, message)
-        if reader.poses:
-            return reader.recording([_remark(vehicle, systems), remark])
-    raise NoFlightError(f"{path} contains no valid position of system {vehicle[0]}.")
+    track = read_track(contents, vehicle)
+    measured = figures(contents, track)
+    if measured is None:
+        raise NoFlightError(f"{path} contains no valid position of system {vehicle[0]}.")
+    start_s = contents.begun_unix_s + float(track.time_s[0])
+    reader, codec = _Reader(vehicle, systems - {vehicle[0]}, start_s), Codec(255, 190)
+    for unix_s, data in packets:
+        for message in codec.decode(data):
+            reader.take(unix_s, message)
+    return reader.recording(track, measured, [_remark(vehicle, systems), *track.remarks])
 
 
-def _choose(messages: Sequence[_Stamped], system: int | None) -> tuple[Source | None, list[Source]]:
+def _choose(contents: LogContents, system: int | None) -> tuple[Source | None, list[Source]]:
     """Return the first autopilot (of a system) with a position, and all such autopilots."""
-    autopilots: set[Source] = set()
-    placed: dict[Source, None] = {}
-    for _, message in messages:
-        source = (message.get_srcSystem(), message.get_srcComponent())
-        kind = message.get_type()
-        if kind == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
-            autopilots.add(source)
-        elif kind == "LOCAL_POSITION_NED" or (
-            kind == "GLOBAL_POSITION_INT" and (message.lat or message.lon)
-        ):
-            placed.setdefault(source)
-    candidates = [source for source in placed if source in autopilots] or list(placed)
+    first_s: dict[Source, float] = {}
+    for name in POSITIONS:
+        for source in contents.sources():
+            records = contents.of(name, source)
+            if records is not None and name == POSITIONS[0]:
+                records = records[(records["lat"] != 0) | (records["lon"] != 0)]
+            if records is not None and len(records):
+                time_s = float(records["time_s"][0])
+                first_s[source] = min(time_s, first_s.get(source, time_s))
+    placed = sorted(first_s, key=lambda source: (first_s[source], source))
+    autopilots = contents.vehicles()
+    candidates = [source for source in placed if source in autopilots] or placed
     wanted = [source for source in candidates if system in (None, source[0])]
     return (wanted[0] if wanted else None), candidates
 
@@ -152,67 +149,48 @@ def _listed(systems: set[int]) -> str:
 
 
 class _Reader:
-    """Follows one vehicle through a recording, and places it in the map frame."""
+    """Follows one vehicle through a recording: its events, and what its sensors see."""
 
-    def __init__(self, vehicle: Source, other_systems: set[int], frame: PoseFrame) -> None:
-        self.poses: list[tuple[float, MapPose, float]] = []
+    def __init__(self, vehicle: Source, other_systems: set[int], start_s: float) -> None:
         self._teller = Teller(vehicle, other_systems, self._take_event)
-        self._frame = frame
         # What sensors see is placed in the server's own map frame.
-        self._feed: ObstacleFeed | None = None
-        if isinstance(frame, MapFrame):
-            self._feed = ObstacleFeed(self._teller.vehicle, frame, ObstacleConfig())
+        self._map_frame = MapFrame()
+        self._feed = ObstacleFeed(self._teller.vehicle, self._map_frame, ObstacleConfig())
         self._obstacles: list[tuple[float, Obstacles]] = []
-        self._start_s: float | None = None
+        self._yaws_enu_rad: list[tuple[float, float]] = []
+        self._start_s = start_s
         self._time_s = 0.0
 
     def take(self, unix_s: float, message: Message) -> None:
         """Process the next message of the recording."""
-        if self._start_s is not None:
-            # A clock that was set while recording must not turn a picture round.
-            self._time_s = max(self._time_s, unix_s - self._start_s)
-        elif message.get_srcComponent() == notes.COMPONENT_ID:
+        if unix_s < self._start_s and message.get_srcComponent() == notes.COMPONENT_ID:
             return
+        # A clock that was set while recording must not turn a picture round.
+        self._time_s = max(self._time_s, unix_s - self._start_s)
         before = self._teller.vehicle.state
         self._teller.take(self._time_s, message)
         state = self._teller.vehicle.state
         self._look_at_map()
         if state is before:
             return
-        self._frame.update(state)
-        if message.get_type() in _POSITIONS:
-            self._take_position(unix_s, message.get_type())
-
-    def _take_position(self, unix_s: float, kind: str) -> None:
-        state = self._teller.vehicle.state
-        if kind != _POSITIONS[0] and state.global_position is not None:
-            return
-        pose = self._frame.pose(state)
-        if pose is None:
-            return
-        if self._start_s is None:
-            self._start_s = unix_s
-        velocity_ned_m_s = (0.0, 0.0, 0.0)
-        if state.global_position is not None:
-            velocity_ned_m_s = state.global_position.velocity_ned_m_s
-        elif state.local_position is not None:
-            velocity_ned_m_s = state.local_position.velocity_ned_m_s
-        self.poses.append((self._time_s, pose, math.hypot(*velocity_ned_m_s[:2])))
+        self._map_frame.update(state)
+        if state.attitude is not None and state.attitude is not before.attitude:
+            yaw_enu_rad = frames.yaw_ned_to_enu(state.attitude.yaw_ned_rad)
+            self._yaws_enu_rad.append((self._time_s, yaw_enu_rad))
 
     def _take_event(self, time_s: float, event: VehicleEvent) -> None:
-        if self._feed is not None and isinstance(event, RangesMeasured):
+        if isinstance(event, RangesMeasured):
             self._feed.take_ranges(event, time_s)
 
     def _look_at_map(self) -> None:
-        if self._feed is None or self._start_s is None:
-            return
         seen, shown = self._feed.sensed, self._obstacles
         latest = shown[-1] if shown else (-math.inf, NOTHING)
         if seen is not latest[1] and self._time_s - latest[0] >= _LOOK_PERIOD_S:
             shown.append((self._time_s, seen))
 
-    def recording(self, remarks: Sequence[str]) -> FlightRecording:
-        """Return the recording, which must have a pose."""
+    def recording(self, track: Track, measured: Figures, remarks: Sequence[str]) -> FlightRecording:
+        """Return the recording of a track, which has a position."""
+        times_s = track.time_s - track.time_s[0]
         told = self._teller.retold
         noted, name = told.noted, told.name or "vehicle"
         status = noted.status or [(time_s, f"mode {mode}") for time_s, mode in told.modes]
@@ -220,10 +198,11 @@ class _Reader:
         return FlightRecording(
             vehicle=f"{name}, system {told.state.system_id}",
             remarks=tuple(remark for remark in [*remarks, *self._lacking()] if remark),
-            times_s=np.array([time_s for time_s, _, _ in self.poses]),
-            positions_enu_m=np.array([pose.position_enu_m for _, pose, _ in self.poses]),
-            yaws_enu_rad=np.array([pose.yaw_enu_rad for _, pose, _ in self.poses]),
-            speeds_m_s=np.array([speed for _, _, speed in self.poses]),
+            figures=measured,
+            times_s=times_s,
+            positions_enu_m=track.position_enu_m,
+            yaws_enu_rad=self._yaws_at(times_s),
+            speeds_m_s=track.ground_speed_m_s,
             goals=Timeline.of([(g.accepted_s, g) for g in noted.goals if g.targets_enu_m]),
             all_goals=tuple(noted.goals),
             plans=Timeline.of(noted.plans),
@@ -235,6 +214,13 @@ class _Reader:
             warnings=Timeline.of(warnings),
             obstacles=Timeline.of(self._obstacles),
         )
+
+    def _yaws_at(self, times_s: Floats) -> Floats:
+        """Return the latest yaw at some times; north where it is not known."""
+        known = np.array(self._yaws_enu_rad or [(0.0, frames.yaw_ned_to_enu(0.0))])
+        latest = np.searchsorted(known[:, 0], times_s, side="right") - 1
+        yaws: Floats = known[np.maximum(latest, 0), 1]
+        return yaws
 
     def _lacking(self) -> list[str]:
         lacking = []

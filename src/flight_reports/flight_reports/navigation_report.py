@@ -14,7 +14,7 @@ from flight_logs.errors import LogError
 from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.progress import bytes_bar
 from flight_reports.analysis.flight import Flight, read_flights
-from flight_reports.analysis.log_reader import read_log
+from flight_reports.contents.log_reader import read_log
 from flight_reports.page.comparison import comparison_page
 from flight_reports.page.page import report_page
 

@@ -513,6 +513,8 @@ class Bridge:
 
     def _learn_frame(self, state: VehicleState) -> None:
         """Learn the map frame from a local position: it may come just after the global one."""
+        if state.last_heartbeat_s is None:
+            return  # The firmware's projection is not known yet.
         was_known = self._map_frame.frame is not None
         self._map_frame.update(state)
         if self._map_frame.frame is not None and not was_known:

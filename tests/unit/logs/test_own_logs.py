@@ -13,8 +13,8 @@ from pymavlink.DFReader import DFReader_binary
 from pyulog import ULog
 
 from flight_reports.analysis.flight import Flight, read_flights
-from flight_reports.analysis.log_reader import read_log
 from flight_reports.analysis.warnings import lacking, warnings
+from flight_reports.contents.log_reader import read_log
 from flight_reports.navigation_report import main
 from tests.support.logs.firmware_logs import (
     ARDUPILOT_RELEASES,

@@ -8,13 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flight_reports.analysis.track import Track, laid_into
+from flight_reports.contents.track import Track, laid_into
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.projections import Geodetic, LocalFrame, Projection, true_to_scale
 from mavlink_vehicle.profiles import ardupilot, px4
 from mavlink_vehicle.state.telemetry import GlobalPosition, LocalPosition, Origin
 from mavlink_vehicle.state.vehicle_state import VehicleState
-from navigation_bridge.recording.recorded_frames import FromFirstPosition
 from navigation_bridge.vehicle.map_frame import MapFrame
 from tests.support.models import ellipsoid
 
@@ -138,17 +137,6 @@ def test_a_restart_resets_the_origin() -> None:
     assert frame.pose(there(LocalFrame(ORIGIN, px4.PROJECTION), 0.0, 0.0)) is None
 
 
-@pytest.mark.parametrize(("autopilot", "projection"), FIRMWARES)
-def test_pictures_of_a_recording_without_an_origin_have_the_firmwares_metres(
-    autopilot: int, projection: Projection
-) -> None:
-    real, frame = LocalFrame(ORIGIN, projection), FromFirstPosition()
-    frame.update(there(real, 0.0, 0.0, autopilot))
-    pose = frame.pose(there(real, 500.0, 300.0, autopilot))
-    assert pose is not None
-    assert pose.position_enu_m == pytest.approx((300.0, 500.0, 0.0), abs=1e-3)
-
-
 def test_two_tracks_are_aligned_by_position_on_earth_not_by_map_metres() -> None:
     """A PX4 and an ArduPilot, half a kilometre apart, that stood at the same place."""
     north, east = 2500.0, 1500.0
@@ -156,7 +144,8 @@ def test_two_tracks_are_aligned_by_position_on_earth_not_by_map_metres() -> None
     first = LocalFrame(ORIGIN, ardupilot.PROJECTION)
     second = LocalFrame((ORIGIN[0] + 0.004, ORIGIN[1], 450.0), px4.PROJECTION)
     north_m, east_m, down_m = second.ned_m(place)
-    track = Track(np.array([0.0]), np.array([[east_m, north_m, -down_m]]), np.zeros((1, 3)), second)
+    position = np.array([[east_m, north_m, -down_m]])
+    track = Track(np.zeros(1), position, np.zeros((1, 3)), np.zeros(1), "home", second)
     moved = laid_into(track, first)
     assert moved.frame == first
     wanted_north_m, wanted_east_m, wanted_down_m = first.ned_m(place)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from flight_reports.analysis.flight import Flight, read_flights
-from flight_reports.analysis.log_reader import read_contents
 from flight_reports.analysis.warnings import Warned, warnings
+from flight_reports.contents.log_reader import read_contents
 from flight_reports.recorded_events import EventSeverity
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.tlog import TlogWriter

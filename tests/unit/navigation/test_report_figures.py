@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from flight_logs.frames.records import Records
 from flight_reports.analysis.link_quality import link_quality, missing_before
-from flight_reports.analysis.tracking import TrackSamples, tracking
+from flight_reports.analysis.tracking import tracking
+from flight_reports.contents.track import TrackSamples
 from flight_reports.page.figures import line
 from flight_reports.page.html import safe
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from flight_logs.tlog import iterate_tlog
-from flight_reports.analysis import log_reader as report_log
 from flight_reports.analysis.commands import commands
 from flight_reports.analysis.flight import Flight, read_flights
-from flight_reports.analysis.log_reader import LogContents, read_contents
 from flight_reports.analysis.sensed_obstacles import Sensed
 from flight_reports.analysis.warnings import lacking, warnings
+from flight_reports.contents import log_reader as report_log
+from flight_reports.contents.log_reader import LogContents, read_contents
 from flight_reports.page.comparison import align, comparison_page, energy_wh, in_one_frame
 from flight_reports.page.figures import map_figure
 from flight_reports.page.obstacle_traces import obstacle_traces

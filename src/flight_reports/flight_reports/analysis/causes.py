@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from flight_reports.analysis.flight import Flight
-from flight_reports.analysis.log_reader import SETPOINTS, Floats
+from flight_reports.contents.log_reader import SETPOINTS, Floats
 from flight_reports.recorded_events import EventSeverity, Moment, Source
 from flight_reports.timeline import Timeline
 from navigation_bridge.configuration.settings import ObstacleConfig

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from flight_reports.analysis.log_reader import LogContents
+from flight_reports.contents.log_reader import LogContents
 from flight_reports.recorded_events import Source
 from mavlink_vehicle.codec import mavlink
 

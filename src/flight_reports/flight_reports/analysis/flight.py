@@ -10,15 +10,23 @@ import numpy as np
 
 from flight_reports.analysis.commands import SentCommand, commands
 from flight_reports.analysis.link_quality import LinkQuality, link_quality
-from flight_reports.analysis.log_reader import REQUESTS, SETPOINTS, LogContents, Progress
 from flight_reports.analysis.sensed_obstacles import (
     Sensed,
     SensedClearance,
     read_clearance,
     read_sensed,
 )
-from flight_reports.analysis.track import Track, local_samples, read_setpoints, read_track
-from flight_reports.analysis.tracking import Tracking, TrackSamples, tracking
+from flight_reports.analysis.tracking import Tracking, tracking
+from flight_reports.contents.log_reader import REQUESTS, SETPOINTS, LogContents, Progress
+from flight_reports.contents.track import (
+    Figures,
+    Track,
+    TrackSamples,
+    figures,
+    local_samples,
+    read_setpoints,
+    read_track,
+)
 from flight_reports.recorded_events import Retold, Source, Teller
 from mavlink_vehicle.codec import mavlink
 from navigation_bridge import notes
@@ -105,6 +113,11 @@ class Flight:
     def link(self) -> LinkQuality:
         """Of the packets that came from the vehicle."""
         return next(s.link for s in self.speakers if s.source == self.source)
+
+    @property
+    def figures(self) -> Figures | None:
+        """The figures of the flight; None without a position."""
+        return figures(self.contents, self.track)
 
     @property
     def armed_s(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight_logs.frames.records import Records
-from flight_reports.analysis.log_reader import Floats
+from flight_reports.contents.log_reader import Floats
 
 # A sequence number that is this little behind the newest is a packet that came late; one that
 # is farther behind is that many packets lost, as the numbers start again after 255.

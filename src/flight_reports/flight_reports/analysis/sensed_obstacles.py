@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flight_reports.analysis.log_reader import Floats, LogContents
+from flight_reports.contents.log_reader import Floats, LogContents
 from flight_reports.flight_recording import NoFlightError, read_recording
 from flight_reports.recorded_events import Source
 from navigation_core.mapping.obstacles import Obstacles

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_reports.analysis.log_reader import Floats
+from flight_reports.contents.log_reader import Floats
+from flight_reports.contents.track import TrackSamples
 
 # A setpoint that is this far from the one before, or comes this long after it, is a new aim.
 _STEP_M = 2.0
@@ -20,20 +21,6 @@ _DELAY_STEP_S = 0.02
 _DELAY_MAX_S = 3.0
 _SAMPLES_MIN = 20
 _DELAY_SPREAD = 0.2
-
-
-@dataclass(frozen=True)
-class TrackSamples:
-    """Vectors and their times: shape (n,) in s, shape (n, 3), NED."""
-
-    time_s: Floats
-    vectors_ned: Floats
-
-    def at(self, time_s: Floats) -> Floats:
-        """Return the vectors at some times, between those that were told in straight lines."""
-        return np.stack(
-            [np.interp(time_s, self.time_s, part) for part in self.vectors_ned.T], axis=-1
-        )
 
 
 @dataclass(frozen=True)

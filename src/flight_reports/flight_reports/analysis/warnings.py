@@ -186,8 +186,7 @@ def lacking(flight: Flight) -> list[str]:
     told += flight.contents.remarks
     if not len(flight.track.time_s):
         told.append("The log has no position of this vehicle; map and altitude are missing.")
-    if flight.track.remark:
-        told.append(flight.track.remark)
+    told += flight.track.remarks
     if not noted.goals:
         told.append(
             "The log has no goals, plans or replans: it was recorded by another program, or no "

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flight_reports.analysis.flight import Flight
-from flight_reports.analysis.log_reader import Floats
-from flight_reports.analysis.track import Track, laid_into
+from flight_reports.contents.log_reader import Floats
+from flight_reports.contents.track import Track, laid_into
 from flight_reports.page.figures import Figure, Trace, cursor, flown, line, map_layout, markers
 from flight_reports.page.html import Markup, element, joined, number, table
 from flight_reports.page.page import Plots, page
@@ -91,7 +91,7 @@ def _from_begin(track: Track) -> Track:
     if not len(track.time_s):
         return track
     place = track.position_enu_m - track.position_enu_m[0]
-    return Track(track.time_s, place, track.velocity_ned_m_s)
+    return replace(track, position_enu_m=place, frame=None)
 
 
 def _who(flights: tuple[Flight, Flight]) -> Markup:
@@ -169,7 +169,7 @@ def _differences(flights: tuple[Flight, Flight], alignment: Alignment) -> Markup
         change = None if before is None or after is None else after - before
         rows.append(
             [
-                name,
+                name if name != _HEIGHT else name + _above(flights),
                 number(before, unit, digits),
                 number(after, unit, digits),
                 _signed(change, unit, digits),
@@ -178,16 +178,23 @@ def _differences(flights: tuple[Flight, Flight], alignment: Alignment) -> Markup
     return table(("", "A", "B", "B − A"), rows, "figures")
 
 
+def _above(flights: tuple[Flight, Flight]) -> str:
+    """Return what the heights of two flights are above, such as " above home"."""
+    references = [f.figures.height_reference for f in flights if f.figures is not None]
+    return f" above {' and '.join(dict.fromkeys(references))}" if references else ""
+
+
 def _signed(change: float | None, unit: str, digits: int) -> str:
     if change is None or not round(change, digits):
         return number(change if change is None else 0.0, unit, digits)
     return f"{change:+.{digits}f} {unit}".rstrip().replace("-", "−")
 
 
+_HEIGHT = "maximum height"
 _FIGURES = (
     ("duration from time zero", "s", 1),
     ("distance flown", "m", 1),
-    ("maximum height above the first position", "m", 1),
+    (_HEIGHT, "m", 1),
     ("maximum ground speed", "m/s", 1),
     ("battery used", "%", 0),
     ("energy used", "Wh", 2),
@@ -204,15 +211,14 @@ _FIGURES = (
 
 def _figures(flight: Flight, zero_s: float) -> list[float | None]:
     """Return the figures in the order of `_FIGURES`, None for what isn't known."""
-    track, told, goals = flight.track, flight.position_tracking, flight.retold.noted.goals
-    up_m = track.position_enu_m[:, 2]
+    figures, told, goals = flight.figures, flight.position_tracking, flight.retold.noted.goals
     battery = flight.retold.battery
     ended = [goal.ended_s - goal.accepted_s for goal in goals[:1] if goal.ended_s is not None]
     return [
         flight.contents.duration_s - zero_s,
-        track.length_m if len(up_m) else None,
-        float(up_m.max() - up_m[0]) if len(up_m) else None,
-        float(track.ground_speed_m_s.max()) if len(up_m) else None,
+        None if figures is None else figures.distance_m,
+        None if figures is None else figures.highest_m,
+        None if figures is None else figures.fastest_m_s,
         battery[0][1] - battery[-1][1] if battery else None,
         energy_wh(flight),
         None if told is None else told.horizontal_rms,

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight_reports.analysis.flight import GAP_S, Flight
-from flight_reports.analysis.log_reader import Floats
-from flight_reports.analysis.track import Track
 from flight_reports.analysis.warnings import warnings
+from flight_reports.contents.log_reader import Floats
+from flight_reports.contents.track import Track
 from flight_reports.recorded_events import EventSeverity, Moment
 
 Figure: TypeAlias = dict[str, Any]

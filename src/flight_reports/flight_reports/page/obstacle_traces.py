@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flight_reports.analysis.log_reader import Floats
 from flight_reports.analysis.sensed_obstacles import Sensed
+from flight_reports.contents.log_reader import Floats
 from flight_reports.page.figures import Trace
 from navigation_core.mapping.obstacles import Obstacles
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from flight_reports.analysis.flight import Flight
 from flight_reports.analysis.sensed_obstacles import obstacles_left_out
-from flight_reports.analysis.track import Track
+from flight_reports.contents.track import Track
 from flight_reports.page import sections
 from flight_reports.page.figures import Figure, map_figure, numbers
 from flight_reports.page.html import Markup, element, joined, safe

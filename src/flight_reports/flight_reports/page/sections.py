@@ -23,7 +23,7 @@ _SIGNS = {
 
 def summary(flight: Flight) -> Markup:
     """Return the summary of the flight."""
-    track, retold, contents = flight.track, flight.retold, flight.contents
+    retold, contents = flight.retold, flight.contents
     begun = datetime.fromtimestamp(contents.begun_unix_s, timezone.utc)
     facts = [
         ("vehicle", retold.name or "unknown"),
@@ -32,12 +32,12 @@ def summary(flight: Flight) -> Markup:
         ("duration", duration(flight.contents.duration_s)),
         ("armed", duration(flight.armed_s) if retold.armed else "unknown"),
     ]
-    if len(track.time_s):
-        up_m = track.position_enu_m[:, 2]
+    figures = flight.figures
+    if figures is not None:
         facts += [
-            ("distance", number(track.length_m, "m", 0)),
-            ("highest", number(float(up_m.max()), "m")),
-            ("fastest", number(float(track.ground_speed_m_s.max()), "m/s")),
+            ("distance", number(figures.distance_m, "m", 0)),
+            ("highest", f"{number(figures.highest_m, 'm')} above {figures.height_reference}"),
+            ("fastest", number(figures.fastest_m_s, "m/s")),
         ]
     if retold.battery:
         facts.append(("battery", _battery([percent for _, percent in retold.battery])))

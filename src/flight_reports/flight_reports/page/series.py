@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flight_reports.analysis.flight import Flight
-from flight_reports.analysis.log_reader import Floats
 from flight_reports.analysis.warnings import warnings
+from flight_reports.contents.log_reader import Floats
 from flight_reports.page.figures import Figure, Trace, line, moment_colour, numbers, shown
 
 _ROW_PX = 150

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from flight_logs.autopilot.as_tlog import is_autopilot_log, write_as_tlog
 from flight_logs.frames.records import HEADERS, Records
 from flight_logs.tlog import Counts, Tlog, iterate_tlog
-from flight_reports.analysis.message_rates import MessageRate, count_messages
+from flight_reports.contents.message_rates import MessageRate, count_messages
 from flight_reports.recorded_events import Source
 from mavlink_vehicle.codec import Message, mavlink, with_source
 from navigation_bridge import notes

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight_logs.frames.records import Records
-from flight_reports.analysis.log_reader import ESTIMATORS, SETPOINTS, Floats, LogContents
-from flight_reports.analysis.tracking import TrackSamples
+from flight_reports.contents.log_reader import ESTIMATORS, SETPOINTS, Floats, LogContents
 from flight_reports.recorded_events import Source
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
@@ -18,8 +17,27 @@ from mavlink_vehicle.profiles import GENERIC, profile_for
 
 # Standing still, a position wanders; it has moved when it is this far from where it was.
 _MOVED_M = 0.3
+_HOME_AT_SEA_M = 0.005
+_UNCONFIRMED = (
+    "The vehicle's estimator confirms no position in this log; the positions are shown as they "
+    "were sent."
+)
 _POSITION_IGNORED = 0b111
 _VELOCITY_IGNORED = 0b111 << 3
+
+
+@dataclass(frozen=True)
+class TrackSamples:
+    """Vectors and their times: shape (n,) in s, shape (n, 3), NED."""
+
+    time_s: Floats
+    vectors_ned: Floats
+
+    def at(self, time_s: Floats) -> Floats:
+        """Return the vectors at some times, between those that were told in straight lines."""
+        return np.stack(
+            [np.interp(time_s, self.time_s, part) for part in self.vectors_ned.T], axis=-1
+        )
 
 
 @dataclass(frozen=True)
@@ -27,18 +45,22 @@ class Track:
     """Track of a vehicle. Lengths in metres, times in seconds.
 
     Attributes:
-        time_s: shape (n,); n is 0 without a position.
+        time_s: shape (n,), since the log's first packet; n is 0 without a position.
         position_enu_m: shape (n, 3), in the map frame.
         velocity_ned_m_s: shape (n, 3).
+        height_m: shape (n,), above `height_reference`.
+        height_reference: "home" or "the first position".
         frame: the local frame that the map is made of; None where its origin is not known.
-        remark: a sentence on the frame where it isn't the server's map frame; else empty.
+        remarks: sentences on what is not as usual about it.
     """
 
     time_s: Floats
     position_enu_m: Floats
     velocity_ned_m_s: Floats
+    height_m: Floats
+    height_reference: str
     frame: LocalFrame | None = None
-    remark: str = ""
+    remarks: tuple[str, ...] = ()
 
     @property
     def ground_speed_m_s(self) -> Floats:
@@ -67,16 +89,58 @@ class Track:
         return east_m, north_m, up_m
 
 
+@dataclass(frozen=True)
+class Figures:
+    """The figures of a flight: those of the page, of the plot and of the demo.
+
+    Attributes:
+        duration_s: of the log, from its first packet to its last.
+        distance_m: flown in three dimensions, without position noise at rest.
+        highest_m: the greatest height above `height_reference`.
+        height_reference: "home" or "the first position".
+        fastest_m_s: the greatest speed over the ground.
+    """
+
+    duration_s: float
+    distance_m: float
+    highest_m: float
+    height_reference: str
+    fastest_m_s: float
+
+
+def figures(contents: LogContents, track: Track) -> Figures | None:
+    """Return the figures of a flight; None without a position."""
+    if not len(track.time_s):
+        return None
+    return Figures(
+        contents.duration_s,
+        track.length_m,
+        float(track.height_m.max()),
+        track.height_reference,
+        float(track.ground_speed_m_s.max()),
+    )
+
+
 def read_track(contents: LogContents, vehicle: Source) -> Track:
-    """Return the track of a vehicle, in the map frame if its origin is known."""
+    """Return the track of a vehicle, in the map frame if its origin is known.
+
+    A position counts as in the server (`VehicleState.position_valid`, `MapFrame`): if the
+    estimator confirms it, and not before the first local position. Where a log has no confirmed
+    position, they are shown as they were sent, with a remark.
+    """
     local = contents.of("LOCAL_POSITION_NED", vehicle)
     places = contents.of("GLOBAL_POSITION_INT", vehicle)
+    remarks: tuple[str, ...] = ()
     if places is not None:
         valid = (places["lat"] != 0) | (places["lon"] != 0)
         if local is not None:
             # An ArduCopter tells a place before its estimator has one, but no local position.
             valid &= places["time_s"] >= local["time_s"][0] - PAIR_AGE_S
-        valid &= _stood_by(contents, vehicle, places["time_s"])
+        confirmed = _confirmed(contents, vehicle, places["time_s"])
+        if (valid & confirmed).any():
+            valid &= confirmed
+        elif valid.any():
+            remarks = (_UNCONFIRMED,)
         places = places[valid] if valid.any() else None
     if places is None:
         return _local_track(local)
@@ -85,9 +149,25 @@ def read_track(contents: LogContents, vehicle: Source) -> Track:
         places["time_s"],
         enu_m(places["lat"] * 1e-7, places["lon"] * 1e-7, places["alt"] * 1e-3, frame),
         np.stack([places[name] * 0.01 for name in ("vx", "vy", "vz")], axis=-1),
+        *_heights(places),
         frame,
-        remark,
+        (*remarks, remark) if remark else remarks,
     )
+
+
+def _heights(places: Records) -> tuple[Floats, str]:
+    """Return the heights, and above what they are.
+
+    An ArduPilot without a home, or a rover before arming, counts from sea level (observed); what
+    never has another value is not set.
+    """
+    altitude_m, above_m = places["alt"] * 1e-3, places["relative_alt"] * 1e-3
+    home_m = altitude_m - above_m
+    known = np.abs(home_m) > _HOME_AT_SEA_M
+    if not places["relative_alt"].any() or not known.any():
+        return altitude_m - altitude_m[0], "the first position"
+    first_home_m = home_m[np.argmax(known)]
+    return np.where(known, above_m, altitude_m - first_home_m), "home"
 
 
 def enu_m(
@@ -179,27 +259,35 @@ def _joined(parts: list[tuple[Floats, Floats]]) -> TrackSamples:
 
 def _local_track(local: Records | None) -> Track:
     if local is None:
-        return Track(np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3)))
+        nothing = np.zeros((0, 3))
+        return Track(np.zeros(0), nothing, nothing, np.zeros(0), "the first position")
     ned = _vectors(local, "x", "y", "z")
     return Track(
         local["time_s"],
         ned[:, [1, 0, 2]] * (1.0, 1.0, -1.0),
         _vectors(local, "vx", "vy", "vz"),
+        ned[0, 2] - ned[:, 2],
+        "the first position",
         None,
-        "The log has no valid global position; the map uses the vehicle's local frame.",
+        ("The log has no valid global position; the map uses the vehicle's local frame.",),
     )
 
 
-def _stood_by(contents: LogContents, vehicle: Source, time_s: Floats) -> NDArray[np.bool_]:
-    """Return at which times the estimator reported a valid position, as far as known."""
-    stood = np.ones(len(time_s), dtype=np.bool_)
-    for name in ESTIMATORS:
-        told = contents.of(name, vehicle)
-        if told is not None:
-            latest = np.searchsorted(told["time_s"], time_s, side="right") - 1
-            good = (told["flags"] & mavlink.ESTIMATOR_POS_HORIZ_ABS) != 0
-            stood &= (latest < 0) | good[np.maximum(latest, 0)]
-    return stood
+def _confirmed(contents: LogContents, vehicle: Source, time_s: Floats) -> NDArray[np.bool_]:
+    """Return at which times the estimator confirmed a position, by its latest report.
+
+    Before the first report it counts as confirmed, unless no report of the log confirms any.
+    """
+    reports = [told for name in ESTIMATORS if (told := contents.of(name, vehicle)) is not None]
+    if not reports:
+        return np.ones(len(time_s), dtype=np.bool_)
+    told_s = np.concatenate([told["time_s"] for told in reports])
+    flags = np.concatenate([told["flags"].astype(np.int64) for told in reports])
+    order = np.argsort(told_s, kind="stable")
+    good = (flags[order] & mavlink.ESTIMATOR_POS_HORIZ_ABS) != 0
+    latest = np.searchsorted(told_s[order], time_s, side="right") - 1
+    confirmed: NDArray[np.bool_] = np.where(latest < 0, good.any(), good[np.maximum(latest, 0)])
+    return confirmed
 
 
 def _frame(
@@ -237,15 +325,27 @@ def _place(record: Records, latitude: str, longitude: str, altitude: str) -> Geo
 
 
 def _take_pairs(finder: FrameFinder, places: Records, local: Records) -> None:
-    """Give local and global positions of the same moments, until there is no more to learn."""
-    nearest = np.clip(np.searchsorted(local["time_s"], places["time_s"]), 0, len(local) - 1)
-    there = local[nearest]
-    boot_ms = places["time_boot_ms"].astype(np.int64) - there["time_boot_ms"].astype(np.int64)
-    heard_s = np.abs(there["time_s"] - places["time_s"])
-    later_s = boot_ms * 1e-3
-    moved = _vectors(there, "x", "y", "z") + later_s[:, None] * _vectors(there, "vx", "vy", "vz")
-    for index in np.flatnonzero(np.maximum(np.abs(later_s), heard_s) <= PAIR_AGE_S).tolist():
+    """Give pairs of global and local positions as `MapFrame` does, while there is more to learn.
+
+    Whichever of the two comes is paired with the latest of the other.
+    """
+    time_s = np.concatenate([places["time_s"], local["time_s"]])
+    here = there = -1
+    for index in np.argsort(time_s, kind="stable").tolist():
         if not finder.wants_pairs:
             return
-        north_m, east_m, down_m = moved[index].tolist()
-        finder.pair(_place(places[index], "lat", "lon", "alt"), (north_m, east_m, down_m))
+        if index < len(places):
+            here = index
+        else:
+            there = index - len(places)
+        if here < 0 or there < 0:
+            continue
+        place, position = places[here], local[there]
+        later_s = 1e-3 * (int(place["time_boot_ms"]) - int(position["time_boot_ms"]))
+        if max(abs(later_s), abs(place["time_s"] - position["time_s"])) > PAIR_AGE_S:
+            continue
+        north_m, east_m, down_m = (
+            float(position[axis]) + later_s * float(position[speed])
+            for axis, speed in (("x", "vx"), ("y", "vy"), ("z", "vz"))
+        )
+        finder.pair(_place(place, "lat", "lon", "alt"), (north_m, east_m, down_m))
