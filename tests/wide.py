@@ -168,6 +168,7 @@ PARTS = {
         "test_a_long_route_that_cannot_be_planned_on",
         "test_a_pause_while_blocked_stops_the_clock",
     ),
+    "unit/navigation/test_one_track.py": ("test_the_recording_of_a_server",),
     "unit/navigation/test_flight_pictures.py": (
         "test_mp4_and_gif_show_the_same_moments",
         "test_any_tlog_is_drawn[rover",

@@ -1,1 +1,1 @@
-"""What a log holds for a report: its records, and the one track and figures of a vehicle."""
+"""Contents of a log for reports and pictures: its records, a vehicle's track and its figures."""
