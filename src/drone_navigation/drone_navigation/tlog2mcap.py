@@ -182,6 +182,11 @@ def _summary(converted: Converted, out: Path) -> str:
     told = [f"Wrote {sum(counts.values())} messages of {topics} topics to {out}."]
     if not any("/_action/" in topic for topic in counts):
         told.append("The log contains no goals of navigation_server.")
+    if not any(count for topic, count in counts.items() if topic.endswith("/pose")):
+        told.append(
+            "It has no pose: the log lacks local positions, an attitude, or positions that the "
+            "estimator confirms."
+        )
     if time.stepped_back:
         told.append(
             f"The recorder's clock stepped back {time.stepped_back} times; its times are kept."
