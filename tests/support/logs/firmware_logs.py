@@ -213,6 +213,7 @@ def ardupilot_log(
     without: tuple[str, ...] = (),
     gps_time: bool = True,
     position_hz: int = 5,
+    idle_s: int = 0,
 ) -> ArduPilotLog:
     """Return a log of a release.
 
@@ -223,6 +224,7 @@ def ardupilot_log(
         without: records that this log has not.
         gps_time: whether the receiver knows the date.
         position_hz: how often there are records of position and attitude.
+        idle_s: how long it stands disarmed afterwards, and logs a parameter every half minute.
     """
     formats = _formats_of(release, kind)
     if release in _NAMES:
@@ -249,6 +251,8 @@ def ardupilot_log(
             _add_battery(writer, formats, now.time_s, percent)
     writer.add("EV", float(SECONDS), Id=11)
     writer.add("ARM", float(SECONDS), ArmState=0)
+    for later_s in range(31, idle_s + 1, 31):
+        writer.add("PARM", float(SECONDS + later_s), Name=b"STAT_RUNTIME", Value=later_s)
     return ArduPilotLog(
         release,
         kind,

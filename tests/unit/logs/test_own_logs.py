@@ -137,6 +137,24 @@ def test_records_of_no_interest_are_no_silence(tmp_path: Path) -> None:
     assert found(flight) == []
 
 
+@pytest.mark.parametrize("release", ARDUPILOT_RELEASES[2:])
+def test_a_disarmed_ardupilot_that_hardly_logs_is_not_silent(tmp_path: Path, release: str) -> None:
+    flight = flown(ardupilot_log(release, idle_s=124).data, tmp_path / "flight.bin")
+    assert flight.contents.duration_s == pytest.approx(SECONDS + 124, abs=0.01)
+    assert found(flight) == []
+
+
+def test_a_hole_in_a_log_of_an_armed_vehicle_is_shown(tmp_path: Path) -> None:
+    whole = ardupilot_log("4.5").data
+    # One span of records is missing: nothing of the file is damaged.
+    records = whole.split(b"\xa3\x95")
+    third = len(records) // 3
+    data = b"\xa3\x95".join(records[:third] + records[third + third // 2 :])
+    told = found(flown(data, tmp_path / "flight.bin"))
+    assert len(told) == 1
+    assert told[0].startswith("silence: The log has no records for ")
+
+
 @pytest.mark.parametrize("release", ARDUPILOT_RELEASES)
 def test_a_log_without_a_date_does_not_invent_one(tmp_path: Path, release: str) -> None:
     log = ardupilot_log(release, gps_time=False)

@@ -89,6 +89,8 @@ def _of_link(flight: Flight) -> list[Moment]:
     told = [
         Moment(begin_s, "silence", f"{silent} {end_s - begin_s:.1f} s", EventSeverity.BAD)
         for begin_s, end_s in link.gaps
+        # Disarmed, an autopilot logs little or nothing.
+        if not is_autopilots or _is_armed_at(flight, begin_s)
     ]
     if is_autopilots:
         return told  # its packets were never on a link
@@ -111,6 +113,11 @@ def _of_link(flight: Flight) -> list[Moment]:
             worst = int(np.argmax(np.nan_to_num(quality.loss)))
             told.append(Moment(float(quality.intervals_s[worst]), "loss", text, severity))
     return told
+
+
+def _is_armed_at(flight: Flight, time_s: float) -> bool:
+    known = [armed for since_s, armed in flight.retold.armed if since_s <= time_s]
+    return known[-1] if known else True
 
 
 def _of_commands(flight: Flight) -> list[Moment]:
