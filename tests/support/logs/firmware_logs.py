@@ -315,7 +315,9 @@ class _DataFlash:
     def _struct(form: str) -> struct.Struct:
         return struct.Struct("<" + "".join(_LETTERS.get(letter, letter) for letter in form))
 
-    def add(self, name: str, time_s: float, of_week_ms: int = 0, **values: float | bytes) -> None:
+    def add(
+        self, name: str, time_s: float, of_week_ms: int = 0, /, **values: float | bytes
+    ) -> None:
         """Add a record, zero where there is no value; nothing in logs without such records."""
         if name not in self._formats:
             return
@@ -407,7 +409,9 @@ def px4_log(release: str, options: Px4Options | None = None) -> bytes:
 
 def _px4_topics(minor: int) -> dict[str, tuple[tuple[str, str], ...]]:
     stamp = (("timestamp", "uint64_t"),)
-    status = (("nav_state", "uint8_t"), ("arming_state", "uint8_t"), ("system_type", "uint8_t"))
+    status: tuple[tuple[str, str], ...] = (
+        *((name, "uint8_t") for name in ("nav_state", "arming_state", "system_type")),
+    )
     status += (("is_rotary_wing", "bool"),) if minor < 9 else (("vehicle_type", "uint8_t"),)
     place: tuple[tuple[str, str], ...] = (("lat", "double"), ("lon", "double"), ("alt", "float"))
     if minor < 9:
@@ -468,11 +472,11 @@ def _px4_samples(
         place = {"lat": now.latitude_deg, "lon": now.longitude_deg, "alt": altitude_m}
         valid = {"lat_lon_valid": True, "alt_valid": True}
         yield "vehicle_global_position", now.time_s, place | valid
+        names = [name for name, _ in _NEW_GPS]
+        fix: dict[str, float] = dict(zip(names, place.values(), strict=True))
         if minor < 14:
             fix = {name: round(value * (1e3 if name == "alt" else 1e7))
                    for name, value in place.items()}  # fmt: skip
-        else:
-            fix = dict(zip((name for name, _ in _NEW_GPS), place.values(), strict=True))
         utc_us = round((BEGUN_UNIX_S + now.time_s) * 1e6) if options.gps_time else 0
         moving = {"vel_n_m_s": north, "vel_e_m_s": east, "vel_d_m_s": down}
         for topic in ("vehicle_gps_position", "sensor_gps"):

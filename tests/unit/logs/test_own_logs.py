@@ -224,8 +224,8 @@ def test_a_px4s_log_of_any_release_is_read(tmp_path: Path, release: str) -> None
 
 @pytest.mark.parametrize("release", PX4_RELEASES)
 def test_a_px4s_receiver_or_local_position_makes_a_track(tmp_path: Path, release: str) -> None:
-    without = ("vehicle_global_position", "vehicle_local_position")
-    flight = flown(px4_log(release, Px4Options(without=without)), tmp_path / "gps.ulg")
+    estimated = ("vehicle_global_position", "vehicle_local_position")
+    flight = flown(px4_log(release, Px4Options(without=estimated)), tmp_path / "gps.ulg")
     assert flight.track.length_m == pytest.approx(SPEED_M_S * SECONDS, rel=0.03)
     without = ("vehicle_global_position", "vehicle_gps_position", "sensor_gps")
     flight = flown(px4_log(release, Px4Options(without=without)), tmp_path / "local.ulg")
