@@ -163,6 +163,13 @@ PARTS = {
         "test_a_killed_client_gives_the_terminal_back",
         "test_an_update_after_the_arrival_continues_from_there",
     ),
+    "ros/test_stop.py": (
+        "test_a_stop_ends_the_process",
+        "test_a_stop_during_the_start",
+        "test_a_vehicle_too_fast",
+        "test_a_goal_that_is_stopped",
+        "hangs",
+    ),
     "ros/test_navigate.py": ("test_base_link_is_relative_to_the_vehicle",),
     "unit/core/test_avoidance.py": (
         "test_a_long_route_that_cannot_be_planned_on",

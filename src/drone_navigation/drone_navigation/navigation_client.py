@@ -6,9 +6,17 @@ no ROS, and only files and what the autopilot stores need the MAVLink codec.
 
 from __future__ import annotations
 
+from drone_navigation.quiet_start import take_interrupts
+
+# isort: split
 import sys
 
-from drone_navigation.client.options import LOG_COMMANDS, SERVICE_COMMANDS, parse_options
+from drone_navigation.client.options import (
+    EXIT_CANCELED,
+    LOG_COMMANDS,
+    SERVICE_COMMANDS,
+    parse_options,
+)
 from drone_navigation.client.storage_options import STORAGE_COMMANDS
 
 _ROS_ARGUMENTS = "--ros-args"
@@ -17,6 +25,15 @@ _ROS_ARGUMENTS = "--ros-args"
 def main(args: list[str] | None = None) -> int:
     """Send a goal or run a command, and return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_client", *args])
+    try:
+        take_interrupts()
+        return _main(argv)
+    except KeyboardInterrupt:
+        print("Interrupted.", file=sys.stderr)
+        return EXIT_CANCELED
+
+
+def _main(argv: list[str]) -> int:
     own = argv
     if _ROS_ARGUMENTS in argv:
         from rclpy.utilities import remove_ros_args  # noqa: PLC0415

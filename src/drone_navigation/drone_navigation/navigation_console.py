@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from drone_navigation.quiet_start import take_interrupts
+
+# isort: split
 import asyncio
 import os
 import signal
@@ -32,6 +35,14 @@ EXIT_FAILED = 1
 def main(args: list[str] | None = None) -> int:
     """Serve the console until a signal; return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_console", *args])
+    try:
+        take_interrupts()
+        return _main(argv)
+    except KeyboardInterrupt:
+        return EXIT_OK  # before it served anybody
+
+
+def _main(argv: list[str]) -> int:
     parser = make_parser()
     options = parser.parse_args(remove_ros_args(argv)[1:])
     try:

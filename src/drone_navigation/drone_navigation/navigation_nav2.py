@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from drone_navigation.quiet_start import take_interrupts
+
+# isort: split
 import argparse
 import importlib.util
 import signal
@@ -41,6 +44,14 @@ def make_parser() -> argparse.ArgumentParser:
 def main(args: list[str] | None = None) -> int:
     """Serve Nav2's clients until a signal; return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_nav2", *args])
+    try:
+        take_interrupts()
+        return _main(argv)
+    except KeyboardInterrupt:
+        return EXIT_OK  # before it served anybody
+
+
+def _main(argv: list[str]) -> int:
     make_parser().parse_args(remove_ros_args(argv)[1:])
     if importlib.util.find_spec("nav2_msgs") is None:
         print(

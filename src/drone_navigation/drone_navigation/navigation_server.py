@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from drone_navigation.quiet_start import take_interrupts
+
+# isort: split
 import argparse
-import signal
 import sys
-import threading
 from contextlib import ExitStack
 from pathlib import Path
-from types import FrameType
 
 import rclpy
 from rclpy.node import Node
@@ -18,7 +18,8 @@ from rclpy.utilities import remove_ros_args
 
 from drone_navigation.server.options import CHECK_TIMEOUT_S, make_parser, overrides
 from drone_navigation.server.server import NavigationServer
-from mavlink_vehicle.errors import LinkError
+from drone_navigation.server.stop_signals import EXIT_HUNG, StopSignals
+from mavlink_vehicle.errors import DriverError, LinkError
 from mavlink_vehicle.io.clock import MonotonicClock
 from navigation_bridge.configuration.fleet_config import check_server_wide, make_vehicle_configs
 from navigation_bridge.configuration.make_config import ConfigurationError, make_config
@@ -41,6 +42,15 @@ def main(args: list[str] | None = None) -> int:
     """Run the server until it is stopped; return the exit code."""
     argv = list(sys.argv if args is None else ["navigation_server", *args])
     try:
+        take_interrupts()
+        return _main(argv)
+    except KeyboardInterrupt:
+        print("navigation_server: interrupted.", file=sys.stderr)
+        return EXIT_FAILED
+
+
+def _main(argv: list[str]) -> int:
+    try:
         # First of all: ROS meets a file that cannot be read with a traceback.
         check_parameter_files(argv, SERVER_NODE_NAME)
     except ConfigurationError as error:
@@ -62,9 +72,7 @@ def main(args: list[str] | None = None) -> int:
     except (ConfigurationError, LinkError, OSError) as error:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
-    except KeyboardInterrupt:
-        print("navigation_server: interrupted.", file=sys.stderr)
-        return EXIT_FAILED
+    signals = StopSignals("navigation_server")
     if options.config is not None:
         argv = [*argv, "--ros-args", "--params-file", options.config]
     try:
@@ -74,7 +82,9 @@ def main(args: list[str] | None = None) -> int:
         return EXIT_USAGE
     try:
         # A file stands for the user's own vehicle, whatever it contains.
-        return _run(options, argv, simulator="--params-file" not in argv)
+        code = _run(options, argv, "--params-file" not in argv, signals)
+        signals.exit_code = code
+        return code
     finally:
         rclpy.try_shutdown()
 
@@ -122,7 +132,9 @@ def _shadow_goals(options: argparse.Namespace, file: ParameterFile, ros_argument
     return run_shadow_goals(config, Path(options.shadow_goals), options.json)
 
 
-def _run(options: argparse.Namespace, argv: list[str], simulator: bool) -> int:
+def _run(
+    options: argparse.Namespace, argv: list[str], simulator: bool, signals: StopSignals
+) -> int:
     clock = MonotonicClock()
     with ExitStack() as on_exit:
         root = Node(SERVER_NODE_NAME, parameter_overrides=_given(options))
@@ -132,17 +144,10 @@ def _run(options: argparse.Namespace, argv: list[str], simulator: bool) -> int:
         except (ConfigurationError, LinkError, OSError) as error:
             root.get_logger().fatal(str(error))
             return EXIT_USAGE
-        stop = threading.Event()
-
-        def on_signal(_number: int, _frame: FrameType | None) -> None:
-            stop.set()
-
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, on_signal)
         server.start()
         started_s = clock.now()
         second = ""
-        while not stop.wait(_WATCH_PERIOD_S) and server.running:
+        while not signals.wait(_WATCH_PERIOD_S) and server.running:
             server.look_around()
             if clock.now() - started_s < _NEW_S and (second := server.duplicate):
                 root.get_logger().fatal(second)
@@ -150,7 +155,12 @@ def _run(options: argparse.Namespace, argv: list[str], simulator: bool) -> int:
         gave_up = not server.running
         if gave_up:
             root.get_logger().fatal("The driver thread has failed; the server exits.")
-        server.stop()
+        signals.request()
+        try:
+            server.stop()
+        except DriverError as error:
+            root.get_logger().fatal(f"{error} The vehicle's own failsafe decides what it does.")
+            return EXIT_HUNG
         if second:
             return EXIT_USAGE
         return EXIT_FAILED if gave_up else EXIT_OK

@@ -171,6 +171,11 @@ class Bridge:
         return self._goal is None
 
     @property
+    def is_parking(self) -> bool:
+        """True while the vehicle of a goal that has ended is being switched to its hold mode."""
+        return self._parking.operation_id is not None
+
+    @property
     def vehicle(self) -> Vehicle:
         """The vehicle; read only."""
         return self._vehicle
@@ -266,9 +271,10 @@ class Bridge:
 
         A condition that has failed since :meth:`check` ends the goal at once, with the same code.
         """
+        action = task_of(request, self._tasks).action
         admitted = self._admit(request, now)
         if isinstance(admitted, Rejection):
-            self._report.stillborn(goal_id, admitted)
+            self._report.stillborn(goal_id, action, admitted)
             return
         previous = self._goal
         self._logs.give_way("A goal was started.")
@@ -278,7 +284,7 @@ class Bridge:
             replaced = Outcome(OutcomeCode.PREEMPTED, f"Replaced by goal {goal_id}.", None)
             self._report.ended(previous, replaced, now)
         goal.apply(GoalEvent.EXECUTE)
-        goal.kind = task_of(request, self._tasks).action
+        goal.kind = action
         goal.follows_commands = isinstance(request, VelocityRequest)
         self._commands.goal_began()
         self._positions.begin(goal)
@@ -287,10 +293,16 @@ class Bridge:
             self._stations.free(now)
         goal.task.start(self._observe(goal, now), now)
 
-    def cancel_goal(self, goal_id: str, now: float) -> bool:
-        """Cancel a goal; True if it is active and will end."""
+    def cancel_goal(self, goal_id: str, now: float, action: str = "") -> bool:
+        """Cancel a goal; True if it is active and will end.
+
+        Args:
+            goal_id: UUID of the goal as hexadecimal digits.
+            now: time in seconds.
+            action: name of its action, within which the id is unique; empty for any.
+        """
         goal = self._goal
-        if goal is None or goal.goal_id != goal_id:
+        if goal is None or goal.goal_id != goal_id or action not in ("", goal.kind):
             return False
         if goal.cancel_requested_s is None:
             goal.begin_cancel(now)
@@ -465,6 +477,17 @@ class Bridge:
             return
         text = "The navigation server was stopped."
         self._stop_for(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
+
+    def release(self, now: float) -> None:
+        """End the active goal although the vehicle may still move; it is told to hold."""
+        goal = self._goal
+        if goal is None:
+            return
+        text = "The navigation server was stopped. Whether the vehicle has stopped is unknown."
+        if goal.takeover is not None:
+            self._abandon(OutcomeCode.SHUTTING_DOWN, text, now)
+        else:
+            self._end(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
 
     def fail(self, text: str, now: float) -> None:
         """End the active goal after an internal error; the vehicle holds."""

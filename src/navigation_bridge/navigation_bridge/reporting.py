@@ -123,6 +123,7 @@ class Reporter:
                 route=progress.route,
                 replans=progress.replans,
                 late_s=late_s,
+                action=goal.kind,
             )
         )
         self._outputs.append(partial(notes.progress, progress, now))
@@ -155,14 +156,16 @@ class Reporter:
 
     def cancel_wanted(self, goal: ActiveGoal) -> None:
         """Cancel the action of a goal."""
-        self._outputs.append(CancelWanted(goal.goal_id))
+        self._outputs.append(CancelWanted(goal.goal_id, goal.kind))
 
-    def stillborn(self, goal_id: str, rejection: Rejection) -> None:
+    def stillborn(self, goal_id: str, action: str, rejection: Rejection) -> None:
         """Report that a goal, just accepted, can no longer start."""
         text = f"{rejection.code.value}: {rejection.message}"
         pose = self._map_frame.pose(self._vehicle.state)
         self._outputs.append(
-            GoalFinished(goal_id, GoalState.ABORTED, rejection.code, text, pose, 0.0, None)
+            GoalFinished(
+                goal_id, GoalState.ABORTED, rejection.code, text, pose, 0.0, None, action=action
+            )
         )
         self.log(LogLevel.WARN, f"Goal {goal_id[:8]} ended: {text}")
 

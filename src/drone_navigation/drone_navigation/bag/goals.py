@@ -37,24 +37,24 @@ class BagGoals:
         """Write as the vehicle's ``node``, with its frames."""
         self._node = node
         self._frames = frames
-        self._goals: dict[str, _Goal] = {}
+        self._goals: dict[tuple[str, str], _Goal] = {}
 
     def accept(self, goal_id: str, action: str) -> None:
         """Start a goal; one whose id or action is incomplete in the recording is skipped."""
         uuid = _uuid(goal_id)
         kind = _KINDS.get(action)
-        if uuid is None or kind is None or goal_id in self._goals:
+        if uuid is None or kind is None or (action, goal_id) in self._goals:
             return
         status = GoalStatus()
         status.goal_info.goal_id.uuid = uuid
         status.goal_info.stamp = self._node.get_clock().now().to_msg()
-        goal = self._goals[goal_id] = _Goal(kind, status)
+        goal = self._goals[action, goal_id] = _Goal(kind, status)
         self._enter(goal, GoalState.ACCEPTED)
         self._enter(goal, GoalState.EXECUTING)
 
     def feedback(self, feedback: GoalFeedback) -> None:
         """Write a goal's feedback."""
-        goal = self._goals.get(feedback.goal_id)
+        goal = self._goals.get((feedback.action, feedback.goal_id))
         if goal is None or goal.ended_ns is not None:
             return
         kind = goal.kind
@@ -66,7 +66,7 @@ class BagGoals:
 
     def finish(self, finished: GoalFinished) -> None:
         """Write a goal's end."""
-        goal = self._goals.get(finished.goal_id)
+        goal = self._goals.get((finished.action, finished.goal_id))
         if goal is None or goal.ended_ns is not None:
             return
         if finished.state is GoalState.CANCELED:
@@ -79,8 +79,8 @@ class BagGoals:
         goal.status.status = _STATUSES[state]
         oldest_ns = self._node.get_clock().unix_ns - RESULT_TIMEOUT_S * 10**9
         self._goals = {
-            goal_id: known
-            for goal_id, known in self._goals.items()
+            key: known
+            for key, known in self._goals.items()
             if known.ended_ns is None or known.ended_ns >= oldest_ns
         }
         listed = [known.status for known in self._goals.values() if known.kind is goal.kind]

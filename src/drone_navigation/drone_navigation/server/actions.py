@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -38,7 +38,7 @@ from drone_navigation.presence import Presence
 from drone_navigation.server import conversions as convert
 from drone_navigation.server.bridge_access import BridgeAccess
 from mavlink_vehicle.errors import DriverError
-from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
+from navigation_bridge.goals.goal import CancelWanted, GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import (
     LandRequest,
@@ -51,9 +51,8 @@ from navigation_bridge.goals.requests import (
 )
 from navigation_bridge.tasks.registry import TASKS
 from navigation_bridge.tasks.task_kind import TaskKind
-
-if TYPE_CHECKING:
-    from navigation_core.outcomes import OutcomeCode
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
 
 # rcl keeps the results of ended goals this long for clients that ask late (rcl's own
 # default of 900 s grows memory: ros2/rclpy issue 1300).
@@ -149,12 +148,25 @@ class _Session:
     finished: GoalFinished | None = None
 
 
-class _CompleteCancelActionServer(ActionServer):
-    """An action server with a working "cancel all".
+class _GoalActionServer(ActionServer):
+    """An action server with a working "cancel all", and a reason for an id that is used twice.
 
     rclpy 7.1 removes rejected goals from the list that it is iterating, so that the goal
-    after a rejected one is skipped, still told to its client as being cancelled.
+    after a rejected one is skipped, still told to its client as being cancelled. It rejects a goal
+    whose id the action still knows, until :data:`RESULT_TIMEOUT_S` after the end, without a word.
+
+    Attributes:
+        on_known_id: called with the goal's id, as hexadecimal digits, when one is rejected so.
     """
+
+    on_known_id: Callable[[str], None]
+
+    async def _execute_goal_request(self, request_header_and_message: tuple[Any, Any]) -> None:
+        _, request = request_header_and_message
+        goal_id = bytes(request.goal_id.uuid)
+        if goal_id in self._goal_handles:
+            self.on_known_id(goal_id.hex())
+        await super()._execute_goal_request(request_header_and_message)
 
     async def _execute_cancel_request(self, request_header_and_message: tuple[Any, Any]) -> None:
         header, request = request_header_and_message
@@ -197,10 +209,10 @@ class GoalServers:
             presence: knows of other servers of the same name.
         """
         self._presence = presence
-        self._closed = False
         self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
         self._driver, self._clock = access.driver, access.clock
-        self._sessions: dict[str, _Session] = {}
+        # A goal's id is its client's choice, and unique within one action only.
+        self._sessions: dict[tuple[str, str], _Session] = {}
         self._lock = threading.Lock()
         # Goal and cancel requests are taken in the order in which they came, of all actions;
         # the parked execute callbacks are tasks of the executor, outside this group.
@@ -208,24 +220,23 @@ class GoalServers:
         self._servers = [self._serve(kind, group) for kind in ACTIONS]
 
     def _serve(self, kind: ActionKind, group: MutuallyExclusiveCallbackGroup) -> ActionServer:
-        return _CompleteCancelActionServer(
+        server = _GoalActionServer(
             self._node,
             kind.type,
             kind.name,
-            execute_callback=self._execute,
+            execute_callback=lambda handle: self._execute(kind, handle),
             goal_callback=lambda goal: self._on_goal(self._request(kind, goal)),
             handle_accepted_callback=lambda handle: self._on_accepted(kind, handle),
-            cancel_callback=self._on_cancel,
+            cancel_callback=lambda handle: self._on_cancel(kind, handle),
             callback_group=group,
             result_timeout=RESULT_TIMEOUT_S,
         )
+        server.on_known_id = self._on_known_id
+        return server
 
     # --- executor threads --------------------------------------------------------------
 
     def _on_goal(self, request: Request) -> GoalResponse:
-        if self._closed:
-            self._node.get_logger().warning("Goal rejected: the server is being stopped")
-            return GoalResponse.REJECT
         try:
             rejection = None if self._presence is None else self._presence.rejection()
             if rejection is not None:
@@ -240,6 +251,14 @@ class GoalServers:
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT if rejection is None else GoalResponse.REJECT
 
+    def _on_known_id(self, goal_id: str) -> None:
+        text = (
+            f"Goal {goal_id} of this action is active or ended less than {RESULT_TIMEOUT_S} s ago; "
+            "give each goal an id of its own."
+        )
+        rejection = Rejection(OutcomeCode.BUSY, text)
+        self._driver.post(lambda: self._bridge.reject(rejection))
+
     def _request(self, kind: ActionKind, goal: Any) -> Request:
         request = kind.request(goal)
         if isinstance(request, NavigateRequest):
@@ -249,29 +268,30 @@ class GoalServers:
     def _on_accepted(self, kind: ActionKind, handle: ServerGoalHandle) -> None:
         goal_id = bytes(handle.goal_id.uuid).hex()
         with self._lock:
-            self._sessions[goal_id] = _Session(kind, handle, self._clock.now())
+            self._sessions[kind.name, goal_id] = _Session(kind, handle, self._clock.now())
         request = self._request(kind, handle.request)
         # EXECUTING before the bridge can end the goal: an end needs that state.
         handle.execute()
         self._driver.post(lambda: self._bridge.start_goal(goal_id, request, self._clock.now()))
 
-    def _on_cancel(self, handle: ServerGoalHandle) -> CancelResponse:
+    def _on_cancel(self, kind: ActionKind, handle: ServerGoalHandle) -> CancelResponse:
         goal_id = bytes(handle.goal_id.uuid).hex()
         try:
             accepted = self._driver.call(
-                lambda: self._bridge.cancel_goal(goal_id, self._clock.now()), _CALL_TIMEOUT_S
+                lambda: self._bridge.cancel_goal(goal_id, self._clock.now(), kind.name),
+                _CALL_TIMEOUT_S,
             )
         except DriverError:
             accepted = False
-        session = self._sessions.get(goal_id)
+        session = self._sessions.get((kind.name, goal_id))
         if session is not None and session.finished is not None:
             # The vehicle may have stopped before this request came around.
             accepted = accepted or session.finished.state is GoalState.CANCELED
         return CancelResponse.ACCEPT if accepted else CancelResponse.REJECT
 
-    def _execute(self, handle: ServerGoalHandle) -> Any:
-        goal_id = bytes(handle.goal_id.uuid).hex()
-        session = self._sessions[goal_id]
+    def _execute(self, kind: ActionKind, handle: ServerGoalHandle) -> Any:
+        key = kind.name, bytes(handle.goal_id.uuid).hex()
+        session = self._sessions[key]
         session.done.wait()
         finished = session.finished
         assert finished is not None
@@ -283,7 +303,7 @@ class GoalServers:
         else:
             handle.abort()
         with self._lock:
-            del self._sessions[goal_id]
+            del self._sessions[key]
         result = session.kind.result(finished, self._node.get_clock().now().to_msg())
         result.final_pose.header.frame_id = self._frames.map
         return result
@@ -292,7 +312,7 @@ class GoalServers:
 
     def publish_feedback(self, feedback: GoalFeedback) -> None:
         """Publish to the goal's clients; nothing once the goal has ended."""
-        session = self._sessions.get(feedback.goal_id)
+        session = self._sessions.get((feedback.action, feedback.goal_id))
         if session is None or session.finished is not None:
             return
         stamp = self._node.get_clock().now().to_msg()
@@ -300,15 +320,15 @@ class GoalServers:
         message.current_pose.header.frame_id = self._frames.map
         session.handle.publish_feedback(message)
 
-    def cancel(self, goal_id: str) -> None:
+    def cancel(self, wanted: CancelWanted) -> None:
         """Show a goal's clients that it is being cancelled, by whomever."""
-        session = self._sessions.get(goal_id)
+        session = self._sessions.get((wanted.action, wanted.goal_id))
         if session is not None and session.finished is None:
             _show_canceling(session.handle)
 
     def finish(self, finished: GoalFinished) -> None:
         """Let the goal's execute callback return its result."""
-        session = self._sessions.get(finished.goal_id)
+        session = self._sessions.get((finished.action, finished.goal_id))
         if session is None:
             return
         session.finished = finished
@@ -316,13 +336,9 @@ class GoalServers:
 
     # --- main thread --------------------------------------------------------------------
 
-    def close(self) -> None:
-        """Reject new goals; accepted ones continue."""
-        self._closed = True
-
     def abandon(self, code: OutcomeCode, text: str) -> None:
         """End every open goal without the bridge, which no longer runs."""
-        for goal_id, session in list(self._sessions.items()):
+        for (action, goal_id), session in list(self._sessions.items()):
             if not session.done.is_set():
                 self.finish(
                     GoalFinished(
@@ -333,6 +349,7 @@ class GoalServers:
                         pose=None,
                         elapsed_s=self._clock.now() - session.accepted_s,
                         final_error_m=None,
+                        action=action,
                     )
                 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from datetime import datetime, timezone
@@ -38,8 +38,14 @@ from navigation_bridge.search_thread import SearchThread
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_core.searches import AT_ONCE, Searcher
 
-_STOP_TIMEOUT_S = 3.0
+# A stop takes less than STOP_LIMIT_S (`stop_signals`), whatever is pending.
+_STOP_VEHICLES_S = 2.5
+_RELEASE_S = 0.5
+_ANSWERS_S = 0.5
 _RESULT_GRACE_S = 0.3
+_SPINNERS_S = 0.4
+_DRIVER_S = 0.3
+_LOOK_S = 0.02
 _LINK_GRACE_S = 0.5
 _REMAPS = ("-r", "--remap")
 _NODE_REMAPS = ("__ns:=", "__node:=", "__name:=")
@@ -94,7 +100,6 @@ class NavigationServer:
             component = config.vehicle.source_component
             network = ReplayNetwork(ReplayDriver(recording, config.replay_speed, component))
             clock = network.driver.clock
-        self._clock = clock
         searcher: Searcher = AT_ONCE
         self._searches: SearchThread | None = None
         if recording is None:
@@ -147,9 +152,7 @@ class NavigationServer:
         """Start communication with the vehicles and accept requests."""
         self._driver.start()
         # A peer or a device that is there is connected to by then.
-        deadline_s, pause = time.monotonic() + _LINK_GRACE_S, threading.Event()
-        while time.monotonic() < deadline_s and not all(map(self._is_open, self._vehicles)):
-            pause.wait(0.02)
+        _wait(lambda: all(map(self._is_open, self._vehicles)), _LINK_GRACE_S)
         for vehicle in self._vehicles:
             vehicle.start(self._is_open(vehicle))
         if self._spinner is not None:
@@ -168,8 +171,20 @@ class NavigationServer:
         return self._network.is_open(vehicle.config.link_url)
 
     def stop(self) -> None:
-        """Stop the vehicles, end their goals and close everything, in bounded time."""
-        self._stop_goals()
+        """Stop the vehicles, end their goals and close everything, in bounded time.
+
+        Raises:
+            DriverError: the driver's thread hangs; what it has not sent is not sent any more.
+        """
+        answers = self._stop_goals()
+        for vehicle in self._vehicles:
+            vehicle.close()
+        answers = answers or self._is_busy()
+        _wait(lambda: not self._is_busy(), _ANSWERS_S)
+        if answers:
+            threading.Event().wait(_RESULT_GRACE_S)  # for them to reach the clients
+        for vehicle in self._vehicles:
+            vehicle.abandon()  # one that was accepted in the last moment
         if self._traffic_topic is not None:
             self._traffic_topic.close()
         spinners: list[VehicleNode | Spinner] = [*self._vehicles]
@@ -177,29 +192,43 @@ class NavigationServer:
             spinners.append(self._spinner)
         with ThreadPoolExecutor(len(spinners)) as together:
             for spinner in spinners:
-                together.submit(spinner.stop, _STOP_TIMEOUT_S)
-        self._driver.stop(_STOP_TIMEOUT_S)
-        for vehicle in self._vehicles:
-            vehicle.tell_what_is_left()
+                together.submit(spinner.stop, _SPINNERS_S)
+        try:
+            self._driver.stop(_DRIVER_S)
+        finally:
+            for vehicle in self._vehicles:
+                vehicle.tell_what_is_left()
 
-    def _stop_goals(self) -> None:
+    def _stop_goals(self) -> bool:
+        """Stop the vehicles and end their goals; return whether there were any."""
+
+        def is_over() -> bool:
+            return all(vehicle.is_idle() for vehicle in self._vehicles) or not self.running
+
         for vehicle in self._vehicles:
             vehicle.shut_down()
-        pause = threading.Event()
-        longest_s = max(vehicle.config.bridge.goto.cancel_timeout_s for vehicle in self._vehicles)
-        deadline = self._clock.now() + longest_s + 1.0
-        busy = [vehicle for vehicle in self._vehicles if not vehicle.is_idle()]
-        if not busy:
-            return
-        while (
-            not all(vehicle.is_idle() for vehicle in busy)
-            and self.running
-            and self._clock.now() < deadline
-        ):
-            pause.wait(0.05)
-        for vehicle in busy:
+        if all(vehicle.is_idle() for vehicle in self._vehicles):
+            return False
+        if not _wait(is_over, _STOP_VEHICLES_S):
+            for vehicle in self._vehicles:
+                vehicle.release()
+            _wait(is_over, _RELEASE_S)
+        for vehicle in self._vehicles:
             vehicle.abandon()
-        pause.wait(_RESULT_GRACE_S)  # for the results to reach the clients
+        return True
+
+    def _is_busy(self) -> bool:
+        return any(vehicle.is_busy for vehicle in self._vehicles)
+
+
+def _wait(condition: Callable[[], bool], timeout_s: float) -> bool:
+    """Wait until something holds; return whether it does, in time."""
+    deadline_s, pause = time.monotonic() + timeout_s, threading.Event()
+    while not condition():
+        if time.monotonic() >= deadline_s:
+            return False
+        pause.wait(_LOOK_S)
+    return True
 
 
 def _statistics(network: Network | ReplayNetwork, member: Member) -> LinkStatistics:

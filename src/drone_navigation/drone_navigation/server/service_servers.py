@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import threading
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -14,6 +13,7 @@ from std_srvs.srv import Trigger
 
 from custom_interfaces.srv import GetVehicleParameters, SetMode
 from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.storage.waiting import STOPPED, Waiting
 from mavlink_vehicle.errors import DriverError
 from navigation_bridge.goals.goal import ServiceDone
 from navigation_bridge.services import Service
@@ -31,9 +31,9 @@ class ServiceServers:
         """Offer the services: most are std_srvs/Trigger."""
         node, bridge = access.node, access.bridge
         self._bridge, self._driver, self._clock = bridge, access.driver, access.clock
+        self._closed = access.is_closed
         self._numbers = itertools.count(1)
-        self._waiting: dict[int, threading.Event] = {}
-        self._answers: dict[int, ServiceDone] = {}
+        self._waiting: dict[int, Waiting[ServiceDone]] = {}
         group = ReentrantCallbackGroup()
         callbacks: dict[str, Callable[[Trigger.Request, Trigger.Response], Trigger.Response]] = {
             "pause": partial(self._ask, bridge.pause),
@@ -85,16 +85,16 @@ class ServiceServers:
     def _serve(self, service: Service, request: Any, response: Any) -> Any:
         number = next(self._numbers)
         mode = request.mode if service is Service.SET_MODE else ""
-        done = self._waiting[number] = threading.Event()
+        waiting = self._waiting[number] = Waiting()
         try:
             self._driver.post(lambda: self._bridge.serve(number, service, self._clock.now(), mode))
-            done.wait(_DONE_TIMEOUT_S)
+            answer = waiting.wait(_DONE_TIMEOUT_S, self._closed)
         finally:
             del self._waiting[number]
-        answer = self._answers.pop(number, None)
         if answer is None:
             response.success = False
-            response.message = f"No answer from the vehicle within {_DONE_TIMEOUT_S:g} s."
+            text = f"No answer from the vehicle within {_DONE_TIMEOUT_S:g} s."
+            response.message = STOPPED if self._closed() else text
         else:
             response.success, response.message = answer.success, answer.message
         return response
@@ -119,5 +119,4 @@ class ServiceServers:
         """Pass the answer to the waiting service callback."""
         waiting = self._waiting.get(answer.number)
         if waiting is not None:
-            self._answers[answer.number] = answer
-            waiting.set()
+            waiting.take(answer)

@@ -23,6 +23,13 @@ class Spinner:
         """Start the executor."""
         self._thread.start()
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether callbacks are being executed, those of parked goals included."""
+        # rclpy's own count leaves out tasks, such as an action's execute callbacks.
+        with self._executor._tasks_lock:
+            return any(task.executing() for task, _, _ in self._executor._tasks)
+
     def stop(self, timeout_s: float) -> None:
         """Stop the executor and its thread.
 
@@ -30,12 +37,12 @@ class Spinner:
         to them, unless one of them never ends.
         """
         self._executor.create_task(self._end)
-        self._thread.join(timeout_s)
+        self._thread.join(0.5 * timeout_s)
         if self._thread.is_alive():
             self._stopping = True
-            self._executor.shutdown(timeout_sec=1.0)
+            self._executor.shutdown(timeout_sec=0.0)
             # A daemon thread that the interpreter ends inside rclpy's C++ ends the process with it.
-            self._thread.join(timeout_s)
+            self._thread.join(0.5 * timeout_s)
 
     def _end(self) -> None:
         self._stopping = True

@@ -62,7 +62,7 @@ class VehicleApplication:
         self._sinks |= {
             outputs.GoalFeedback: server.publish_feedback,
             outputs.GoalFinished: server.finish,
-            outputs.CancelWanted: lambda wanted: server.cancel(wanted.goal_id),
+            outputs.CancelWanted: server.cancel,
             outputs.ServiceDone: services.finish,
             LogLine: partial(_log, node.get_logger().name),
         }

@@ -19,6 +19,7 @@ from drone_navigation.server.service_servers import ServiceServers
 from drone_navigation.server.spinning import Spinner
 from drone_navigation.server.storage.list_servers import ListServers
 from drone_navigation.server.storage.parameter_servers import ParameterServers
+from drone_navigation.server.storage.waiting import STOPPED
 from drone_navigation.server.subscribing.correction_topic import CorrectionTopic
 from drone_navigation.server.subscribing.external_odometry import ExternalOdometry
 from drone_navigation.server.subscribing.sensor_topics import SensorTopics
@@ -168,16 +169,25 @@ class VehicleNode:
         self._bridge.refuse(refusal)
 
     def shut_down(self) -> None:
-        """Reject new goals, stop the vehicle and end its goal."""
-        if self._server is not None:
-            self._server.close()
+        """Reject what is requested from now on, stop the vehicle and end its goal."""
         if self._logs is not None:
             self._logs.close()
+        stopping = Rejection(OutcomeCode.SHUTTING_DOWN, STOPPED)
+        self.member.post(lambda: self._bridge.refuse(stopping))
         self.member.post(lambda: self._bridge.shut_down(self._clock.now()))
+
+    def release(self) -> None:
+        """End a goal whose vehicle has not come to rest yet; it is told to hold."""
+        self.member.post(lambda: self._bridge.release(self._clock.now()))
+
+    def close(self) -> None:
+        """Answer every request that still waits."""
+        self._closed = True
 
     def is_idle(self) -> bool:
         """True if no goal is open, no list half written, or none can still end in order."""
-        works = self._bridge.storage.writes_list or not self._bridge.is_idle
+        bridge = self._bridge
+        works = bridge.storage.writes_list or bridge.is_parking or not bridge.is_idle
         if works and not self.member.given_up:
             return False
         return self._server is None or self._server.is_idle()
@@ -187,7 +197,11 @@ class VehicleNode:
         if self._server is not None:
             self._server.abandon(OutcomeCode.INTERNAL_ERROR, "The server ended before the goal.")
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether requests of clients are being processed."""
+        return self._spinner.is_busy
+
     def stop(self, timeout_s: float) -> None:
-        """Reject further requests."""
-        self._closed = True
+        """Process nothing further."""
         self._spinner.stop(timeout_s)

@@ -53,6 +53,7 @@ class GoalFeedback:
         route: progress along the route, for a goal with a route.
         replans: number of replans because of obstacles.
         late_s: the worst delay of a setpoint in the last seconds.
+        action: name of the goal's action; ids are unique within one action only.
     """
 
     goal_id: str
@@ -65,6 +66,7 @@ class GoalFeedback:
     route: RouteProgress | None = None
     replans: int = 0
     late_s: float = 0.0
+    action: str = ""
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ class GoalFinished:
         final_error_m: measured distance to the target; None when it could not be measured.
         waypoints_reached: for a route, how many waypoints were reached, all laps counted.
         waypoints_missed: for a route, those passed outside their radius, from 0 over all laps.
+        action: name of the goal's action; ids are unique within one action only.
     """
 
     goal_id: str
@@ -92,6 +95,7 @@ class GoalFinished:
     final_error_m: float | None
     waypoints_reached: int = 0
     waypoints_missed: tuple[int, ...] = ()
+    action: str = ""
 
 
 @dataclass(frozen=True)
@@ -170,9 +174,11 @@ class CancelWanted:
 
     Attributes:
         goal_id: UUID of the goal as hexadecimal digits.
+        action: name of the goal's action; ids are unique within one action only.
     """
 
     goal_id: str
+    action: str = ""
 
 
 Output: TypeAlias = (
@@ -356,4 +362,5 @@ class ActiveGoal:
             final_error_m=error_m,
             waypoints_reached=route.reached if route is not None else 0,
             waypoints_missed=route.missed if route is not None else (),
+            action=self.kind,
         )

@@ -92,6 +92,7 @@ class NotedOutputs:
             final_error_m=noted.final_error_m,
             waypoints_reached=noted.waypoints_reached,
             waypoints_missed=noted.waypoints_missed,
+            action=self.action_of(noted.happened.goal_id),
         )
 
     def _feedback(self, goal_id: str) -> GoalFeedback:
@@ -112,6 +113,7 @@ class NotedOutputs:
             height_m=self._bridge.height_m,
             route=route,
             replans=counts["replans"],
+            action=self.action_of(goal_id),
         )
 
 

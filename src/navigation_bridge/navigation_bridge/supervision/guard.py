@@ -48,14 +48,14 @@ class _Memory:
     """State of the checks for the active goal.
 
     Attributes:
-        goal_id: UUID of the goal.
+        goal: the goal; a later one may have the same id.
         inside: whether the vehicle has been inside the volume since the goal began.
         fence: the fence that its paths were last checked against.
         failsafe: kind of the failsafe that was last handled.
         warned: whether a low battery was reported.
     """
 
-    goal_id: str
+    goal: ActiveGoal | None
     inside: bool = False
     fence: Fence | None = None
     failsafe: FailsafeKind | None = None
@@ -78,7 +78,7 @@ class Guard:
         self._map_frame = map_frame
         self._config = config
         self._battery = BatteryReckoning(vehicle, map_frame, config)
-        self._memory = _Memory("")
+        self._memory = _Memory(None)
         self._next_s = -math.inf
         self._items: tuple[MissionItem, ...] = ()
         self._items_frame: LocalFrame | None = None
@@ -210,8 +210,8 @@ class Guard:
     def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
         """Return why a goal must end with the vehicle holding; add warnings to its notes."""
         memory = self._memory
-        if memory.goal_id != goal.goal_id:
-            memory = self._memory = _Memory(goal.goal_id)
+        if memory.goal is not goal:
+            memory = self._memory = _Memory(goal)
         elif now < self._next_s:
             return None
         if goal.cancel_requested_s is not None or goal.closing is not None:
