@@ -11,6 +11,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from drone_navigation.processes import Process, ros_environment
 from drone_navigation.server.parameters import (
     declare_parameters,
     declare_vehicle_parameters,
@@ -227,3 +228,20 @@ def test_a_vehicles_parameter_that_it_cannot_have_is_rejected_by_name(
 ) -> None:
     with pytest.raises(ConfigurationError, match=said):
         declare_vehicle_parameters(make_vehicle(namespace), namespace.strip("/"), SERVER)
+
+
+@pytest.mark.parametrize("option", ["--config", "--params-file"])
+def test_a_file_without_the_servers_namespace_ends_the_start(tmp_path: Path, option: str) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("navigation_server:\n  ros__parameters: {arming: auto}\n", encoding="utf-8")
+    ros = ["--ros-args", "-r", "__ns:=/l1"]
+    own = ["--config", str(path), *ros] if option == "--config" else [*ros, option, str(path)]
+    words = ["python", "-m", "drone_navigation.navigation_server", *own]
+    server = Process("navigation_server", words, ros_environment(new_domain()))
+    try:
+        assert server.wait(30.0) == 2, server.text
+    finally:
+        server.stop()
+    sentence = f"{path} sets no parameter of /l1/navigation_server: it has /navigation_server"
+    assert sentence in server.text
+    assert "link" not in server.text

@@ -62,19 +62,21 @@ def _main(argv: list[str]) -> int:
     options = parser.parse_args(arguments[1:])
     _check_options(parser, options)
     try:
-        file = ParameterFile({})
+        if options.check or options.shadow_goals:
+            if ros_arguments:
+                flag = "--check" if options.check else "--shadow-goals"
+                raise ConfigurationError(f"{flag} takes --config and --link, not --ros-args.")
+            file = ParameterFile({})
+            if options.config is not None:
+                file = read_parameter_file(Path(options.config), SERVER_NODE_NAME)
+            return (_check if options.check else _shadow_goals)(options, file)
         if options.config is not None:
-            file = read_parameter_file(Path(options.config), SERVER_NODE_NAME)
-        if options.check:
-            return _check(options, file, ros_arguments)
-        if options.shadow_goals:
-            return _shadow_goals(options, file, ros_arguments)
+            argv = [*argv, "--ros-args", "--params-file", options.config]
+            check_parameter_files(argv, SERVER_NODE_NAME)
     except (ConfigurationError, LinkError, OSError) as error:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
     signals = StopSignals("navigation_server")
-    if options.config is not None:
-        argv = [*argv, "--ros-args", "--params-file", options.config]
     try:
         rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:
@@ -99,13 +101,11 @@ def _check_options(parser: argparse.ArgumentParser, options: argparse.Namespace)
         parser.error("give either --check or --shadow-goals, not both")
 
 
-def _check(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool) -> int:
+def _check(options: argparse.Namespace, file: ParameterFile) -> int:
     """Run ``--check`` without ROS."""
     # A server that flies does not load the tables and bars of a terminal.
     from drone_navigation.check.command import run_check  # noqa: PLC0415
 
-    if ros_arguments:
-        raise ConfigurationError("--check takes --config and --link, not --ros-args.")
     given = overrides(options)
     values = {**file.server, **given}
     if options.config is None and options.link is None:
@@ -118,12 +118,10 @@ def _check(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool
     return run_check(configs, options.timeout or CHECK_TIMEOUT_S, options.json)
 
 
-def _shadow_goals(options: argparse.Namespace, file: ParameterFile, ros_arguments: bool) -> int:
+def _shadow_goals(options: argparse.Namespace, file: ParameterFile) -> int:
     """Run ``--shadow-goals`` without ROS."""
     from navigation_bridge.recording.shadow_command import run_shadow_goals  # noqa: PLC0415
 
-    if ros_arguments:
-        raise ConfigurationError("--shadow-goals takes --config and --link, not --ros-args.")
     if file.vehicles:
         raise ConfigurationError(
             "Shadow goals need a --config with a single vehicle and its target_system."

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from navigation_bridge.configuration.parameter_file import check_parameter_files
+from navigation_bridge.configuration.parameter_file import check_keys, check_parameter_files
 from navigation_bridge.configuration.parameter_values import ConfigurationError, check_value
 
 
@@ -63,3 +63,68 @@ def test_valid_parameters_and_those_of_other_nodes_are_accepted(
 def test_the_closest_name_is_suggested() -> None:
     with pytest.raises(ConfigurationError, match=r"did you mean 'speed_default_m_s'\?"):
         check_value("speed_defalt_m_s", 2.0)
+
+
+def check_for(folder: Path, text: str, *nodes: str) -> None:
+    path = folder / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    check_keys(["navigation_server", "--ros-args", "--params-file", str(path)], nodes)
+
+
+def keyed(*keys: str) -> str:
+    return "".join(f"{key}:\n  ros__parameters: {{arming: never}}\n" for key in keys)
+
+
+@pytest.mark.parametrize(
+    ("keys", "node", "words"),
+    [
+        (
+            ["navigation_server"],
+            "/l1/navigation_server",
+            "has /navigation_server; did you mean /l1",
+        ),
+        (["/l2/navigation_server"], "/l1/navigation_server", "did you mean /l1/navigation_server?"),
+        (["l1/navigation_server"], "/navigation_server", "did you mean /navigation_server?"),
+        (["/navigation_sever"], "/navigation_server", "has /navigation_sever; did you mean"),
+        (["/*"], "/l1/navigation_server", "sets no parameter of /l1/navigation_server"),
+        (["camera"], "/navigation_server", "it has /camera. Put the parameters under '/navigation"),
+        ([], "/navigation_server", "sets no parameter of /navigation_server."),
+    ],
+)
+def test_a_file_for_other_nodes_is_rejected_with_the_key_that_matches(
+    tmp_path: Path, keys: list[str], node: str, words: str
+) -> None:
+    with pytest.raises(ConfigurationError) as error:
+        check_for(tmp_path, keyed(*keys), node)
+    assert words in str(error.value)
+    assert f"'{node}:' (or '/**:')" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("keys", "nodes"),
+    [
+        (["/**"], ["/l1/navigation_server"]),
+        (["/*"], ["/navigation_server"]),
+        (["/*/navigation_server"], ["/l1/navigation_server"]),
+        (["/**/navigation_server"], ["/navigation_server"]),
+        (["/**/navigation_server"], ["/l1/l2/navigation_server"]),
+        (["camera", "navigation_server"], ["/navigation_server"]),
+        (["/l2/navigation_server", "/l1/navigation_server"], ["/l1/navigation_server"]),
+        (["/l1/a/navigation_server"], ["/l1/navigation_server", "/l1/a/navigation_server"]),
+    ],
+)
+def test_a_file_with_a_key_for_the_server_is_accepted(
+    tmp_path: Path, keys: list[str], nodes: list[str]
+) -> None:
+    check_for(tmp_path, keyed(*keys), *nodes)
+
+
+def test_a_key_may_be_nested(tmp_path: Path) -> None:
+    nested = "l1:\n  navigation_server:\n    ros__parameters: {arming: never}\n"
+    check_for(tmp_path, nested, "/l1/navigation_server")
+
+
+def test_a_vehicle_that_the_server_lacks_is_rejected(tmp_path: Path) -> None:
+    text = keyed("/l1/navigation_server", "/l1/b/navigation_server")
+    with pytest.raises(ConfigurationError, match="vehicles does not list 'b'"):
+        check_for(tmp_path, text, "/l1/navigation_server", "/l1/a/navigation_server")

@@ -29,6 +29,7 @@ from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from navigation_bridge.configuration.fleet_config import check_fleet, make_vehicle_config
 from navigation_bridge.configuration.make_config import ServerConfig, make_config
+from navigation_bridge.configuration.parameter_file import check_keys
 from navigation_bridge.configuration.parameter_table import SERVER_WIDE, ParameterValue
 from navigation_bridge.fleet import FleetApplication, Member
 from navigation_bridge.names import SERVER_NODE_NAME
@@ -90,6 +91,8 @@ class NavigationServer:
             check_fleet(dict(zip(config.vehicles, (own for _, _, own in settings), strict=True)))
             refuse_changes(root, settings[0][0].get_fully_qualified_name())
             self._spinner = Spinner(root, SingleThreadedExecutor())
+        nodes = [root, *(node for node, _, _ in settings)]
+        check_keys(argv, [node.get_fully_qualified_name() for node in nodes])
         configs = [made for _, _, made in settings]
         network: Network | ReplayNetwork
         recording = recording_of(config, configs)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import itertools
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,9 +15,8 @@ import yaml
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.configuration.parameter_values import ConfigurationError, check_value, texts
 
-__all__ = ["ParameterFile", "check_parameter_files", "read_parameter_file"]
+__all__ = ["ParameterFile", "check_keys", "check_parameter_files", "read_parameter_file"]
 
-_ANY_NODE = "**"
 _OF_ROS = frozenset({"use_sim_time", "start_type_description_service"})
 _PARAMETERS_KEY = "ros__parameters"
 
@@ -34,35 +35,82 @@ class ParameterFile:
 
 
 def read_parameter_file(path: Path, node_name: str) -> ParameterFile:
-    """Return the parameters that a ROS parameter file sets for ``node_name``.
-
-    ROS silently ignores parameters of other nodes; a typo in the name would leave a vehicle with
-    the defaults.
+    """Return the parameters that a ROS parameter file sets for a node without a namespace.
 
     Raises:
         ConfigurationError: it cannot be read, is not a parameter file, or is for other nodes.
     """
-    document = _document(path)
     nodes: dict[str, dict[str, ParameterValue]] = {}
-    for name, values in _nodes(document, ""):
-        nodes.setdefault(name, {}).update(values)
-    server = {**nodes.get(_ANY_NODE, {}), **nodes.get(node_name, {})}
-    if not server:
-        raise ConfigurationError(
-            f"{path} sets no parameter of {node_name}; put them under '{node_name}:' and "
-            "'ros__parameters:', as in bridge_config/sitl.yaml."
-        )
+    for key, values in _nodes(_document(path), ""):
+        nodes.setdefault(key, {}).update(values)
+    server = _values_of(nodes, node_name)
     names = texts(server.get("vehicles", []))
-    for name in nodes:
-        namespace, _, last = name.rpartition("/")
-        if last == node_name and namespace and namespace not in names:
+    _check_keys(path, list(nodes), [node_name, *(f"{name}/{node_name}" for name in names)])
+    vehicles = {name: {**server, **nodes.get(f"{name}/{node_name}", {})} for name in names}
+    return ParameterFile(server, vehicles)
+
+
+def check_keys(arguments: Sequence[str], nodes: Sequence[str]) -> None:
+    """Check that each file of ``--params-file FILE`` is for a server, by the keys of its nodes.
+
+    ROS silently ignores the parameters of other nodes: a typo in a name, or a namespace that the
+    file does not know, would leave a vehicle with the defaults.
+
+    Args:
+        arguments: the whole command line.
+        nodes: full names of the server's node and, after it, of its vehicles'.
+
+    Raises:
+        ConfigurationError: a file is for other nodes, or for a vehicle that the server lacks.
+    """
+    wanted = [node.strip("/") for node in nodes]
+    for name in _parameter_files(arguments):
+        keys = [key for key, _ in _nodes(_document(Path(name)), "")]
+        _check_keys(Path(name), keys, wanted)
+
+
+def _check_keys(path: Path, keys: Sequence[str], nodes: Sequence[str]) -> None:
+    server = nodes[0]
+    namespace, _, node_name = server.rpartition("/")
+    if not any(_matches(key, node) for key in keys for node in nodes):
+        text = f"{path} sets no parameter of /{server}"
+        near = difflib.get_close_matches(server, keys, 1, cutoff=0.5)
+        near = near or [key for key in keys if key.rpartition("/")[2] == node_name]
+        if near:
+            text += f": it has /{near[0]}; did you mean /{server}?"
+        elif keys:
+            text += f": it has {', '.join(f'/{key}' for key in keys[:3])}."
+        else:
+            text += "."
+        raise ConfigurationError(
+            f"{text} Put the parameters under '/{server}:' (or '/**:') and 'ros__parameters:', as "
+            "in bridge_config/sitl.yaml."
+        )
+    for key in keys:
+        above, _, last = key.rpartition("/")
+        inside = above.removeprefix(f"{namespace}/") if namespace else above
+        below = above.startswith(f"{namespace}/") if namespace else bool(above)
+        if last == node_name and below and not any(_matches(key, node) for node in nodes):
             raise ConfigurationError(
-                f"{path} sets parameters of /{name}, but the parameter vehicles does not list "
-                f"'{namespace}'."
+                f"{path} sets parameters of /{key}, but the parameter vehicles does not list "
+                f"'{inside}'."
             )
-    return ParameterFile(
-        server, {name: {**server, **nodes.get(f"{name}/{node_name}", {})} for name in names}
-    )
+
+
+def _values_of(nodes: dict[str, dict[str, ParameterValue]], node: str) -> dict[str, ParameterValue]:
+    """Return the values for a node; those under its own name win."""
+    values: dict[str, ParameterValue] = {}
+    for key in sorted(nodes, key=lambda key: key == node):
+        if _matches(key, node):
+            values.update(nodes[key])
+    return values
+
+
+def _matches(key: str, node: str) -> bool:
+    """Whether a key of a file is for a node: ``*`` is one name, ``**`` any number of them."""
+    wildcards = {"**": r"(?:/[^/]+)*", "*": r"/[^/]+"}
+    pattern = "".join(wildcards.get(word, "/" + re.escape(word)) for word in key.split("/"))
+    return re.fullmatch(pattern, f"/{node}") is not None
 
 
 def _document(path: Path) -> Any:
@@ -86,11 +134,9 @@ def check_parameter_files(arguments: Sequence[str], node_name: str) -> None:
         ConfigurationError: a file cannot be read, or sets an unknown parameter or an invalid value;
             names the file.
     """
-    for flag, name in itertools.pairwise(arguments):
-        if flag != "--params-file":
-            continue
+    for name in _parameter_files(arguments):
         for node, values in _nodes(_document(Path(name)), ""):
-            if node != _ANY_NODE and node.rpartition("/")[2] not in (_ANY_NODE, node_name):
+            if node.rpartition("/")[2] not in ("**", "*", node_name):
                 continue
             for parameter, value in values.items():
                 if parameter in _OF_ROS or parameter.startswith("qos_overrides"):
@@ -99,6 +145,10 @@ def check_parameter_files(arguments: Sequence[str], node_name: str) -> None:
                     check_value(parameter, value)
                 except ConfigurationError as error:
                     raise ConfigurationError(f"{name}: {error}") from error
+
+
+def _parameter_files(arguments: Sequence[str]) -> list[str]:
+    return [name for flag, name in itertools.pairwise(arguments) if flag == "--params-file"]
 
 
 def _nodes(tree: Any, above: str) -> Iterator[tuple[str, dict[str, ParameterValue]]]:
