@@ -375,6 +375,22 @@ def test_a_value_that_the_autopilot_does_not_keep_is_reported() -> None:
     assert end.outcomes[0].new.value == 500.0
 
 
+@pytest.mark.parametrize("number", [5e9, -5e9, 1e-50, 3.5e38])
+@pytest.mark.parametrize(
+    ("autopilot", "name"), [("ardupilot", "WPNAV_SPEED"), ("px4", "MPC_XY_CRUISE")]
+)
+def test_a_number_that_no_parameter_has_is_not_sent(
+    autopilot: str, name: str, number: float
+) -> None:
+    pair = pair_of(autopilot)
+    before = pair.simulation.vehicles[0].parameters[name]
+    end = change(pair, {name: number})
+    assert end.result is OperationResult.REFUSED
+    assert end.reason.startswith(f"{name} was not changed: {number:g} is ")
+    assert "PARAM_SET" not in pair.names_sent()
+    assert pair.simulation.vehicles[0].parameters[name] == before
+
+
 def test_a_job_is_stopped_and_what_was_not_done_is_named() -> None:
     pair = pair_of("ardupilot", LOSSY)
     has = pair.simulation.vehicles[0].parameters

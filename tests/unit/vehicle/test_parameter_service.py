@@ -352,6 +352,13 @@ def test_a_known_value_needs_no_question() -> None:
     assert one.outcome.change is ParameterChange.UNCHANGED
 
 
+def test_a_known_value_that_would_not_be_set_is_unchanged() -> None:
+    one = OneParameter("A", 3e38, ADDRESS, False, known=Parameter("A", as_float32(3e38), REAL32))
+    one.start(0.0)
+    assert one.outcome is not None
+    assert one.outcome.change is ParameterChange.UNCHANGED
+
+
 # --- values --------------------------------------------------------------------------------
 
 
@@ -360,7 +367,11 @@ def test_a_known_value_needs_no_question() -> None:
     [
         (math.nan, REAL32, False, "not a finite number"),
         (math.inf, INT32, True, "not a finite number"),
-        (1e39, REAL32, False, "too large"),
+        (1e39, REAL32, False, "beyond 10000000"),
+        (5e9, REAL32, False, "5e+09 is beyond 10000000"),
+        (-1.1e7, REAL32, True, "beyond 10000000"),
+        (1e-50, REAL32, False, "sent as a float, which is 0"),
+        (5e9, INT32, False, "not an integer from -2147483648"),
         (1.5, INT8, False, "not an integer from -128 to 127"),
         (128.0, INT8, False, "not an integer from -128 to 127"),
         (2.0**31, INT32, True, "not an integer"),

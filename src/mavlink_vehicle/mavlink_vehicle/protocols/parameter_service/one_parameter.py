@@ -9,6 +9,7 @@ and, PX4, about another type (observed).
 from __future__ import annotations
 
 import enum
+import math
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import (
@@ -151,11 +152,12 @@ class OneParameter(TimedOutbox):
             self._end(ParameterChange.READ, text)
             return
         problem = value_problem(self._wanted, parameter.type, self._bytewise)
-        if problem is not None:
-            self._end(ParameterChange.FAILED, f"{self._name} was not changed: {problem}.")
-        elif same_value(self._wanted, parameter):
+        if math.isfinite(self._wanted) and same_value(self._wanted, parameter):
+            # Also a value that would not be set: a file of the vehicle's own may hold it.
             text = f"{self._name} is {parameter.text} already."
             self._end(ParameterChange.UNCHANGED, text)
+        elif problem is not None:
+            self._end(ParameterChange.FAILED, f"{self._name} was not changed: {problem}.")
         else:
             self._set(parameter.type, now)
 

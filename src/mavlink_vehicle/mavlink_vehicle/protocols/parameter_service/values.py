@@ -18,8 +18,14 @@ _INTEGERS = {
     mavlink.MAV_PARAM_TYPE_UINT32: ("UINT32", "<I", 0, 2**32 - 1),
     mavlink.MAV_PARAM_TYPE_INT32: ("INT32", "<i", -(2**31), 2**31 - 1),
 }
-_FLOAT32_MAX = 3.4028234663852886e38
 _FLOAT32_INTEGER_MAX = 2**24
+
+FLOAT_MAX = 1e7
+"""The largest magnitude of a parameter that is a float.
+
+Neither firmware has one that means anything beyond it, and ArduPilot stores whatever number it is sent:
+a WPNAV_SPEED of 5e9 cm/s (observed). What a parameter's own range is, no message tells.
+"""
 
 
 def parameter_of(message: Message, bytewise: bool) -> Parameter:
@@ -53,7 +59,11 @@ def value_problem(value: float, kind: int, bytewise: bool) -> str | None:
     if known is None:
         if kind != REAL32:
             return f"its type, MAV_PARAM_TYPE {kind}, is not supported"
-        return None if abs(value) <= _FLOAT32_MAX else f"{value:g} is too large for a float"
+        if abs(value) > FLOAT_MAX:
+            return f"{value:g} is beyond {FLOAT_MAX:.0f}, which no parameter's value is"
+        return (
+            f"{value:g} is sent as a float, which is 0" if value and not as_float32(value) else None
+        )
     name, _, lowest, highest = known
     if value != int(value) or not lowest <= value <= highest:
         text = parameter_text(value)
