@@ -1,11 +1,18 @@
-"""The navigation client reports a server that dies during a goal."""
+"""The navigation client reports a server that dies, or is stopped, before its answer."""
 
 from __future__ import annotations
 
 import signal
+from collections.abc import Callable, Iterator
 
 import pytest
 
+from drone_navigation.client.options import (
+    EXIT_ABORTED,
+    EXIT_CANCELED,
+    EXIT_NO_SERVER,
+    EXIT_REJECTED,
+)
 from drone_navigation.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
@@ -48,3 +55,84 @@ def test_a_server_started_again_does_not_know_the_goal(flight: Flight) -> None:
     assert client.wait(FLIGHT_TIMEOUT_S) == 5, client.text
     assert "The server no longer knows goal 1: it was restarted" in client.text
     assert "Server lost" not in client.text
+
+
+# Each with the answer that is lost, and what the server sends for it.
+COMMANDS = {
+    "logs": (("logs",), "LOG_ENTRY", "LOG_REQUEST_LIST"),
+    "download": (("download", "1"), "LOG_DATA", "LOG_REQUEST_DATA"),
+    "fence": (("fence",), "MISSION_COUNT", "MISSION_REQUEST_LIST"),
+    "rally": (("rally",), "MISSION_COUNT", "MISSION_REQUEST_LIST"),
+    "get": (("parameters", "get", "WPNAV_SPEED"), "PARAM_VALUE", "PARAM_REQUEST_READ"),
+    "list": (("parameters", "list"), "PARAM_VALUE", "PARAM_REQUEST_LIST"),
+    "arm": (("arm",), "HEARTBEAT", "COMMAND_LONG"),
+}
+# 8 s without a status, and what a busy machine adds.
+NOTICED_S = 14.0
+
+
+@pytest.fixture
+def waiting(flight: Flight) -> Iterator[Callable[[str], Process]]:
+    """Start a command whose answer does not come: the vehicle's is lost."""
+    if flight.server is None or flight.server.returncode is not None:
+        start_server(flight)
+        flight.renew_client()
+        flight.spin_for(3.0)  # it reads the lists for itself
+    flight.call("arm")  # so that there is a log
+    flight.call("disarm")
+    clients: list[Process] = []
+
+    def start(name: str) -> Process:
+        words, lost, request = COMMANDS[name]
+        before = len(flight.relay.from_server(request))
+        flight.relay.withheld = frozenset({lost, "FILE_TRANSFER_PROTOCOL", "COMMAND_ACK"})
+        command = ["python", "-m", "drone_navigation.navigation_client", *words]
+        clients.append(Process("client", command, flight.environment))
+        # The server itself asks now and then; a client takes a second to start.
+        flight.spin_for(2.0)
+        flight.wait(
+            lambda: len(flight.relay.from_server(request)) > before, READY_TIMEOUT_S, "the request"
+        )
+        flight.spin_for(0.5)
+        return clients[-1]
+
+    yield start
+    flight.relay.withheld = frozenset()
+    for client in clients:
+        client.stop()
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_whose_server_is_killed_ends(
+    flight: Flight, waiting: Callable[[str], Process], name: str
+) -> None:
+    client = waiting(name)
+    assert client.returncode is None, client.text
+    kill_server(flight)
+    assert client.wait(NOTICED_S) == EXIT_NO_SERVER, client.text
+    assert "Server lost: silent for 8 s." in client.text
+    assert "Traceback" not in client.text
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_whose_server_is_stopped_ends(
+    flight: Flight, waiting: Callable[[str], Process], name: str
+) -> None:
+    client = waiting(name)
+    assert flight.server is not None
+    flight.server.signal(signal.SIGTERM)
+    assert client.wait(NOTICED_S) in (EXIT_ABORTED, EXIT_REJECTED, EXIT_NO_SERVER), client.text
+    assert "server" in client.text
+    assert flight.server.wait(NOTICED_S) == 0
+    assert "Traceback" not in client.text + flight.server.text
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_that_is_stopped_ends(
+    waiting: Callable[[str], Process], name: str, number: signal.Signals
+) -> None:
+    client = waiting(name)
+    client.signal(number)
+    assert client.wait(NOTICED_S) == EXIT_CANCELED, client.text
+    assert "Traceback" not in client.text

@@ -24,7 +24,13 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
-from drone_navigation.client.process import SPIN_S, client_node, wait_for
+from drone_navigation.client.process import (
+    SPIN_S,
+    ServerSigns,
+    client_node,
+    on_interrupt,
+    wait_for,
+)
 from drone_navigation.client.servers import no_server
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
@@ -45,6 +51,7 @@ def run_command(
         node = on_exit.enter_context(client_node(argv, options.vehicle))
         command = (kind or ClientCommand)(node, options)
         on_exit.callback(command.close)
+        on_interrupt(command.interrupt)
         try:
             return command.run()
         except KeyboardInterrupt:
@@ -61,6 +68,12 @@ class ClientCommand:
         self._options = options
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
+        self._signs = ServerSigns(node)
+        self._interrupted = False
+
+    def interrupt(self) -> None:
+        """Raise KeyboardInterrupt with the next turn, not in the middle of rclpy."""
+        self._interrupted = True
 
     def close(self) -> None:
         """Shut down the executor before ROS."""
@@ -80,9 +93,7 @@ class ClientCommand:
         if name == "mode":
             request.mode = self._options.mode
         answer = client.call_async(request)
-        if not self._wait(answer.done, _ANSWER_TIMEOUT_S):
-            text = f"The server did not answer within {_ANSWER_TIMEOUT_S:g} s."
-            self._tell({"success": False, "message": text}, text)
+        if not self._wait_for_answer(answer.done, _ANSWER_TIMEOUT_S, client.service_is_ready):
             return EXIT_NO_SERVER
         result = answer.result()
         self._tell({"success": result.success, "message": result.message}, result.message)
@@ -125,7 +136,22 @@ class ClientCommand:
             print(text)
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        return wait_for(condition, timeout_s, lambda: self._executor.spin_once(timeout_sec=SPIN_S))
+        return wait_for(condition, timeout_s, self._spin_once)
+
+    def _wait_for_answer(
+        self, is_done: Callable[[], bool], timeout_s: float, is_ready: Callable[[], bool]
+    ) -> bool:
+        """Wait as long as there is a server; return whether it has answered, else show why not."""
+        why = self._signs.wait_for_answer(is_done, is_ready, timeout_s, self._spin_once)
+        if why:
+            self._tell({"success": False, "message": why}, why)
+        return not why
+
+    def _spin_once(self) -> None:
+        self._executor.spin_once(timeout_sec=SPIN_S)
+        if self._interrupted:
+            self._interrupted = False
+            raise KeyboardInterrupt
 
 
 def status_facts(

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
-import signal
 import sys
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from types import FrameType
 from typing import Any
 
 from rclpy.action import ActionClient
@@ -26,7 +24,13 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
-from drone_navigation.client.process import SPIN_S, client_node, wait_for
+from drone_navigation.client.process import (
+    SPIN_S,
+    ServerSigns,
+    client_node,
+    on_interrupt,
+    wait_for,
+)
 from drone_navigation.client.servers import no_server
 from navigation_bridge.names import DOWNLOAD_LOG_ACTION_NAME, SERVER_NODE_NAME
 
@@ -48,8 +52,7 @@ def run_log_command(options: argparse.Namespace, argv: list[str]) -> int:
         executor.add_node(node)
         on_exit.callback(lambda: executor.shutdown(timeout_sec=1.0))
         command = _LogCommand(node, executor, options)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, command.interrupt)
+        on_interrupt(command.interrupt)
         return command.list_logs() if options.command == "logs" else command.download()
 
 
@@ -63,11 +66,12 @@ class _LogCommand:
         self._executor = executor
         self._options = options
         self._interrupted = 0
+        self._signs = ServerSigns(node)
         self._heard_s = time.monotonic()
         self._drawn = False
         self._told_percent = -1
 
-    def interrupt(self, _number: int, _frame: FrameType | None) -> None:
+    def interrupt(self) -> None:
         """Cancel the download; a second time, stop waiting."""
         self._interrupted += 1
 
@@ -77,8 +81,8 @@ class _LogCommand:
         if not self._wait(client.service_is_ready, self._options.server_timeout):
             return self._without_server(f"{SERVER_NODE_NAME}/list_logs")
         answer = client.call_async(ListLogs.Request())
-        if not self._wait(answer.done, _LIST_TIMEOUT_S):
-            return self._tell_end(EXIT_NO_SERVER, "The server did not answer.")
+        if code := self._unanswered(answer.done, _LIST_TIMEOUT_S, client.service_is_ready):
+            return code
         result = answer.result()
         facts = [
             {"log_id": log.log_id, "bytes": log.size, "time_utc": _time(log.stamp.sec)}
@@ -98,18 +102,19 @@ class _LogCommand:
                 return self._without_server(DOWNLOAD_LOG_ACTION_NAME)
             goal = DownloadLog.Goal(log_id=self._options.log_id)
             sent = client.send_goal_async(goal, self._show_progress)
-            if not self._wait(sent.done, _ANSWER_TIMEOUT_S):
-                return self._tell_end(EXIT_NO_SERVER, "The server did not answer.")
+            if code := self._unanswered(sent.done, _ANSWER_TIMEOUT_S, client.server_is_ready):
+                return code
             handle = sent.result()
             if not handle.accepted:
                 return self._tell_end(EXIT_REJECTED, "The server rejected the download.")
-            return self._follow(handle)
+            return self._follow(handle, client.server_is_ready)
         finally:
             client.destroy()
 
-    def _follow(self, handle: Any) -> int:
+    def _follow(self, handle: Any, is_ready: Callable[[], bool]) -> int:
         answer, canceled = handle.get_result_async(), False
         self._heard_s = time.monotonic()
+        self._signs.begin()
         while not answer.done():
             if self._interrupted and not canceled:
                 canceled = True
@@ -118,6 +123,8 @@ class _LogCommand:
                 return self._tell_end(EXIT_ABORTED, "Stopped waiting for the end.")
             if time.monotonic() - self._heard_s > _SILENCE_S:
                 return self._tell_end(EXIT_NO_SERVER, "The server no longer responds.")
+            if why := self._signs.why_gone(is_ready()):
+                return self._tell_end(EXIT_NO_SERVER, why)
             self._spin_once()
         result = answer.result().result
         code = EXIT_ABORTED
@@ -164,6 +171,19 @@ class _LogCommand:
         else:
             print(f"\n{text}" if self._drawn else text)
         return code
+
+    def _unanswered(
+        self, is_done: Callable[[], bool], timeout_s: float, is_ready: Callable[[], bool]
+    ) -> int:
+        """Wait for an answer as long as there is a server; return 0, or the exit code."""
+        why = self._signs.wait_for_answer(
+            is_done, is_ready, timeout_s, self._spin_once, lambda: self._interrupted > 0
+        )
+        if not why:
+            return EXIT_SUCCESS
+        if self._interrupted:
+            return self._tell_end(EXIT_CANCELED, "Interrupted; the server may still work on it.")
+        return self._tell_end(EXIT_NO_SERVER, why)
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
         return wait_for(condition, timeout_s, self._spin_once, lambda: self._interrupted > 0)

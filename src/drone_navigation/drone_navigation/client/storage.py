@@ -41,6 +41,7 @@ __all__ = ["StorageCommand", "prepare", "run_storage_command"]
 
 # The server ends each request itself before (ListServers, ParameterServers).
 _ANSWER_TIMEOUT_S = 180.0
+_ACCEPT_TIMEOUT_S = 10.0
 _STOP_TIMEOUT_S = 10.0
 _SILENCE_S = 90.0
 _ABOVE = {
@@ -166,8 +167,8 @@ class StorageCommand(ClientCommand):
         if not self._wait(client.service_is_ready, self._options.server_timeout):
             return self._without_server()
         answer = client.call_async(task.kind.Request(**task.fields))
-        if not self._wait(answer.done, _ANSWER_TIMEOUT_S):
-            return self._unanswered(_ANSWER_TIMEOUT_S)
+        if not self._wait_for_answer(answer.done, _ANSWER_TIMEOUT_S, client.service_is_ready):
+            return EXIT_NO_SERVER
         return answer.result()
 
     def _act(self, task: StorageRequest, name: str) -> Any:
@@ -188,26 +189,25 @@ class StorageCommand(ClientCommand):
                     tell("reading parameters", feedback.received, feedback.total)
 
             sent = client.send_goal_async(task.kind.Goal(**task.fields), take)
-            if not self._wait(sent.done, self._options.server_timeout):
-                return self._unanswered(self._options.server_timeout)
+            is_ready = client.server_is_ready
+            if not self._wait_for_answer(sent.done, _ACCEPT_TIMEOUT_S, is_ready):
+                return EXIT_NO_SERVER
             handle = sent.result()
             result = handle.get_result_async()
+            answered = True
             try:
                 # Until the result, or a silence.
-                while heard:
+                while answered and not result.done():
                     heard.clear()
-                    self._wait(lambda: bool(result.done() or heard), _SILENCE_S)
-                    if result.done():
-                        break
+                    answered = self._wait_for_answer(
+                        lambda: bool(result.done() or heard), _SILENCE_S, is_ready
+                    )
             except KeyboardInterrupt:
                 self._cancelled = True
                 handle.cancel_goal_async()
-                self._wait(result.done, _STOP_TIMEOUT_S)
-        return result.result().result if result.done() else self._unanswered(_SILENCE_S)
-
-    def _unanswered(self, timeout_s: float) -> int:
-        text = f"The server did not answer within {timeout_s:g} s."
-        self._tell({"success": False, "message": text}, text)
+                answered = self._wait_for_answer(result.done, _STOP_TIMEOUT_S, is_ready)
+        if answered:
+            return result.result().result
         return EXIT_CANCELED if self._cancelled else EXIT_NO_SERVER
 
     def _without_server(self) -> int:

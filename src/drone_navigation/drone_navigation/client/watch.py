@@ -7,7 +7,7 @@ import math
 # A server gives feedback at least every 3 s (feedback_rate_hz is 0.5 or more).
 SILENCE_S = 5.0
 ASK_AGAIN_S = 5.0
-LOST_TIMEOUT_S = 30.0
+LOST_TIMEOUT_S = 10.0
 # Fast DDS forgets a participant that is not heard for its lease, 20 s (Fast DDS documentation,
 # "DiscoverySettings": leaseDuration). One that goes sooner said goodbye: it has ended.
 _GOODBYE_S = 15.0

@@ -47,6 +47,8 @@ ACTIONS = {
 # A goal is answered at once; a hold may take two mode changes
 # (VehicleConfig.operation_timeout_s, 10 s each).
 _ANSWER_TIMEOUT_S = 25.0
+# A server that has been silent since does not answer any more.
+_SILENT_TIMEOUT_S = 5.0
 _ROUTES_MAX = 50
 _CALLS_MAX = 100
 _TRIGGERS = ("start", "pause", "resume")
@@ -96,10 +98,14 @@ class VehicleRequests:
             if call.future.done():
                 self._calls.remove(call)
                 call.done(call.future.result())
-            elif now > call.deadline_s:
+            elif now > call.deadline_s or self._is_lost(call, now):
                 self._calls.remove(call)
                 call.future.cancel()
                 call.late()
+
+    def _is_lost(self, call: _Call, now: float) -> bool:
+        asked_s = call.deadline_s - _ANSWER_TIMEOUT_S
+        return now > asked_s + _SILENT_TIMEOUT_S and not self._is_alive()
 
     # --- services ---------------------------------------------------------------------------
 

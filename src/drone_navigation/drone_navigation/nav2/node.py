@@ -20,8 +20,8 @@ from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the
 
 __all__ = ["StartError", "run"]
 
-# A vehicle brakes for cancel_timeout_s (10 s) at most.
-_STOP_TIMEOUT_S = 15.0
+# Once it is cancelled the server stops the vehicle, whoever waits for that.
+_STOP_TIMEOUT_S = 3.5
 _SPIN_S = 0.2
 _DISCOVERY_S = 2.0
 _HEAR_TIMEOUT_S = 3.0

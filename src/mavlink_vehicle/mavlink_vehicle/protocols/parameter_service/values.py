@@ -23,8 +23,8 @@ _FLOAT32_INTEGER_MAX = 2**24
 FLOAT_MAX = 1e7
 """The largest magnitude of a parameter that is a float.
 
-Neither firmware has one that means anything beyond it, and ArduPilot stores whatever number it is sent:
-a WPNAV_SPEED of 5e9 cm/s (observed). What a parameter's own range is, no message tells.
+Neither firmware has one that means anything beyond it, and ArduPilot stores whatever number it is
+sent: a WPNAV_SPEED of 5e9 cm/s (observed). No message tells a parameter's own range.
 """
 
 
