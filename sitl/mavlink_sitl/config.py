@@ -16,6 +16,7 @@ from mavlink_sitl.autopilot.personality.px4rover import PX4BOAT, PX4ROVER
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.links.faults import LinkFaults
+from mavlink_sitl.mavlink.codec import MAVLINK_1
 
 PERSONALITIES: dict[tuple[str, str], Personality] = {
     ("copter", "ardupilot"): ARDUCOPTER,
@@ -72,6 +73,7 @@ class VehicleConfig:
         links: what its links are for: "gcs" (a ground station's) or "onboard" (a companion
             computer's). PX4 has streams of its own on each; ArduPilot says the same on all.
         external_position: it has no GPS; the estimator is set to a position from outside.
+        mavlink_1: what it speaks besides MAVLink 2: one of `codec.MAVLINK_1`.
     """
 
     vehicle: str = "copter"
@@ -87,6 +89,7 @@ class VehicleConfig:
     faults: LinkFaults | None = None
     links: tuple[str, ...] = ("gcs",)
     external_position: bool = False
+    mavlink_1: str = ""
 
     def __post_init__(self) -> None:
         """Check everything that can be checked without the other vehicles."""
@@ -98,6 +101,10 @@ class VehicleConfig:
         _require(
             len(self.links) > 0 and set(self.links) <= {"gcs", "onboard"},
             f"links must be gcs or onboard, at least one, not {', '.join(self.links) or 'none'}",
+        )
+        _require(
+            self.mavlink_1 in MAVLINK_1,
+            f"mavlink_1 must be one of {', '.join(MAVLINK_1[1:])}, not {self.mavlink_1}",
         )
         latitude, longitude, altitude = self.home
         _require(abs(latitude) <= 90.0, f"the latitude of home must be -90 to 90, not {latitude}")

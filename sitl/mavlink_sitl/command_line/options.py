@@ -22,6 +22,7 @@ from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.links.addresses import AddressError, LinkAddress, parse_address
 from mavlink_sitl.links.faults import LinkFaults
+from mavlink_sitl.mavlink.codec import MAVLINK_1
 from mavlink_sitl.world.loader import WorldError, load_world
 from mavlink_sitl.world.model import Wind, World, wind_from
 
@@ -226,6 +227,12 @@ def make_parser() -> argparse.ArgumentParser:
         help="vehicles hit each other; else they pass through each other",
     )
     add(
+        "--mavlink1",
+        choices=MAVLINK_1[1:],
+        default="",
+        help="speak MAVLink 1: until MAVLink 2 is heard, to send while hearing both, or only",
+    )
+    add(
         "--ready-after",
         type=_number("the time until ready", 0.0, 3600.0),
         default=2.0,
@@ -324,6 +331,7 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
             home=home,
             heading_deg=heading_deg,
             ready_after_s=options.ready_after,
+            mavlink_1=options.mavlink1,
             parameters=dict(options.param),
             battery=BatteryModel(**battery),
             battery_remaining=remaining,

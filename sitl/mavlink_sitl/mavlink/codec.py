@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections import namedtuple
+from collections.abc import Callable
 from operator import itemgetter
 from typing import Any
 
@@ -18,7 +19,7 @@ from pymavlink.dialects.v20 import all as pymavlink_dialect
 Message = Any
 """A message, in (pymavlink's) or out (see `Dialect`). Its fields are looked up by name."""
 
-__all__ = ["Decoder", "Encoder", "Extended", "Message", "Raw", "dialect"]
+__all__ = ["MAVLINK_1", "Decoder", "Encoder", "Extended", "Message", "Raw", "dialect"]
 
 _MAGIC_V1 = 0xFE
 _MAGIC_V2 = 0xFD
@@ -28,6 +29,15 @@ _SIGNATURE = 13
 _SIGNED = 0x01
 _NUMBER = struct.Struct("<HB")
 """A message's number, of 24 bits"""
+
+
+_TYPE_SIZES = {
+    "char": 1, "uint8": 1, "int8": 1, "uint16": 2, "int16": 2, "uint32": 4, "int32": 4, "float": 4,
+    "uint64": 8, "int64": 8, "double": 8,
+}  # fmt: skip
+MAVLINK_1 = ("", "begins", "sends", "only")
+"""What a vehicle speaks: MAVLink 2; 1 until it hears 2 (PX4's MAV_PROTO_VER 0); it sends 1 and
+hears both (ArduPilot's SERIALn_PROTOCOL 1); it knows nothing but 1."""
 
 
 class Dialect:
@@ -79,8 +89,20 @@ def _lean(kind: Any) -> type:
             "wire_id": kind.id,
             "wire_crc_extra": bytes((kind.crc_extra,)),
             "payload_bytes": payload_bytes,
+            "wire_base": _base_size(kind),
         },
     )
+
+
+def _base_size(kind: Any) -> int:
+    """Bytes of the payload without extension fields, each of which has a default in pymavlink."""
+    count = len(kind.__init__.__defaults__ or ()) - (kind.msgname == "HEARTBEAT")
+    types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
+    sizes = [
+        _TYPE_SIZES[types[name].removesuffix("_t")] * max(length, 1)
+        for name, length in zip(kind.ordered_fieldnames, kind.array_lengths, strict=True)
+    ]
+    return sum(sizes[: len(sizes) - count])
 
 
 dialect: Any = Dialect()
@@ -99,6 +121,7 @@ class Raw:
         self.wire_id = message_id
         self.wire_crc_extra = bytes((crc_extra,))
         self._payload = payload
+        self.wire_base = len(payload)
 
     def payload_bytes(self) -> bytes:
         """Its fields as they are sent."""
@@ -116,20 +139,23 @@ class Extended(Raw):
     def __init__(self, message: Message, extension: bytes) -> None:
         payload = message.payload_bytes() + extension
         super().__init__(message.wire_id, message.wire_crc_extra[0], payload)
+        self.wire_base = message.wire_base
 
 
 class Encoder:
-    """Messages to MAVLink 2 frames of one sender, numbered in sequence.
+    """Messages to frames of one sender, numbered in sequence.
 
     Args:
         system_id: 1..255.
         component_id: 1..255.
+        mavlink_1: one of `MAVLINK_1`.
 
     Attributes:
         signing: pymavlink's state of signing, for the decoder of the same link.
     """
 
-    def __init__(self, system_id: int, component_id: int) -> None:
+    def __init__(self, system_id: int, component_id: int, mavlink_1: str = "") -> None:
+        self._mavlink_1 = mavlink_1
         self.signing: Any = pymavlink_dialect.MAVLinkSigning()
         self._sender = bytes((system_id, component_id))
         self._seq = 0
@@ -151,9 +177,22 @@ class Encoder:
         signing.link_id = 0
         signing.stream_timestamps = {}
 
+    def hears(self, frame: bytes) -> bool:
+        """Whether a frame that came is understood."""
+        if frame[0] == _MAGIC_V1:
+            return True
+        if self._mavlink_1 == "begins":
+            self._mavlink_1 = ""
+        return self._mavlink_1 != "only"
+
     def encode(self, message: Message) -> bytes:
-        """One frame; raises struct.error when a field is outside its type."""
+        """One frame, none if it has no place in MAVLink 1.
+
+        Raises struct.error when a field is outside its type.
+        """
         full: bytes = message.payload_bytes()
+        if self._mavlink_1:
+            return self._encode_1(message, full)
         # MAVLink 2 leaves out the zeros at the end, but not the first byte.
         payload = full.rstrip(b"\0") or full[:1]
         signed = self.signing.sign_outgoing
@@ -164,6 +203,16 @@ class Encoder:
         check = mcrf4xx(body + message.wire_crc_extra)
         frame = b"\xfd" + body + check.to_bytes(2, "little")
         return self._signed(frame) if signed else frame
+
+    def _encode_1(self, message: Message, full: bytes) -> bytes:
+        if message.wire_id > 0xFF:
+            return b""
+        seq = self._seq
+        self._seq = (seq + 1) & 0xFF
+        payload = full[: message.wire_base]
+        body = bytes((len(payload), seq)) + self._sender + bytes((message.wire_id,)) + payload
+        check = mcrf4xx(body + message.wire_crc_extra)
+        return b"\xfe" + body + check.to_bytes(2, "little")
 
     def _origin(self, number: int) -> bytes:
         end = self._sender + _NUMBER.pack(number & 0xFFFF, number >> 16)
@@ -185,12 +234,16 @@ class Decoder:
     rest, which on a datagram link never comes: call `reset` between datagrams.
     """
 
-    def __init__(self, signing: Any = None) -> None:
+    def __init__(
+        self, signing: Any = None, hears: Callable[[bytes], bool] = lambda _frame: True
+    ) -> None:
         """Nothing received yet.
 
         Args:
             signing: the encoder's, when frames may have to be signed.
+            hears: whether a frame is understood.
         """
+        self._hears = hears
         self._mav = pymavlink_dialect.MAVLink(None)
         if signing is not None:
             self._mav.signing = signing
@@ -253,7 +306,7 @@ class Decoder:
         return message
 
     def _decode_trusted(self, frame: bytes) -> Message | None:
-        if not _intact(frame):
+        if not _intact(frame) or not self._hears(frame):
             return None
         try:
             return self._mav.decode(bytearray(frame))

@@ -110,7 +110,7 @@ class MavlinkServer:
         self._encoders = encoders
         self._routes = Routes(system_id, len(encoders))
         self._snapshot = snapshot
-        self._decoders = [Decoder(encoder.signing) for encoder in encoders]
+        self._decoders = [Decoder(encoder.signing, encoder.hears) for encoder in encoders]
         self._texts = StatusTextEncoder()
         self._parameters = ParameterServer(copter.parameters)
         self._missions = MissionServer(copter, self.send, self.send_later)
@@ -169,7 +169,8 @@ class MavlinkServer:
         """Put a message into the outboxes of all links, or of that where its target is."""
         encoders = self._encoders
         for place in self._routes.to(message) if len(encoders) > 1 else (0,):
-            self.outboxes[place].append(encoders[place].encode(message))
+            if frame := encoders[place].encode(message):
+                self.outboxes[place].append(frame)
 
     def take_frames(self, place: int) -> list[bytes]:
         """The frames to send on a link, once."""

@@ -84,7 +84,9 @@ class SimulatedVehicle(VehicleBody):
         self.offset_ned_m = (0.0, 0.0, 0.0)
         self._log = log
         self._epoch_us = epoch_us
-        self._encoders = [Encoder(system_id, COMPONENT_AUTOPILOT) for _ in config.links]
+        self._encoders = [
+            Encoder(system_id, COMPONENT_AUTOPILOT, config.mavlink_1) for _ in config.links
+        ]
         self._servers: list[MavlinkServer] = []
         self._damage: str | None = None
         self._failures = Failures(self)

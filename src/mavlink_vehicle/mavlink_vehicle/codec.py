@@ -25,6 +25,7 @@ from mavlink_vehicle.message_layout import FrameHeader, MessageLayout
 from mavlink_vehicle.signing import SIGNATURE_SIZE, SignatureVerdict, Signing
 
 __all__ = [
+    "MAVLINK_1_HEARTBEATS",
     "TARGETED",
     "Codec",
     "CodecStatistics",
@@ -32,6 +33,7 @@ __all__ = [
     "Measured",
     "Message",
     "Sender",
+    "is_mavlink_1",
     "make",
     "mavlink",
     "message_id",
@@ -71,6 +73,17 @@ _MAY_BE_UNSIGNED = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
 """Telemetry radios hold no key; the specification lets this pass."""
 _KEPT_SECRET = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 """Holds the key: the specification wants it in no recording and never forwarded."""
+
+MAVLINK_1_HEARTBEATS = 5
+"""After so many in a row in MAVLink 1 a vehicle is taken to speak nothing else.
+
+Those that begin with it, as PX4 does with MAV_PROTO_VER 0, change with the first MAVLink 2 frame
+that they hear; ArduPilot with SERIALn_PROTOCOL 1 and PX4 with MAV_PROTO_VER 1 never do, but hear
+both.
+"""
+_MAVLINK_2_EVERY = 4
+"""Each of so many HEARTBEATs stays MAVLink 2: a vehicle that restarts changes when it hears one."""
+_NUMBER_MAX_1 = 255
 
 _make_header: Callable[..., FrameHeader] = tuple.__new__
 _crc: Callable[[bytes], int] = mavlink.mcrf4xx or (lambda data: mavlink.x25crc(data).crc)
@@ -149,6 +162,11 @@ def _field_value(name: str, field_name: str, field_type: str, length: int, value
 
 
 _SCRATCH = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+
+
+def is_mavlink_1(message: Message) -> bool:
+    """Return whether a message that was received came in MAVLink 1."""
+    return bool(message._msgbuf) and message._msgbuf[0] == _MAGIC_1
 
 
 def message_of(frame: bytes) -> Message:
@@ -265,11 +283,14 @@ class Codec:
         if signing is not None:
             self._packer.signing.secret_key = signing.key
             self._packer.signing.sign_outgoing = True
+        self._heartbeats_1 = self._own_heartbeats = 0
         self._next_sequence: dict[tuple[int, int], int] = {}
         self._expected_sequence: dict[int, int] = {}
 
     def encode(self, message: Message) -> bytes:
-        """Return the MAVLink 2 frame; counts a sequence number per source.
+        """Return the frame; counts a sequence number per source.
+
+        It is MAVLink 2, unless only MAVLink 1 is spoken there and the message fits into that.
 
         Raises:
             MessageError: a field was set to what it cannot hold.
@@ -286,10 +307,34 @@ class Codec:
             packer.signing.timestamp = self._signing.next_timestamp()
         try:
             frame: bytes = message.pack(packer)
+            if self.speaks_1:
+                frame = self._frame_1(message, frame)
         except (struct.error, TypeError, ValueError) as error:
             raise MessageError(f"{message.get_type()} cannot be encoded: {error}.") from error
         self._next_sequence[source] = (packer.seq + 1) % 256
         return frame
+
+    @property
+    def speaks_1(self) -> bool:
+        """Whether the vehicle there speaks MAVLink 1 only; never with a key, which needs 2."""
+        return self._signing is None and self._heartbeats_1 >= MAVLINK_1_HEARTBEATS
+
+    def _frame_1(self, message: Message, frame: bytes) -> bytes:
+        """Return the MAVLink 1 frame of a message, or its MAVLink 2 frame if it has none."""
+        number = message.get_msgId()
+        if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            self._own_heartbeats += 1
+            if self._own_heartbeats % _MAVLINK_2_EVERY == 0:
+                return frame
+        layout = _LAYOUTS.get(number)
+        payload = frame[_HEADER_SIZE_2:-_CHECKSUM_SIZE]
+        if layout is None or number > _NUMBER_MAX_1 or len(payload) > layout.base_size:
+            return frame
+        body = bytes((layout.base_size, *frame[4:7], number)) + payload.ljust(
+            layout.base_size, b"\0"
+        )
+        checksum = _crc(body + layout.crc_extra)
+        return bytes((_MAGIC_1,)) + body + checksum.to_bytes(2, "little")
 
     def decode(self, data: bytes) -> list[Message]:
         """Return the messages in `data` (a datagram or a piece of a stream). Never raises.
@@ -452,6 +497,8 @@ class Codec:
         """Show the frame around, and count what is missing before it (late ones not twice)."""
         if self.frame_observer is not None and number != _KEPT_SECRET:
             self.frame_observer(frame)
+        if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            self._heartbeats_1 = self._heartbeats_1 + 1 if frame[0] == _MAGIC_1 else 0
         self._follow(system | component << 8, sequence)
 
     def _follow(self, source: int, sequence: int) -> None:

@@ -23,6 +23,12 @@ Decode = Callable[[bytes, int, bytes, int, FrameHeader], Any]
 its checksum and its header."""
 
 
+_SIZES = {
+    "char": 1, "uint8_t": 1, "int8_t": 1, "uint16_t": 2, "int16_t": 2, "uint32_t": 4, "int32_t": 4,
+    "float": 4, "uint64_t": 8, "int64_t": 8, "double": 8,
+}  # fmt: skip
+
+
 class MessageLayout:
     """The layout of one of pymavlink's generated message classes.
 
@@ -30,11 +36,12 @@ class MessageLayout:
         cls: the class.
         crc_extra: what its checksum ends with.
         size: bytes of the full payload.
+        base_size: bytes of the payload without extension fields, which MAVLink 1 lacks.
         names: its fields, in the order of the wire.
         decode: makes a message; written and compiled when the first one comes.
     """
 
-    __slots__ = ("cls", "crc_extra", "decode", "names", "size")
+    __slots__ = ("base_size", "cls", "crc_extra", "decode", "names", "size")
 
     def __init__(self, cls: Any) -> None:
         """Prepare the layout of `cls`, one of the dialect's message classes."""
@@ -42,6 +49,7 @@ class MessageLayout:
         self.crc_extra = bytes([cls.crc_extra])
         self.size: int = cls.unpacker.size
         self.names: tuple[str, ...] = tuple(cls.ordered_fieldnames)
+        self.base_size = self.size - _extension_size(cls)
         self.decode: Decode = self._decode_first
 
     def _decode_first(
@@ -83,3 +91,19 @@ class MessageLayout:
         lines += ["message._msgbuf = frame", "message._crc = crc", "message._header = header"]
         body = "".join(f"    {line}\n" for line in [*lines, "return message"])
         return f"def decode(data, start, frame, crc, header):\n{body}"
+
+
+def _extension_size(cls: Any) -> int:
+    """Return the bytes of the extension fields, the last ones on the wire.
+
+    The generated constructors have a default for each of them, and for one field besides.
+    """
+    count = len(cls.__init__.__defaults__ or ())
+    if cls.msgname == "HEARTBEAT":
+        count -= 1  # mavlink_version
+    types = dict(zip(cls.fieldnames, cls.fieldtypes, strict=True))
+    sizes = [
+        _SIZES[types[name]] * max(length, 1)
+        for name, length in zip(cls.ordered_fieldnames, cls.array_lengths, strict=True)
+    ]
+    return sum(sizes[len(sizes) - count :])

@@ -15,6 +15,10 @@ from mavlink_vehicle.protocols.parameter_service.listing import ParameterListing
 from mavlink_vehicle.vehicle_core import VehicleCore
 
 _NOBODY = "No vehicle has been detected yet; check the link and the vehicle's power."
+_MAVLINK_1 = (
+    "The vehicle speaks MAVLink 1 only, which has no fence and no rally points (mission_type). "
+    "Set its port to MAVLink 2: SERIALn_PROTOCOL 2 (ArduPilot), MAV_PROTO_VER 2 (PX4)."
+)
 _SILENT = "The autopilot is silent; check the link."
 
 
@@ -97,6 +101,8 @@ class Storage:
             return f"The mission rules of {core.profile.name} are unknown, so nothing is sent."
         if not core.connected:
             return _SILENT
+        if core.state.speaks_mavlink_1 and kind is not MissionType.MISSION:
+            return _MAVLINK_1
         if core.transfers_mission:
             return "Another list is being transferred; try again after that."
         timing = TransferTiming(core.config.mission_timeout_s, core.config.mission_retries)

@@ -574,6 +574,8 @@ class Bridge:
             self._learn_frame(state)
         if state is not before:
             self._positions.observe(before, state, now)
+        if state.speaks_mavlink_1 is not before.speaks_mavlink_1:
+            self._report.protocol()
         if state.battery is not before.battery:
             self._guard.observe_battery(now)
         self._handle_events(now)

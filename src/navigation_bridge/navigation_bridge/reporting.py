@@ -227,6 +227,17 @@ class Reporter:
         else:
             self.log(LogLevel.WARN, "The vehicle's position is no longer valid")
 
+    def protocol(self) -> None:
+        """Report whether the vehicle speaks MAVLink 1 only."""
+        if self._vehicle.state.speaks_mavlink_1:
+            text = (
+                "The vehicle speaks MAVLink 1 only, and is answered so; its fence and rally points "
+                "cannot be read or written, and messages that MAVLink 1 lacks may not reach it"
+            )
+            self.log(LogLevel.WARN, text)
+        else:
+            self.log(LogLevel.INFO, "The vehicle speaks MAVLink 2 now")
+
     def vehicle(self, event: VehicleEvent) -> None:
         """Report an event of the vehicle that is relevant for people."""
         if isinstance(event, StatusTextReceived):

@@ -17,6 +17,10 @@ FIX_3D = 3
 _BATTERY_LOW = 0.3
 NO_FIX = "Move the vehicle under open sky, and wait for a 3D fix."
 _UNKNOWN = "not reported"
+_MAVLINK_1 = (
+    "No fence, rally points and signing, and no ODOMETRY. Set its port to MAVLink 2: "
+    "SERIALn_PROTOCOL 2 (ArduPilot), MAV_PROTO_VER 2 (PX4)."
+)
 # Only missions with heights above terrain look at it, and many vehicles have no terrain data.
 _DISPENSABLE = frozenset({"TERRAIN_REPORT"})
 
@@ -51,6 +55,11 @@ def vehicle_section(checker: Checker, profile: Profile) -> CheckSection:
             Line("firmware", f"{profile.name} {state.firmware_version or '(version unknown)'}"),
             Line("kind", profile.kind.value),
             Line("system id", f"{state.system_id}, component {state.component_id}"),
+            Line(
+                "protocol",
+                "MAVLink 1" if state.speaks_mavlink_1 else "MAVLink 2",
+                _MAVLINK_1 if state.speaks_mavlink_1 else None,
+            ),
             Line("mode", vehicle.mode_name),
             Line("armed", "yes" if state.armed else "no"),
             Line("landed", state.landed_state.name.lower().replace("_", " ")),

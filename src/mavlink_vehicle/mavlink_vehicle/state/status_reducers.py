@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import Message, is_mavlink_1, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.state.restarts import VOID_AFTER_RESTART, evolve
 from mavlink_vehicle.state.signs import radio_ok
@@ -36,6 +36,7 @@ def heartbeat(state: VehicleState, message: Message, now: float) -> VehicleState
         "autopilot": message.autopilot,
         "vehicle_type": message.type,
         "last_heartbeat_s": now,
+        "heartbeats_1": state.heartbeats_1 + 1 if is_mavlink_1(message) else 0,
         "armed": bool(message.base_mode & _ARMED_FLAG),
         "base_mode": message.base_mode,
         "custom_mode": message.custom_mode,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from mavlink_vehicle.codec import MAVLINK_1_HEARTBEATS
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.positions.frames import Vector3
 from mavlink_vehicle.state.status_text import StatusText, StatusTexts
@@ -31,6 +32,7 @@ class VehicleState:
         autopilot: MAV_AUTOPILOT.
         vehicle_type: MAV_TYPE.
         last_heartbeat_s: when the last HEARTBEAT came.
+        heartbeats_1: how many of the last HEARTBEATs, in a row, came in MAVLink 1.
         armed: the armed flag of HEARTBEAT.
         base_mode: as sent.
         custom_mode: as sent; its meaning depends on the firmware.
@@ -68,6 +70,7 @@ class VehicleState:
     autopilot: int = 0
     vehicle_type: int = 0
     last_heartbeat_s: float | None = None
+    heartbeats_1: int = 0
     armed: bool = False
     base_mode: int = 0
     custom_mode: int = 0
@@ -107,6 +110,11 @@ class VehicleState:
     def status_texts(self) -> tuple[StatusText, ...]:
         """The last 20 texts, oldest first."""
         return self.texts.texts
+
+    @property
+    def speaks_mavlink_1(self) -> bool:
+        """Whether it speaks MAVLink 1 only, which lacks extension fields and numbers above 255."""
+        return self.heartbeats_1 >= MAVLINK_1_HEARTBEATS
 
     @property
     def mode_may_not_run(self) -> bool:
