@@ -17,6 +17,7 @@ from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
 from navigation_bridge.configuration.parameter_table import SPECS
 from navigation_core.geometry import Vector3, distance
+from navigation_core.safety.energy import ConsumptionEstimator
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 GOALS = 7
@@ -96,17 +97,50 @@ def test_a_goal_takes_as_long_as_it_was_rehearsed(name: str, vehicle: VehicleCon
     assert max(errors) < 4.0 * ERROR_MAX, errors
 
 
-def test_the_battery_at_the_end_is_that_of_the_flight() -> None:
-    pack = BatteryModel(capacity_mah=2000.0)
-    vehicle = VehicleConfig(ready_after_s=1.0, battery=pack, battery_remaining=0.9)
+def flown_battery(flight: SimulatedFlight) -> float:
+    battery = flight.vehicle.state.battery
+    assert battery is not None
+    assert battery.remaining is not None
+    return battery.remaining
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "kind", "parameters"),
+    [
+        ("ardupilot", "ArduCopter", {}),
+        ("px4", "PX4 multicopter", {"SIM_BAT_DRAIN": 600.0, "SIM_BAT_MIN_PCT": 0.0}),
+    ],
+)
+def test_the_battery_at_the_end_is_by_the_consumption_that_was_flown(
+    autopilot: str, kind: str, parameters: dict[str, float]
+) -> None:
+    pack = BatteryModel(capacity_mah=3000.0)
+    vehicle = VehicleConfig(
+        ready_after_s=1.0, autopilot=autopilot, battery=pack, parameters=parameters
+    )
     flight = SimulatedFlight(simulated=vehicle, battery_policy="ignore").ready()
     flight.fly_up()
-    order = order_of(flight, "ArduCopter", (60.0, 0.0, 10.0), 0.0)
-    rehearsed = rehearse(replace(order, parameters={"BATT_CAPACITY": 2000.0}))
+    measured = ConsumptionEstimator(endurance_s=math.inf)
+    for _ in range(150):
+        flight.run_for(1.0)
+        measured.observe(flight.now, flown_battery(flight), under_way=True)
+    order = order_of(flight, kind, (60.0, 0.0, 10.0), 0.0)
+    assert rehearse(replace(order, parameters={})).battery is None
+    rehearsed = rehearse(
+        replace(order, parameters={}, consumption_per_s=measured.measured_rate_per_s)
+    )
     flight.run_to_end(flight.send(60.0, 0.0, 10.0))
-    left = flight.simulation.vehicles[0].snapshot().battery.remaining_percent / 100.0
-    assert order.battery - left > 0.05
-    assert rehearsed.battery == pytest.approx(left, abs=0.015)
+    assert order.battery is not None
+    assert order.battery - flown_battery(flight) > 0.02
+    assert rehearsed.battery == pytest.approx(flown_battery(flight), abs=0.015)
+
+
+def test_the_battery_of_a_simulated_px4_is_by_its_own_parameter() -> None:
+    parameters = {"SIM_BAT_DRAIN": 60.0, "SIM_BAT_MIN_PCT": 0.0}
+    order = replace(COPTER, autopilot="PX4 multicopter", battery=1.0, parameters=parameters)
+    rehearsed = rehearse(order)
+    assert rehearsed.battery == pytest.approx(1.0 - rehearsed.duration_s / 60.0, abs=0.02)
+    assert rehearse(replace(order, battery=None)).battery is None
 
 
 @pytest.mark.parametrize("name", [name for name in KINDS if "boat" not in name])
@@ -156,7 +190,8 @@ def test_a_goal_from_the_ground_takes_off_and_one_that_may_not_is_rejected() -> 
 def test_wind_and_the_charge_decide_the_flight() -> None:
     calm = rehearse(COPTER)
     blown = rehearse(replace(COPTER, wind_enu_m_s=(-7.0, 0.0, 0.0)))
-    assert blown.battery < calm.battery < COPTER.battery
+    assert blown.duration_s > calm.duration_s
+    assert blown.battery is None  # nothing was measured
     empty = rehearse(replace(COPTER, battery=0.05, server={"arming": "auto"}))
     assert empty.code == "LOW_BATTERY"
 

@@ -44,7 +44,8 @@ class Rehearsal:
         accepted: whether the goal would be taken.
         path_enu_m: where the vehicle would be, beginning where it is.
         duration_s: from the goal to its end.
-        battery: charge at the end, from 0 to 1.
+        battery: charge at the end, from 0 to 1; None if nothing supports a number: the vehicle's
+            consumption was not measured, and it is no simulated PX4, whose own parameter tells.
         clearance_m: least distance of its hull from an obstacle; None without obstacles.
     """
 
@@ -53,7 +54,7 @@ class Rehearsal:
     accepted: bool
     path_enu_m: tuple[Vector3, ...] = ()
     duration_s: float = 0.0
-    battery: float = 0.0
+    battery: float | None = None
     clearance_m: float | None = None
 
 
@@ -89,7 +90,7 @@ def rehearse(order: RehearsalRequest, is_over: IsOver = lambda: False) -> Rehear
     rejection = _begin(stage, order)
     if rejection is not None:
         return rejection
-    began_s, path = stage.now, [stage.position_enu_m]
+    began_s, path, charged = stage.now, [stage.position_enu_m], stage.battery
     while not stage.ends and stage.now < began_s + FLIGHT_MAX_S:
         _go_on(stage, is_over)
         _extend(path, stage)
@@ -102,7 +103,26 @@ def rehearse(order: RehearsalRequest, is_over: IsOver = lambda: False) -> Rehear
     code, text = "UNFINISHED", f"It would take longer than {FLIGHT_MAX_S:g} s."
     if stage.ends:
         code, text = stage.ends[0].code.value, stage.ends[0].message
-    return Rehearsal(code, text, True, tuple(path), stage.now - began_s, stage.battery, clearance_m)
+    duration_s = stage.now - began_s
+    battery = _battery_left(order, charged - stage.battery, duration_s)
+    return Rehearsal(code, text, True, tuple(path), duration_s, battery, clearance_m)
+
+
+def _battery_left(order: RehearsalRequest, used: float, duration_s: float) -> float | None:
+    """Return the charge at the end, from 0 to 1; None if nothing supports a number.
+
+    Args:
+        order: what was flown.
+        used: the share that the simulated vehicle has used.
+        duration_s: of the flight.
+    """
+    if order.battery is None:
+        return None
+    if order.consumption_per_s is not None:
+        used = order.consumption_per_s * duration_s
+    elif "SIM_BAT_DRAIN" not in (order.parameters or {}):  # PX4's own simulator has it
+        return None
+    return max(order.battery - used, 0.0)
 
 
 def lose_link(order: RehearsalRequest, after_s: float, is_over: IsOver = lambda: False) -> Lost:

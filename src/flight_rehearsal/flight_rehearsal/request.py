@@ -49,7 +49,9 @@ class RehearsalRequest:
         velocity_enu_m_s: its velocity.
         armed: whether its motors are armed.
         flying: whether it is off the ground.
-        battery: charge from 0 to 1.
+        battery: charge from 0 to 1; None if it is unknown.
+        consumption_per_s: share of the battery that a second under way takes, as flown; None
+            before that was measured.
         home: its launch point, or None.
         speed_m_s: highest ground speed; 0: the server's default.
         laps: how often the route is flown.
@@ -68,7 +70,8 @@ class RehearsalRequest:
     velocity_enu_m_s: Vector3 = (0.0, 0.0, 0.0)
     armed: bool = False
     flying: bool = False
-    battery: float = 1.0
+    battery: float | None = 1.0
+    consumption_per_s: float | None = None
     home: HomePoint | None = None
     speed_m_s: float = 0.0
     laps: int = 1
@@ -111,7 +114,8 @@ def _order(given: dict[str, Any]) -> RehearsalRequest:
         velocity_enu_m_s=_vector(motion.get("velocity") or (0.0, 0.0, 0.0)),
         armed=bool(status.get("armed")),
         flying=flying,
-        battery=1.0 if percent is None else min(max(percent / _PERCENT, 0.0), 1.0),
+        battery=None if percent is None else min(max(percent / _PERCENT, 0.0), 1.0),
+        consumption_per_s=_positive(given.get("consumption")),
         home=_home(home) if home and home.get("at") else None,
         speed_m_s=float(given.get("speed", 0.0)),
         laps=int(given.get("laps", 1)),
@@ -151,3 +155,7 @@ def _finite(values: Mapping[str, Any]) -> dict[str, float]:
 
 def _rows(rows: Any) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(value) for value in row) for row in rows)
+
+
+def _positive(value: Any) -> float | None:
+    return float(value) if value is not None and 0.0 < float(value) <= 1.0 else None

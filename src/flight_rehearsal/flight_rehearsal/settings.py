@@ -98,7 +98,8 @@ def vehicle_config(
     if "FENCE_TYPE" in parameters:
         parameters["FENCE_TYPE"] = int(parameters["FENCE_TYPE"]) & ~_POLYGONS
     if autopilot == "px4" and "SIM_BAT_DRAIN" not in parameters:  # a real one
-        endurance_s = float((order.server or {}).get("battery_endurance_s", _ENDURANCE_S))
+        assumed_s = float((order.server or {}).get("battery_endurance_s", _ENDURANCE_S))
+        endurance_s = assumed_s if not order.consumption_per_s else 1.0 / order.consumption_per_s
         parameters |= {"SIM_BAT_DRAIN": endurance_s, "SIM_BAT_MIN_PCT": 0.0}
     capacity_mah = parameters.get("BATT_CAPACITY", 0.0)
     battery = BatteryModel()
@@ -112,7 +113,7 @@ def vehicle_config(
         ready_after_s=0.0,
         parameters=parameters,
         battery=battery,
-        battery_remaining=order.battery,
+        battery_remaining=1.0 if order.battery is None else order.battery,
         underway=Underway((north, east, -up), (v_north, v_east, -v_up), moves),
     )
 

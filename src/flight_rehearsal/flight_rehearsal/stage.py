@@ -74,7 +74,7 @@ class Stage:
         self.link_up = True
         self.ends: list[GoalFinished] = []
         self._codec = Codec(1, 191)
-        self._charge = order.battery
+        self._charge = 1.0 if order.battery is None else order.battery
         self._station = Codec(_STATION, 190)
         self._beat_s = 0.0
         self._get_ready(order)

@@ -31,7 +31,8 @@ def test_what_is_missing_has_a_default() -> None:
     assert order.velocity_enu_m_s == (1.0, 0.0, 0.0)
     assert order.flying
     assert order.armed
-    assert order.battery == 1.0
+    assert order.battery is None
+    assert order.consumption_per_s is None
     assert order.home is None
     assert order.wind_enu_m_s == (0.0, 0.0, 0.0)
     assert order.posts == order.boxes == ()
@@ -41,6 +42,7 @@ def test_all_that_is_known_counts() -> None:
     given = {
         **LEAST,
         "battery": 45,
+        "consumption": 0.002,
         "home": {"latitude": 47.0, "longitude": 8.0, "altitude": 500.0, "at": [0.0, 0.0, -1.0]},
         "obstacles": {
             "posts": [[1, 2, 0.5, 0, 9]],
@@ -56,6 +58,7 @@ def test_all_that_is_known_counts() -> None:
     }
     order = read_request(json.dumps(given))
     assert order.battery == pytest.approx(0.45)
+    assert order.consumption_per_s == pytest.approx(0.002)
     assert order.home == HomePoint(47.0, 8.0, 500.0, (0.0, 0.0, -1.0))
     assert order.posts == ((1.0, 2.0, 0.5, 0.0, 9.0), (5.0, 6.0, 0.1, 0.0, 2.0))
     assert order.boxes == ((1.0, 2.0, 3.0, 4.0, 0.1, 0.0, 9.0),)

@@ -30,6 +30,7 @@ from drone_navigation.console.rehearsals import Rehearsals
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_core.safety.energy import ConsumptionEstimator
 
 __all__ = ["VehicleClient"]
 
@@ -44,6 +45,7 @@ _SHOWN: tuple[tuple[Any, str, Callable[[Any], Any], QoSProfile], ...] = (
 )
 # A status comes once a second.
 _SILENT_S = 2.5
+_STILL_M_S = 0.5
 _EVENTS = 40
 _PLANS = 5
 
@@ -79,6 +81,8 @@ class VehicleClient:
         self._jumped = False
         self._plan_is_old = False
         self._moves: Odometry | None = None
+        # The prior counts for nothing here: only what is measured is used.
+        self._consumption = ConsumptionEstimator(endurance_s=math.inf)
         self.requests = VehicleRequests(node, namespace, lambda: self.is_alive, now)
         self._parameters = FlightParameters(self.requests)
         self._listen(self._subscriptions, VehicleStatus, "vehicle_status", self._status)
@@ -229,13 +233,23 @@ class VehicleClient:
         names = rehearsals.vehicle_names(autopilot)
         self._parameters.look(rehearsals.server_names, names, self._now)
         known["battery"] = battery.get("percent")
+        known["consumption"] = self._consumption.measured_rate_per_s
         return {**known, **self._parameters.values()}, self._parameters.complete
 
     def _obstacles(self, message: MarkerArray) -> None:
         self._board.put(self._name, "obstacles", facts.obstacles(message))
 
     def _show(self, name: str, fact: Callable[[Any], Any], message: Any) -> None:
+        if name == "battery":
+            self._consumption.observe(self._now, message.percentage, self._is_under_way)
         self._board.put(self._name, name, fact(message))
+
+    @property
+    def _is_under_way(self) -> bool:
+        """Whether the vehicle flies or drives."""
+        status = self._board.get(self._name, "status") or {}
+        moves = self._moves is not None and math.hypot(*facts.velocity(self._moves)) > _STILL_M_S
+        return bool(status.get("armed")) and (status.get("landed") == "in the air" or moves)
 
     def _feedback(self, action: str, message: Any) -> None:
         if bytes(message.goal_id.uuid).hex() == self._active:

@@ -87,6 +87,13 @@ class ConsumptionEstimator:
         rate = (_PRIOR_S * prior + self._used) / (_PRIOR_S + self._measured_s)
         return max(rate, _LEAST_SHARE * prior)
 
+    @property
+    def measured_rate_per_s(self) -> float | None:
+        """The same by what was measured alone; None before two minutes of it."""
+        if self._measured_s < _PRIOR_S or self._used <= 0.0:
+            return None
+        return self._used / self._measured_s
+
     def observe(self, time_s: float, remaining: float | None, under_way: bool) -> None:
         """Process what the battery says.
 

@@ -64,7 +64,8 @@ export class Rehearsal {
     const { rehearsal: flown, lost, error } = this.result;
     if (error) return [`No rehearsal: ${error}`];
     if (!flown.accepted) return [`It would be rejected. ${flown.code}: ${flown.text}`];
-    const parts = [`${flown.duration_s.toFixed(0)} s`, `battery ${(100 * flown.battery).toFixed(0)} % at the end`];
+    const left = flown.battery === null ? "battery unknown" : `battery ${(100 * flown.battery).toFixed(0)} %`;
+    const parts = [`${flown.duration_s.toFixed(0)} s`, `${left} at the end`];
     if (flown.clearance_m !== null) parts.push(`least clearance ${flown.clearance_m.toFixed(1)} m`);
     const end = flown.code === "SUCCESS" ? "Rehearsed" : `Would end with ${flown.text}`;
     const lines = [`${end}: ${parts.join(", ")}.`];
