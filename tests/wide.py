@@ -8,6 +8,7 @@ from __future__ import annotations
 
 FILES = frozenset(
     {
+        "fleets/test_many_encounters.py",
         "fleets/test_many_fleets.py",
         "interop/test_mavkit.py",
         "interop/test_mavpilot.py",
@@ -102,6 +103,7 @@ FILES = frozenset(
 
 FIRST_ONLY = (
     "explore/",
+    "fleets/test_encounters.py",
     "interop/",
     "maneuvers/",
     "pair/",

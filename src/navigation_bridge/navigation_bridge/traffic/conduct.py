@@ -30,10 +30,11 @@ from navigation_core.geometry import Vector3, norm
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.searches import Searcher
-from navigation_core.tasks.intents import Fly, Perform
+from navigation_core.tasks.intents import Fly, Perform, Setpoint
 from navigation_core.tasks.leading.traffic_pace import BRAKE_SHARE, REACTION_S
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
+from navigation_core.traffic.evasions import AFTER_S
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
 from navigation_core.traffic.view import Footing, TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Volume, joined
@@ -288,7 +289,7 @@ class TrafficConduct:
             return intent
         timeout_s, braking_m_s2 = limits
         self._rank(goal)
-        for share in _SHARES:
+        for share in self._paces(view, setpoint, now):
             velocity = np.array(setpoint.velocity_enu_m_s) * share
             speed = float(np.linalg.norm(velocity))
             stop_m = stopping_distance_m(speed, timeout_s + REACTION_S, braking_m_s2)
@@ -304,6 +305,19 @@ class TrafficConduct:
         x, y, z = setpoint.velocity_enu_m_s
         still = replace(setpoint, velocity_enu_m_s=(1e-3 * x, 1e-3 * y, 1e-3 * z))
         return replace(intent, setpoint=replace(still, acceleration_enu_m_s2=(0.0, 0.0, 0.0)))
+
+    def _paces(self, view: TrafficView, setpoint: Setpoint, now: float) -> tuple[float, ...]:
+        """Return the shares of a commanded velocity that keep most from intruders, and less."""
+        speed_m_s = norm(setpoint.velocity_enu_m_s)
+        intruders = view.intruders(setpoint.position_enu_m, speed_m_s, now)
+        if not len(intruders):
+            return _SHARES
+        shares = np.array([*_SHARES, 0.0])
+        course = AFTER_S[:, None] * np.array(setpoint.velocity_enu_m_s)
+        motions = np.array(setpoint.position_enu_m) + shares[:, None, None] * course
+        placed = view.footing.traffic(motions.reshape(-1, 3)).reshape(motions.shape)
+        penalties = intruders.passage(placed, AFTER_S).penalties
+        return _SHARES[int(penalties.argmin()) :]
 
     def _limits(self) -> tuple[float, float] | None:
         """Return for how long the vehicle runs out, and how hard it brakes."""

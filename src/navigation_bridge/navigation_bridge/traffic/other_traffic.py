@@ -10,6 +10,7 @@ import numpy as np
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.positions.projections import Geodetic
+from navigation_core.traffic.intruders import Intruder
 from navigation_core.traffic.picture import Entry, Intent, TrafficPicture
 from navigation_core.traffic.right_of_way import Claimant, Rank
 from navigation_core.traffic.volumes import Volume, densified
@@ -89,9 +90,13 @@ class OtherTraffic:
         rise_m = seen.rise_m + _CLIMBS_M_S * age_s
         entry.held = Volume.along(start[None], radius_m, rise_m)
         entry.moves, entry.heard_s = bool(np.linalg.norm(velocity) > 0.5), now
+        entry.intruder = None
         if not entry.moves:
             entry.intent = None
             return
+        entry.intruder = Intruder(
+            np.array(place_m), velocity, now - age_s, seen.error_m, seen.rise_m
+        )
         ends = np.array([start, start + velocity * _AHEAD_S])
         line, after_s = densified(ends, np.array([0.0, _AHEAD_S]))
         aside = 0.5 * _TURNS_M_S2 * (age_s + after_s) ** 2

@@ -107,7 +107,9 @@ class DetourSearch:
         places = sorted(rings, key=lambda place: float(np.linalg.norm(place - start_enu_m)))
         for place in places:
             line, _ = densified(np.array([start_enu_m, place]), np.array([0.0, 1.0]))
-            if not self._is_allowed(np.array([start_enu_m, place]), ends_where_asked=False):
+            if not self._view.admits(np.array([start_enu_m, place]), ends_where_asked=False):
+                continue
+            if not self._is_free(np.array([start_enu_m, place])):
                 continue
             volume = self._view.volume(line)
             if self._picture.free(self._view.name, volume)[-1] and (
@@ -147,7 +149,7 @@ class DetourSearch:
 
     def _judged(self, legs: Array, vias: Array | Sequence[Array], gaps: float) -> Detour | None:
         times = np.concatenate([[0.0], np.cumsum(self._leg_times_s(legs))])
-        if not self._is_allowed(legs):
+        if not (self._view.admits(legs) and self._is_free(legs)):
             return None
         line, after_s = densified(legs, times, gaps)
         volume: Volume = self._view.volume(line)
@@ -156,18 +158,6 @@ class DetourSearch:
             return None
         cost_s = self._time_s(legs) + _DELAY_WEIGHT * delay_s
         return Detour(tuple(_vector(via) for via in vias), cost_s)
-
-    def _is_allowed(self, line: Array, ends_where_asked: bool = True) -> bool:
-        if self._view.heights_m is not None:
-            low, high = self._view.heights_m
-            # Where it is already, or is to get to, it may be.
-            for place in (0, -1) if ends_where_asked else (0,):
-                low, high = min(low, float(line[place, 2])), max(high, float(line[place, 2]))
-            if (line[:, 2] < low - 0.01).any() or (line[:, 2] > high + 0.01).any():
-                return False
-        if (np.hypot(line[:, 0], line[:, 1]) > self._view.reach_m).any():
-            return False
-        return self._is_free(line)
 
     def _time_s(self, legs: Array) -> float:
         return float(self._leg_times_s(legs).sum()) + _CORNER_S * (len(legs) - 2)

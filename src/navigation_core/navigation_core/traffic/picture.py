@@ -18,16 +18,21 @@ Ranks are a total order, so the vehicle with the best rank is never kept waiting
 and by reservations only until their owners have left or stand. Around what stands, and out of a
 circle of vehicles that wait for each other, leads a detour, which the vehicle with the worst rank
 in the circle takes (:meth:`TrafficPicture.must_give_way`).
+
+Intruders reserve nothing. Nobody's path is held up by where they are, or go: it is compared with
+their motion, moment by moment (:mod:`navigation_core.traffic.intruders`). What an autopilot flies
+by itself is not begun where they are about to pass.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeAlias
 
 import numpy as np
 
+from navigation_core.traffic.intruders import Intruder
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
 from navigation_core.traffic.volumes import (
     NOWHERE,
@@ -105,6 +110,7 @@ class Entry:
         wish: what it would like to hold beyond that, or None.
         keeps_by_wish: whether what it keeps is not agreed to yet.
         number: counts its wishes.
+        intruder: how it moves, if nobody here or on another server leads it; else None.
     """
 
     name: str
@@ -122,6 +128,7 @@ class Entry:
     wish: Wish | None = None
     keeps_by_wish: bool = False
     number: int = 0
+    intruder: Intruder | None = None
     _whole: tuple[Volume, Volume, Volume] | None = field(default=None, repr=False)
 
     @property
@@ -199,6 +206,18 @@ class TrafficPicture:
         """Return all vehicles but one, in the order of their names."""
         return (self.entries[key] for key in sorted(self.entries) if key != name)
 
+    def _reserving(self, name: str) -> Iterator[Entry]:
+        """Return all others but intruders."""
+        return (other for other in self.others(name) if other.intruder is None)
+
+    def intruders(self, name: str) -> list[tuple[str, Intruder]]:
+        """Return all intruders but one, with their names."""
+        return [
+            (other.name, other.intruder)
+            for other in self.others(name)
+            if other.intruder is not None
+        ]
+
     # --- reservations ----------------------------------------------------------------------
 
     def stand(self, name: str, held: Volume, now: float, moves: bool = False) -> None:
@@ -269,7 +288,8 @@ class TrafficPicture:
         """
         if self.agreement is not None and len(self.entries) > 1:
             return 0
-        mine = line.pairs(self._held(self.entry(name), line).volume, self.separation)[0]
+        among = list(self._reserving(name))
+        mine = line.pairs(self._held(line, among).volume, self.separation)[0]
         return int(mine.min()) if len(mine) else len(line)
 
     def is_settled(self, name: str, course: object, now: float) -> bool:
@@ -368,10 +388,10 @@ class TrafficPicture:
     def free(self, name: str, volume: Volume) -> Mask:
         """Return which points a vehicle could hold, and stop at, shape (N,)."""
         entry = self.entry(name)
-        blocked = volume.meets(self._held(entry, volume).volume, self.separation)
-        return np.asarray(
-            ~(blocked | volume.meets(self._paths(entry, volume).volume, self.separation))
-        )
+        among = list(self.others(name))
+        blocked = volume.meets(self._held(volume, among).volume, self.separation)
+        paths = self._paths(entry, volume, among)
+        return np.asarray(~(blocked | volume.meets(paths.volume, self.separation)))
 
     def _extended(self, entry: Entry, ask: Ask, now: float) -> tuple[int, TrafficWait | None]:
         count = min(len(ask.path), ask.granted + _LOOK_AHEAD)
@@ -408,7 +428,7 @@ class TrafficPicture:
 
         The third returns whose path that is, for a point where one is met.
         """
-        paths = self._paths(entry, path)
+        paths = self._paths(entry, path, self._reserving(entry.name))
         mine, theirs = path.pairs(paths.volume, self.separation)
         soonest_s = np.full(len(path), np.inf)
         np.minimum.at(soonest_s, mine, paths.arrival_s[theirs])
@@ -421,23 +441,20 @@ class TrafficPicture:
 
         return near, late, owner
 
-    def _paths(self, entry: Entry, near: Volume) -> _Crowd:
+    def _paths(self, entry: Entry, near: Volume, among: Iterable[Entry]) -> _Crowd:
         """Return the announced paths near a volume of those with a better rank, as one."""
         return self._crowd(
             near,
             [
                 (other.name, other.intent.volume, other.intent.arrival_s)
-                for other in self.others(entry.name)
+                for other in among
                 if other.intent is not None and other.rank < entry.rank
             ],
         )
 
-    def _held(self, entry: Entry, near: Volume) -> _Crowd:
+    def _held(self, near: Volume, among: Iterable[Entry]) -> _Crowd:
         """Return what others hold near a volume, as one."""
-        return self._crowd(
-            near,
-            [(other.name, other.whole, None) for other in self.others(entry.name)],
-        )
+        return self._crowd(near, [(other.name, other.whole, None) for other in among])
 
     def _crowd(self, near: Volume, parts: list[_Part]) -> _Crowd:
         """Return those volumes, with the arrival times of each, that come near to one, as one."""
@@ -460,7 +477,7 @@ class TrafficPicture:
         there, may get out of it: a path that leads out counts from where it has. Who is too near to
         what another holds, as by drifting, may get away from it, but never nearer.
         """
-        among = list(self.others(entry.name)) if others is None else others
+        among = list(self._reserving(entry.name)) if others is None else others
         found: list[tuple[int, str]] = []
         for kept in (False, True):
             crowd = self._crowd(
@@ -489,7 +506,7 @@ class TrafficPicture:
         return min(found, default=None)
 
     def _holder(self, entry: Entry, volume: Volume) -> tuple[str, str] | None:
-        held = self._held(entry, volume)
+        held = self._held(volume, list(self.others(entry.name)))
         theirs = volume.pairs(held.volume, self.separation)[1]
         if not len(theirs):
             return None
@@ -558,7 +575,7 @@ class TrafficPicture:
         standing = [other for other in self.others(name) if not self._yields(other, now)]
         if self._first_held(entry, path, others=standing) is not None:
             return float("inf")
-        paths = self._paths(entry, path)
+        paths = self._paths(entry, path, self.others(name))
         mine, theirs = path.pairs(paths.volume, self.separation)
         return _first_gap(paths.arrival_s[theirs] - now - after_s[mine] - _BEFORE_S)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from navigation_core.geometry import Vector3
 from navigation_core.searches import AT_ONCE, Searcher
+from navigation_core.traffic.intruders import Intruders
 from navigation_core.traffic.picture import TrafficPicture
 from navigation_core.traffic.right_of_way import TrafficWait
 from navigation_core.traffic.volumes import Array, Volume
@@ -70,6 +71,36 @@ class TrafficView:
     def volume(self, points_enu_m: Array) -> Volume:
         """Return what is taken up along points (N, 3) of the map."""
         return Volume.along(self.footing.traffic(points_enu_m), self.radius_m, self.rise_m)
+
+    def admits(self, line: Array, ends_where_asked: bool = True) -> bool:
+        """Whether a line of points (N, 3) of the map is as high and as near as it may lead.
+
+        Args:
+            line: the points.
+            ends_where_asked: whether it may end at any height.
+        """
+        if self.heights_m is not None:
+            low, high = self.heights_m
+            # Where it is already, or is to get to, it may be.
+            for place in (0, -1) if ends_where_asked else (0,):
+                low, high = min(low, float(line[place, 2])), max(high, float(line[place, 2]))
+            if (line[:, 2] < low - 0.01).any() or (line[:, 2] > high + 0.01).any():
+                return False
+        return not bool((np.hypot(line[:, 0], line[:, 1]) > self.reach_m).any())
+
+    def intruders(self, here_enu_m: Vector3, speed_m_s: float, now: float) -> Intruders:
+        """Return the intruders that may come near within their horizon.
+
+        Args:
+            here_enu_m: where the vehicle is, in the map frame.
+            speed_m_s: how fast it can be.
+            now: time in seconds.
+        """
+        found = self.picture.intruders(self.name)
+        here_m = self.footing.traffic(np.array([here_enu_m]))[0]
+        room_m = (self.radius_m, self.rise_m)
+        all_of_them = Intruders.of(found, self.picture.separation, room_m, now)
+        return all_of_them.near(here_m, speed_m_s)
 
     @property
     def waiting(self) -> TrafficWait | None:

@@ -397,6 +397,8 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             return PhaseEvent.REPLAN
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
             return PhaseEvent.NO_WAY
+        if self._pace.gives_way(observation, now):
+            return PhaseEvent.REPLAN
         arrival = self._arrival
         if arrival.holds(observation, now, arrival.is_turned(observation)):
             return self._arrived(observation, now)
@@ -481,7 +483,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         """Brake and stand, but give way to what comes near."""
         if self._follower.is_stale or self._follower.carrot is None:
             self._follower.plan_stop(observation)
-        elif self._avoider is not None:
+        elif not self._pace.gives_way(observation, now) and self._avoider is not None:
             self._avoider.give_way(observation, now)
         self._follower.walk(None)
         return self._stopping.led(observation)

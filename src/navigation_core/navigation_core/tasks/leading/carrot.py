@@ -94,6 +94,11 @@ class Carrot:
         return self._time_s
 
     @property
+    def rate(self) -> float:
+        """The share of the planned speed that it has now."""
+        return self._rate
+
+    @property
     def nominal(self) -> KinematicState:
         """Where it is on the trajectory, at the speed that is planned there."""
         if self._nominal[0] != self._time_s:

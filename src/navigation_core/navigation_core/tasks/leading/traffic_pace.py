@@ -2,7 +2,8 @@
 
 At every step more of the path is reserved (:mod:`navigation_core.traffic.picture`), and the
 setpoint is no faster than to stop within that, even if it is the last one that is sent. Who would
-have to wait for long, or must give way, looks for a detour.
+have to wait for long, or must give way, looks for a detour. To intruders, which reserve nothing, it
+gives way by itself (:mod:`navigation_core.tasks.leading.giving_way`).
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
+from navigation_core.tasks.leading.giving_way import GivingWay
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import measured_state
@@ -148,6 +150,7 @@ class TrafficPace:
         self._traits = traits
         self._follower = follower
         self._avoidance = avoidance
+        self._giving_way = GivingWay(traits, follower)
         self._course: _Course | None = None
         self._granted = 0
         self._allowed_m_s = math.inf
@@ -166,28 +169,45 @@ class TrafficPace:
     @property
     def waiting(self) -> TrafficWait | None:
         """What the vehicle waits for, or None while it is not slowed down."""
-        return self._waiting
+        return self._giving_way.waiting or self._waiting
 
     @property
     def leads_elsewhere(self) -> bool:
         """Whether the path is a stop, or leads aside, so that its end is not the target."""
-        return self._stops or self._aside
+        return self._stops or self._aside or self._giving_way.evades
 
     def progress(self, progress: Progress) -> Progress:
         """Return the progress of a flight, with what it waits for."""
-        if self._waiting is None:
+        waiting = self.waiting
+        if waiting is None:
             return progress
-        return replace(progress, status=Status.WAITING_FOR_TRAFFIC, blocked=self._waiting.text)
+        return replace(progress, status=Status.WAITING_FOR_TRAFFIC, blocked=waiting.text)
 
     def is_over(self, observation: Observation, now: float) -> bool:
         """Whether the vehicle has waited for too long."""
         view = observation.traffic
-        if view is None or self._waiting is None or self._stood_s is None:
+        if view is None:
+            return False
+        if self._giving_way.waiting is not None:
+            return self._giving_way.waited_s > view.timeout_s
+        if self._waiting is None or self._stood_s is None:
             return False
         return now - self._stood_s > view.timeout_s
 
+    def gives_way(self, observation: Observation, now: float) -> bool:
+        """Leave a place where the vehicle stands, if an intruder comes and it is any use.
+
+        Returns:
+            Whether the follower has another path.
+        """
+        view = observation.traffic
+        return view is not None and self._giving_way.stand(
+            view, observation, self._clear(observation), now
+        )
+
     def forget(self) -> None:
         """Forget the path: it is not led along it now."""
+        self._giving_way.forget()
         self._course, self._granted, self._waiting = None, 0, None
         self._stood_s = None
         self._stops = self._aside = False
@@ -208,7 +228,7 @@ class TrafficPace:
         self._take_detour(view, observation, now)
         carrot = self._follower.carrot
         assert carrot is not None
-        if self.leads_elsewhere and carrot.ended:
+        if self.leads_elsewhere and carrot.ended and not self._giving_way.evades:
             self._stops = self._aside = False
             self._follower.is_stale = True
             return 1.0
@@ -227,9 +247,13 @@ class TrafficPace:
             self._follower.plan_stop(observation)
             self._course, self._stops = None, True
             return 1.0
-        self._look_around(view, observation, carrot, now)
+        if self._giving_way.waiting is None:
+            self._look_around(view, observation, carrot, now)
         share = self._share(carrot)
-        if self._waiting is not None:
+        share = self._giving_way.step(
+            view, observation, carrot, share, self._clear(observation), now
+        )
+        if self.waiting is not None:
             carrot.restart_patience()
         if self._waiting is None or speed_m_s > _STANDS_M_S:
             self._stood_s = None

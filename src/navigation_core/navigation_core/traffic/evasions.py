@@ -1,0 +1,177 @@
+"""Evasions of intruders: where a vehicle flies to so that they pass as far away as possible."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.limits import Limits
+from navigation_core.traffic.intruders import HORIZON_S, Intruders
+from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.volumes import Array
+
+__all__ = ["AFTER_S", "ENOUGH", "Evasion", "EvasionSearch"]
+
+AFTER_S: Array = np.linspace(0.0, HORIZON_S, 41)
+"""The moments at which motions are compared, from now on"""
+
+ENOUGH = 1.1
+"""Share of what is to be kept that a change is made for; a little more than just enough"""
+
+# Bearings, and times at full speed, that are tried. Heights: those that are reached in such times.
+_BEARINGS = np.arange(16) * math.tau / 16
+_TIMES_S = (3.0, 6.0, 12.0)
+# A vehicle follows a change of its velocity so late, and what drives has to turn first.
+_RESPONSE_S, _TURN_S = 0.5, 2.0
+# Penalties nearer to each other are equal.
+_EQUAL = 0.02
+# So many are tried, the best ones first.
+_TRIED = 24
+
+
+@dataclass(frozen=True)
+class Evasion:
+    """A motion out of the path of intruders.
+
+    Attributes:
+        end_enu_m: where it ends, in the map frame.
+        penalty: how bad it is (:class:`~navigation_core.traffic.intruders.Passage`).
+    """
+
+    end_enu_m: Vector3
+    penalty: float
+
+
+class EvasionSearch:
+    """Compares the motions that a vehicle can make now."""
+
+    def __init__(
+        self, view: TrafficView, intruders: Intruders, limits: Limits, can_turn: bool
+    ) -> None:
+        """Prepare.
+
+        Args:
+            view: the traffic.
+            intruders: those that may come near.
+            limits: of the flight.
+            can_turn: whether it can move to any side at once; what drives cannot.
+        """
+        self._view = view
+        self._intruders = intruders
+        self._limits = limits
+        self._can_turn = can_turn
+
+    def along(
+        self, state: KinematicState, points_enu_m: Sequence[Vector3]
+    ) -> tuple[float, float, str]:
+        """Return share, penalty and intruder of a flight by way of points, begun now.
+
+        Args:
+            state: the vehicle's, in the map frame.
+            points_enu_m: what is passed; the vehicle stands at the last.
+        """
+        legs = np.array([state.position_enu_m, *points_enu_m])
+        times_s = np.concatenate([[0.0], np.cumsum(self._durations_s(np.diff(legs, axis=0)))])
+        drift, moving_s = self._change(state, self._limits.speed_horizontal_m_s)
+        columns = [np.interp(moving_s, times_s, column) for column in legs.T]
+        return self.judged((np.stack(columns, axis=1) + drift)[None])
+
+    def judged(self, motions_enu_m: Array) -> tuple[float, float, str]:
+        """Return share, penalty and intruder of one motion, shape (1, T, 3), at ``AFTER_S``."""
+        passage = self._intruders.passage(self._traffic(motions_enu_m), AFTER_S, ENOUGH)
+        who = self._intruders.names[passage.worst[0]]
+        return float(passage.shares[0]), float(passage.penalties[0]), who
+
+    def evasions(
+        self,
+        state: KinematicState,
+        target_enu_m: Vector3,
+        penalty_max: float,
+        is_free: Callable[[Array], bool],
+    ) -> Iterator[Evasion]:
+        """Return the evasions that are better than something, the best one first.
+
+        Args:
+            state: the vehicle's, in the map frame.
+            target_enu_m: where it is to get to in the end; of equals the one nearest to it counts.
+            penalty_max: of what they are to be better than.
+            is_free: whether a line of points (N, 3) of the map is clear of everything else.
+        """
+        ends = self._ends(state)
+        passage = self._intruders.passage(
+            self._traffic(self._motions(state, ends)), AFTER_S, ENOUGH
+        )
+        here = np.array(state.position_enu_m)
+        detour_m = np.linalg.norm(ends - target_enu_m, axis=1) + np.linalg.norm(ends - here, axis=1)
+        level = np.round(passage.penalties / _EQUAL)
+        tried = 0
+        for row in np.lexsort((detour_m, level)):
+            if passage.penalties[row] > penalty_max - _EQUAL or tried == _TRIED:
+                return
+            line = np.array([here, ends[row]])
+            if not self._view.admits(line, ends_where_asked=False):
+                continue
+            tried += 1
+            if is_free(line):
+                x, y, z = ends[row].tolist()
+                yield Evasion((x, y, z), float(passage.penalties[row]))
+
+    def _ends(self, state: KinematicState) -> Array:
+        """Return where evasions may end, shape (K, 3)."""
+        limits, here = self._limits, np.array(state.position_enu_m)
+        rises_m = [0.0]
+        if self._view.heights_m is not None:
+            low, high = self._view.heights_m
+            up_m, down_m = max(high - here[2], 0.0), max(here[2] - low, 0.0)
+            for time_s in _TIMES_S:
+                rises_m += [min(up_m, limits.speed_up_m_s * time_s)]
+                rises_m += [-min(down_m, limits.speed_down_m_s * time_s)]
+        offsets = [np.zeros((1, 2))]
+        for time_s in _TIMES_S:
+            around = np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS)], axis=1)
+            offsets.append(limits.speed_horizontal_m_s * time_s * around)
+        level, rises = np.concatenate(offsets), np.unique(rises_m)
+        # It ends where it comes to rest from its present velocity, and so much further on.
+        drift, _ = self._change(state, limits.speed_horizontal_m_s)
+        rest = here + drift[-1]
+        ends = np.empty((len(level), len(rises), 3))
+        ends[..., :2] = rest[:2] + level[:, None]
+        ends[..., 2] = here[2] + rises
+        return ends.reshape(-1, 3)
+
+    def _motions(self, state: KinematicState, ends_enu_m: Array) -> Array:
+        """Return where the vehicle is at each moment on its way to some ends, (K, T, 3)."""
+        drift, moving_s = self._change(state, self._limits.speed_horizontal_m_s)
+        start = np.array(state.position_enu_m)
+        spans = ends_enu_m - start - drift[-1]
+        durations_s = np.maximum(self._durations_s(spans), 1e-3)
+        parts = np.clip(moving_s[None, :] / durations_s[:, None], 0.0, 1.0)
+        return np.asarray(start + drift + parts[..., None] * spans[:, None])
+
+    def _change(self, state: KinematicState, speed_m_s: float) -> tuple[Array, Array]:
+        """Return what is left of the present motion, (T, 3), and the time of the new one, (T,)."""
+        limits, velocity = self._limits, np.array(state.velocity_enu_m_s)
+        speed_now_m_s = float(np.linalg.norm(velocity))
+        change_m_s = max(speed_now_m_s, speed_m_s) if self._can_turn else speed_now_m_s
+        changes_s = _RESPONSE_S + change_m_s / limits.acceleration_horizontal_m_s2
+        left_s = np.minimum(AFTER_S, changes_s)
+        drift_s = left_s - 0.5 * left_s * left_s / changes_s
+        begins_s = drift_s if self._can_turn else changes_s + _TURN_S
+        return drift_s[:, None] * velocity, np.maximum(AFTER_S - begins_s, 0.0)
+
+    def _durations_s(self, spans_m: Array) -> Array:
+        """Return how long straight motions take, shape (N,)."""
+        level_s = np.hypot(spans_m[:, 0], spans_m[:, 1]) / self._limits.speed_horizontal_m_s
+        speed_m_s = np.where(
+            spans_m[:, 2] > 0.0, self._limits.speed_up_m_s, self._limits.speed_down_m_s
+        )
+        return np.asarray(np.maximum(level_s, np.abs(spans_m[:, 2]) / speed_m_s))
+
+    def _traffic(self, motions_enu_m: Array) -> Array:
+        count, moments = motions_enu_m.shape[:2]
+        placed = self._view.footing.traffic(motions_enu_m.reshape(-1, 3))
+        return placed.reshape(count, moments, 3)

@@ -1,0 +1,99 @@
+"""Intruders: traffic on the move that nobody leads is passed by, by ground truth."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from navigation_bridge.goals.requests import NavigateRequest
+from tests.fleets.encounters import Intruder, adsb, apart, begin, hear, meet
+
+pytestmark = pytest.mark.timeout(600)
+
+ENCOUNTERS = {
+    "head on": [Intruder(180.0, 6.0)],
+    "crossing, near": [Intruder(270.0, 8.0, 6.0)],
+    "overtaking": [Intruder(0.0, 8.0)],
+    "crossing from the left": [Intruder(270.0, 8.0)],
+    "crossing from the right": [Intruder(90.0, 8.0)],
+    "crossing slowly": [Intruder(90.0, 1.0)],
+    "crossing fast": [Intruder(90.0, 60.0)],
+    "head on slowly": [Intruder(180.0, 1.0)],
+    "head on, near": [Intruder(180.0, 6.0, 6.0)],
+    "head on fast": [Intruder(180.0, 60.0)],
+    "climbing head on": [Intruder(180.0, 6.0, climb_m_s=2.0)],
+    "descending across": [Intruder(90.0, 8.0, climb_m_s=-3.0)],
+    "climbing below": [Intruder(0.0, 0.6, climb_m_s=2.0)],
+    "turning": [Intruder(90.0, 10.0, turn_deg_s=6.0)],
+    "turning head on": [Intruder(180.0, 10.0, turn_deg_s=-6.0)],
+    "from both sides": apart([Intruder(90.0, 8.0), Intruder(270.0, 8.0)]),
+    "one after the other": apart([Intruder(180.0, 6.0, 8.0), Intruder(90.0, 12.0, 14.0)]),
+}
+"""Each would hit; without giving way all but two pass at less than 3 m"""
+
+
+@pytest.mark.parametrize("name", ENCOUNTERS)
+def test_a_copter_keeps_apart_from_intruders_and_arrives(name: str) -> None:
+    flown = meet(begin(), ENCOUNTERS[name])
+    assert flown.share >= 1.0, flown
+    assert flown.code == "SUCCESS"
+
+
+@pytest.mark.parametrize("name", ["head on", "crossing from the left", "overtaking"])
+def test_a_px4_keeps_apart_from_intruders(name: str) -> None:
+    flown = meet(begin(autopilot="px4"), ENCOUNTERS[name])
+    assert flown.share >= 1.0, flown
+    assert flown.code == "SUCCESS"
+
+
+@pytest.mark.parametrize("kind", ["rover", "boat"])
+@pytest.mark.parametrize("name", ["head on", "crossing from the right", "overtaking"])
+def test_what_drives_keeps_apart_from_intruders(name: str, kind: str) -> None:
+    flown = meet(begin(kind), ENCOUNTERS[name], height_m=0.0)
+    assert flown.share >= 1.0, flown
+    assert flown.code == "SUCCESS"
+
+
+def test_a_paused_copter_leaves_the_path_of_an_intruder() -> None:
+    fleet = begin()
+    (craft,) = fleet.crafts
+    fleet.go(craft, 80.0, 0.0, 10.0)
+    fleet.run_for(4.0)
+    assert craft.bridge.pause(fleet.now)[0]
+    fleet.run_for(6.0)
+    north, east, _ = fleet.simulation.positions_ned_m[0]
+    begun_s, least_m = fleet.now, math.inf
+
+    def watch(now: float) -> None:
+        nonlocal least_m
+        place = (float(east) + 8.0 * (now - begun_s - 12.0), float(north), 10.0)
+        here = fleet.simulation.positions_ned_m[0]
+        least_m = min(least_m, math.hypot(place[0] - here[1], place[1] - here[0]))
+        if round((now - begun_s) / 0.02) % 50 == 0:
+            hear(fleet, adsb(fleet, place, (8.0, 0.0, 0.0)))
+
+    fleet.on_tick = watch
+    fleet.run_for(20.0)
+    assert least_m >= 5.0
+    assert craft.statuses()[-1] == "PAUSED"
+
+
+def test_a_goal_ends_that_an_intruder_keeps_from_its_target() -> None:
+    fleet = begin(traffic_timeout_s=20.0)
+    (craft,) = fleet.crafts
+
+    def circle(now: float) -> None:
+        if round(now / 0.02) % 50 == 0:
+            turn = 0.3 * now
+            place = (60.0 + 15.0 * math.cos(turn), 15.0 * math.sin(turn), 10.0)
+            hear(fleet, adsb(fleet, place, (-4.5 * math.sin(turn), 4.5 * math.cos(turn), 0.0)))
+
+    fleet.on_tick = circle
+    fleet.run_for(1.5)
+    place = fleet.place(craft, 60.0, 0.0, 10.0)
+    assert isinstance(fleet.send(craft, NavigateRequest("map", place, (0.0,) * 4, False, 0.0)), str)
+    fleet.run_to_end()
+    _, end = craft.ends()[-1]
+    assert end.code.value == "TRAFFIC"
+    assert "ICAO ABCDEF" in end.message

@@ -1,0 +1,28 @@
+"""Broad: random intruders, one to three at once, against each kind that setpoints lead."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.fleets.encounters import begin, can_keep_apart, meet, random_encounter
+
+pytestmark = pytest.mark.timeout(1500)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_copter_keeps_apart_wherever_it_can(seed: int) -> None:
+    autopilot = ("ardupilot", "px4")[seed % 2]
+    speed_m_s = (4.0, 8.0)[seed // 2 % 2]
+    intruders = random_encounter(seed)
+    flown = meet(begin(autopilot=autopilot, speed_m_s=speed_m_s), intruders, speed_m_s=speed_m_s)
+    assert flown.share >= 1.0 or not can_keep_apart(intruders, flown, speed_m_s), flown
+    assert flown.code in ("SUCCESS", "TRAFFIC")
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("kind", ["rover", "boat"])
+def test_what_drives_ends_and_keeps_apart_from_those_that_come_late(kind: str, seed: int) -> None:
+    intruders = [one for one in random_encounter(seed, climbs=False) if one.meets_s > 8.0]
+    flown = meet(begin(kind), intruders, height_m=0.0)
+    assert flown.share >= 1.0, flown
+    assert flown.code in ("SUCCESS", "TRAFFIC")
