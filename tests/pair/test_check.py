@@ -375,3 +375,19 @@ def test_the_report_is_the_same_in_lines_and_in_json() -> None:
         assert f"{section['title']}:" in lines
         for line in section["lines"]:
             assert f"  {line['name']}: {line['value']}" in lines
+
+
+@pytest.mark.parametrize(
+    ("firmware", "parameters", "separation", "words"),
+    [
+        ("ardupilot", {}, "enabled", "ADSB_TYPE is 0"),
+        ("ardupilot", {"ADSB_TYPE": 1.0}, "enabled", "none has been received"),
+        ("px4", {}, "enabled", "none has been received"),
+        ("ardupilot", {}, "disabled", "not asked for"),
+    ],
+)
+def test_what_a_vehicle_lacks_to_know_of_other_aircraft_is_reported(
+    firmware: str, parameters: dict[str, float], separation: str, words: str
+) -> None:
+    report = look(firmware, parameters=parameters, separation=separation).run_to_end()
+    assert words in value_of(report, "other aircraft")

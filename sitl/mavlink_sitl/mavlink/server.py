@@ -42,6 +42,7 @@ from mavlink_sitl.mavlink.missions.mission_transfer import MissionServer
 from mavlink_sitl.mavlink.parameters import ParameterServer, saved_parameter
 from mavlink_sitl.mavlink.received_command import from_message
 from mavlink_sitl.mavlink.routes import Routes
+from mavlink_sitl.mavlink.traffic import ADSB_VEHICLE, TrafficList, TrafficQueue
 
 T = TypeVar("T")
 
@@ -86,6 +87,7 @@ class MavlinkServer:
         now_us: simulated time.
         reboot_requested: the firmware is to start again.
         corrections: what the GPS receiver was given.
+        traffic: the aircraft that were heard.
         heartbeat_us: from HEARTBEAT to HEARTBEAT; 0 for none.
     """
 
@@ -107,6 +109,7 @@ class MavlinkServer:
         self.outboxes: list[list[bytes]] = [[] for _ in encoders]
         self.reboot_requested = False
         self.corrections = self.corrections_class()
+        self.traffic = self.make_traffic()
         self._encoders = encoders
         self._routes = Routes(system_id, len(encoders))
         self._snapshot = snapshot
@@ -142,6 +145,7 @@ class MavlinkServer:
             "SETUP_SIGNING": self._on_setup_signing,
             "COMMAND_ACK": self._on_acknowledgement,
             "GPS_RTCM_DATA": self.corrections.take,
+            "ADSB_VEHICLE": self._on_traffic,
             **dict.fromkeys(self._missions.handlers, self._on_mission),
             **dict.fromkeys(self._logs.handlers, self._on_log_request),
             "FILE_TRANSFER_PROTOCOL": self._on_file_request,
@@ -151,6 +155,10 @@ class MavlinkServer:
     def make_log_server(self, logbook: Logbook) -> LogServer:
         """The log service of this firmware."""
         return LogServer(logbook, self.vehicle, self.send)
+
+    def make_traffic(self) -> TrafficList | TrafficQueue:
+        """What this firmware does with the aircraft that it hears."""
+        return TrafficList(self.vehicle.parameters)
 
     def begin_scanning(self) -> None:
         """The vehicle has a scanner: what it sees is sent unasked, from the first heartbeat on.
@@ -228,7 +236,9 @@ class MavlinkServer:
             snapshot, builders = self._snapshot(), self.builders
             for message_id in self.streams.take_due(now_us):
                 builder = builders.get(message_id)
-                if builder is not None:  # else it may be asked for, and there is nothing to say
+                if message_id == ADSB_VEHICLE:
+                    self._send_built(self.traffic.due(now_us))
+                elif builder is not None:  # else it may be asked for, and there is nothing to say
                     self._send_built(builder(snapshot))
         self._tick_services(now_us)
         if self._parameters.busy:
@@ -323,6 +333,9 @@ class MavlinkServer:
     def _on_heartbeat(self, message: Message) -> None:
         if message.get_srcSystem() == int(self.vehicle.parameters["MAV_GCS_SYSID"]):
             self.vehicle.failsafe.gcs_heartbeat(self.now_us / 1e6)
+
+    def _on_traffic(self, message: Message) -> None:
+        self.traffic.take(message, self.now_us)
 
     def _on_timesync(self, message: Message) -> None:
         if message.tc1 == 0:

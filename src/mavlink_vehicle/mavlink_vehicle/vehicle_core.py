@@ -272,6 +272,10 @@ class VehicleCore:
         """Telemetry that the autopilot will not send, with its answer."""
         return self._rates.refusals
 
+    def message_refusal(self, name: str) -> str | None:
+        """Return the answer with which the autopilot will not send a message, or None."""
+        return self._rates.refusal(name)
+
     @property
     def round_trip_s(self) -> float | None:
         """Time of a message to the vehicle and back; None before it was measured."""

@@ -44,6 +44,7 @@ from mavlink_sitl.mavlink.px4 import (
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.received_command import from_message
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, PoweredUp, _name
+from mavlink_sitl.mavlink.traffic import ADSB_VEHICLE, TrafficQueue
 
 GCS_TIMEOUT_US = 2_500_000
 """A ground station that has been silent for longer gets no texts"""
@@ -125,6 +126,14 @@ class Px4Server(MavlinkServer):
         )
         for unheard in ("REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE"):
             del self._handlers[unheard]
+
+    def make_traffic(self) -> TrafficQueue:
+        """Each link sends each report once."""
+        return TrafficQueue(self.send, lambda: self.streams.interval_us(ADSB_VEHICLE) >= 0)
+
+    def _on_traffic(self, message: Message) -> None:
+        for peer in self.peers:
+            peer.traffic.take(message, self.now_us)
 
     def make_log_server(self, logbook: Logbook) -> LogServer:
         """The log service of this firmware."""

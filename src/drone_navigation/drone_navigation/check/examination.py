@@ -120,6 +120,8 @@ class Checker:
         if self._found_s is None:
             self._found_s = now
             names = [name for setting in profile.failsafe_settings for name in setting.names]
+            if profile.traffic_receiver_parameter is not None:
+                names.append(profile.traffic_receiver_parameter)
             self._reader.resume(self.vehicle.address, names, profile.parameters_bytewise, now)
         if header.srcSystem == self.vehicle.state.system_id:
             self._reader.receive(message, now)
@@ -161,7 +163,7 @@ class Checker:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Failsafe settings reported by the vehicle, by name."""
+        """Settings of failsafes and of the ADS-B receiver, reported by the vehicle, by name."""
         return dict(self._reader.values)
 
     def waiting_for(self, now: float) -> str | None:
@@ -215,6 +217,10 @@ class Checker:
         elif name in _NEED_POSITION and not self.vehicle.state.position_valid:
             pending = "sent once there is a position"
         return RequestedRate(name, asked_hz, measured_hz, refusal, own_hz, pending)
+
+    def has_received(self, name: str) -> bool:
+        """Whether a message of the vehicle's has been received."""
+        return name in self._first_s
 
     def link(self, now: float) -> LinkHealth:
         """Return the link health since the last call."""

@@ -21,6 +21,7 @@ _MAVLINK_1 = (
     "No fence, rally points and signing, and no ODOMETRY. Set its port to MAVLink 2: "
     "SERIALn_PROTOCOL 2 (ArduPilot), MAV_PROTO_VER 2 (PX4)."
 )
+_TRAFFIC = "ADSB_VEHICLE"
 # Only missions with heights above terrain look at it, and many vehicles have no terrain data.
 _DISPENSABLE = frozenset({"TERRAIN_REPORT"})
 
@@ -70,6 +71,7 @@ def vehicle_section(checker: Checker, profile: Profile) -> CheckSection:
             Line("failsafe", failsafe or "none", failsafe and "It controls the vehicle now."),
             Line("goals may arm", "yes" if goto.may_arm else unarmed),
             _separation(checker.config.bridge.traffic),
+            _traffic_receiver(checker, profile),
         ),
     )
 
@@ -80,6 +82,25 @@ def _separation(traffic: TrafficConfig) -> Line:
     kept = traffic.separation
     text = f"{kept.horizontal_m:g} m horizontally, or {kept.vertical_m:g} m vertically"
     return Line("separation", text)
+
+
+def _traffic_receiver(checker: Checker, profile: Profile) -> Line:
+    """Whether aircraft that an ADS-B receiver hears are made known."""
+    name, what = profile.traffic_receiver_parameter, "other aircraft"
+    if not checker.config.bridge.traffic.on:
+        return Line(what, "not asked for")
+    if checker.has_received(_TRAFFIC):
+        return Line(what, f"{_TRAFFIC} is received")
+    refusal = checker.vehicle.message_refusal(_TRAFFIC)
+    value = None if name is None else checker.parameters.get(name)
+    if value == 0.0:
+        return Line(what, f"unknown to the vehicle: {name} is 0, it has no ADS-B receiver")
+    if refusal is not None:
+        warning = f"The vehicle rejects the request for {_TRAFFIC} ({refusal})."
+        return Line(what, "not sent", warning)
+    if name is not None and value is None:
+        return Line(what, f"unknown to the vehicle: it does not report {name}")
+    return Line(what, f"{_TRAFFIC} is asked for; none has been received yet")
 
 
 def position_section(state: VehicleState) -> CheckSection:

@@ -91,7 +91,13 @@ _PLANE_MISSIONS = replace(
     kept_params={**_MISSIONS.kept_params, mavlink.MAV_CMD_NAV_WAYPOINT: frozenset({1, 2})},
 )
 
-OTHER = Profile(name="ArduPilot", projection=PROJECTION, unsupported_messages=_NOT_SENT)
+OTHER = Profile(
+    name="ArduPilot",
+    projection=PROJECTION,
+    unsupported_messages=_NOT_SENT,
+    # AP_ADSB.cpp: with 0 nothing is heard, and nothing sent.
+    traffic_receiver_parameter="ADSB_TYPE",
+)
 _GUIDED = replace(OTHER, control_mode="GUIDED", return_mode="RTL", mission_mode="AUTO")
 
 COPTER = replace(

@@ -149,6 +149,8 @@ class Profile:
         link_rate_parameter: the parameter that limits what it sends on a link; None: the baud
             rate alone does.
         wanted_parameters: parameters that are read and kept up to date.
+        traffic_receiver_parameter: the one that is 0 without an ADS-B receiver; None where there
+            is none, and what a receiver reports is passed on.
         failsafe_settings: what says how it reacts to failures; read by `navigation_server --check`.
         parameters_bytewise: whether integer parameters stand in the float as their bytes.
     """
@@ -200,6 +202,7 @@ class Profile:
     own_rates_hz: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     link_rate_parameter: str | None = None
     wanted_parameters: tuple[str, ...] = ()
+    traffic_receiver_parameter: str | None = None
     failsafe_settings: tuple[FailsafeSetting, ...] = ()
     parameters_bytewise: bool = False
 

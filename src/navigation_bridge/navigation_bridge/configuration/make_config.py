@@ -55,6 +55,8 @@ _HEARTBEAT_TYPES: dict[str, int | None] = {"auto": None, "gcs": 6, "onboard": 18
 
 # Requested rate of the vehicle's range sensors.
 _RANGES_HZ = 10.0
+# An ArduPilot sends one aircraft at a time, of up to 25 (ADSB_LIST_MAX).
+_TRAFFIC_HZ = 10.0
 
 
 @dataclass(frozen=True)
@@ -151,13 +153,16 @@ def _vehicle_config(number: _Number, text: _Text) -> VehicleConfig:
     rate_hz = number("position_rate_hz")
     rates_hz = dict(defaults.message_rates_hz)
     rates_hz.update({"GLOBAL_POSITION_INT": rate_hz, "LOCAL_POSITION_NED": rate_hz})
+    optional_hz = {"OBSTACLE_DISTANCE": _RANGES_HZ, "DISTANCE_SENSOR": _RANGES_HZ}
+    if text("separation") == "enabled":
+        optional_hz["ADSB_VEHICLE"] = _TRAFFIC_HZ
     return VehicleConfig(
         target_system=int(number("target_system")),
         source_component=int(number("source_component")),
         heartbeat_type=_HEARTBEAT_TYPES[text("heartbeat_type")],
         heartbeat_timeout_s=number("heartbeat_timeout_s"),
         message_rates_hz=rates_hz,
-        optional_rates_hz={"OBSTACLE_DISTANCE": _RANGES_HZ, "DISTANCE_SENSOR": _RANGES_HZ},
+        optional_rates_hz=optional_hz,
         external_origin=_origin(text("external_origin")),
         log_means=LogMeans(text("log_transfer")),
     )
