@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -249,7 +250,20 @@ def _traffic_config(number: _Number, text: _Text, peers: tuple[str, ...]) -> Tra
         peers=peers,
         topic=text("traffic_topic"),
         announces=text("announce_adsb") == "enabled",
+        adsb_address=_address(text("adsb_address")),
     )
+
+
+def _address(digits: str) -> int:
+    """Return an ICAO address; 0 for an empty text."""
+    if not digits:
+        return 0
+    if not re.fullmatch(r"[0-9A-Fa-f]{6}", digits) or not int(digits, 16):
+        raise ConfigurationError(
+            f"Parameter adsb_address is '{digits}'; give the 6 hexadecimal digits of an ICAO "
+            "address, such as '4B1A2C'."
+        )
+    return int(digits, 16)
 
 
 def _obstacle_config(number: _Number, text: _Text) -> ObstacleConfig:

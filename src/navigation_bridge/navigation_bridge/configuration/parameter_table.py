@@ -176,6 +176,13 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
         choices=("disabled", "enabled"),
     ),
     ParameterSpec(
+        "adsb_address",
+        "",
+        "ICAO address of the vehicle's own transponder, 6 hexadecimal digits: ADSB_VEHICLE "
+        "messages with it are about the vehicle itself. Empty: they are recognised by their "
+        "motion.",
+    ),
+    ParameterSpec(
         "on_station_pause",
         "cancel",
         "Effect of a pause by a ground station on the active goal: cancel it, or pause it until"

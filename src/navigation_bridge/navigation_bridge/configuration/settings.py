@@ -136,6 +136,7 @@ class TrafficConfig:
         peers: servers that must have been heard before a vehicle moves.
         topic: of other traffic; empty: none.
         announces: whether others are announced to the autopilot and to ground stations.
+        adsb_address: the ICAO address of the vehicle's own transponder; 0 for unknown.
     """
 
     on: bool = True
@@ -145,6 +146,7 @@ class TrafficConfig:
     peers: tuple[str, ...] = ()
     topic: str = ""
     announces: bool = False
+    adsb_address: int = 0
 
 
 @dataclass(frozen=True)

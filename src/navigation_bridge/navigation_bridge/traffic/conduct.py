@@ -21,7 +21,7 @@ from navigation_bridge.configuration.settings import BridgeConfig, TrafficConfli
 from navigation_bridge.goals.goal import ActiveGoal
 from navigation_bridge.goals.observation import vehicle_mode
 from navigation_bridge.traffic import own_volumes
-from navigation_bridge.traffic.other_traffic import adsb_of, seen_by_adsb
+from navigation_bridge.traffic.other_traffic import address_of, adsb_of, is_by_adsb, seen_by_adsb
 from navigation_bridge.traffic.own_volumes import Whereabouts
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.vehicle.map_frame import MapFrame
@@ -107,10 +107,14 @@ class TrafficConduct:
         self._announcements: list[Message] = []
         if shared is not None and config.traffic.on:
             shared.alone_of[name] = self._alone
+            if config.traffic.adsb_address:
+                shared.others.own_addresses.add(config.traffic.adsb_address)
 
     def configure(self, config: BridgeConfig) -> None:
         """Apply other settings."""
         self._config = config
+        if self._shared is not None and config.traffic.adsb_address:
+            self._shared.others.own_addresses.add(config.traffic.adsb_address)
 
     # --- what tasks are told -----------------------------------------------------------------
 
@@ -158,7 +162,7 @@ class TrafficConduct:
             return
         seen = seen_by_adsb(message)
         if seen is not None:
-            self._shared.see(seen, now)
+            self._shared.see(seen, now, self.name)
 
     def announcements(self) -> list[Message]:
         """Return and clear what is to be told about others."""
@@ -172,7 +176,9 @@ class TrafficConduct:
             return
         self._announced_s = now
         for other in shared.picture.others(self.name):
-            if len(other.held) and not other.name.startswith("ICAO "):
+            if len(other.held) and not is_by_adsb(other.name):
+                # An autopilot with a receiver reports it back.
+                shared.others.own_addresses.add(address_of(other.name))
                 place = shared.earth.geodetic(other.held.points_m[0])
                 self._announcements.append(adsb_of(other, place))
 
@@ -352,6 +358,9 @@ class TrafficConduct:
         if at is None or not self._is_heard(now):
             self._lose(view, at)
             return
+        axes, velocity = view.footing.axes, np.array(at.velocity_enu_m_s)
+        position = view.footing.traffic(np.array([at.position_enu_m]))[0]
+        self._shared.note_own(self.name, position, axes @ velocity, now)
         entry = view.picture.entry(self.name)
         entry.target = None
         if goal is not None and goal.target_enu_m is not None:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.positions.projections import Geodetic
+from navigation_bridge.traffic.own_echo import EchoWatch, OwnTrack
 from navigation_core.traffic.intruders import Intruder
 from navigation_core.traffic.picture import Entry, Intent, TrafficPicture
 from navigation_core.traffic.right_of_way import Claimant, Rank
-from navigation_core.traffic.volumes import Volume, densified
+from navigation_core.traffic.volumes import Array, Volume, densified
 
-__all__ = ["OtherTraffic", "Seen", "adsb_of", "seen_by_adsb"]
+__all__ = ["OtherTraffic", "Seen", "address_of", "adsb_of", "is_by_adsb", "seen_by_adsb"]
 
 # Forgotten after so long without a report, and expected to go straight on for so long.
 _FORGOTTEN_S, _AHEAD_S = 30.0, 20.0
@@ -24,7 +27,20 @@ _TURNS_M_S2, _CLIMBS_M_S = 0.5, 1.0
 # Uncertainties of a report without any, and of a pressure altitude beside one above sea level.
 _ADSB_ERROR_M, _ADSB_RISE_M, _PRESSURE_RISE_M = 30.0, 30.0, 150.0
 _NEEDED = mavlink.ADSB_FLAGS_VALID_COORDS | mavlink.ADSB_FLAGS_VALID_ALTITUDE
-_VELOCITY = mavlink.ADSB_FLAGS_VALID_HEADING | mavlink.ADSB_FLAGS_VALID_VELOCITY
+_LEVEL = mavlink.ADSB_FLAGS_VALID_HEADING | mavlink.ADSB_FLAGS_VALID_VELOCITY
+_UPRIGHT = mavlink.ADSB_FLAGS_VALID_VELOCITY | mavlink.ADSB_FLAGS_VERTICAL_VELOCITY_VALID
+# No aircraft is faster or higher.
+_SPEED_MAX_M_S, _ALTITUDE_MAX_M = 600.0, 30e3
+_ICAO, _ANONYMOUS = "ICAO ", "ADSB "
+# Of so many reports a target is kept; of more, those that were not heard for longest are forgotten.
+_TARGETS_MAX = 2000
+# Farther than it gets in such a time, and than that, a target is kept out of the picture.
+_FAR_S, _FAR_M = 40.0, 500.0
+# Without a velocity it is derived from positions that are so far apart in time.
+_BASE_MIN_S, _BASE_MAX_S = 0.8, 5.0
+# A report without an address is about a known target if it is so near to where that should be,
+# and the same source has not reported that one just now.
+_SAME_M, _SAME_RISE_M, _SAME_M_S2, _JUST_NOW_S = 40.0, 60.0, 3.0, 0.4
 
 
 @dataclass(frozen=True)
@@ -32,11 +48,14 @@ class Seen:
     """One report of another vehicle.
 
     Attributes:
-        name: identifies it.
+        name: identifies it; for one without an address what is known of it, which others may
+            share.
         place: where it is.
-        velocity_enu_m_s: how it moves.
+        velocity_enu_m_s: how it moves; NaN where that is not reported.
         error_m: by how much the position may be wrong.
         rise_m: the same for the altitude.
+        age_s: how old the report is.
+        address: its ICAO address; 0 without one, None if it is not seen by ADS-B.
     """
 
     name: str
@@ -44,48 +63,171 @@ class Seen:
     velocity_enu_m_s: tuple[float, float, float]
     error_m: float
     rise_m: float
+    age_s: float = 0.0
+    address: int | None = None
 
     @property
     def is_sound(self) -> bool:
-        """Whether all numbers are finite and possible."""
-        numbers = (*self.place, *self.velocity_enu_m_s, self.error_m, self.rise_m)
+        """Whether all numbers are possible."""
+        numbers = (*self.place, self.error_m, self.rise_m, self.age_s)
         return (
             all(map(math.isfinite, numbers))
             and abs(self.place[0]) <= 90.0
             and abs(self.place[1]) <= 180.0
-            and min(self.error_m, self.rise_m) >= 0.0
+            and abs(self.place[2]) <= _ALTITUDE_MAX_M
+            and min(self.error_m, self.rise_m, self.age_s) >= 0.0
+            and self.age_s < _FORGOTTEN_S
+            and not any(abs(speed) > _SPEED_MAX_M_S for speed in self.velocity_enu_m_s)
         )
 
 
+@dataclass
+class _Target:
+    """What is known of one target.
+
+    Attributes:
+        seen: the last report.
+        position_m: where it was then, in the traffic frame, shape (3,).
+        velocity_m_s: how it moved, shape (3,).
+        time_s: when it was there.
+        heard_s: when that was heard.
+        by: when each source reported it last.
+        before: earlier times and positions.
+        echoes: for each own vehicle, whether it is that one's echo.
+    """
+
+    seen: Seen
+    position_m: Array
+    velocity_m_s: Array
+    time_s: float
+    heard_s: float
+    by: dict[str, float] = field(default_factory=dict)
+    before: deque[tuple[float, Array]] = field(default_factory=deque)
+    echoes: dict[str, EchoWatch] = field(default_factory=dict)
+
+    @property
+    def is_echo(self) -> bool:
+        """Whether it is one's own vehicle."""
+        return any(watch.is_echo for watch in self.echoes.values())
+
+
 class OtherTraffic:
-    """Keeps what is seen in the picture, ahead of where it was seen last, and less certain."""
+    """Keeps what is seen in the picture, ahead of where it was seen last, and less certain.
+
+    Attributes:
+        own: where one's own vehicles were, by name.
+        own_addresses: ICAO addresses of one's own vehicles: what they announce, or is announced of
+            them.
+    """
 
     def __init__(self, picture: TrafficPicture) -> None:
         """Begin with nobody."""
         self._picture = picture
-        self._seen: dict[str, tuple[Seen, tuple[float, float, float], float]] = {}
+        self._targets: dict[str, _Target] = {}
+        self._numbers = itertools.count(1)
+        self.own: dict[str, OwnTrack] = {}
+        self.own_addresses: set[int] = set()
 
-    def take(self, seen: Seen, place_m: tuple[float, float, float], now: float) -> None:
-        """Take a report; its position is also given in the traffic frame."""
-        self._seen[seen.name] = (seen, place_m, now)
-        self._place(seen, place_m, 0.0, now)
+    def take(
+        self, seen: Seen, place_m: tuple[float, float, float], now: float, source: str = ""
+    ) -> None:
+        """Take a report; its position is also given in the traffic frame.
+
+        Args:
+            seen: the report.
+            place_m: its position.
+            now: time in seconds.
+            source: who has reported it.
+        """
+        if not seen.is_sound or seen.address in self.own_addresses:
+            return
+        position, time_s = np.array(place_m), now - seen.age_s
+        name = seen.name if seen.address != 0 else self._name_of(seen, position, time_s, source)
+        target = self._targets.pop(name, None)
+        if target is None:
+            target = _Target(seen, position, np.zeros(3), time_s, now)
+        elif time_s < target.time_s - 0.05:
+            self._targets[name] = target
+            return  # another source has a later one
+        target.seen, target.position_m, target.time_s, target.heard_s = seen, position, time_s, now
+        target.by[source] = now
+        self._move(target)
+        self._targets[name] = target  # the last in the order of hearing
+        reported = None if math.isnan(seen.velocity_enu_m_s[0]) else target.velocity_m_s
+        for own_name, own in self.own.items():
+            watch = target.echoes.setdefault(own_name, EchoWatch())
+            watch.watch(own, position, reported, time_s)
+        while len(self._targets) > _TARGETS_MAX:
+            self._forget(next(iter(self._targets)))
+        if name in self._targets:
+            self._show(name, target, now)
 
     def look(self, now: float) -> None:
         """Move all on, and forget those that were not seen for long."""
-        for name, (seen, place_m, seen_s) in list(self._seen.items()):
-            if now - seen_s > _FORGOTTEN_S:
-                del self._seen[name]
-                self._picture.forget(name)
+        for name, target in list(self._targets.items()):
+            if now - target.time_s > _FORGOTTEN_S:
+                self._forget(name)
             else:
-                self._place(seen, place_m, now - seen_s, now)
+                self._show(name, target, now)
 
-    def _place(
-        self, seen: Seen, place_m: tuple[float, float, float], age_s: float, now: float
-    ) -> None:
-        velocity = np.array(seen.velocity_enu_m_s)
-        start = np.array(place_m) + velocity * age_s
-        entry: Entry = self._picture.entry(seen.name)
-        entry.rank = Rank(Claimant.FIRMWARE, 0.0, seen.name)
+    def _forget(self, name: str) -> None:
+        del self._targets[name]
+        self._picture.forget(name)
+
+    def _name_of(self, seen: Seen, position_m: Array, time_s: float, source: str) -> str:
+        """Return the name of the target that a report without an address is about, or a new one.
+
+        It is the nearest one to where it is expected of those that say the same of themselves. One
+        that this source has reported just now is another: it reports each once a second.
+        """
+        best, least = "", 1.0
+        for name, target in self._targets.items():
+            if target.seen.address != 0 or target.seen.name != seen.name:
+                continue
+            after_s = max(time_s - target.time_s, 0.0)
+            if time_s + seen.age_s - target.by.get(source, -math.inf) < _JUST_NOW_S:
+                continue
+            gap = position_m - target.position_m - target.velocity_m_s * after_s
+            room_m = _SAME_M + 0.5 * _SAME_M_S2 * after_s * after_s
+            share = max(math.hypot(gap[0], gap[1]) / room_m, abs(gap[2]) / _SAME_RISE_M)
+            if share < least:
+                best, least = name, share
+        return best or f"{seen.name} {next(self._numbers)}"
+
+    @staticmethod
+    def _move(target: _Target) -> None:
+        """Take the velocity that is reported; what is not is derived from positions."""
+        while target.before and target.time_s - target.before[0][0] > _BASE_MAX_S:
+            target.before.popleft()
+        velocity = np.array(target.seen.velocity_enu_m_s)
+        unknown = np.isnan(velocity)
+        derived = np.zeros(3)
+        if target.before and target.time_s - target.before[0][0] >= _BASE_MIN_S:
+            since_s, position = target.before[0]
+            derived = (target.position_m - position) / (target.time_s - since_s)
+            derived = np.clip(derived, -_SPEED_MAX_M_S, _SPEED_MAX_M_S)
+        target.before.append((target.time_s, target.position_m))
+        target.velocity_m_s = np.where(unknown, derived, velocity)
+
+    def _show(self, name: str, target: _Target, now: float) -> None:
+        """Put a target into the picture, or take it out if it cannot matter."""
+        if target.is_echo or self._is_far(target):
+            self._picture.forget(name)
+        else:
+            self._place(name, target, now)
+
+    def _is_far(self, target: _Target) -> bool:
+        reach_m = _FAR_M + _FAR_S * float(np.linalg.norm(target.velocity_m_s))
+        places = [one for one in (own.position_m for own in self.own.values()) if one is not None]
+        return bool(places) and all(
+            math.dist(place, target.position_m) > reach_m for place in places
+        )
+
+    def _place(self, name: str, target: _Target, now: float) -> None:
+        seen, velocity, age_s = target.seen, target.velocity_m_s, now - target.time_s
+        start = target.position_m + velocity * age_s
+        entry: Entry = self._picture.entry(name)
+        entry.rank = Rank(Claimant.FIRMWARE, 0.0, name)
         radius_m = seen.error_m + 0.5 * _TURNS_M_S2 * age_s * age_s
         rise_m = seen.rise_m + _CLIMBS_M_S * age_s
         entry.held = Volume.along(start[None], radius_m, rise_m)
@@ -95,7 +237,7 @@ class OtherTraffic:
             entry.intent = None
             return
         entry.intruder = Intruder(
-            np.array(place_m), velocity, now - age_s, seen.error_m, seen.rise_m
+            target.position_m, velocity, target.time_s, seen.error_m, seen.rise_m
         )
         ends = np.array([start, start + velocity * _AHEAD_S])
         line, after_s = densified(ends, np.array([0.0, _AHEAD_S]))
@@ -106,33 +248,52 @@ class OtherTraffic:
 
 
 def seen_by_adsb(message: Any) -> Seen | None:
-    """Return what an ADSB_VEHICLE says; None without a position or an altitude."""
-    if message.flags & _NEEDED != _NEEDED:
+    """Return what an ADSB_VEHICLE says; None without a position or an altitude that is possible.
+
+    ADSB_FLAGS says what is valid of it. All that senders put for unknown speeds and headings is
+    beyond what is possible, too.
+    """
+    if message.flags & _NEEDED != _NEEDED or (message.lat == 0 and message.lon == 0):
         return None
-    east_m_s = north_m_s = 0.0
-    if message.flags & _VELOCITY == _VELOCITY:
+    east_m_s = north_m_s = up_m_s = math.nan
+    speed_m_s = 0.01 * message.hor_velocity
+    possible = message.heading <= 36000 and speed_m_s <= _SPEED_MAX_M_S
+    if message.flags & _LEVEL == _LEVEL and possible:
         heading = math.radians(0.01 * message.heading)
-        speed_m_s = 0.01 * message.hor_velocity
         east_m_s, north_m_s = speed_m_s * math.sin(heading), speed_m_s * math.cos(heading)
-    up_m_s = 0.01 * message.ver_velocity
+    if message.flags & _UPRIGHT and abs(message.ver_velocity) < 2**15 - 1:
+        up_m_s = 0.01 * message.ver_velocity
     pressure = message.altitude_type == mavlink.ADSB_ALTITUDE_TYPE_PRESSURE_QNH
+    address = int(message.ICAO_address)
+    callsign = "".join(filter(str.isalnum, message.callsign))[:8]
     seen = Seen(
-        f"ICAO {message.ICAO_address:06X}",
+        f"{_ICAO}{address:06X}" if address else f"{_ANONYMOUS}{callsign or 'anonymous'}",
         (1e-7 * message.lat, 1e-7 * message.lon, 1e-3 * message.altitude),
         (east_m_s, north_m_s, up_m_s),
-        _ADSB_ERROR_M + message.tslc * math.hypot(east_m_s, north_m_s),
+        _ADSB_ERROR_M,
         _PRESSURE_RISE_M if pressure else _ADSB_RISE_M,
+        float(message.tslc),
+        address,
     )
     return seen if seen.is_sound else None
 
 
+def is_by_adsb(name: str) -> bool:
+    """Whether a name in the picture is that of a target seen by ADS-B."""
+    return name.startswith((_ICAO, _ANONYMOUS))
+
+
+def address_of(name: str) -> int:
+    """Return the address with which a vehicle is announced."""
+    return sum(ord(letter) * 31**index for index, letter in enumerate(name)) % 0xFFFFFE + 1
+
+
 def adsb_of(entry: Entry, place: Geodetic) -> Message:
     """Return an ADSB_VEHICLE that announces another vehicle, which is at a place."""
-    address = sum(ord(letter) * 31**index for index, letter in enumerate(entry.name)) % 0xFFFFFF
     flags = mavlink.ADSB_FLAGS_VALID_COORDS | mavlink.ADSB_FLAGS_VALID_ALTITUDE
     return make(
         "ADSB_VEHICLE",
-        ICAO_address=address,
+        ICAO_address=address_of(entry.name),
         lat=round(place[0] * 1e7),
         lon=round(place[1] * 1e7),
         altitude_type=mavlink.ADSB_ALTITUDE_TYPE_GEOMETRIC,

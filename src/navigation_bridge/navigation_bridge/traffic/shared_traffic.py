@@ -10,6 +10,7 @@ import numpy as np
 
 from mavlink_vehicle.positions.projections import Geodetic
 from navigation_bridge.traffic.other_traffic import OtherTraffic, Seen
+from navigation_bridge.traffic.own_echo import OwnTrack
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.traffic.negotiation import Negotiation
 from navigation_core.traffic.picture import TrafficPicture
@@ -109,10 +110,21 @@ class SharedTraffic:
         if self.negotiation is not None:
             self.negotiation.look(now)
 
-    def see(self, seen: Seen, now: float) -> None:
-        """Take a report of another vehicle; our own ones are known better."""
+    def see(self, seen: Seen, now: float, source: str = "") -> None:
+        """Take a report of another vehicle; our own ones are known better.
+
+        Args:
+            seen: the report.
+            now: time in seconds.
+            source: which of our vehicles has heard it; empty if none has.
+        """
         if self.earth is not None and seen.name not in self.alone_of:
-            self.others.take(seen, self.earth.metres(seen.place), now)
+            self.others.take(seen, self.earth.metres(seen.place), now, source)
+
+    def note_own(self, name: str, position_m: Array, velocity_m_s: Array, now: float) -> None:
+        """Remember where a vehicle of ours is, in the traffic frame, to know its echo."""
+        track = self.others.own.setdefault(name, OwnTrack())
+        track.note(position_m, velocity_m_s, now)
 
     def alone(self) -> dict[str, tuple[Volume, Volume]]:
         """Return for each vehicle what other servers must know in case this one falls silent.
