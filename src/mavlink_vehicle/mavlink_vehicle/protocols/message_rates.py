@@ -196,8 +196,9 @@ class MessageRates(Machine[None]):
     def refusal(self, name: str) -> str | None:
         """Return why the autopilot won't send a message, optional or not; None if it will."""
         wish = self._wishes.get(message_id(name))
-        refused = wish is not None and wish.refusal is not None and not wish.measured_hz
-        return result_name(wish.refusal) if refused else None
+        if wish is None or wish.refusal is None or wish.measured_hz:
+            return None
+        return result_name(wish.refusal)
 
     def forget(self) -> None:
         """Ask for everything from the next `resume` on: the autopilot restarted."""

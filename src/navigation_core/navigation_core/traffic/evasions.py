@@ -14,7 +14,7 @@ from navigation_core.traffic.intruders import HORIZON_S, Intruders
 from navigation_core.traffic.view import TrafficView
 from navigation_core.traffic.volumes import Array
 
-__all__ = ["AFTER_S", "ENOUGH", "Evasion", "EvasionSearch"]
+__all__ = ["AFTER_S", "ENOUGH", "AvoidingMotion", "EvasionSearch"]
 
 AFTER_S: Array = np.linspace(0.0, HORIZON_S, 41)
 """The moments at which motions are compared, from now on"""
@@ -34,7 +34,7 @@ _TRIED = 24
 
 
 @dataclass(frozen=True)
-class Evasion:
+class AvoidingMotion:
     """A motion out of the path of intruders.
 
     Attributes:
@@ -92,7 +92,7 @@ class EvasionSearch:
         target_enu_m: Vector3,
         penalty_max: float,
         is_free: Callable[[Array], bool],
-    ) -> Iterator[Evasion]:
+    ) -> Iterator[AvoidingMotion]:
         """Return the evasions that are better than something, the best one first.
 
         Args:
@@ -118,7 +118,7 @@ class EvasionSearch:
             tried += 1
             if is_free(line):
                 x, y, z = ends[row].tolist()
-                yield Evasion((x, y, z), float(passage.penalties[row]))
+                yield AvoidingMotion((x, y, z), float(passage.penalties[row]))
 
     def _ends(self, state: KinematicState) -> Array:
         """Return where evasions may end, shape (K, 3)."""
