@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from navigation_bridge.goals.goal import LogLine
 from navigation_bridge.goals.requests import NavigateRequest
 from tests.fleets.encounters import Intruder, adsb, apart, begin, hear, meet
 
@@ -77,6 +78,15 @@ def test_a_paused_copter_leaves_the_path_of_an_intruder() -> None:
     fleet.run_for(20.0)
     assert least_m >= 5.0
     assert craft.statuses()[-1] == "PAUSED"
+
+
+def test_what_cannot_be_kept_is_said() -> None:
+    fleet = begin()
+    flown = meet(fleet, [Intruder(180.0, 50.0, 1.8)])
+    assert flown.share < 1.0
+    said = [out.text for _, out in fleet.crafts[0].outputs if isinstance(out, LogLine)]
+    assert any("may come nearer than the separation" in text for text in said)
+    assert flown.code == "SUCCESS"
 
 
 def test_a_goal_ends_that_an_intruder_keeps_from_its_target() -> None:

@@ -285,7 +285,8 @@ def is_by_adsb(name: str) -> bool:
 
 def address_of(name: str) -> int:
     """Return the address with which a vehicle is announced."""
-    return sum(ord(letter) * 31**index for index, letter in enumerate(name)) % 0xFFFFFE + 1
+    total = sum(ord(letter) * pow(31, index) for index, letter in enumerate(name))
+    return int(total % 0xFFFFFE) + 1
 
 
 def adsb_of(entry: Entry, place: Geodetic) -> Message:

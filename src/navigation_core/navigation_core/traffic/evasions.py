@@ -86,6 +86,11 @@ class EvasionSearch:
         who = self._intruders.names[passage.worst[0]]
         return float(passage.shares[0]), float(passage.penalties[0]), who
 
+    def may_meet(self, motion_enu_m: Array) -> bool:
+        """Whether a motion, shape (T, 3) at ``AFTER_S``, may keep less than the separation."""
+        exact = self._intruders.without_errors(self._view.picture.separation)
+        return bool(exact.passage(self._traffic(motion_enu_m[None]), AFTER_S).shares[0] < 1.0)
+
     def evasions(
         self,
         state: KinematicState,

@@ -9,7 +9,7 @@ a vehicle is compared with theirs, moment by moment.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -117,6 +117,15 @@ class Intruders:
     def __len__(self) -> int:
         """How many."""
         return len(self.names)
+
+    def without_errors(self, separation: Separation) -> Intruders:
+        """Return them as if their reports were exact: only the separation is to be kept."""
+        count = len(self)
+        return replace(
+            self,
+            level_m=np.full(count, separation.horizontal_m),
+            upright_m=np.full(count, separation.vertical_m),
+        )
 
     def near(self, here_m: Array, speed_m_s: float) -> Intruders:
         """Return those that may come near a vehicle within the horizon, the most urgent ones.

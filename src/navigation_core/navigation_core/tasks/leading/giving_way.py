@@ -97,7 +97,7 @@ class GivingWay:
         self._count(observation, now)
         evades = self.evades
         if now - self._looked_s < _LOOK_S:
-            return share if evades else min(share, self._share)
+            return share if evades else share * self._share
         self._looked_s = now
         state = self._state(observation, carrot)
         search = self._search(view, state, now)
@@ -111,16 +111,16 @@ class GivingWay:
         for one in _SHARES:
             kept, penalty, name = search.judged(self._paced(carrot, observation, share * one)[None])
             if penalty < least:
-                best, least = share * one, penalty
+                best, least = one, penalty
             who = who or name
             if kept >= (1.0 if one <= self._share else ENOUGH):
                 self._pace(one, who, now)
                 return share * one
         if self._evade(search, view, state, least, is_free, now):
-            self._wait(who, now)
-            return 1.0
-        self._pace(0.0, who, now)
-        return best
+            carrot, share, best = self._follower.carrot or carrot, 1.0, 1.0
+        self._share = best
+        self._wait(who, now, search.may_meet(self._paced(carrot, observation, share * best)))
+        return share * best
 
     def stand(
         self, view: TrafficView, observation: Observation, is_free: _IsFree, now: float
@@ -175,8 +175,10 @@ class GivingWay:
         else:
             self._wait(who, now)
 
-    def _wait(self, who: str, now: float) -> None:
-        self.waiting = wait_for(self.waiting, who, "which comes too near", now)
+    def _wait(self, who: str, now: float, may_meet: bool = False) -> None:
+        why = "which may come nearer than the separation, whatever is flown"
+        why = why if may_meet else "which would come too near"
+        self.waiting = wait_for(self.waiting, who, why, now)
 
     def _continue(
         self,
@@ -193,8 +195,9 @@ class GivingWay:
         if kept >= ENOUGH:
             self._return(True)
             return
-        self._wait(who, now)
-        kept, penalty, _ = search.judged(self._trajectory(carrot, 1.0, 1.0)[None])
+        motion = self._trajectory(carrot, 1.0, 1.0)
+        self._wait(who, now, search.may_meet(motion))
+        kept, penalty, _ = search.judged(motion[None])
         if kept < 1.0 and now - self._taken_s >= _KEEP_S:
             self._evade(search, view, state, _BETTER_SHARE * penalty, is_free, now)
 
