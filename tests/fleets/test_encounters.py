@@ -6,9 +6,11 @@ import math
 
 import pytest
 
+from mavlink_sitl.config import VehicleConfig
 from navigation_bridge.goals.goal import LogLine
 from navigation_bridge.goals.requests import NavigateRequest
 from tests.fleets.encounters import Intruder, adsb, apart, begin, hear, meet
+from tests.fleets.flown import FlownFleet, homes
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -78,6 +80,54 @@ def test_a_paused_copter_leaves_the_path_of_an_intruder() -> None:
     fleet.run_for(20.0)
     assert least_m >= 5.0
     assert craft.statuses()[-1] == "PAUSED"
+
+
+def test_an_evasion_stays_within_the_flight_volume() -> None:
+    fleet = begin(volume_altitude_max_m=14.0, volume_radius_m=85.0)
+    highest_m = farthest_m = 0.0
+    tick = fleet.tick
+
+    def watched() -> None:
+        nonlocal highest_m, farthest_m
+        tick()
+        north, east, down = fleet.simulation.positions_ned_m[0].tolist()
+        highest_m, farthest_m = max(highest_m, -down), max(farthest_m, math.hypot(north, east))
+
+    fleet.tick = watched  # type: ignore[method-assign]
+    flown = meet(fleet, [Intruder(180.0, 6.0, 20.0), Intruder(0.0, 8.0, 16.0, address=0xABCDF0)])
+    assert flown.share >= 1.0
+    assert highest_m <= 14.3
+    assert farthest_m <= 85.3
+
+
+def test_vehicles_that_evade_keep_apart_from_each_other() -> None:
+    places = [(0.0, 0.0), (0.0, 9.0)]
+    quick = {"GUID_TIMEOUT": 1.0}
+    fleet = FlownFleet(
+        [VehicleConfig(home=home, ready_after_s=1.0, parameters=quick) for home in homes(places)],
+        speed_default_m_s=4.0,
+    ).ready()
+    with fleet.holding():
+        for craft, (_, north) in zip(fleet.crafts, places, strict=True):
+            fleet.go(craft, 0.0, north, 10.0)
+        fleet.run_to_end()
+        begun_s, least_m = fleet.now, math.inf
+
+        def watch(now: float) -> None:
+            nonlocal least_m
+            place = (8.0 * (14.0 - (now - begun_s)), 4.0, 10.0)
+            for north, east, _ in fleet.simulation.positions_ned_m.tolist():
+                least_m = min(least_m, math.hypot(place[0] - east, place[1] - north))
+            if round((now - begun_s) / 0.02) % 50 == 0:
+                for row in range(2):
+                    hear(fleet, adsb(fleet, place, (-8.0, 0.0, 0.0)), row)
+
+        fleet.on_tick = watch
+        for craft, (_, north) in zip(fleet.crafts, places, strict=True):
+            fleet.go(craft, 80.0, north, 10.0)
+        fleet.run_to_end()
+    assert least_m >= 5.0
+    assert [end.code.value for craft in fleet.crafts for _, end in craft.ends()] == ["SUCCESS"] * 4
 
 
 def test_what_cannot_be_kept_is_said() -> None:

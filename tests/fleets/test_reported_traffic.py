@@ -224,14 +224,14 @@ def test_what_we_announce_does_not_come_back_as_traffic() -> None:
         {"tslc": 200},
     ],
 )
-def test_a_report_that_cannot_be_is_ignored(fields: dict[str, object]) -> None:
+def test_a_report_that_cannot_be_is_ignored(fields: dict[str, int]) -> None:
     fleet = FlownFleet([VehicleConfig(ready_after_s=1.0)]).ready()
     hear(fleet, adsb(fleet, (100.0, 0.0, 20.0), (5.0, 0.0, 0.0), **fields))
     assert not known(fleet)
 
 
 @pytest.mark.parametrize("fields", [{"flags": _SOUND}, {"heading": 65535}, {"hor_velocity": 65535}])
-def test_a_velocity_that_is_not_valid_is_derived(fields: dict[str, object]) -> None:
+def test_a_velocity_that_is_not_valid_is_derived(fields: dict[str, int]) -> None:
     fleet = FlownFleet([VehicleConfig(ready_after_s=1.0)]).ready()
     fleet.on_tick = report(
         fleet, lambda now: adsb(fleet, (100.0 + 10.0 * now, 50.0, 20.0), (0.0,) * 3, **fields)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from builtin_interfaces.msg import Time
 
@@ -77,7 +79,7 @@ def seen_from(message: TrafficReport) -> Seen:
         message.position_error,
         message.altitude_error,
     )
-    if not (seen.name and seen.is_sound):
+    if not (seen.name and seen.is_sound and all(map(math.isfinite, seen.velocity_enu_m_s))):
         raise TrafficMessageError("a report lacks a name, or a number is not finite or possible.")
     return seen
 

@@ -218,6 +218,8 @@ class GivingWay:
             trajectory = plan_to(start, found.end_enu_m, follower.limits)
             samples = MotionSamples.of(trajectory)
             line, _ = densified(samples.positions_enu_m, samples.times_s)
+            if not (view.admits(line, ends_where_asked=False) and is_free(line)):
+                continue  # its beginning leads on as the vehicle moves now
             if view.picture.blocked_by(view.name, view.volume(line)) is not None:
                 continue
             follower.take(CheckedPath(trajectory, (), samples), leads_to_goal=False)
