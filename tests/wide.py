@@ -133,6 +133,11 @@ PARTS = {
         "test_motors_that_fail",
         "test_without_separation_they_collide",
     ),
+    "fleets/test_encounters.py": (
+        "test_a_px4_keeps_apart",
+        "test_an_evasion_stays",
+        "test_vehicles_that_evade",
+    ),
     "interop/test_report.py": (
         "test_nothing_is_cut_off_at_any_width",
         "test_two_flights_are_laid_over_each_other",
