@@ -35,7 +35,13 @@ _Output = TypeVar("_Output")
 
 
 class SimulatedFlight:
-    """Runs both sides tick by tick; the link between them can be cut."""
+    """Runs both sides tick by tick; the link between them can be cut.
+
+    Attributes:
+        link_up: whether anything passes.
+        uplink_up: whether what the server sends arrives.
+        unheard: types of messages of the vehicle that are lost.
+    """
 
     def __init__(
         self,
@@ -59,6 +65,8 @@ class SimulatedFlight:
         self.bridge = Bridge(self.vehicle, self.config.bridge, tasks=tasks)
         self.now = 0.0
         self.link_up = True
+        self.uplink_up = True
+        self.unheard: frozenset[str] = frozenset()
         self.outputs: list[tuple[float, object]] = []
         self._by_kind: dict[type, list[object]] = {}
         self.kind = vehicle.vehicle
@@ -78,7 +86,8 @@ class SimulatedFlight:
         for data in self.simulation.link.read_datagrams():
             if self.link_up:
                 for message in self.codec.decode(data):
-                    self.bridge.receive(message, self.now)
+                    if message.get_type() not in self.unheard:
+                        self.bridge.receive(message, self.now)
         deadline = self.bridge.next_deadline()
         if deadline is not None and deadline <= self.now:
             self.bridge.handle_timer(self.now)
@@ -87,7 +96,7 @@ class SimulatedFlight:
             data = self.codec.encode(message)
             if self.on_sent is not None:
                 self.on_sent(data)
-            if self.link_up:
+            if self.link_up and self.uplink_up:
                 self.simulation.link.write(data)
         self._collect()
 

@@ -137,6 +137,40 @@ def test_a_rover_returns_when_it_stands_at_the_launch_point() -> None:
     assert answer.final_error_m == pytest.approx(2**0.5)
 
 
+@pytest.mark.parametrize("traits", [ROVER, PLANE])
+def test_an_old_position_at_the_launch_point_is_no_return(traits: Traits) -> None:
+    task = under_way(RETURN_TO_LAUNCH, traits)
+    home = replace(
+        FLYING, position_enu_m=(1.0, 1.0, 2.0), mode=VehicleMode.RETURN, position_age_s=3.0
+    )
+    assert all(isinstance(task.step(home, 2.0 + second), Wait) for second in range(60))
+    home = replace(home, position_age_s=0.1)
+    answers = [task.step(home, 70.0 + second) for second in range(20)]
+    assert isinstance(answers[-1], Outcome)
+    assert answers[-1].code is OutcomeCode.SUCCESS
+
+
+@pytest.mark.parametrize("age_s", [0.1, 9.0])
+def test_an_old_speed_is_not_that_of_a_fall(age_s: float) -> None:
+    task = under_way(LAND)
+    fast = replace(FLYING, velocity_enu_m_s=(4.5, 0.0, 0.0), position_age_s=age_s)
+    task.step(fast, 2.0)
+    answer = task.step(replace(fast, armed=False, airborne=False), 2.1)
+    assert isinstance(answer, Outcome)
+    assert answer.code is (OutcomeCode.DISARMED if age_s < 1.0 else OutcomeCode.SUCCESS)
+
+
+def test_a_vehicle_that_has_come_down_is_located_before_a_return_is_judged() -> None:
+    task = under_way(RETURN_TO_LAUNCH)
+    down = replace(
+        FLYING, position_enu_m=(30.0, 41.0, 2.0), position_age_s=9.0, armed=False, airborne=False
+    )
+    assert isinstance(task.step(down, 30.0), Wait)
+    answer = task.step(replace(down, position_enu_m=(0.5, 0.5, 2.0), position_age_s=0.1), 31.0)
+    assert isinstance(answer, Outcome)
+    assert answer.code is OutcomeCode.SUCCESS
+
+
 @pytest.mark.parametrize(
     ("east_m", "code"), [(1.0, OutcomeCode.SUCCESS), (8.0, OutcomeCode.DISARMED)]
 )

@@ -54,6 +54,8 @@ class Situation:
         profile: that profile.
         map_frame: its map frame.
         pose: its pose in it; None only for goals that need no position.
+        position_age_s: age of that pose; above ``position_stale_s`` only for goals that need no
+            position, and infinite without one.
         config: settings for goals.
         obstacles: known and sensed obstacles.
         searcher: runs the path searches.
@@ -63,6 +65,7 @@ class Situation:
     profile: Profile
     map_frame: MapFrame
     pose: MapPose | None
+    position_age_s: float
     config: BridgeConfig
     obstacles: ObstacleFeed
     searcher: Searcher

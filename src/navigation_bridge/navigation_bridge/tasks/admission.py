@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -76,17 +77,18 @@ def _situation(
         )
     position, pose = state.global_position, map_frame.pose(state)
     if not needs_position:
-        return Situation(vehicle, profile, map_frame, pose, config, obstacles, searcher)
+        age_s = math.inf if pose is None or position is None else now - position.time_s
+        return Situation(vehicle, profile, map_frame, pose, age_s, config, obstacles, searcher)
     if pose is None or position is None:
         return Rejection(
             OutcomeCode.NO_POSITION,
             "The autopilot has no valid position yet; wait for its GPS and estimator.",
         )
-    age_s = now - position.time_s
-    if age_s > config.goto.position_stale_s:
+    age_s, stale_s = now - position.time_s, config.goto.position_stale_s
+    if age_s > stale_s:
         return Rejection(
             OutcomeCode.NO_POSITION,
-            f"The last GLOBAL_POSITION_INT is {age_s:.1f} s old; check the link and the message "
-            "rates.",
+            f"The last GLOBAL_POSITION_INT is {age_s:.1f} s old, and this goal needs one of the "
+            f"last {stale_s:g} s; send it again, or check the link and the message rates.",
         )
-    return Situation(vehicle, profile, map_frame, pose, config, obstacles, searcher)
+    return Situation(vehicle, profile, map_frame, pose, age_s, config, obstacles, searcher)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from navigation_bridge.goals.admitted import Admitted, Situation
@@ -37,7 +38,23 @@ def _admit(
     if goal is vehicle_led.RETURN_TO_LAUNCH:
         radius_m = circle_radius_m(situation.profile, vehicle.parameters, about_launch=True)
         traits = replace(traits, circle_radius_m=radius_m)
-    return Admitted(goal.name, None, lambda _handover: vehicle_led.VehicleLed(goal, config, traits))
+    warnings = _warnings(goal, situation)
+    return Admitted(
+        f"{goal.name} without a recent position" if warnings else goal.name,
+        None,
+        lambda _handover: vehicle_led.VehicleLed(goal, config, traits),
+        warnings,
+    )
+
+
+def _warnings(goal: vehicle_led.VehicleLedGoal, situation: Situation) -> tuple[str, ...]:
+    """Return what to report of a goal that begins without a recent position."""
+    age_s = situation.position_age_s
+    if age_s <= situation.config.goto.position_stale_s:
+        return ()
+    position = f"is {age_s:.1f} s old" if math.isfinite(age_s) else "is unknown"
+    text = f"The position {position}; the autopilot carries out the {goal.name} by itself."
+    return (text,)
 
 
 def _admit_land(_request: LandRequest, situation: Situation) -> Admitted | Rejection:
@@ -48,6 +65,7 @@ def _admit_return(_request: ReturnRequest, situation: Situation) -> Admitted | R
     return _admit(vehicle_led.RETURN_TO_LAUNCH, situation.profile.return_mode, situation)
 
 
-# A vehicle without a position must still be able to land.
+# A vehicle whose position is not received must still be able to land, and to return: whether it
+# can is known to its autopilot, which rejects the mode otherwise.
 LAND = TaskKind(LAND_ACTION_NAME, LandRequest, _admit_land, needs_position=False)
-RETURN_TO_LAUNCH = TaskKind(RETURN_ACTION_NAME, ReturnRequest, _admit_return)
+RETURN_TO_LAUNCH = TaskKind(RETURN_ACTION_NAME, ReturnRequest, _admit_return, needs_position=False)

@@ -98,6 +98,7 @@ class VehicleLed(PhasedTask[_Phase]):
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
         self._begun_at: Vector3 | None = None
+        self._disarmed_s: float | None = None
         self._fast: tuple[float, float] = (-math.inf, 0.0)
         self._headway = Headway(_ASTRAY_S if traits.flies else _STUCK_S)
         self._circling = Circling(traits.circle_radius_m)
@@ -109,7 +110,7 @@ class VehicleLed(PhasedTask[_Phase]):
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         self._moved_s = now
-        self._moved_from = self._begun_at = observation.position_enu_m
+        self._moved_from = self._begun_at = self._position(observation)
 
     def cancel(self, now: float) -> None:
         """Ask the vehicle to hold where it is."""
@@ -150,16 +151,14 @@ class VehicleLed(PhasedTask[_Phase]):
             return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s)
         home_m = self._home_m(observation)
         if self._goal is RETURN_TO_LAUNCH and home_m is not None:
-            speed_m_s = max(
-                measured_speed(observation) or 0.0, self._config.limits.speed_horizontal_m_s
-            )
+            speed_m_s = max(self._speed_m_s(observation), self._config.limits.speed_horizontal_m_s)
             left_m, left_s = left_m + home_m, left_s + home_m / speed_m_s
         return Progress(self._status(observation), left_m, left_s)
 
     # --- the state machine -----------------------------------------------------------
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
-        speed_m_s = measured_speed(observation) or 0.0
+        speed_m_s = self._speed_m_s(observation)
         if observation.armed and speed_m_s > _FELL_M_S:
             self._fast = (now, speed_m_s)
         if self._cancel_asked and self._phase is not _Phase.STOPPING:
@@ -192,7 +191,7 @@ class VehicleLed(PhasedTask[_Phase]):
 
     def _watch(self, observation: Observation, now: float) -> Intent | Outcome:
         if not observation.armed and not self._traits.flies:
-            return self._disarmed(observation)
+            return self._disarmed(observation, now)
         if self._arrived.holds(self._at_launch(observation), now):
             text = (
                 "The vehicle circles the launch point."
@@ -201,20 +200,24 @@ class VehicleLed(PhasedTask[_Phase]):
             )
             return Outcome(OutcomeCode.SUCCESS, text, self._home_m(observation))
         if self._has_moved(observation):
-            self._moved_from, self._moved_s = observation.position_enu_m, now
+            self._moved_from, self._moved_s = self._position(observation), now
         # Without a position it may be on its way all the same.
-        stuck_s = _STUCK_S if observation.position_enu_m is not None else _ASTRAY_S
+        located = self._position(observation) is not None
+        stuck_s = _STUCK_S if located else _ASTRAY_S
         if now - self._moved_s > stuck_s:
-            text = f"The vehicle has not moved for {stuck_s:g} s in its {self._goal.name}."
+            what = "has not moved" if located else "has not been seen to move, without a position,"
+            text = f"The vehicle {what} for {stuck_s:g} s in its {self._goal.name}."
             return Outcome(OutcomeCode.TIMEOUT, text, None)
-        longer_s = _ASTRAY_S if observation.home_enu_m is None else 0.0
+        longer_s = _ASTRAY_S if observation.home_enu_m is None or not located else 0.0
         if self._headway.is_lost(self._lengths_m(observation), now, longer_s):
             text = f"The vehicle moves but makes no progress in its {self._goal.name}."
             return Outcome(OutcomeCode.TIMEOUT, text, self._home_m(observation))
         return Wait()
 
-    def _disarmed(self, observation: Observation) -> Outcome:
+    def _disarmed(self, observation: Observation, now: float) -> Wait | Outcome:
         """A PX4 rover disarms at the end, and nearer than RTL_MIN_DIST without having moved."""
+        if self._waits_for_position(observation, now):
+            return Wait()
         home_m = self._home_m(observation)
         if home_m is None:
             return Outcome(
@@ -227,12 +230,12 @@ class VehicleLed(PhasedTask[_Phase]):
         return Outcome(OutcomeCode.DISARMED, text, home_m)
 
     def _has_moved(self, observation: Observation) -> bool:
-        position, before = observation.position_enu_m, self._moved_from
+        position, before = self._position(observation), self._moved_from
         return position is not None and (before is None or distance(position, before) > _MOVED_M)
 
     def _lengths_m(self, observation: Observation) -> tuple[float, ...]:
         """Return what shrinks with progress: the path home, the height, and what it may climb."""
-        position, home_m = observation.position_enu_m, self._home_m(observation)
+        position, home_m = self._position(observation), self._home_m(observation)
         if position is None:
             return ()
         way_m = math.inf if home_m is None else home_m
@@ -258,7 +261,7 @@ class VehicleLed(PhasedTask[_Phase]):
             return Outcome(OutcomeCode.CANCELED, text, None)
         return Wait() if answer is None else answer
 
-    def _on_the_ground(self, observation: Observation, now: float) -> Outcome:
+    def _on_the_ground(self, observation: Observation, now: float) -> Wait | Outcome:
         fast_s, speed_m_s = self._fast
         if now - fast_s < _FELL_S:
             text = f"The vehicle was disarmed while it moved at {speed_m_s:.1f} m/s."
@@ -267,6 +270,11 @@ class VehicleLed(PhasedTask[_Phase]):
             text = "The goal was cancelled. The vehicle is on the ground with its motors off."
             return Outcome(OutcomeCode.CANCELED, text, None)
         home_m = self._home_m(observation) if self._goal is RETURN_TO_LAUNCH else None
+        if self._goal is RETURN_TO_LAUNCH and self._position(observation) is None:
+            if self._waits_for_position(observation, now):
+                return Wait()
+            text = "The vehicle is on the ground with its motors off; where it is is unknown."
+            return Outcome(OutcomeCode.LANDED, text, None)
         if (
             home_m is not None
             and home_m > self._arrival_m()
@@ -277,11 +285,17 @@ class VehicleLed(PhasedTask[_Phase]):
         text = "The vehicle is on the ground with its motors off."
         return Outcome(OutcomeCode.SUCCESS, text, home_m)
 
+    def _waits_for_position(self, observation: Observation, now: float) -> bool:
+        """Whether the position of a disarmed vehicle, which stands, may still come."""
+        self._disarmed_s = now if self._disarmed_s is None else self._disarmed_s
+        lacks = self._position(observation) is None
+        return lacks and now - self._disarmed_s <= self._config.position_timeout_s
+
     # --- what is measured ------------------------------------------------------------
 
     def _is_where_it_began(self, observation: Observation) -> bool:
         """Whether it has not flown anywhere: a rally point may be far from the launch point."""
-        position, begun = observation.position_enu_m, self._begun_at
+        position, begun = self._position(observation), self._begun_at
         if position is None or begun is None:
             return False
         return horizontal_norm(subtract(position, begun)) < _NOWHERE_M
@@ -319,15 +333,25 @@ class VehicleLed(PhasedTask[_Phase]):
         """A ground vehicle stops within its own waypoint radius (WP_RADIUS is 2 m), or about."""
         return max(self._config.arrival_radius_m, 3.0) + self._traits.arrival_radius_m
 
+    def _position(self, observation: Observation) -> Vector3 | None:
+        """Return where the vehicle is; None where it only was."""
+        recent = observation.position_age_s <= self._config.position_stale_s
+        return observation.position_enu_m if recent else None
+
+    def _speed_m_s(self, observation: Observation) -> float:
+        """Return the measured speed, 0 while it is unknown: an old one is no speed of a fall."""
+        located = self._position(observation) is not None
+        return (measured_speed(observation) or 0.0) if located else 0.0
+
     def _home_m(self, observation: Observation) -> float | None:
-        position, home = observation.position_enu_m, observation.home_enu_m
+        position, home = self._position(observation), observation.home_enu_m
         if position is None or home is None:
             return None
         return horizontal_norm(subtract(position, home))
 
     def _landing(self, observation: Observation) -> tuple[float, float]:
         """Return the height that is left, and how long a landing from there takes."""
-        position = observation.position_enu_m
+        position = self._position(observation)
         if position is None or not self._traits.lands_itself:
             return 0.0, 0.0
         height_m = max(position[2] - observation.ground_enu_m, 0.0)
