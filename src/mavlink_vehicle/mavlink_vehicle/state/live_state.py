@@ -45,11 +45,12 @@ class LiveState:
         )
         return position
 
-    def measure(self, attribute: str, value: object, time_boot_ms: int) -> None:
+    def measure(self, attribute: str, value: object, time_boot_ms: int, now: float) -> None:
         """Take a measurement that is not older than anything that came before."""
         self.measured[attribute] = value
-        self.tell_time(time_boot_ms)
+        self.tell_time(time_boot_ms, now)
 
-    def tell_time(self, time_boot_ms: int) -> None:
+    def tell_time(self, time_boot_ms: int, now: float) -> None:
         """Take a time since boot that is not older than anything that came before."""
         self.measured["boot_time_ms"] = self.boot_time_ms = time_boot_ms
+        self.measured["boot_time_s"] = now

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.mission_items import fence_id, mission_id, rally_id
 from mavlink_vehicle.positions.frames import Vector3
 from mavlink_vehicle.state import measurements, telemetry
 from mavlink_vehicle.state.failsafe import assess
-from mavlink_vehicle.state.restarts import boot_changes, evolve, is_late
+from mavlink_vehicle.state.restarts import BootTime, evolve, follow_clock, is_late
 from mavlink_vehicle.state.signs import follow
 from mavlink_vehicle.state.status_reducers import (
     autopilot_version,
@@ -75,28 +75,27 @@ def _judged(before: VehicleState, after: VehicleState, now: float) -> VehicleSta
 
 
 def _system_time(state: VehicleState, message: Message, now: float) -> VehicleState:
-    return evolve(state, boot_changes(state, message.time_boot_ms, now))
+    changes = follow_clock(state, message.__class__, message.time_boot_ms, now).changes
+    return evolve(state, changes)
 
 
-def _changes_of(
+def _clock_of(
     state: VehicleState, sample: _Sample | None, message: Message, now: float
-) -> dict[str, Any] | None:
-    """Return what the time of a message changes; None if it is older than the sample there is."""
-    time_boot_ms, newest_ms = message.time_boot_ms, state.boot_time_ms
-    if newest_ms is not None and newest_ms <= time_boot_ms:
-        return {"boot_time_ms": time_boot_ms}
-    if is_late(sample, time_boot_ms):
-        return None
-    return boot_changes(state, time_boot_ms, now)
+) -> BootTime | None:
+    """Return what the time of a message says; None if it is older than the sample there is."""
+    clock = follow_clock(state, message.__class__, message.time_boot_ms, now)
+    restarted = "boot_count" in clock.changes
+    return None if is_late(sample, clock.time_ms) and not restarted else clock
 
 
 def _global_position(state: VehicleState, message: Message, now: float) -> VehicleState:
-    changes = _changes_of(state, state.global_position, message, now)
-    if changes is None:
+    clock = _clock_of(state, state.global_position, message, now)
+    if clock is None:
         return state
+    time_boot_ms, changes = clock
     position = measurements.global_position(
         now,
-        message.time_boot_ms,
+        time_boot_ms,
         message.lat,
         message.lon,
         message.alt,
@@ -113,11 +112,12 @@ def _global_position(state: VehicleState, message: Message, now: float) -> Vehic
 
 
 def _local_position(state: VehicleState, message: Message, now: float) -> VehicleState:
-    changes = _changes_of(state, state.local_position, message, now)
-    if changes is None:
+    clock = _clock_of(state, state.local_position, message, now)
+    if clock is None:
         return state
+    time_boot_ms, changes = clock
     x, y, z, vx, vy, vz = message.x, message.y, message.z, message.vx, message.vy, message.vz
-    position = measurements.local_position(now, message.time_boot_ms, x, y, z, vx, vy, vz)
+    position = measurements.local_position(now, time_boot_ms, x, y, z, vx, vy, vz)
     changes["local_position"] = position
     if position is not None and is_on_ground(state):
         changes["ground_down_m"] = z
@@ -125,12 +125,13 @@ def _local_position(state: VehicleState, message: Message, now: float) -> Vehicl
 
 
 def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState:
-    changes = _changes_of(state, state.attitude, message, now)
-    if changes is None:
+    clock = _clock_of(state, state.attitude, message, now)
+    if clock is None:
         return state
+    time_boot_ms, changes = clock
     roll, pitch, yaw = message.roll, message.pitch, message.yaw
     rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
-    attitude = measurements.attitude(now, message.time_boot_ms, roll, pitch, yaw, *rates)
+    attitude = measurements.attitude(now, time_boot_ms, roll, pitch, yaw, *rates)
     changes["attitude"] = attitude
     return evolve(state, changes)
 

@@ -1,20 +1,40 @@
-"""Detects restarts of the autopilot by its time since boot."""
+"""Detects restarts of the autopilot by its time since boot and its HEARTBEAT.
+
+One sign is not enough. A message whose time since boot is not set, or is that of another clock,
+does not stop the clock that the other messages follow; a HEARTBEAT may be damaged. Two signs are:
+
+- a clock that began lately, in two kinds of messages or in three of one kind, instead of the old
+  one. It is believed at once after a silence or a disarming, else after a second of it alone;
+- MAV_STATE_BOOT of a vehicle that was running, with such a clock, a disarming, another mode, or
+  again (an ArduCopter sends its first two HEARTBEATs within 30 ms, recorded).
+
+A clock that goes back but runs for longer than the vehicle was out of sight is no restart.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import Any, NamedTuple
 
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.state.telemetry import Attitude, GlobalPosition, LocalPosition
-from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.vehicle_state import ClockDoubt, RestartSigns, VehicleState
 from mavlink_vehicle.state.warning_signs import NO_SIGNS
 
 REORDER_LIMIT_MS = 3000
-"""Time since boot going back by less is a late packet; by more, a restart."""
+"""Time since boot going back by less is a late packet; forward by more, another clock."""
 
 _ANNOUNCEMENT_S = 60.0
 _UINT32 = 1 << 32
 _WRAP_MARGIN_MS = 60_000
+# Simulators run this much faster than real time.
+_SPEED_MAX = 20.0
+# Of a clock that has just begun, beyond the time for which the old one was not heard.
+_YOUNG_S = 10.0
+_ALONE_S, _LISTENED_S = 1.0, 0.5
+_SIGN_AGE_S = 10.0
+_SAME_CLOCK_S = 3.0
+_BOOT_AGAIN_S = 5.0
 
 _set_attributes = VehicleState.__dict__["__dict__"].__set__
 
@@ -50,24 +70,152 @@ def evolve(state: VehicleState, changes: dict[str, Any]) -> VehicleState:
     return new
 
 
-def boot_changes(state: VehicleState, time_boot_ms: int, now: float) -> dict[str, Any]:
-    """Return what a time since boot changes; after a restart what was measured before is void."""
-    last = state.boot_time_ms
-    if last is None or last <= time_boot_ms:
-        return {"boot_time_ms": time_boot_ms}
-    back = last - time_boot_ms
-    if back < REORDER_LIMIT_MS:
-        return {}
-    if back > _UINT32 - _WRAP_MARGIN_MS:  # the counter's own end, after 49.7 days
-        return {"boot_time_ms": time_boot_ms}
-    announced_s = state.boot_announced_s
-    known = announced_s is not None and now - announced_s < _ANNOUNCEMENT_S
-    return {
+class BootTime(NamedTuple):
+    """The time since boot of one message.
+
+    Attributes:
+        time_ms: by the clock of the vehicle that is followed, counted on beyond 32 bits; the
+            newest known for a message of which it is not known.
+        changes: what it changes of the state.
+    """
+
+    time_ms: int
+    changes: dict[str, Any]
+
+
+def follow_clock(state: VehicleState, kind: type, time_boot_ms: int, now: float) -> BootTime:
+    """Return what a time since boot means; after a restart what was measured before is void.
+
+    Args:
+        state: what is known.
+        kind: class of the message.
+        time_boot_ms: as sent; 0 is not set.
+        now: time in seconds.
+    """
+    last_ms, signs = state.boot_time_ms, state.restart_signs
+    if time_boot_ms == 0:
+        return BootTime(last_ms or 0, {})
+    if last_ms is None:
+        return _followed(time_boot_ms, now)
+    unheard_s = max(now - state.boot_time_s, 0.0)
+    longest_ms = REORDER_LIMIT_MS + 1000.0 * _SPEED_MAX * unheard_s
+    ahead_ms = _ahead_ms(last_ms, time_boot_ms, longest_ms)
+    if -REORDER_LIMIT_MS < ahead_ms < 0:
+        return BootTime(last_ms + ahead_ms, {})
+    if 0 <= ahead_ms <= longest_ms:
+        clock = _followed(last_ms + ahead_ms, now)
+        if signs.doubt is not None:
+            clock.changes["restart_signs"] = signs._replace(doubt=None, refuted_s=now)
+        return clock
+    doubt = _doubted(signs.doubt, kind, time_boot_ms, now)
+    signs = signs._replace(doubt=doubt)
+    if ahead_ms < 0 and _is_young(state, doubt, now):
+        announced_s = state.boot_announced_s
+        if announced_s is not None and now - announced_s < _ANNOUNCEMENT_S:
+            return BootTime(time_boot_ms, _begun(state, 0, time_boot_ms, now))
+        if _has_restarted(state, signs, now):
+            return BootTime(time_boot_ms, _begun(state, 1, time_boot_ms, now))
+    elif doubt.is_clock and (ahead_ms > 0 or now - doubt.since_s >= _ALONE_S):
+        clock = _followed(time_boot_ms, now)  # set, not started again
+        clock.changes["restart_signs"] = signs._replace(doubt=None)
+        return clock
+    return BootTime(last_ms, {"restart_signs": signs})
+
+
+def beat_changes(
+    state: VehicleState, *, armed: bool, custom_mode: int, booting: bool, now: float
+) -> dict[str, Any]:
+    """Return what a HEARTBEAT changes by what it shows of a restart.
+
+    Args:
+        state: before it.
+        armed: as it says.
+        custom_mode: as it says.
+        booting: it says MAV_STATE_BOOT.
+        now: time in seconds.
+    """
+    old = signs = state.restart_signs
+    disarmed = state.armed and not armed
+    if disarmed:
+        signs = signs._replace(disarmed_s=now)
+    if not booting:
+        signs = signs._replace(booting_s=-math.inf)
+    again = booting and now - signs.booting_s <= _BOOT_AGAIN_S
+    begins = booting and not state.booting and now - signs.restarted_s > _BOOT_AGAIN_S
+    if begins:
+        signs = signs._replace(booting_s=now)
+    other = disarmed or custom_mode != state.custom_mode
+    doubt = signs.doubt
+    if again or (begins and other):
+        return _begun(state, 1, None, now) | {"boot_announced_s": now}
+    if doubt is not None and _is_young(state, doubt, now) and _has_restarted(state, signs, now):
+        return _begun(state, 1, doubt.newest_ms, now)
+    return {} if signs == old else {"restart_signs": signs}
+
+
+def _followed(time_ms: int, now: float) -> BootTime:
+    return BootTime(time_ms, {"boot_time_ms": time_ms, "boot_time_s": now})
+
+
+def _ahead_ms(last_ms: int, time_boot_ms: int, longest_ms: float) -> int:
+    """Return by how much a time is ahead of the last, which counts on after 49.7 days."""
+    ahead_ms = time_boot_ms - last_ms % _UINT32
+    if 0 <= ahead_ms + _UINT32 <= max(longest_ms, _WRAP_MARGIN_MS):
+        return ahead_ms + _UINT32
+    if ahead_ms - _UINT32 > -REORDER_LIMIT_MS:
+        return ahead_ms - _UINT32
+    return ahead_ms
+
+
+def _doubted(last: ClockDoubt | None, kind: type, time_ms: int, now: float) -> ClockDoubt:
+    begun_s = now - 1e-3 * time_ms
+    if last is None or abs(begun_s - last.begun_s) > _SAME_CLOCK_S:
+        return ClockDoubt(now, now, begun_s, time_ms, frozenset({kind}), 1)
+    # In a silence nothing shows which clock goes on.
+    silent_s = max(now - last.heard_s - _LISTENED_S, 0.0)
+    return ClockDoubt(
+        last.since_s + silent_s,
+        now,
+        begun_s,
+        max(time_ms, last.newest_ms),
+        last.kinds | {kind},
+        last.messages + (time_ms > last.newest_ms),
+    )
+
+
+def _is_young(state: VehicleState, doubt: ClockDoubt, now: float) -> bool:
+    """Whether the clock may have begun since the old one was heard last."""
+    return 1e-3 * doubt.newest_ms <= _YOUNG_S + _SPEED_MAX * (now - state.boot_time_s)
+
+
+def _has_restarted(state: VehicleState, signs: RestartSigns, now: float) -> bool:
+    """Whether there is a second sign beside a clock that began lately."""
+    doubt = signs.doubt
+    if doubt is None:
+        return False
+    if now - signs.booting_s <= _SIGN_AGE_S:
+        return True
+    if not doubt.is_clock:
+        return False
+    # Who sends by two clocks is believed only once one of them has stopped.
+    sure = now - signs.refuted_s > _SIGN_AGE_S
+    disarmed = now - signs.disarmed_s <= _SIGN_AGE_S
+    silent = now - state.boot_time_s >= _ALONE_S
+    return now - doubt.since_s >= _ALONE_S or (sure and (disarmed or silent))
+
+
+def _begun(state: VehicleState, boots: int, time_ms: int | None, now: float) -> dict[str, Any]:
+    """Return what a restart changes."""
+    changes = {
         **VOID_AFTER_RESTART,
-        "boot_count": state.boot_count + (0 if known else 1),
-        "boot_time_ms": time_boot_ms,
+        "boot_count": state.boot_count + boots,
         "boot_announced_s": None,
+        "restart_signs": RestartSigns(),
     }
+    if time_ms is None:
+        return changes
+    changes["restart_signs"] = RestartSigns(restarted_s=now)
+    return changes | _followed(time_ms, now).changes
 
 
 def is_late(part: GlobalPosition | LocalPosition | Attitude | None, time_boot_ms: int) -> bool:

@@ -6,7 +6,7 @@ from typing import Any
 
 from mavlink_vehicle.codec import Message, is_mavlink_1, mavlink
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.state.restarts import VOID_AFTER_RESTART, evolve
+from mavlink_vehicle.state.restarts import beat_changes, evolve
 from mavlink_vehicle.state.signs import radio_ok
 from mavlink_vehicle.state.status_text import add_chunk, expire
 from mavlink_vehicle.state.telemetry import Battery
@@ -46,11 +46,13 @@ def heartbeat(state: VehicleState, message: Message, now: float) -> VehicleState
     }
     if message.custom_mode != state.custom_mode:
         changes["intended_mode"] = 0  # what was intended is known for the mode before only
-    if message.system_status == _BOOT and state.system_status > _BOOT:
-        # An ArduCopter that restarts says so in its first second; its time since boot comes
-        # only when it has been asked for again.
-        changes |= VOID_AFTER_RESTART
-        changes |= {"boot_count": state.boot_count + 1, "boot_announced_s": now}
+    changes |= beat_changes(
+        state,
+        armed=bool(message.base_mode & _ARMED_FLAG),
+        custom_mode=message.custom_mode,
+        booting=message.system_status == _BOOT,
+        now=now,
+    )
     return evolve(state, changes)
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from mavlink_vehicle.codec import MAVLINK_1_HEARTBEATS
+from mavlink_vehicle.codec import MAVLINK_1_HEARTBEATS, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.positions.frames import Vector3
 from mavlink_vehicle.state.status_text import StatusText, StatusTexts
@@ -20,6 +22,55 @@ from mavlink_vehicle.state.telemetry import (
     Origin,
 )
 from mavlink_vehicle.state.warning_signs import NO_SIGNS, Failsafe, Signs
+
+_BOOT = mavlink.MAV_STATE_BOOT
+_CLOCK_KINDS, _CLOCK_MESSAGES = 2, 3
+
+
+class ClockDoubt(NamedTuple):
+    """A time since boot that is not by the clock of the vehicle that was followed.
+
+    Attributes:
+        since_s: when the first message of it came; silences are added.
+        heard_s: when the last one came.
+        begun_s: our time at which it was 0.
+        newest_ms: the newest.
+        kinds: classes of the messages that had it.
+        messages: how many of them were newer than those before.
+    """
+
+    since_s: float
+    heard_s: float
+    begun_s: float
+    newest_ms: int
+    kinds: frozenset[type]
+    messages: int
+
+    @property
+    def is_clock(self) -> bool:
+        """Whether it goes on, and is not one message's own."""
+        return len(self.kinds) >= _CLOCK_KINDS or self.messages >= _CLOCK_MESSAGES
+
+
+class RestartSigns(NamedTuple):
+    """Signs of a restart, none of which is enough; see `state.restarts`.
+
+    Attributes:
+        doubt: another clock in the time since boot.
+        refuted_s: when such a clock was last found beside that of the vehicle.
+        disarmed_s: when HEARTBEAT showed last that it was disarmed.
+        booting_s: when HEARTBEAT showed MAV_STATE_BOOT after something later.
+        restarted_s: when a clock showed the last restart.
+    """
+
+    doubt: ClockDoubt | None = None
+    refuted_s: float = -math.inf
+    disarmed_s: float = -math.inf
+    booting_s: float = -math.inf
+    restarted_s: float = -math.inf
+
+
+_NO_RESTART_SIGNS = RestartSigns()
 
 
 @dataclass(frozen=True)
@@ -54,9 +105,10 @@ class VehicleState:
         wind_ned_m_s: velocity of the air as the vehicle estimates it; None before it tells.
         sensors_health: SYS_STATUS.onboard_control_sensors_health.
         prearm_ok: whether the autopilot would arm, None when it doesn't tell.
-        boot_count: how many restarts were seen: the time since boot went back, or HEARTBEAT
-            showed MAV_STATE_BOOT after something later.
-        boot_time_ms: the newest time since boot.
+        boot_count: how many restarts were seen; `state.restarts` says by what.
+        boot_time_ms: the newest time since boot, counted on beyond 32 bits (49.7 days).
+        boot_time_s: when it came.
+        restart_signs: what may be a restart.
         boot_announced_s: when HEARTBEAT announced a restart that no time since boot has
             shown yet.
         capabilities: MAV_PROTOCOL_CAPABILITY of AUTOPILOT_VERSION.
@@ -102,6 +154,8 @@ class VehicleState:
     capabilities: int = 0
     boot_count: int = 0
     boot_time_ms: int | None = None
+    boot_time_s: float = -math.inf
+    restart_signs: RestartSigns = _NO_RESTART_SIGNS
     boot_announced_s: float | None = None
     estimator_told: bool = False
     texts: StatusTexts = field(default_factory=StatusTexts)
@@ -115,6 +169,11 @@ class VehicleState:
     def speaks_mavlink_1(self) -> bool:
         """Whether it speaks MAVLink 1 only, which lacks extension fields and numbers above 255."""
         return self.heartbeats_1 >= MAVLINK_1_HEARTBEATS
+
+    @property
+    def booting(self) -> bool:
+        """Whether its last HEARTBEAT said MAV_STATE_BOOT, or less."""
+        return self.system_status <= _BOOT
 
     @property
     def mode_may_not_run(self) -> bool:

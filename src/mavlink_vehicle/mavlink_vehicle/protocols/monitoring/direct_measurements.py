@@ -2,8 +2,9 @@
 
 The messages of `state.reducer.MEASUREMENTS`, and EXTENDED_SYS_STATE while it says the same, go from
 the bytes into the state without a message object, and nobody else is asked. Whatever is not plain
-is left to `VehicleCore.receive`: what is not a number, an older time since boot, the first message
-after a silence, ours or the vehicle's, and what a pending operation waits for.
+is left to `VehicleCore.receive`: what is not a number, a time since boot that is older or of
+another clock, the first message after a silence, ours or the vehicle's, and what a pending
+operation waits for.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from mavlink_vehicle.protocols.monitoring.stream_gap import STREAM_GAP_S, Stream
 from mavlink_vehicle.protocols.sequence import ModeOrder
 from mavlink_vehicle.state.live_state import LiveState
 from mavlink_vehicle.state.measurements import attitude, global_position, local_position
+from mavlink_vehicle.state.restarts import REORDER_LIMIT_MS
 from mavlink_vehicle.state.vehicle_state import is_on_ground
 
 _GLOBAL_POSITION = mavlink.MAVLink_global_position_int_message
@@ -73,7 +75,7 @@ class DirectMeasurements:
             return False
         self._count(_GLOBAL_POSITION.id, data, now)
         position = global_position(now, *values)
-        live.measure("global_position", position, time_boot_ms)
+        live.measure("global_position", position, time_boot_ms, now)
         if position is not None and is_on_ground(live.known):
             live.measured["ground_altitude_amsl_m"] = position.altitude_amsl_m
         return True
@@ -85,7 +87,7 @@ class DirectMeasurements:
         if position is None or not self._is_plain(time_boot_ms, now):
             return False
         self._count(_LOCAL_POSITION.id, data, now)
-        live.measure("local_position", position, time_boot_ms)
+        live.measure("local_position", position, time_boot_ms, now)
         if is_on_ground(live.known):
             live.measured["ground_down_m"] = position.position_ned_m[2]
         return True
@@ -96,7 +98,7 @@ class DirectMeasurements:
         if turned is None or not self._is_plain(values[0], now):
             return False
         self._count(_ATTITUDE.id, data, now)
-        self._live.measure("attitude", turned, values[0])
+        self._live.measure("attitude", turned, values[0], now)
         return True
 
     def _take_system_time(self, data: bytes, now: float) -> bool:
@@ -104,7 +106,7 @@ class DirectMeasurements:
         if not self._is_plain(time_boot_ms, now):
             return False
         self._count(_SYSTEM_TIME.id, data, now)
-        self._live.tell_time(time_boot_ms)
+        self._live.tell_time(time_boot_ms, now)
         return True
 
     def _take_extended_sys_state(self, data: bytes, now: float) -> bool:
@@ -116,9 +118,17 @@ class DirectMeasurements:
 
     def _is_plain(self, time_boot_ms: int | None, now: float) -> bool:
         """Return whether a message is nothing but a measurement, and comes when it should."""
-        newest_ms, ran = self._live.boot_time_ms, self._own_gap.ran
+        live, ran = self._live, self._own_gap.ran
+        newest_ms = live.boot_time_ms
         return (
-            (time_boot_ms is None or (newest_ms is not None and newest_ms <= time_boot_ms))
+            (
+                time_boot_ms is None
+                or (
+                    newest_ms is not None
+                    and newest_ms <= time_boot_ms <= newest_ms + REORDER_LIMIT_MS
+                    and live.known.restart_signs.doubt is None
+                )
+            )
             and ran is not None
             and now - ran[0] <= self._own_gap.safe_s
             and now - self._gap.heard_s <= STREAM_GAP_S
