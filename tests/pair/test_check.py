@@ -20,6 +20,7 @@ from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.signing import Signing
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.configuration.parameter_table import ParameterValue
+from tests.support.messages.autopilot_messages import AutopilotMessages
 
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
 _TICK_S = 0.01
@@ -266,6 +267,20 @@ def test_the_ground_stations_system_id_is_reported_by_the_name_that_the_firmware
     assert "SYSID" not in "".join(
         line.value for line in section.lines if line.name == "not reported"
     )
+
+
+def test_who_else_speaks_is_reported() -> None:
+    flight = look()
+    kinds = [(255, 1, mavlink.MAV_TYPE_GCS, 0), (1, 154, mavlink.MAV_TYPE_GIMBAL, 8)]
+    for system, component, kind, autopilot in kinds:
+        beat = AutopilotMessages(system, component).heartbeat(
+            autopilot=autopilot, vehicle_type=kind
+        )
+        flight.checker.receive(beat, flight.now)
+    assert "255/1 (GCS, autopilot GENERIC)" in flight.report().sentence + str(flight.report())
+    report = flight.run_to_end()
+    assert report.verdict is CheckVerdict.READY
+    assert value_of(report, "also heard") == "1/154 (GIMBAL), 255/1 (GCS, autopilot GENERIC)"
 
 
 def test_without_a_position_it_is_not_ready_and_says_what_to_do() -> None:

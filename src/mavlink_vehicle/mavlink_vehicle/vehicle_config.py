@@ -35,7 +35,8 @@ class VehicleConfig:
     """Settings for one vehicle.
 
     Attributes:
-        target_system: its MAVLink system id; 0 takes the first autopilot that is heard.
+        target_system: its MAVLink system id; 0 takes the first vehicle that is heard, and a better
+            known one instead while nothing flies.
         target_component: component id of its autopilot.
         source_system: our system id; None takes the vehicle's own, as an onboard computer
             should (1 before it is known).

@@ -33,7 +33,7 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.message_layout import FrameHeader
 from mavlink_vehicle.mission_items import HOME_PLACEHOLDER, MissionItem, MissionType
-from mavlink_vehicle.profiles import Profile, profile_for
+from mavlink_vehicle.profiles import Profile, profile_for, vehicle_rank
 from mavlink_vehicle.protocols.job_slot import JobSlot
 from mavlink_vehicle.protocols.logs.log_transfer import LOG_MESSAGES, LogTransfer
 from mavlink_vehicle.protocols.message_rates import MessageRates
@@ -100,6 +100,7 @@ _FOR_PARAMETERS = frozenset(
 _LATE_S = 0.25
 # A stream that is a little shorter than what the firmware allows may be too long on its side.
 _STREAM_SHARE = 0.9
+_BEST_RANK = 3
 _MODE_FIELDS = ("custom_mode", "intended_mode")
 _SETPOINTS = frozenset(
     {
@@ -358,18 +359,18 @@ class VehicleCore:
         """
         state = self._live.known
         ours = (state.system_id, state.component_id) == (system, component)
-        return dict(self._direct.intakes) if ours and self.profile is not None else {}
+        # Of a sender that another one may replace nothing is taken past `receive`.
+        stays = self.config.target_system != 0 or self._rank == _BEST_RANK
+        return dict(self._direct.intakes) if ours and stays and self.profile is not None else {}
 
     def receive(self, message: Message, now: float) -> None:
         """Process one message, whoever sent it."""
         self.notice(now)
         header = message._header
-        before = self.state
-        if header.srcComponent != before.component_id or (
-            header.srcSystem != before.system_id and before.system_id != 0
-        ):
+        if not self._is_from_vehicle(message, now):
             self._overhear(message, now)
             return
+        before = self.state
         kind = message.__class__
         measure = MEASUREMENTS.get(kind)
         if measure is not None and now - self._gap.heard_s <= STREAM_GAP_S and self.profile:
@@ -398,6 +399,50 @@ class VehicleCore:
             self._compare(before, kind is _HEARTBEAT, now)
             self._compare_mission(before, now)
         self._observe(now)
+
+    @property
+    def _rank(self) -> int:
+        """How well the vehicle is known as one; 0 before it is found."""
+        state = self._live.known
+        return 0 if self.profile is None else vehicle_rank(state.autopilot, state.vehicle_type)
+
+    def _is_from_vehicle(self, message: Message, now: float) -> bool:
+        if message.__class__ is _HEARTBEAT:
+            return self._is_vehicle(message, now)
+        header, state = message._header, self._live.known
+        return header.srcComponent == state.component_id and (
+            state.system_id in (0, header.srcSystem)
+        )
+
+    def _is_vehicle(self, message: Message, now: float) -> bool:
+        """Return whether a HEARTBEAT is the vehicle's.
+
+        The first is that of a vehicle of any kind. One that is better known replaces it while
+        nothing flies, also from the same ids.
+        """
+        header, state, config = message._header, self._live.known, self.config
+        if header.srcComponent != config.target_component:
+            return False
+        if config.target_system not in (0, header.srcSystem):
+            return False
+        rank, known = vehicle_rank(message.autopilot, message.type), self._rank
+        if rank > known > 0 and not (state.armed and self.connected) and not self.slot.pending:
+            self._replace_by(header.srcSystem, now)
+            return True
+        return rank >= max(known, 1) and state.system_id in (0, header.srcSystem)
+
+    def _replace_by(self, system_id: int, now: float) -> None:
+        """Forget the vehicle that was found first, for a better one."""
+        boots = self.state.boot_count + 1  # whoever keeps something of the first one drops it
+        self._forget_vehicle("another vehicle was found", now)
+        self._timesync.pause()
+        self._order.begin_again()
+        self._failsafes.observe(None, now)
+        self._answers_by_name = False
+        self.profile = None
+        self.state = VehicleState(
+            system_id=system_id, component_id=self.config.target_component, boot_count=boots
+        )
 
     def _measured(self, state: VehicleState, header: FrameHeader, now: float) -> None:
         """Do the little that is left of `receive` for what is nothing but a measurement."""
@@ -665,16 +710,21 @@ class VehicleCore:
 
     def _restarted(self, now: float) -> None:
         self._events.append(VehicleRebooted(self.state.boot_count))
-        self._close_by_interlock("the autopilot restarted")
+        self._forget_vehicle("the autopilot restarted", now)
+        self._ask(now)
+
+    def _forget_vehicle(self, reason: str, now: float) -> None:
+        """Drop what was learned from the vehicle, and end what was under way with it."""
+        self._close_by_interlock(reason)
         self._rates.forget()
         self._requests.forget()
         self._parameters.forget()
         self._lists.forget()
-        self.logs.stop("The autopilot restarted.", OperationResult.LINK_LOST)
-        self._ask(now)
-        self.slot.lose("the autopilot restarted", now)
+        sentence = f"{reason[0].upper()}{reason[1:]}."
+        self.logs.stop(sentence, OperationResult.LINK_LOST)
+        self.slot.lose(reason, now)
         for jobs in (self.list_jobs, self.parameter_jobs):
-            jobs.stop(OperationResult.LINK_LOST, "the autopilot restarted", now)
+            jobs.stop(OperationResult.LINK_LOST, reason, now)
         self.take_ends(now)
 
     def _compare_mission(self, before: VehicleState, now: float) -> None:

@@ -168,7 +168,10 @@ def test_a_restart_ends_the_operation_and_closes_the_stream() -> None:
     script.vehicle.open_stream(0.0)
     script.vehicle.change_mode("RTL", 0.0)
     script.events()
-    events = script.tell(autopilot("SYSTEM_TIME", time_boot_ms=2000))
+    script.wait(1.5)
+    script.events()
+    time = {"time_boot_ms": 2000}
+    events = script.tell(autopilot("SYSTEM_TIME", **time), autopilot("ATTITUDE", **time))
     assert [type(event) for event in events] == [VehicleRebooted, StreamClosed, OperationFinished]
     assert isinstance(events[2], OperationFinished)
     assert events[2].result is OperationResult.LINK_LOST
@@ -183,7 +186,7 @@ def test_a_booting_autopilot_is_asked_for_its_rates_again() -> None:
     script.tell(autopilot.heartbeat(status=3))
     script.tell(autopilot.ack(ask, ACCEPTED))
     assert len(script.commands(ask)) == 1
-    script.tell(autopilot.heartbeat(status=mavlink.MAV_STATE_BOOT))
+    script.tell(*[autopilot.heartbeat(status=mavlink.MAV_STATE_BOOT) for _ in range(2)])
     assert len(script.commands(ask)) == 2
 
 

@@ -18,6 +18,7 @@ from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.protocols.operations.command import CommandRequest
 from mavlink_vehicle.protocols.parameters import ParameterReader
+from mavlink_vehicle.state.identity import sender_name
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import ServerConfig
@@ -40,6 +41,7 @@ _HEARTBEAT = "HEARTBEAT"
 
 # Not sent by every firmware before its estimator has a position.
 _NEED_POSITION = frozenset({"GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"})
+_HEARD_MAX = 32
 # Minimum observation to measure a message rate.
 _RATE_S = 1.0
 
@@ -90,7 +92,7 @@ class Checker:
         self.config = config
         self.statistics = statistics
         self.vehicle = Vehicle(settings)
-        self.heard: set[tuple[int, int]] = set()
+        self.heard: dict[tuple[int, int], str] = {}
         self._bridge = Bridge(self.vehicle, replace(config.bridge, goto=goto))
         self._reader = ParameterReader()
         self._health = LinkHealth()
@@ -111,7 +113,9 @@ class Checker:
         """Process one message."""
         header = message._header
         if message.get_type() == _HEARTBEAT:
-            self.heard.add((header.srcSystem, header.srcComponent))
+            source = header.srcSystem, header.srcComponent
+            if len(self.heard) < _HEARD_MAX or source in self.heard:
+                self.heard[source] = sender_name(message.autopilot, message.type)
         self._bridge.receive(message, now)
         self._drain()
         profile = self.vehicle.profile
@@ -160,6 +164,16 @@ class Checker:
         self.fail(error)
 
     # What is known
+
+    def heard_besides(self) -> list[str]:
+        """Return who else sent HEARTBEAT: "255/190 (GCS)"."""
+        state = self.vehicle.state
+        vehicle = (state.system_id, state.component_id) if self.vehicle.profile else None
+        return [
+            f"{system}/{component} ({name})"
+            for (system, component), name in sorted(self.heard.items())
+            if (system, component) != vehicle
+        ]
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -91,7 +91,7 @@ def make_report(checker: Checker, link_advice: str, now: float) -> Report:
 def _silence(checker: Checker, link_advice: str) -> Missing:
     statistics, url = checker.statistics(), checker.config.link_url
     if checker.heard:
-        systems = ", ".join(f"{system}/{component}" for system, component in sorted(checker.heard))
+        systems = ", ".join(checker.heard_besides())
         wanted = checker.config.vehicle.target_system
         return Missing(
             f"HEARTBEAT comes from {systems} (system/component), none of them the expected "

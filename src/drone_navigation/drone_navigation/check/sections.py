@@ -61,6 +61,7 @@ def vehicle_section(checker: Checker, profile: Profile) -> CheckSection:
                 "MAVLink 1" if state.speaks_mavlink_1 else "MAVLink 2",
                 _MAVLINK_1 if state.speaks_mavlink_1 else None,
             ),
+            Line("also heard", ", ".join(checker.heard_besides()) or "nobody"),
             Line("mode", vehicle.mode_name),
             Line("armed", "yes" if state.armed else "no"),
             Line("landed", state.landed_state.name.lower().replace("_", " ")),

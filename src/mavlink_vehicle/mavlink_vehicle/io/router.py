@@ -24,6 +24,7 @@ from mavlink_vehicle.io.links import Link, Peer
 from mavlink_vehicle.io.ports import PeerEndpoint, Port, RouterStatistics
 from mavlink_vehicle.io.routes import RoutingTable
 from mavlink_vehicle.io.tlog import TlogWriter
+from mavlink_vehicle.state.identity import is_vehicle
 
 MakeCodec: TypeAlias = Callable[[], Codec]
 FindIntakes: TypeAlias = Callable[[int, int], Mapping[int, Intake]]
@@ -39,7 +40,6 @@ _PAUSE_S = 0.005
 _EXPIRY_CHECK_S = 1.0
 _HEARTBEAT = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _SETUP_SIGNING = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
-_NO_AUTOPILOT = mavlink.MAV_AUTOPILOT_INVALID
 
 
 class Router:
@@ -230,7 +230,11 @@ class Router:
         if not self._table.admit(origin, frame, source, now):
             return False
         number = header.msgId
-        if number == _HEARTBEAT and not origin.station and message.autopilot != _NO_AUTOPILOT:
+        if (
+            number == _HEARTBEAT
+            and not origin.station
+            and is_vehicle(message.autopilot, message.type)
+        ):
             self._table.protect(header.srcSystem)
             self._find_intakes_of(origin, source)
         # Only the next hop may learn a key by SETUP_SIGNING.

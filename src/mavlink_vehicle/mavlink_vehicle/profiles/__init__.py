@@ -13,6 +13,7 @@ from mavlink_vehicle.profiles.profile import (
     VehicleKind,
 )
 from mavlink_vehicle.profiles.px4 import px4_profile
+from mavlink_vehicle.state.identity import is_vehicle
 
 __all__ = [
     "GENERIC",
@@ -23,6 +24,7 @@ __all__ = [
     "TakeoffForm",
     "VehicleKind",
     "profile_for",
+    "vehicle_rank",
 ]
 
 GENERIC = Profile(name="generic autopilot")
@@ -36,3 +38,16 @@ def profile_for(autopilot: int, vehicle_type: int) -> Profile:
     if autopilot == mavlink.MAV_AUTOPILOT_PX4:
         return px4_profile(vehicle_type)
     return GENERIC
+
+
+def vehicle_rank(autopilot: int, vehicle_type: int) -> int:
+    """Return how well a sender of HEARTBEAT is known as a vehicle; 0: it is none.
+
+    3: one that goals are flown with; 2: another of a known firmware; 1: any other.
+    """
+    if not is_vehicle(autopilot, vehicle_type):
+        return 0
+    profile = profile_for(autopilot, vehicle_type)
+    if profile is GENERIC:
+        return 1
+    return 3 if profile.control_mode is not None and profile.unsupported is None else 2

@@ -54,6 +54,11 @@ class ModeOrder(SequenceOrder):
         super().__init__()
         self._mode_place = self._beat_place = -1
 
+    def begin_again(self) -> None:
+        """Follow another sender from now on."""
+        self._newest = None
+        self._mode_place = self._beat_place = -1
+
     def follow(self, sequence: int, is_heartbeat: bool, is_mode: bool, now: float) -> bool | None:
         """Record a message; returns whether its mode has been left since, None if all it says.
 

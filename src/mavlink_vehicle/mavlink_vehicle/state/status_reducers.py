@@ -6,6 +6,7 @@ from typing import Any
 
 from mavlink_vehicle.codec import Message, is_mavlink_1, mavlink
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.state.identity import is_vehicle
 from mavlink_vehicle.state.restarts import beat_changes, evolve
 from mavlink_vehicle.state.signs import radio_ok
 from mavlink_vehicle.state.status_text import add_chunk, expire
@@ -14,7 +15,6 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _BOOT = mavlink.MAV_STATE_BOOT
 _UINT16_MAX = 0xFFFF
-_AUTOPILOT_INVALID = mavlink.MAV_AUTOPILOT_INVALID
 _ARMED_FLAG = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _GEOFENCE = mavlink.MAV_SYS_STATUS_GEOFENCE
@@ -27,7 +27,7 @@ _FIRMWARE_TYPES = {192: "-rc", 128: "-beta", 64: "-alpha", 0: "-dev"}
 
 def heartbeat(state: VehicleState, message: Message, now: float) -> VehicleState:
     """Process mode, arming and status; a restart may be announced by it."""
-    if message.autopilot == _AUTOPILOT_INVALID:
+    if not is_vehicle(message.autopilot, message.type):
         return state
     header = message._header
     changes = {
