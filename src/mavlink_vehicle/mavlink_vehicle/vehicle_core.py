@@ -45,6 +45,7 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
 )
 from mavlink_vehicle.protocols.mission.stored_lists import StoredLists, lists_taken
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
+from mavlink_vehicle.protocols.monitoring.answer_watch import AnswerWatch
 from mavlink_vehicle.protocols.monitoring.direct_measurements import DirectMeasurements
 from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
@@ -163,6 +164,9 @@ class VehicleCore:
             self._watch,
             lambda: self.slot.pending is not None,
         )
+        self._answer_watch = AnswerWatch(
+            self._timesync, lambda: self.address, lambda: self._gap.heard_s
+        )
         self._stations = StationObserver()
         self._last_mission: MissionOperation | None = None
         self.ranges = RangeReader()
@@ -183,6 +187,7 @@ class VehicleCore:
             self.slot,
             self._failsafes,
             self._timesync,
+            self._answer_watch,
             self.logs,
             self.rtcm,
             self._external,
@@ -200,6 +205,7 @@ class VehicleCore:
             self._rates,
             self._requests,
             self._timesync,
+            self._answer_watch,
             self._parameters,
             self.parameter_jobs,
             self.rtcm,
@@ -281,6 +287,19 @@ class VehicleCore:
     def round_trip_s(self) -> float | None:
         """Time of a message to the vehicle and back; None before it was measured."""
         return self._timesync.round_trip_s
+
+    @property
+    def is_one_way(self) -> bool:
+        """Whether it is heard, but has long answered nothing that it used to answer."""
+        return self._answer_watch.one_way
+
+    def unanswered_s(self, now: float) -> float:
+        """Return for how long it has answered nothing, while `expect_answers` is on."""
+        return self._answer_watch.unanswered_s(now)
+
+    def expect_answers(self, expected: bool, now: float) -> None:
+        """Ask often enough to notice soon that nothing arrives, or stop that."""
+        self._answer_watch.expect(expected and self.connected, now)
 
     @property
     def parameters(self) -> Mapping[str, float]:
@@ -523,6 +542,7 @@ class VehicleCore:
             self.take_ends(now)
         self._requests.receive(message, now)
         self._timesync.receive(message, now)
+        self._answer_watch.receive(message, now)
         self._parameters.receive(message, now)
         self._lists.receive(message, now)
         if message.__class__ in ANSWERS:
@@ -585,6 +605,7 @@ class VehicleCore:
                 self._rates.pause(now)
                 self._requests.pause()
                 self._timesync.pause()
+                self._answer_watch.forget(now)
                 self._parameters.pause()
                 self._lists.pause()
                 self.parameter_jobs.stop(
@@ -636,6 +657,7 @@ class VehicleCore:
         gap_s = own_gap.notice(now, boot_ms, own_gap.safe_s if self._stream.is_open else longest_s)
         if gap_s is not None:
             self._watch.excuse(gap_s)
+            self._answer_watch.excuse(now)
             self._events.append(StoodStill(gap_s))
 
     def _follow_order(
@@ -716,6 +738,7 @@ class VehicleCore:
     def _forget_vehicle(self, reason: str, now: float) -> None:
         """Drop what was learned from the vehicle, and end what was under way with it."""
         self._close_by_interlock(reason)
+        self._answer_watch.forget(now)
         self._rates.forget()
         self._requests.forget()
         self._parameters.forget()

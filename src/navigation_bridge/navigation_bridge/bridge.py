@@ -597,6 +597,7 @@ class Bridge:
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
+        self._vehicle.expect_answers(self._goal is not None, now)
         self._vehicle.handle_timer(now)
         self._handle_events(now)
         self._parking.handle_timer(now)
@@ -773,6 +774,8 @@ class Bridge:
                 self._abandon(code, text, now)
         elif not self._vehicle.connected:
             self._step_without_link(goal, now)
+        elif self._vehicle.is_one_way:
+            self._lose_uplink(now)
         elif self._vehicle.mode_unseen:
             self._report.status(goal, self._progress(goal, now))
         elif self._parking.operation_id is None:  # else the requested mode change is pending
@@ -888,6 +891,14 @@ class Bridge:
             self._abandon(OutcomeCode.LINK_LOST, text, now)
         else:
             self._report.status(goal, self._progress(goal, now))
+
+    def _lose_uplink(self, now: float) -> None:
+        text = (
+            "The link is one way: telemetry arrives, but nothing was answered for "
+            f"{self._vehicle.unanswered_s(now):.1f} s. The vehicle's own failsafe decides what it "
+            "does. The goal is not resumed."
+        )
+        self._abandon(OutcomeCode.LINK_LOST, text, now)
 
     def _end(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
         """End the active goal and stop a vehicle that is still under our control."""

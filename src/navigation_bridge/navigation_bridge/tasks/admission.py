@@ -67,6 +67,12 @@ def _situation(
             OutcomeCode.NO_VEHICLE,
             "No autopilot is heard on the link; check link_url and the vehicle's power.",
         )
+    if vehicle.is_one_way:
+        return Rejection(
+            OutcomeCode.NO_VEHICLE,
+            "The link is one way: telemetry arrives, but nothing that is sent is answered; check "
+            "the way from this computer to the autopilot.",
+        )
     if profile.unsupported is not None:
         return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, profile.unsupported)
     if profile.control_mode is None:

@@ -25,12 +25,17 @@ _FORGOTTEN_S = 5.0
 
 
 class Timesync(TimedOutbox):
-    """Asks at an interval, and keeps the last round trips."""
+    """Asks at an interval, and keeps the last round trips.
+
+    Attributes:
+        answers: how many questions were answered since `resume`.
+    """
 
     def __init__(self, interval_s: float) -> None:
         """Prepare; 0 never asks."""
         super().__init__()
         self._interval_s = interval_s
+        self.answers = 0
         self._identity = 0
         self._asked: dict[int, float] = {}
         self._round_trips_s: deque[float] = deque(maxlen=_KEPT)
@@ -40,10 +45,21 @@ class Timesync(TimedOutbox):
         """Smallest of the last round trips; None before the first answer."""
         return min(self._round_trips_s, default=None)
 
+    @property
+    def slowest_round_trip_s(self) -> float:
+        """Greatest of the last round trips; 0 before the first answer."""
+        return max(self._round_trips_s, default=0.0)
+
+    @property
+    def is_used(self) -> bool:
+        """Whether it asks at all."""
+        return self._deadline is not None
+
     def resume(self, address: Address, now: float) -> None:
         """Begin to ask; what an earlier link took counts no more."""
         self._identity = address.source_system << 8 | address.source_component
         self._round_trips_s.clear()
+        self.answers = 0
         self._deadline = now if self._interval_s > 0.0 else None
 
     def pause(self) -> None:
@@ -58,9 +74,13 @@ class Timesync(TimedOutbox):
         asked_s = self._asked.pop(message.ts1, None)
         if asked_s is not None:
             self._round_trips_s.append(now - asked_s)
+            self.answers += 1
 
     def _on_deadline(self, now: float) -> None:
-        """Ask, if it is time."""
+        self.ask(now)
+
+    def ask(self, now: float) -> None:
+        """Ask now, and then at the interval again."""
         self._deadline = now + self._interval_s
         for ts1, asked_s in list(self._asked.items()):
             if now - asked_s > _FORGOTTEN_S:

@@ -1,0 +1,157 @@
+"""Links that pass one direction only, and links that only seem to."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.links.faults import LinkFaults
+from mavlink_vehicle.vehicle import VehicleConfig as ServerSide
+from navigation_bridge.goals.requests import (
+    LandRequest,
+    Request,
+    ReturnRequest,
+    VelocityRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
+from navigation_core.outcomes import OutcomeCode
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.flights.vehicle_pair import VehiclePair
+
+VEHICLES = [
+    ("ardupilot", "copter"), ("px4", "copter"), ("ardupilot", "rover"), ("px4", "rover"),
+    ("ardupilot", "boat"), ("ardupilot", "plane"), ("px4", "plane"),
+]  # fmt: skip
+HEIGHTS_M = {"copter": 5.0, "plane": 60.0}
+
+
+def flight_of(
+    autopilot: str, kind: str, faults: LinkFaults | None = None, **parameters: object
+) -> SimulatedFlight:
+    vehicle = VehicleConfig(autopilot=autopilot, vehicle=kind, ready_after_s=1.0)
+    flight = SimulatedFlight(
+        simulated=vehicle,
+        volume_radius_m=3000.0,
+        battery_policy="ignore",
+        **parameters,  # type: ignore[arg-type]
+    )
+    flight.simulation.link.set_faults(faults)
+    return flight.ready()
+
+
+def far(flight: SimulatedFlight, kind: str, far_m: float = 200.0) -> Request:
+    distance_m = 1000.0 if kind == "plane" else far_m
+    return flight.request(0.0, distance_m, HEIGHTS_M.get(kind, 0.0))
+
+
+def under_way(flight: SimulatedFlight, kind: str, far_m: float = 200.0) -> str:
+    goal = flight.start(far(flight, kind, far_m))
+    flight.run_to_status(goal, "NAVIGATING")
+    flight.run_for(5.0)
+    return goal
+
+
+def loses_uplink(flight: SimulatedFlight, goal: str, within_s: float = 3.0) -> None:
+    flight.uplink_up = False
+    began_s = flight.now
+    flight.run_until(lambda: bool(flight.ends(goal)), 30.0)
+    (end,) = flight.ends(goal)
+    assert end.code is OutcomeCode.LINK_LOST, end.message
+    assert "one way" in end.message
+    assert flight.now - began_s <= within_s
+
+
+@pytest.mark.parametrize(("autopilot", "kind"), [v for v in VEHICLES if v != ("px4", "copter")])
+def test_a_lost_uplink_ends_a_goal(autopilot: str, kind: str) -> None:
+    flight = flight_of(autopilot, kind)
+    goal = under_way(flight, kind)
+    if (autopilot, kind) == ("px4", "rover"):
+        flight.uplink_up = False  # it acts on the loss of its setpoints itself, and sooner
+        flight.run_until(lambda: bool(flight.ends(goal)), 3.5)
+        return
+    loses_uplink(flight, goal)
+    rejection = flight.check(far(flight, kind))
+    assert rejection is not None
+    assert rejection.code is OutcomeCode.NO_VEHICLE
+    flight.uplink_up = True
+    flight.run_for(2.0)
+    assert flight.check(far(flight, kind)) is None
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("action", ["mission", "land", "return"])
+def test_a_goal_that_sends_no_setpoints_ends_too(autopilot: str, action: str) -> None:
+    flight = flight_of(autopilot, "copter")
+    points = tuple(WaypointRequest((0.0, y, 20.0)) for y in (40.0, 80.0, 120.0))
+    if action == "mission":
+        goal = flight.start(WaypointsRequest(points, by_mission=True))
+        flight.run_to_status(goal, "NAVIGATING")
+    else:
+        end = flight.run_to_end(flight.start(flight.request(0.0, 40.0, 20.0)))
+        assert end.code is OutcomeCode.SUCCESS, end.message
+        goal = flight.start(LandRequest() if action == "land" else ReturnRequest())
+    flight.run_for(4.0)
+    loses_uplink(flight, goal)
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_an_autopilot_without_timesync_is_known_by_its_acknowledgements(autopilot: str) -> None:
+    flight = flight_of(autopilot, "copter")
+    flight.unheard = frozenset({"TIMESYNC"})
+    points = tuple(WaypointRequest((0.0, y, 20.0)) for y in (40.0, 80.0, 120.0))
+    goal = flight.start(WaypointsRequest(points, by_mission=True))
+    flight.run_to_status(goal, "NAVIGATING")
+    flight.run_for(6.0)
+    loses_uplink(flight, goal, within_s=4.0)
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_an_autopilot_without_timesync_is_flown_all_the_same(autopilot: str) -> None:
+    flight = flight_of(autopilot, "copter")
+    flight.unheard = frozenset({"TIMESYNC"})
+    end = flight.run_to_end(flight.start(flight.request(0.0, 60.0, 5.0)))
+    assert end.code is OutcomeCode.SUCCESS, end.message
+
+
+BAD_LINKS = {
+    "20 % loss": LinkFaults(loss=0.2),
+    "half a second each way": LinkFaults(delay_s=0.5, jitter_s=0.3),
+    "two seconds each way": LinkFaults(delay_s=2.0),
+    "both": LinkFaults(loss=0.2, delay_s=0.4, jitter_s=0.2),
+}
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("name", BAD_LINKS)
+def test_a_bad_link_is_not_one_way(autopilot: str, name: str) -> None:
+    pair = VehiclePair(
+        faults=BAD_LINKS[name],
+        config=ServerSide(heartbeat_timeout_s=6.0),
+        simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0, faults=BAD_LINKS[name]),
+    )
+    pair.run_until(lambda: pair.vehicle.connected)
+    for _ in range(600):
+        pair.vehicle.expect_answers(True, pair.now)
+        pair.run_for(0.1)
+        assert not pair.vehicle.is_one_way, pair.now
+    assert pair.vehicle.round_trip_s is not None
+
+
+def test_a_silence_and_a_standstill_are_not_one_way() -> None:
+    flight = flight_of("ardupilot", "copter")
+    goal = under_way(flight, "copter", 60.0)
+    flight.simulation.link.silent = True
+    flight.run_for(2.0)
+    flight.simulation.link.silent = False
+    flight.run_for(3.0)
+    flight.stall(2.5)
+    assert flight.run_to_end(goal).code is OutcomeCode.SUCCESS
+
+
+def test_velocity_commands_end_too() -> None:
+    flight = flight_of("ardupilot", "copter")
+    flight.fly_up()
+    goal = flight.start(VelocityRequest())
+    flight.run_for(4.0)
+    loses_uplink(flight, goal)
