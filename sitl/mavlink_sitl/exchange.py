@@ -111,6 +111,24 @@ class BatteryReading(NamedTuple):
     remaining_percent: float
 
 
+class FurtherBattery(NamedTuple):
+    """What BATTERY_STATUS tells of a battery beside the first; nothing empties it.
+
+    Attributes:
+        number: its id, from 1.
+        remaining_percent: its charge, -1 when unknown.
+        charge_state: MAV_BATTERY_CHARGE_STATE.
+        function: MAV_BATTERY_FUNCTION.
+        voltage_v: of the pack.
+    """
+
+    number: int
+    remaining_percent: int
+    charge_state: int = 1
+    function: int = 0
+    voltage_v: float = 12.6
+
+
 class RangeReading(NamedTuple):
     """Readings of the range sensors in metres; infinity where nothing is in range.
 

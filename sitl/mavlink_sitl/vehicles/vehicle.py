@@ -17,6 +17,7 @@ from mavlink_sitl.exchange import (
     GRAVITY_M_S2,
     ZERO,
     BatteryReading,
+    FurtherBattery,
     GpsReading,
     Guidance,
     Observation,
@@ -91,6 +92,8 @@ class SimulatedVehicle(VehicleBody):
         self._damage: str | None = None
         self._failures = Failures(self)
         self._boot_at_us: int | None = None
+        self._further_batteries: dict[int, FurtherBattery] = {}
+        self._battery_turn = -1
         self.wake_us = 0
         self._underway = config.underway
         self._snapshot_cache: tuple[int, Snapshot] | None = None
@@ -402,6 +405,23 @@ class SimulatedVehicle(VehicleBody):
         self.copter.damage = self._damage
         self.copter.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
         self.copter.disarm(force=True)
+
+    def set_further_battery(self, battery: FurtherBattery) -> None:
+        """Report a battery beside the first, as BATT2_* (ArduPilot) and BAT2_* (PX4) add one."""
+        self._further_batteries[battery.number] = battery
+
+    def remove_further_battery(self, number: int) -> None:
+        """Report it no more."""
+        del self._further_batteries[number]
+
+    def next_battery(self) -> FurtherBattery | None:
+        """Return whose turn it is in BATTERY_STATUS; None for the first battery.
+
+        An ArduPilot sends one battery at a time, in turn (GCS_MAVLINK::send_battery_status).
+        """
+        batteries = (None, *self._further_batteries.values())
+        self._battery_turn = (self._battery_turn + 1) % len(batteries)
+        return batteries[self._battery_turn]
 
     def set_battery_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage, as SIM_BATT_VOLTAGE does; 0 gives the model back."""

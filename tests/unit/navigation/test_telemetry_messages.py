@@ -153,7 +153,7 @@ def test_without_a_fix_nothing_is_invented() -> None:
 
 def test_a_discharging_battery_has_a_negative_current() -> None:
     battery = Battery(0.0, 0.42, 11.9, 15.0)
-    message = messages.battery_state(VehicleState(battery=battery), STAMP)
+    message = messages.battery_state(battery, STAMP)
     assert message.percentage == pytest.approx(0.42)
     assert message.voltage == pytest.approx(11.9)
     assert message.current == pytest.approx(-15.0)
@@ -162,7 +162,7 @@ def test_a_discharging_battery_has_a_negative_current() -> None:
 
 
 def test_an_unknown_battery_is_nan() -> None:
-    message = messages.battery_state(VehicleState(), STAMP)
+    message = messages.battery_state(None, STAMP)
     assert math.isnan(message.percentage)
     assert math.isnan(message.voltage)
     assert math.isnan(message.current)

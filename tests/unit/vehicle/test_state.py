@@ -139,7 +139,6 @@ def test_batteries(autopilot: AutopilotMessages) -> None:
     cells = [4100, 4050, 4000] + [BOTH_UNKNOWN] * 7
     state = after(
         autopilot("BATTERY_STATUS", voltages=cells, battery_remaining=79, current_battery=-1),
-        autopilot("BATTERY_STATUS", id=1, voltages=cells, battery_remaining=3),  # a second one
         autopilot("SYS_STATUS", voltage_battery=1, battery_remaining=1),  # says less
         state=state,
     )

@@ -6,7 +6,14 @@ import math
 from typing import NamedTuple, Protocol
 
 from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.exchange import BatteryReading, GpsReading, Motion, RangeReading, Vector
+from mavlink_sitl.exchange import (
+    BatteryReading,
+    FurtherBattery,
+    GpsReading,
+    Motion,
+    RangeReading,
+    Vector,
+)
 from mavlink_sitl.geodesy import GeoPoint
 
 
@@ -32,6 +39,10 @@ class Instruments(Protocol):
 
     def servos_us(self) -> tuple[int, ...]:
         """Servo outputs of who has no four equal motors."""
+        ...
+
+    def next_battery(self) -> FurtherBattery | None:
+        """Whose turn it is in BATTERY_STATUS; None for the first battery."""
         ...
 
     def look_around(self) -> RangeReading | None:

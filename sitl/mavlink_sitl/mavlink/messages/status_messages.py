@@ -10,6 +10,7 @@ import struct
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.common.commander import Commander
+from mavlink_sitl.exchange import FurtherBattery
 from mavlink_sitl.mavlink.codec import Extended, Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import (
     Snapshot,
@@ -109,6 +110,9 @@ def sys_status(s: Snapshot) -> Message:
 def battery_status(s: Snapshot) -> Message:
     """BATTERY_STATUS: the whole pack's voltage in the first cell's place, as recorded."""
     copter, battery = s.vehicle, s.battery
+    further = s.instruments.next_battery()
+    if further is not None:
+        return further_battery_status(further)
     known = copter.battery_known
     voltages = [65535] * 10
     charge_state = dialect.MAV_BATTERY_CHARGE_STATE_UNHEALTHY
@@ -127,6 +131,23 @@ def battery_status(s: Snapshot) -> Message:
         to_int(battery.remaining_percent, 0, 100) if known else -1,
         0,
         charge_state,
+    )
+
+
+def further_battery_status(battery: FurtherBattery) -> Message:
+    """BATTERY_STATUS of a battery beside the first."""
+    return dialect.MAVLink_battery_status_message(
+        battery.number,
+        battery.function,
+        0,
+        32767,
+        [to_int(battery.voltage_v * 1000.0, 0, 65534), *[65535] * 9],
+        -1,
+        -1,
+        -1,
+        battery.remaining_percent,
+        0,
+        battery.charge_state,
     )
 
 

@@ -109,7 +109,9 @@ def sys_status(s: Snapshot) -> Message:
 
 def battery_status(s: Snapshot) -> Message:
     """BATTERY_STATUS: the pack's voltage in the first place, a current of -1 A, rounded charge."""
-    battery = firmware_of(s).battery
+    battery, further = firmware_of(s).battery, s.instruments.next_battery()
+    if further is not None:
+        return status.further_battery_status(further)
     return dialect.MAVLink_battery_status_message(
         0,
         1,

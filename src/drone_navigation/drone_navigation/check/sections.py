@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from drone_navigation.check.examination import Checker, RequestedRate
 from mavlink_vehicle.io.links import parse_url
 from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.state.health import battery_is_low
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.configuration.settings import TrafficConfig
 from navigation_bridge.vehicle.link_health import LinkHealth
@@ -150,29 +151,38 @@ def position_section(state: VehicleState) -> CheckSection:
 
 
 def battery_section(state: VehicleState) -> CheckSection:
-    """Battery."""
+    """Batteries: of several each one, and the charge that counts."""
     battery = state.battery
     if battery is None:
         line = Line("battery", _UNKNOWN, "The battery check is inactive.")
         return CheckSection("Battery", (line,))
     remaining = battery.remaining
-    low = remaining is not None and remaining < _BATTERY_LOW
+    low = battery_is_low(battery) or (remaining is not None and remaining < _BATTERY_LOW)
+    several = state.batteries if len(state.batteries) > 1 else ()
     return CheckSection(
         "Battery",
         (
-            Line(
-                "remaining",
-                _UNKNOWN if remaining is None else f"{100.0 * remaining:.0f} %",
-                "Charge the battery." if low else None,
-            ),
-            Line(
-                "voltage", _UNKNOWN if battery.voltage_v is None else f"{battery.voltage_v:.1f} V"
-            ),
-            Line(
-                "current", _UNKNOWN if battery.current_a is None else f"{battery.current_a:.1f} A"
+            Line("remaining", _percent(remaining), "Charge the battery." if low else None),
+            Line("voltage", _number(battery.voltage_v, "V")),
+            Line("current", _number(battery.current_a, "A")),
+            *(
+                Line(
+                    f"battery {each.battery_id}",
+                    f"{_percent(each.remaining)}, {_number(each.voltage_v, 'V')}",
+                    "The autopilot reports it low." if battery_is_low(each) else None,
+                )
+                for each in several
             ),
         ),
     )
+
+
+def _percent(share: float | None) -> str:
+    return _UNKNOWN if share is None else f"{100.0 * share:.0f} %"
+
+
+def _number(value: float | None, unit: str) -> str:
+    return _UNKNOWN if value is None else f"{value:.1f} {unit}"
 
 
 def failsafes_section(checker: Checker, profile: Profile) -> CheckSection:

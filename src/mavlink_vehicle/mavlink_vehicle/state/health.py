@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.state.batteries import charge_rank
 from mavlink_vehicle.state.telemetry import Battery
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -17,12 +18,6 @@ _NEEDED = {
     mavlink.ESTIMATOR_VELOCITY_HORIZ: "horizontal velocity",
     mavlink.ESTIMATOR_POS_HORIZ_ABS: "horizontal position",
 }
-_CHARGE_LOW = (
-    mavlink.MAV_BATTERY_CHARGE_STATE_LOW,
-    mavlink.MAV_BATTERY_CHARGE_STATE_CRITICAL,
-    mavlink.MAV_BATTERY_CHARGE_STATE_EMERGENCY,
-    mavlink.MAV_BATTERY_CHARGE_STATE_FAILED,
-)
 
 
 def estimator_faults(state: VehicleState) -> tuple[str, ...]:
@@ -73,4 +68,4 @@ def arming_faults(state: VehicleState, now: float) -> tuple[str, ...]:
 
 def battery_is_low(battery: Battery | None) -> bool:
     """Whether the autopilot itself says that the battery is low or worse."""
-    return battery is not None and battery.charge_state in _CHARGE_LOW
+    return charge_rank(battery) > 0

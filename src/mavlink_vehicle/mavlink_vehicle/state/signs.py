@@ -7,18 +7,12 @@ without a radio says all the time of its receiver, is no sign of anything that h
 from __future__ import annotations
 
 from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.state.batteries import charge_rank
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.state.warning_signs import Signs
 
 _FIX_3D = mavlink.GPS_FIX_TYPE_3D_FIX
 _RADIO = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
-# MAV_BATTERY_CHARGE_STATE by how bad it is; of others nothing is known.
-_CHARGE_RANK = {
-    mavlink.MAV_BATTERY_CHARGE_STATE_LOW: 1,
-    mavlink.MAV_BATTERY_CHARGE_STATE_CRITICAL: 2,
-    mavlink.MAV_BATTERY_CHARGE_STATE_EMERGENCY: 3,
-    mavlink.MAV_BATTERY_CHARGE_STATE_FAILED: 4,
-}
 
 
 def radio_ok(enabled: int, health: int) -> bool | None:
@@ -46,7 +40,7 @@ def _shown(state: VehicleState) -> tuple[bool | int | None, ...]:
     """Return all that a sign can begin or end by; while it is the same, all signs are."""
     return (
         state.fence_breached,
-        _charge_rank(state),
+        charge_rank(state.battery),
         state.radio_ok,
         _has_fix(state),
         _has_position(state),
@@ -60,14 +54,10 @@ def _since(since_s: float | None, was_ok: bool | None, ok: bool | None, now: flo
 
 
 def _battery(before: VehicleState, after: VehicleState, now: float) -> float | None:
-    was, rank = _charge_rank(before), _charge_rank(after)
+    was, rank = charge_rank(before.battery), charge_rank(after.battery)
     if rank == 0:
         return None
     return now if rank > was else before.signs.battery_s
-
-
-def _charge_rank(state: VehicleState) -> int:
-    return 0 if state.battery is None else _CHARGE_RANK.get(state.battery.charge_state, 0)
 
 
 def _has_fix(state: VehicleState) -> bool | None:

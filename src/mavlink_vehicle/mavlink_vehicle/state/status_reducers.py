@@ -6,6 +6,7 @@ from typing import Any
 
 from mavlink_vehicle.codec import Message, is_mavlink_1, mavlink
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.state.batteries import deciding, fraction, read_battery, with_battery
 from mavlink_vehicle.state.identity import is_vehicle
 from mavlink_vehicle.state.restarts import beat_changes, evolve
 from mavlink_vehicle.state.signs import radio_ok
@@ -70,31 +71,14 @@ def current_mode(state: VehicleState, message: Message, _now: float) -> VehicleS
 
 
 def battery_status(state: VehicleState, message: Message, now: float) -> VehicleState:
-    """Process the first battery."""
-    if message.id != 0:
-        return state
-    # ArduPilot and PX4 put the pack's voltage into the first cells when they don't know cells:
-    # in every case the sum of the valid entries is the pack's voltage.
-    cells = [mv for mv in message.voltages if mv != _UINT16_MAX]
-    cells += [mv for mv in message.voltages_ext if mv not in (0, _UINT16_MAX)]
-    current_ca, consumed_mah = message.current_battery, message.current_consumed
-    # PX4 also writes its own "unknown" of -1 A, as -100, and adds up the charge from it.
-    unknown_current = current_ca == -1 or (
-        current_ca == -100 and state.autopilot == mavlink.MAV_AUTOPILOT_PX4
-    )
-    battery = Battery(
-        now,
-        _fraction(message.battery_remaining),
-        sum(cells) / 1000 if cells else None,
-        None if unknown_current else current_ca / 100,
-        None if consumed_mah < 0 else consumed_mah / 1000,
-        message.charge_state,
-    )
-    return evolve(state, {"battery": battery})
+    """Process a battery, of several perhaps."""
+    batteries = with_battery(state, read_battery(message, state.autopilot, now), now)
+    battery = deciding(batteries, state.battery_summary, now)
+    return evolve(state, {"batteries": batteries, "battery": battery})
 
 
 def sys_status(state: VehicleState, message: Message, now: float) -> VehicleState:
-    """Process health and fence, and the battery until BATTERY_STATUS comes."""
+    """Process health and fence, and the battery where BATTERY_STATUS does not tell."""
     health = message.onboard_control_sensors_health
     # PX4 sets the health bit of a check that it does not list as present.
     tells_prearm = state.autopilot == mavlink.MAV_AUTOPILOT_PX4 or bool(
@@ -112,15 +96,17 @@ def sys_status(state: VehicleState, message: Message, now: float) -> VehicleStat
         # Switched off. An ArduPilot keeps the health bit of a breach then, and says no more of it;
         # with FENCE_ACTION 0 the fence is not enabled here either, but FENCE_STATUS continues.
         changes["fence_breached"] = False
-    if state.battery is None or state.battery.from_summary:
-        voltage_mv = message.voltage_battery
-        changes["battery"] = Battery(
-            now,
-            _fraction(message.battery_remaining),
-            None if voltage_mv in (0, _UINT16_MAX) else voltage_mv * 1e-3,
-            None if message.current_battery == -1 else message.current_battery * 0.01,
-            from_summary=True,
-        )
+    voltage_mv = message.voltage_battery
+    changes["battery_summary"] = summary = Battery(
+        now,
+        fraction(message.battery_remaining),
+        None if voltage_mv in (0, _UINT16_MAX) else voltage_mv * 1e-3,
+        None if message.current_battery == -1 else message.current_battery * 0.01,
+        from_summary=True,
+    )
+    battery = deciding(state.batteries, summary, now)
+    if battery != state.battery:
+        changes["battery"] = battery
     return evolve(state, changes)
 
 
@@ -174,7 +160,3 @@ def status_text(state: VehicleState, message: Message, now: float) -> VehicleSta
         counts_from_0=state.autopilot == mavlink.MAV_AUTOPILOT_PX4,
     )
     return state if texts is state.texts else evolve(state, {"texts": texts})
-
-
-def _fraction(percent: int) -> float | None:
-    return percent / 100 if 0 <= percent <= 100 else None

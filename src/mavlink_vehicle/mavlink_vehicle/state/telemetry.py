@@ -56,16 +56,24 @@ class Attitude(NamedTuple):
 
 
 class Battery(NamedTuple):
-    """BATTERY_STATUS of battery 0, or what SYS_STATUS says until the first of those.
+    """BATTERY_STATUS of one battery, or what SYS_STATUS says.
 
     Attributes:
         time_s: when it came.
-        remaining: fraction 0 to 1, None when unknown.
-        voltage_v: of the whole pack, None when unknown.
-        current_a: positive when discharging, None when unknown.
-        consumed_ah: charge used, None when unknown.
+        remaining: fraction 0 to 1, None when unknown, as all that may be None.
+        voltage_v: of the whole pack.
+        current_a: positive when discharging.
+        consumed_ah: charge used.
         charge_state: MAV_BATTERY_CHARGE_STATE, 0 when unknown.
         from_summary: it came from SYS_STATUS.
+        battery_id: the autopilot's number, from 0.
+        function: MAV_BATTERY_FUNCTION, 0 when unknown.
+        chemistry: MAV_BATTERY_TYPE, 0 when unknown.
+        cell_voltages_v: of the cells that are measured one by one; else empty.
+        temperature_c: in degrees Celsius.
+        time_remaining_s: as the autopilot expects it.
+        mode: MAV_BATTERY_MODE; 0 in normal use.
+        faults: MAV_BATTERY_FAULT.
     """
 
     time_s: float
@@ -75,6 +83,14 @@ class Battery(NamedTuple):
     consumed_ah: float | None = None
     charge_state: int = 0
     from_summary: bool = False
+    battery_id: int = 0
+    function: int = 0
+    chemistry: int = 0
+    cell_voltages_v: tuple[float, ...] = ()
+    temperature_c: float | None = None
+    time_remaining_s: float | None = None
+    mode: int = 0
+    faults: int = 0
 
 
 class Home(NamedTuple):

@@ -97,6 +97,9 @@ class VehicleState:
         radio_ok: whether SYS_STATUS calls the pilot's radio healthy; None when it does not say.
         signs: since when the vehicle shows that something is wrong.
         global_position: None also while the vehicle sends 0, 0.
+        battery: the worst, with the lowest charge of all that count; see `state.batteries`.
+        batteries: each battery of BATTERY_STATUS, by its number.
+        battery_summary: what SYS_STATUS says.
         ground_altitude_amsl_m: where it last stood, disarmed. PX4's home moves in flight.
         ground_down_m: the same in the local frame.
         mission: how the stored mission stands.
@@ -139,6 +142,8 @@ class VehicleState:
     local_position: LocalPosition | None = None
     attitude: Attitude | None = None
     battery: Battery | None = None
+    batteries: tuple[Battery, ...] = ()
+    battery_summary: Battery | None = None
     home: Home | None = None
     origin: Origin | None = None
     gps: GpsFix | None = None

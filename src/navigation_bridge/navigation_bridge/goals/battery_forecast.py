@@ -19,7 +19,7 @@ _DRIVING_M_S = 0.3
 _BEGIN_S, _SETTLE_S = 10.0, 3.0
 # Time within which the vehicle's own failsafe acts first.
 _FAILSAFE_ACTS_S = 2.0
-_SAID_LOW = "The autopilot reports a low battery."
+_SAID_LOW = "The autopilot reports a low battery"
 
 
 class BatteryReckoning:
@@ -83,7 +83,7 @@ class BatteryReckoning:
     def problem(self, plan: FlightPlan, start_enu_m: Vector3) -> str | None:
         """Return why the battery is insufficient for a plan and the return, or None."""
         if battery_is_low(self._vehicle.state.battery):
-            return _SAID_LOW
+            return self._said_low()
         goal_s = _BEGIN_S + plan.duration_s(start_enu_m) + _SETTLE_S
         end_enu_m = plan.targets_enu_m[-1] if plan.targets_enu_m else start_enu_m
         back_s = self._back_s(end_enu_m, plan)
@@ -101,8 +101,14 @@ class BatteryReckoning:
         elif self._low_since_s is None:
             self._low_since_s = now
         if self._low_since_s is not None and now - self._low_since_s > _FAILSAFE_ACTS_S:
-            return _SAID_LOW
+            return self._said_low()
         return None
+
+    def _said_low(self) -> str:
+        """Report which battery it is, where there are several."""
+        battery, several = self._vehicle.state.battery, len(self._vehicle.state.batteries) > 1
+        number = f" (number {battery.battery_id})" if several and battery is not None else ""
+        return f"{_SAID_LOW}{number}."
 
     def runs_low(self, plan: FlightPlan, here_enu_m: Vector3) -> str | None:
         """Return why the charge requires turning back from a position on the path, or None."""

@@ -26,7 +26,7 @@ from mavlink_vehicle.positions import frames
 from mavlink_vehicle.protocols.streams.external_position import FRESH_S
 from mavlink_vehicle.state.health import battery_is_low, estimator_faults
 from mavlink_vehicle.state.reducer import VehicleState
-from mavlink_vehicle.state.telemetry import GpsFix
+from mavlink_vehicle.state.telemetry import Battery, GpsFix
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.goals.goal import GoalRejected
 from navigation_bridge.vehicle.failsafes import failsafe_code
@@ -204,23 +204,55 @@ def is_same_home(before: HomePosition, now: HomePosition) -> bool:
     )
 
 
-def battery_state(state: VehicleState, stamp: Time) -> BatteryState:
-    """Return the battery; current is negative while it discharges, as the message defines."""
+_TECHNOLOGIES = {
+    1: BatteryState.POWER_SUPPLY_TECHNOLOGY_LIPO,
+    2: BatteryState.POWER_SUPPLY_TECHNOLOGY_LIFE,
+    3: BatteryState.POWER_SUPPLY_TECHNOLOGY_LION,
+    4: BatteryState.POWER_SUPPLY_TECHNOLOGY_NIMH,
+}
+"""By MAV_BATTERY_TYPE."""
+_CHARGING, _FAILED, _UNHEALTHY = 7, 5, 6
+_FAULT_OVER_TEMPERATURE = 16
+
+
+def battery_state(battery: Battery | None, stamp: Time) -> BatteryState:
+    """Return a battery; current is negative while it discharges, as the message defines."""
     message = BatteryState()
     message.header.stamp = stamp
     message.voltage = message.temperature = message.current = message.charge = math.nan
     message.capacity = message.design_capacity = message.percentage = math.nan
     message.power_supply_technology = BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN
-    battery = state.battery
     if battery is None:
         message.power_supply_status = BatteryState.POWER_SUPPLY_STATUS_UNKNOWN
         return message
     message.present = True
-    message.power_supply_status = BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+    message.power_supply_status = (
+        BatteryState.POWER_SUPPLY_STATUS_CHARGING
+        if battery.charge_state == _CHARGING
+        else BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
+    )
+    message.power_supply_health = _battery_health(battery)
+    message.power_supply_technology = _TECHNOLOGIES.get(
+        battery.chemistry, BatteryState.POWER_SUPPLY_TECHNOLOGY_UNKNOWN
+    )
+    message.location = str(battery.battery_id)
+    message.cell_voltage = list(battery.cell_voltages_v)
+    message.temperature = _or_nan(battery.temperature_c)
     message.voltage = _or_nan(battery.voltage_v)
     message.current = math.nan if battery.current_a is None else -battery.current_a
     message.percentage = _or_nan(battery.remaining)
     return message
+
+
+def _battery_health(battery: Battery) -> int:
+    if battery.faults & _FAULT_OVER_TEMPERATURE:
+        return int(BatteryState.POWER_SUPPLY_HEALTH_OVERHEAT)
+    if battery.faults or battery.charge_state in (_FAILED, _UNHEALTHY):
+        return int(BatteryState.POWER_SUPPLY_HEALTH_UNSPEC_FAILURE)
+    good = battery.charge_state != 0
+    return int(
+        BatteryState.POWER_SUPPLY_HEALTH_GOOD if good else BatteryState.POWER_SUPPLY_HEALTH_UNKNOWN
+    )
 
 
 def path(points_enu_m: Sequence[Vector3], stamp: Time, names: FrameNames = PLAIN) -> Path:
@@ -385,6 +417,12 @@ def battery_diagnostic(state: VehicleState, name: str, hardware_id: str) -> Diag
         "current": _or_unknown(battery.current_a, ".2f", " A"),
         "consumed": _or_unknown(battery.consumed_ah, ".2f", " Ah"),
     }
+    for each in state.batteries if len(state.batteries) > 1 else ():
+        share = None if each.remaining is None else 100.0 * each.remaining
+        values[f"battery {each.battery_id}"] = (
+            f"{_or_unknown(share, '.0f', ' %')}, {_or_unknown(each.voltage_v, '.2f', ' V')}, "
+            f"charge state {each.charge_state}, faults {each.faults}"
+        )
     return _diagnostic(title, hardware_id, judged, values)
 
 

@@ -28,6 +28,7 @@ from drone_navigation.server.publishing.scene_topics import SceneTopics
 from drone_navigation.server.publishing.transforms import Transforms, geoid_height_m, is_heard
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state.reducer import VehicleState
+from mavlink_vehicle.state.telemetry import Battery
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.settings import PublishTf
 from navigation_bridge.goals.goal import GoalHappened, GoalRejected, PlanChanged
@@ -104,6 +105,7 @@ class Topics:
         self._odometry = node.create_publisher(Odometry, "~/odometry", STREAM_QOS)
         self._fix = node.create_publisher(NavSatFix, "~/fix", STREAM_QOS)
         self._battery = node.create_publisher(BatteryState, "~/battery", STREAM_QOS)
+        self._batteries: dict[int, Any] = {}
         self._plan = node.create_publisher(Path, "~/plan", LATCHED_QOS)
         self._vehicle_status = node.create_publisher(VehicleStatus, "~/vehicle_status", LATCHED_QOS)
         self._goal_events = node.create_publisher(GoalEvent, "~/goal_events", STREAM_QOS)
@@ -167,8 +169,7 @@ class Topics:
             fixed_ms = None if state.gps is None else state.gps.time_boot_ms
             measured = self._stamp() if fixed_ms is None else self._measured(fixed_ms, now)
             self._fix.publish(messages.nav_sat_fix(state, measured, self._frames))
-        if (before is None or state.battery is not before.battery) and is_heard(self._battery):
-            self._battery.publish(messages.battery_state(state, self._stamp()))
+        self._publish_batteries(before, state)
         if state.home is not None and (before is None or state.home is not before.home):
             self._publish_home(state, self._stamp())
         other_server = self._presence is not None and self._presence.other_server
@@ -204,6 +205,27 @@ class Topics:
             geoid_m = geoid_height_m(state)
             self._geo_pose.publish(messages.geo_pose(pose, state, geoid_m, stamp, frames))
         self.transforms.publish(stamp)
+
+    def _publish_batteries(self, before: VehicleState | None, state: VehicleState) -> None:
+        """Publish what decides, and of several each that was reported anew on its own topic."""
+        if before is None or state.battery is not before.battery:
+            self._publish_battery(self._battery, state.battery)
+        known = () if before is None else before.batteries
+        if len(state.batteries) < 2 or state.batteries is known:
+            return
+        for battery in state.batteries:
+            number = battery.battery_id
+            if number not in self._batteries:
+                self._batteries[number] = self._node.create_publisher(
+                    BatteryState, f"~/battery_{number}", STREAM_QOS
+                )
+            elif battery in known:
+                continue
+            self._publish_battery(self._batteries[number], battery)
+
+    def _publish_battery(self, publisher: Any, battery: Battery | None) -> None:
+        if is_heard(publisher):
+            publisher.publish(messages.battery_state(battery, self._stamp()))
 
     def _publish_home(self, state: VehicleState, stamp: Any) -> None:
         home = messages.home_position(self._bridge, state, stamp, self._frames)
