@@ -171,7 +171,7 @@ def _doubted(last: ClockDoubt | None, kind: type, time_ms: int, now: float) -> C
     begun_s = now - 1e-3 * time_ms
     if last is None or abs(begun_s - last.begun_s) > _SAME_CLOCK_S:
         return ClockDoubt(now, now, begun_s, time_ms, frozenset({kind}), 1)
-    # In a silence nothing shows which clock goes on.
+    # In a silence nothing shows which clock continues.
     silent_s = max(now - last.heard_s - _LISTENED_S, 0.0)
     return ClockDoubt(
         last.since_s + silent_s,

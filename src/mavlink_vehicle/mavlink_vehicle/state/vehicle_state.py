@@ -48,7 +48,7 @@ class ClockDoubt(NamedTuple):
 
     @property
     def is_clock(self) -> bool:
-        """Whether it goes on, and is not one message's own."""
+        """Whether it continues, and is not that of one message."""
         return len(self.kinds) >= _CLOCK_KINDS or self.messages >= _CLOCK_MESSAGES
 
 

@@ -6,8 +6,8 @@ autopilot is asked by TIMESYNC twice a second. Once that stays unanswered for lo
 trip, it is asked six times a second, and by MAV_CMD_REQUEST_MESSAGE of HEARTBEAT, too, which both
 firmwares acknowledge within milliseconds (measured).
 
-Only questions of a kind that this autopilot has answered count, and so many of them must be
-unanswered that losses like those measured before do not explain it. They are counted from anew
+Only questions of a kind that this autopilot has answered count, and enough of them must be
+unanswered that losses like those measured before do not explain it. The count begins again
 after an answer, after a silence of the vehicle (a link that is down, or lags), and after we stood
 still. A link that lags is given twice its slowest recent round trip, and twice its last silence.
 """
@@ -79,7 +79,7 @@ class AnswerWatch(TimedOutbox):
             self._deadline = now
 
     def forget(self, now: float) -> None:
-        """Count from anew: another autopilot, a restart, or a lost link."""
+        """Begin to count again: another autopilot, a restart, or a lost link."""
         self._acks = self._commands = 0
         self._share = _SHARE_MAX
         self.one_way = False
