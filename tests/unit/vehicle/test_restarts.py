@@ -153,6 +153,22 @@ def test_an_announced_restart_counts_once(armed: bool, telemetry_s: float) -> No
     assert vehicle.state.global_position is not None
 
 
+@pytest.mark.parametrize("uptime_s", [2.5, 300.0])
+def test_a_restart_soon_after_the_start_is_noticed_by_its_heartbeat(uptime_s: float) -> None:
+    """Its clock goes back by less than a late packet may."""
+    vehicle = Telemetry(uptime_s, armed=False)
+    vehicle.mode = 0
+    vehicle.take(vehicle.beat())
+    vehicle.run(0.2)
+    vehicle.restart(1.2)
+    vehicle.status = 1
+    vehicle.take(vehicle.beat())
+    assert vehicle.state.boot_count == 1
+    vehicle.status = 3
+    vehicle.run(5.0)
+    assert vehicle.state.boot_count == 1
+
+
 def test_one_heartbeat_that_says_boot_is_no_restart() -> None:
     vehicle = Telemetry(300.0)
     vehicle.take(vehicle.make.heartbeat(mode=vehicle.mode, armed=True, status=1))

@@ -5,8 +5,9 @@ does not stop the clock that the other messages follow; a HEARTBEAT may be damag
 
 - a clock that began lately, in two kinds of messages or in three of one kind, instead of the old
   one. It is believed at once after a silence or a disarming, else after a second of it alone;
-- MAV_STATE_BOOT of a vehicle that was running, with such a clock, a disarming, another mode, or
-  again (an ArduCopter sends its first two HEARTBEATs within 30 ms, recorded).
+- MAV_STATE_BOOT of a vehicle that was running, with such a clock, a silence of its clock, a
+  disarming, another mode, or again (an ArduCopter sends its first two HEARTBEATs within 30 ms,
+  recorded).
 
 A clock that goes back but runs for longer than the vehicle was out of sight is no restart.
 """
@@ -144,7 +145,8 @@ def beat_changes(
     begins = booting and not state.booting and now - signs.restarted_s > _BOOT_AGAIN_S
     if begins:
         signs = signs._replace(booting_s=now)
-    other = disarmed or custom_mode != state.custom_mode
+    silent = now - state.boot_time_s >= _ALONE_S
+    other = disarmed or silent or custom_mode != state.custom_mode
     doubt = signs.doubt
     if again or (begins and other):
         return _begun(state, 1, None, now) | {"boot_announced_s": now}

@@ -178,7 +178,7 @@ class VehicleState:
     @property
     def booting(self) -> bool:
         """Whether its last HEARTBEAT said MAV_STATE_BOOT, or less."""
-        return self.system_status <= _BOOT
+        return bool(self.system_status <= _BOOT)
 
     @property
     def mode_may_not_run(self) -> bool:
