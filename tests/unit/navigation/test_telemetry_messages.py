@@ -264,3 +264,17 @@ def test_the_estimator_is_diagnosed(state: VehicleState, pose: object, level: by
     bridge.pose = pose
     status = messages.estimator_diagnostic(bridge, "navigation_server", "1/1")
     assert (status.name, status.level) == ("navigation_server: estimator", level)
+
+
+def test_a_battery_with_cells_faults_and_a_temperature() -> None:
+    cells = (4.1, 4.0, 3.9)
+    battery = Battery(
+        1.0, 0.5, 12.0, 3.0, charge_state=1, battery_id=2, chemistry=1, cell_voltages_v=cells,
+        temperature_c=25.5, faults=16,
+    )  # fmt: skip
+    message = messages.battery_state(battery, STAMP)
+    assert message.location == "2"
+    assert list(message.cell_voltage) == pytest.approx(cells)
+    assert message.temperature == pytest.approx(25.5)
+    assert message.power_supply_health == message.POWER_SUPPLY_HEALTH_OVERHEAT
+    assert message.power_supply_technology == message.POWER_SUPPLY_TECHNOLOGY_LIPO
