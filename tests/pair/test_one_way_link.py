@@ -155,3 +155,12 @@ def test_velocity_commands_end_too() -> None:
     goal = flight.start(VelocityRequest())
     flight.run_for(4.0)
     loses_uplink(flight, goal)
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_a_goal_that_begins_on_a_one_way_link_ends(autopilot: str) -> None:
+    flight = flight_of(autopilot, "copter")
+    flight.run_for(6.0)
+    flight.uplink_up = False
+    goal = flight.start(far(flight, "copter"))
+    loses_uplink(flight, goal)

@@ -47,5 +47,6 @@ class LinkHealth:
             "messages over the rate limit since start": str(statistics.throttled),
             "last HEARTBEAT": "never" if heard_s is None else f"{now - heard_s:.1f} s ago",
             "round trip": "unknown" if round_trip_s is None else f"{1000.0 * round_trip_s:.1f} ms",
+            "one way": "yes" if vehicle.is_one_way else "no",
             "rejected message requests": ", ".join(sorted(vehicle.refused_messages)) or "none",
         }

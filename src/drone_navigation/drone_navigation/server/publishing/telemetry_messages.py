@@ -435,6 +435,8 @@ def _level(bridge: Bridge, health: LinkHealth) -> tuple[Any, str]:
         return DiagnosticStatus.ERROR, "No autopilot found yet"
     if not bridge.vehicle.connected:
         return DiagnosticStatus.STALE, "No HEARTBEAT"
+    if bridge.vehicle.is_one_way:
+        return DiagnosticStatus.ERROR, "One way: telemetry arrives, but nothing is answered"
     if health.loss_share > health.LOSS_WARNING:
         return DiagnosticStatus.WARN, f"{100.0 * health.loss_share:.0f} % of the messages are lost"
     return DiagnosticStatus.OK, "Connected"
