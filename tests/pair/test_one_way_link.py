@@ -62,21 +62,18 @@ def loses_uplink(flight: SimulatedFlight, goal: str, within_s: float = 3.0) -> N
     assert flight.now - began_s <= within_s
 
 
-@pytest.mark.parametrize(("autopilot", "kind"), [v for v in VEHICLES if v != ("px4", "copter")])
+@pytest.mark.parametrize(("autopilot", "kind"), VEHICLES)
 def test_a_lost_uplink_ends_a_goal(autopilot: str, kind: str) -> None:
     flight = flight_of(autopilot, kind)
     goal = under_way(flight, kind)
-    if (autopilot, kind) == ("px4", "rover"):
-        flight.uplink_up = False  # it acts on the loss of its setpoints itself, and sooner
-        flight.run_until(lambda: bool(flight.ends(goal)), 3.5)
-        return
     loses_uplink(flight, goal)
     rejection = flight.check(far(flight, kind))
     assert rejection is not None
     assert rejection.code is OutcomeCode.NO_VEHICLE
     flight.uplink_up = True
     flight.run_for(2.0)
-    assert flight.check(far(flight, kind)) is None
+    rejection = flight.check(far(flight, kind))  # a PX4 returns meanwhile
+    assert rejection is None or rejection.code is not OutcomeCode.NO_VEHICLE, rejection
 
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])

@@ -65,6 +65,7 @@ from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_bridge.traffic.conduct import TrafficConduct
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose, still_has_pose
+from navigation_bridge.vehicle.takeover import Takeover
 from navigation_core.geometry import Vector3, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.lateness import TOO_LATE_S, Lateness
@@ -87,6 +88,8 @@ __all__ = ["Bridge", "BridgeConfig"]
 _STARTING = (1, 2)
 _GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _LOCAL_POSITION = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
+# Within this time of a mode change either an answer comes, or the link is found to be one way.
+_ANSWERS_S = 2.0
 _PARAMETERS_MAX = 100
 _PARAMETER = re.compile("[A-Z0-9_]{1,16}")
 # Minimum interval of warnings about a late loop.
@@ -765,13 +768,7 @@ class Bridge:
 
     def _step(self, goal: ActiveGoal, now: float) -> None:
         if goal.takeover is not None:
-            goal.takeover = goal.takeover.watched(self._vehicle.state)
-            judged = goal.takeover.judge(self._vehicle.state, now)
-            if judged is not None:
-                code, text = judged
-                if code is OutcomeCode.PILOT_OVERRIDE and goal.cancelled_by:
-                    code = OutcomeCode.CANCELED  # it has ended already
-                self._abandon(code, text, now)
+            self._judge_takeover(goal, goal.takeover, now)
         elif not self._vehicle.connected:
             self._step_without_link(goal, now)
         elif self._vehicle.is_one_way:
@@ -785,6 +782,21 @@ class Bridge:
                 self._step_yielded(goal, observation, now)
             else:
                 self._step_task(goal, observation, now)
+
+    def _judge_takeover(self, goal: ActiveGoal, takeover: Takeover, now: float) -> None:
+        """End a goal whose vehicle has left our control, once the origin is known."""
+        goal.takeover = takeover = takeover.watched(self._vehicle.state)
+        if self._vehicle.is_one_way:
+            self._lose_uplink(now)
+            return
+        judged = takeover.judge(self._vehicle.state, now)
+        answered_s = now - self._vehicle.unanswered_s(now)
+        if judged is None or (answered_s < takeover.seen_s and now - takeover.seen_s < _ANSWERS_S):
+            return  # a PX4 that gets no more setpoints leaves OFFBOARD before that is known
+        code, text = judged
+        if code is OutcomeCode.PILOT_OVERRIDE and goal.cancelled_by:
+            code = OutcomeCode.CANCELED  # it has ended already
+        self._abandon(code, text, now)
 
     def _step_yielded(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
         outcome = self._stations.step(goal, observation, self._config.goto, now)
