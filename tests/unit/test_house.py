@@ -43,3 +43,76 @@ def test_a_class_name_has_one_meaning_in_src() -> None:
                 if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                     homes[node.name].append(_name(file))
     assert {name: files for name, files in homes.items() if len(files) > 1} == {}
+
+
+# What reads a clock that may be set, stand still or go back, and why it may.
+_STAMP = "stamps of messages"
+_RECORDED = "times in a recording"
+SETTABLE_CLOCKS = {
+    "src/drone_navigation/drone_navigation/steady_timer.py": {
+        "create_timer": "the one timer, on the steady clock",
+        "Clock": "the steady one",
+    },
+    "src/drone_navigation/drone_navigation/server/actions.py": {"get_clock": _STAMP},
+    "src/drone_navigation/drone_navigation/server/publishing/topics.py": {"get_clock": _STAMP},
+    "src/drone_navigation/drone_navigation/server/traffic_topic.py": {"get_clock": _STAMP},
+    "src/drone_navigation/drone_navigation/bag/goals.py": {"get_clock": _RECORDED},
+    "src/drone_navigation/drone_navigation/server/replay_node.py": {
+        "get_clock": "a replay sets it to the recording's time",
+        "ROSClock": "the same",
+    },
+    "src/drone_navigation/drone_navigation/server/subscribing/external_odometry.py": {
+        "get_clock": "when a position was measured, for the autopilot, which gets no other time; "
+        "an impossible age is rejected with a reason"
+    },
+    "src/drone_navigation/drone_navigation/server/server.py": {
+        "now": "read once, at the start: the order of goals of several servers, not their ends"
+    },
+    "src/drone_navigation/drone_navigation/presence.py": {
+        "time_ns": "read once, at the start: which of two servers of one name ends; both reject "
+        "goals meanwhile"
+    },
+    "src/drone_navigation/drone_navigation/nav2/others.py": {"time_ns": "the same"},
+    "src/mavlink_vehicle/mavlink_vehicle/io/signing_key.py": {
+        "time": "the time that MAVLink signs with, which never goes back"
+    },
+    "src/mavlink_vehicle/mavlink_vehicle/io/tlog.py": {"time": _RECORDED},
+}
+_CLOCKS = frozenset({"create_timer", "create_rate", "get_clock", "Clock", "ROSClock", "Rate"})
+_OF_TIME = frozenset({"time", "time_ns", "clock_gettime"})
+_OF_DATETIME = frozenset({"now", "utcnow", "today"})
+
+
+def _settable_clocks(tree: ast.Module) -> set[str]:
+    """Return the names of what reads, or runs on, a clock that is not the steady one."""
+    imported = {
+        (node.module, alias.name)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    found = {name for module, name in imported if module == "time" and name in _OF_TIME}
+    found |= {name for module, name in imported if module == "rclpy.clock" and name in _CLOCKS}
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Attribute):
+            continue
+        owner = node.value.id if isinstance(node.value, ast.Name) else ""
+        if node.attr in ("create_timer", "create_rate", "get_clock"):
+            found.add(node.attr)
+        elif (owner == "time" and node.attr in _OF_TIME) or (
+            owner in ("datetime", "date") and node.attr in _OF_DATETIME
+        ):
+            found.add(node.attr)
+    return found
+
+
+def test_nothing_that_acts_runs_on_a_clock_that_can_be_set_or_stand_still() -> None:
+    found = {_name(file): _settable_clocks(_parsed(file)) for file in PRODUCT}
+    expected = {name: set(reasons) for name, reasons in SETTABLE_CLOCKS.items()}
+    assert {name: names for name, names in found.items() if names} == expected
+
+
+def test_a_timer_on_the_clock_of_a_node_is_found() -> None:
+    source = "import time\nfrom datetime import datetime\n"
+    source += "node.create_timer(1.0, work)\ntime.time()\ndatetime.now()\ntime.monotonic()\n"
+    assert _settable_clocks(ast.parse(source)) == {"create_timer", "time", "now"}

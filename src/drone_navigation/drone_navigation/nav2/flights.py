@@ -27,6 +27,7 @@ from drone_navigation.nav2.outcomes import PREEMPTED, Nav2Outcome, aborted, ende
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import Refusal
 from drone_navigation.qos import LATCHED_QOS
+from drone_navigation.steady_timer import steady_timer
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME, WAYPOINTS_ACTION_NAME
 
 __all__ = ["FlightRequest", "Flights"]
@@ -87,7 +88,7 @@ class Flights:
         node.create_subscription(
             GoalRejected, f"{SERVER_NODE_NAME}/goal_rejected", self._take_rejection, LATCHED_QOS
         )
-        self._timer = node.create_timer(_PERIOD_S, lambda: None)
+        self._timer = steady_timer(node, _PERIOD_S, lambda: None)
         self._timer.cancel()
         self._turning = 0
         self._sent = 0

@@ -12,6 +12,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 
+from drone_navigation.steady_timer import steady_timer
+
 __all__ = ["ACTION", "Others"]
 
 ACTION = "navigate_to_pose"
@@ -36,7 +38,7 @@ class Others:
         self._heard_s: dict[str, float] = {}
         self._publisher = node.create_publisher(String, "~/server_id", _QOS)
         node.create_subscription(String, "~/server_id", self._take, _QOS)
-        node.create_timer(_PERIOD_S, self._tell)
+        steady_timer(node, _PERIOD_S, self._tell)
 
     def _tell(self) -> None:
         self._publisher.publish(String(data=self._own_id))

@@ -27,6 +27,7 @@ from drone_navigation.nav2.outcomes import SUCCEEDED, Nav2Outcome, aborted, resu
 from drone_navigation.nav2.served import duration, serve
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.qos import LATCHED_QOS
+from drone_navigation.steady_timer import steady_timer
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_core.geometry import Vector3
 from navigation_core.planning.planner import NoPath, PlanLimits, plan
@@ -59,7 +60,7 @@ class Planners:
         node.create_subscription(
             MarkerArray, f"{SERVER_NODE_NAME}/obstacles", self._take_obstacles, LATCHED_QOS
         )
-        node.create_timer(1.0, self._ask)
+        steady_timer(node, 1.0, self._ask)
         serve(node, ComputePathToPose, "compute_path_to_pose", self._to_pose)
         serve(node, ComputePathThroughPoses, "compute_path_through_poses", self._through_poses)
         for name, extent in (("global", _GLOBAL_M), ("local", _LOCAL_M)):

@@ -18,8 +18,6 @@ from navigation_core.traffic.volumes import Volume
 __all__ = ["TrafficMessageError", "seen_from", "state_from", "state_message"]
 
 _POINTS_MAX = 5000
-# An age of a message beyond this is a clock that is set otherwise, and does not count.
-_AGE_MAX_S = 2.0
 
 
 class TrafficMessageError(ValueError):
@@ -44,19 +42,17 @@ def state_message(state: PeerState, earth: EarthFrame, stamp: Time, ends: bool) 
     return message
 
 
-def state_from(message: TrafficState, earth: EarthFrame, age_s: float) -> PeerState:
-    """Return the state of a message.
+def state_from(message: TrafficState, earth: EarthFrame) -> PeerState:
+    """Return the state of a message, whose times count from when it came.
 
     Args:
         message: as it came.
         earth: this server's traffic frame.
-        age_s: of the message, by its stamp.
 
     Raises:
         TrafficMessageError: its arrays do not go together, or a number is not finite.
     """
-    age_s = min(max(age_s, 0.0), _AGE_MAX_S)
-    vehicles = tuple(_vehicle_from(one, earth, age_s) for one in message.vehicles)
+    vehicles = tuple(_vehicle_from(one, earth) for one in message.vehicles)
     agreed = {}
     for one in message.agreements:
         if len(one.vehicles) != len(one.numbers):
@@ -101,7 +97,7 @@ def _vehicle_message(vehicle: PeerVehicle, earth: EarthFrame) -> TrafficVehicle:
     )
 
 
-def _vehicle_from(message: TrafficVehicle, earth: EarthFrame, age_s: float) -> PeerVehicle:
+def _vehicle_from(message: TrafficVehicle, earth: EarthFrame) -> PeerVehicle:
     path = _volume_from(message.path, earth)
     after_s = np.array(message.after, dtype=np.float64)
     if len(after_s) != len(path) or not np.isfinite(after_s).all():
@@ -114,7 +110,7 @@ def _vehicle_from(message: TrafficVehicle, earth: EarthFrame, age_s: float) -> P
         alone=_volume_from(message.alone, earth),
         reach=_volume_from(message.reach, earth),
         path=path,
-        after_s=after_s - age_s,
+        after_s=after_s,
         target=_volume_from(message.target, earth),
         moves=message.moves,
         waits_for=message.waits_for,

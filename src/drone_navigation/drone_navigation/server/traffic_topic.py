@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 
-from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
@@ -16,6 +15,7 @@ from drone_navigation.server.traffic_messages import (
     state_from,
     state_message,
 )
+from drone_navigation.steady_timer import steady_timer
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.configuration.settings import TrafficConfig
 from navigation_bridge.fleet import Member
@@ -63,7 +63,7 @@ class TrafficTopic:
         node.create_subscription(TrafficState, TRAFFIC_TOPIC, self._take_state, _QOS)
         if config.topic:
             node.create_subscription(TrafficReport, config.topic, self._take_report, _QOS)
-        node.create_timer(_PERIOD_S, lambda: self._post(self._send))
+        steady_timer(node, _PERIOD_S, lambda: self._post(self._send))
 
     def close(self) -> None:
         """Tell others that this server ends, and that nothing of it is agreed any more."""
@@ -85,13 +85,12 @@ class TrafficTopic:
     def _take_state(self, message: TrafficState) -> None:
         if message.server == self._node.get_fully_qualified_name():
             return
-        age_s = self._age_s(message.stamp)
 
         def take() -> None:
             shared = self._shared
             if shared.earth is None or shared.negotiation is None:
                 return
-            state = state_from(message, shared.earth, age_s)
+            state = state_from(message, shared.earth)
             shared.negotiation.receive(state, self._clock.now(), message.ends)
 
         self._guarded(take, f"A state of {message.server}")
@@ -111,7 +110,3 @@ class TrafficTopic:
                 )
 
         self._post(work)
-
-    def _age_s(self, stamp: Time) -> float:
-        sent_s = stamp.sec + 1e-9 * stamp.nanosec
-        return float(self._node.get_clock().now().nanoseconds * 1e-9 - sent_s)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import uuid
+from collections import deque
 from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.time import Time
 
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.sensor_topics import Newest
@@ -23,6 +23,7 @@ TOPIC = "~/cmd_vel"
 _QOS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT
 )
+_QUICKEST_OF_S = 10.0
 # As of any twist, which is in the axes of the body unless it says otherwise.
 _FRAMES = {"": VelocityFrame.BODY, "base_link": VelocityFrame.BODY, "map": VelocityFrame.MAP}
 
@@ -42,6 +43,29 @@ def command_of(twist: Twist, frame_id: str, now: float) -> VelocityCommand | str
     return VelocityCommand(now, frame, linear, twist.angular.z)
 
 
+class StampDelays:
+    """Delays of stamped messages, against the quickest of the last seconds.
+
+    No clock of this machine is compared with the publisher's: either may be set, or stand still. A
+    difference between the two that lasts is no delay.
+    """
+
+    def __init__(self) -> None:
+        """Begin with no message."""
+        self._offsets: deque[tuple[float, float]] = deque()
+
+    def delay_s(self, stamp_s: float, now: float) -> float:
+        """Return how much longer than the quickest a message took that has just come."""
+        offset_s = now - stamp_s
+        while self._offsets and self._offsets[0][0] < now - _QUICKEST_OF_S:
+            self._offsets.popleft()
+        # Kept in ascending order: a message that took longer than a later one never counts again.
+        while self._offsets and self._offsets[-1][1] >= offset_s:
+            self._offsets.pop()
+        self._offsets.append((now, offset_s))
+        return offset_s - self._offsets[0][1]
+
+
 class VelocityTopic:
     """Subscribes to the velocity commands of one vehicle."""
 
@@ -49,6 +73,7 @@ class VelocityTopic:
         """Subscribe; ``config`` has the type of the topic."""
         self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
         self._clock = access.clock
+        self._delays = StampDelays()
         self._newest: Newest[VelocityCommand | str] = Newest(access.driver.post, self._take)
         self._node.create_subscription(
             TwistStamped if config.stamped else Twist,
@@ -62,22 +87,21 @@ class VelocityTopic:
         self._newest.put(command_of(message, "", self._clock.now()))
 
     def _hear_stamped(self, message: Any) -> None:
-        age_s = self._age_s(message.header.stamp)
-        if age_s > self._bridge.command_timeout_s:
+        delay_s = self._delay_s(message.header.stamp)
+        if delay_s > self._bridge.command_timeout_s:
             self._newest.put(
-                f"its stamp is {age_s:.2f} s old; check the network and the clocks of both hosts."
+                f"its stamp is {delay_s:.2f} s older than those before; check the network, and "
+                "whether the publisher's clock was set."
             )
             return
         frame_id = self._frames.plain(message.header.frame_id)
         self._newest.put(command_of(message.twist, frame_id, self._clock.now()))
 
-    def _age_s(self, stamp: Any) -> float:
-        """Return the age of a stamp by the ROS clock; 0 for none, as some publishers leave it."""
+    def _delay_s(self, stamp: Any) -> float:
+        """Return the delay of a message; 0 without a stamp, as some publishers leave it."""
         if stamp.sec == 0 and stamp.nanosec == 0:
             return 0.0
-        now = self._node.get_clock().now()
-        age = now - Time.from_msg(stamp, clock_type=now.clock_type)
-        return float(age.nanoseconds) * 1e-9
+        return self._delays.delay_s(stamp.sec + 1e-9 * stamp.nanosec, self._clock.now())
 
     def _take(self, command: VelocityCommand | str) -> None:
         now = self._clock.now()
