@@ -48,13 +48,16 @@ from navigation_core.traffic.volumes import NOWHERE, Array, Volume, densified, j
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import Trajectory, TrajectoryError
 
-__all__ = ["BRAKE_SHARE", "REACTION_S", "TrafficPace"]
+__all__ = ["BRAKE_SHARE", "REACTION_S", "STUCK_S", "IsFree", "TrafficPace"]
 
 BRAKE_SHARE = 0.6
 """Share of the acceleration that a stop at the end of what is reserved counts on"""
 
 REACTION_S = 0.3
 """Time until that stop begins"""
+
+STUCK_S = 5.0
+"""Who did not find any way is not asked for one for so long"""
 
 # What flies follows positions alone so fast, without the velocity that it would run out with.
 _BY_POSITION_M_S = 1.0
@@ -67,8 +70,6 @@ _DELAY_S, _GAIN_S, _RETRY_S = 1.0, 1.0, 2.0
 _STANDS_M_S, _NEAR_M = 0.1, 0.3
 # A path that is longer than the line by less is straight.
 _STRAIGHT_M = 0.03
-# Who did not find any way is not asked for one for so long.
-_STUCK_S = 5.0
 # It steps aside no more often than that, so that a flight ends.
 _ASIDES_MAX = 5
 # Corners of a detour are cut by so much.
@@ -156,7 +157,9 @@ class TrafficPace:
         self._allowed_m_s = math.inf
         self._running_m_s = self._aside_m = math.inf
         self._braking_m_s2 = self._braking()
-        self._stops = self._aside = False
+        # The motion that is a stop, or leads aside; another one, as after a replan, is neither.
+        self._elsewhere: Carrot | None = None
+        self._stops = False
         self._looking: _Looking | None = None
         self._looked_s = -math.inf
         self._waiting: TrafficWait | None = None
@@ -174,7 +177,17 @@ class TrafficPace:
     @property
     def leads_elsewhere(self) -> bool:
         """Whether the path is a stop, or leads aside, so that its end is not the target."""
-        return self._stops or self._aside or self._giving_way.evades
+        return self._left_path or self._giving_way.evades
+
+    @property
+    def _left_path(self) -> bool:
+        """Whether the path is its own stop or detour, not one that replaced it since."""
+        return self._elsewhere is not None and self._elsewhere is self._follower.carrot
+
+    @property
+    def _is_stop(self) -> bool:
+        """Whether the path is a stop, which is no longer than what is held of the path before."""
+        return self._stops and self._left_path
 
     def progress(self, progress: Progress) -> Progress:
         """Return the progress of a flight, with what it waits for."""
@@ -210,7 +223,7 @@ class TrafficPace:
         self._giving_way.forget()
         self._course, self._granted, self._waiting = None, 0, None
         self._stood_s = None
-        self._stops = self._aside = False
+        self._elsewhere = None
         if self._looking is not None:
             self._looking.search.abandon()
             self._looking = None
@@ -228,11 +241,11 @@ class TrafficPace:
         self._take_detour(view, observation, now)
         carrot = self._follower.carrot
         assert carrot is not None
-        if self.leads_elsewhere and carrot.ended and not self._giving_way.evades:
-            self._stops = self._aside = False
+        if self._left_path and carrot.ended:
+            self._elsewhere = None
             self._follower.is_stale = True
             return 1.0
-        if self._stops:
+        if self._is_stop:
             return 1.0
         if self._course is None or self._course.trajectory is not carrot.trajectory:
             self._course, self._granted = _Course.of(carrot.trajectory, view), 0
@@ -245,7 +258,7 @@ class TrafficPace:
         speed_m_s = self._speed_m_s(carrot, observation)
         if self._traits.flies and speed_m_s > self._stopping_speed_m_s(room_m) + _STANDS_M_S:
             self._follower.plan_stop(observation)
-            self._course, self._stops = None, True
+            self._course, self._elsewhere, self._stops = None, self._follower.carrot, True
             return 1.0
         if self._giving_way.waiting is None:
             self._look_around(view, observation, carrot, now)
@@ -263,7 +276,7 @@ class TrafficPace:
 
     def tempered(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
         """Return a setpoint that leads no further than what is reserved if none follows."""
-        if observation.traffic is None or self._course is None or self._stops:
+        if observation.traffic is None or self._course is None or self._is_stop:
             return setpoint
         speed = norm(setpoint.velocity_enu_m_s)
         if self._traits.flies:
@@ -471,10 +484,10 @@ class TrafficPace:
 
         self._looking = _Looking(view.searcher.begin(work), carrot, joint_s, is_needed)
 
-    def _clear(self, observation: Observation) -> _IsFree:
+    def _clear(self, observation: Observation) -> IsFree:
         config = self._avoidance
         clearance_m = 0.0 if config is None else config.plan_clearance_m
-        return _IsFree(observation, clearance_m, config is not None)
+        return IsFree(observation, clearance_m, config is not None)
 
     def _take_detour(self, view: TrafficView, observation: Observation, now: float) -> None:
         looking = self._looking
@@ -510,7 +523,8 @@ class TrafficPace:
             self.detours += 1
             self._asides += leads_aside
             self._follower.take(replace(path, entered_s=max(late_s, 0.0)), not leads_aside)
-            self._course, self._stops, self._aside = None, False, leads_aside
+            self._elsewhere = self._follower.carrot if leads_aside else None
+            self._course, self._stops = None, False
 
     def _begins_free(self, view: TrafficView, path: CheckedPath, now: float) -> bool:
         """Whether its beginning, up to where the vehicle could stop, can be reserved."""
@@ -531,7 +545,7 @@ class TrafficPace:
         return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
 
 
-class _IsFree:
+class IsFree:
     """Whether a line keeps clear of obstacles."""
 
     def __init__(self, observation: Observation, clearance_m: float, avoids: bool) -> None:
@@ -541,6 +555,7 @@ class _IsFree:
         self._fence = observation.fence
 
     def __call__(self, line: Array) -> bool:
+        """Return whether a line of points (N, 3) of the map is clear."""
         if self._fence is not None:
             places = [_vector(place) for place in line]
             legs = itertools.pairwise(places)
@@ -554,7 +569,7 @@ class _IsFree:
 def _note_stuck(looking: _Looking, view: TrafficView, now: float) -> None:
     """Let the others in the circle look for a way if the vehicle that had to has none."""
     if looking.is_needed:
-        view.picture.entry(view.name).stuck_until_s = now + _STUCK_S
+        view.picture.entry(view.name).stuck_until_s = now + STUCK_S
 
 
 def _vector(point: Array) -> Vector3:
