@@ -24,7 +24,7 @@ pytest.importorskip("nav2_msgs", reason="nav2_msgs is not built: run make setup-
 from geographic_msgs.msg import GeoPose
 from nav2_msgs import action, srv
 
-from tests.support.ros.nav2_client import ABORTED, CANCELED, Nav2Client, pose
+from tests.support.ros.nav2_client import ABORTED, CANCELED, SUCCEEDED, Nav2Client, pose
 
 pytestmark = pytest.mark.xdist_group("ros_nav2")
 
@@ -236,6 +236,24 @@ def test_paths_and_cost_maps_are_answered(nav2: Nav2Client) -> None:
         found = nav2.call(f"{name}_costmap/get_costmap").map
         assert len(found.data) == found.metadata.size_x * found.metadata.size_y > 0
     nav2.call("local_costmap/clear_costmap_around_robot", reset_distance=1.0)
+
+
+def test_paths_are_computed_while_ros_time_stands_still(nav2: Nav2Client, flight: Flight) -> None:
+    nav2.close()
+    nav2.process = nav2.start("--ros-args", "-p", "use_sim_time:=true")
+    try:
+        assert nav2.missing() == []
+        goal = action.ComputePathToPose.Goal(goal=pose(9.0, 0.0), start=pose(0.0, 0.0))
+        goal.use_start = True
+        until_s, status = time.monotonic() + 10.0, ABORTED
+        while status == ABORTED and time.monotonic() < until_s:
+            # It has to have asked the server for its parameters.
+            flight.spin_for(0.5)
+            status, result = nav2.wait(nav2.send(goal))
+        assert status == SUCCEEDED, result
+    finally:
+        nav2.close()
+        nav2.process = nav2.start()
 
 
 @pytest.mark.parametrize(

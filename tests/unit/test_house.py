@@ -97,11 +97,10 @@ def _settable_clocks(tree: ast.Module) -> set[str]:
         if not isinstance(node, ast.Attribute):
             continue
         owner = node.value.id if isinstance(node.value, ast.Name) else ""
-        if node.attr in ("create_timer", "create_rate", "get_clock"):
-            found.add(node.attr)
-        elif (owner == "time" and node.attr in _OF_TIME) or (
-            owner in ("datetime", "date") and node.attr in _OF_DATETIME
-        ):
+        is_clock = node.attr in ("create_timer", "create_rate", "get_clock")
+        is_clock |= owner == "time" and node.attr in _OF_TIME
+        is_clock |= owner in ("datetime", "date") and node.attr in _OF_DATETIME
+        if is_clock:
             found.add(node.attr)
     return found
 

@@ -62,10 +62,10 @@ _AMCL_QOS = QoSProfile(
 class Nav2Client:
     """Clients of all that BasicNavigator uses, on a flight with its own `navigation_nav2`."""
 
-    def __init__(self, flight: Flight) -> None:
-        """Start navigation_nav2 and find it."""
+    def __init__(self, flight: Flight, *arguments: str) -> None:
+        """Start navigation_nav2, with arguments of its own, and find it."""
         self._flight = flight
-        self.process = self.start()
+        self.process = self.start(*arguments)
         node = flight.node
         self.poses: list[Any] = []
         node.create_subscription(
@@ -76,9 +76,9 @@ class Nav2Client:
         self._actions = {kind: ActionClient(node, kind, name) for kind, name in ACTIONS.items()}
         self._services = {name: node.create_client(kind, name) for name, kind in SERVICES.items()}
 
-    def start(self) -> Process:
+    def start(self, *arguments: str) -> Process:
         """Start another navigation_nav2 and wait for it."""
-        words = ["python", "-m", "drone_navigation.navigation_nav2"]
+        words = ["python", "-m", "drone_navigation.navigation_nav2", *arguments]
         process = Process("navigation_nav2", words, self._flight.environment)
         process.wait_for("Ready for clients", READY_TIMEOUT_S)
         return process
