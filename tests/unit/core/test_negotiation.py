@@ -176,3 +176,44 @@ def test_a_restarted_server_must_agree_again() -> None:
     for tick in range(20, 40):
         server.step(tick * STEP_S)
     assert server.granted == place
+
+
+def test_who_flew_alone_stops_when_another_server_is_found_late() -> None:
+    server, other = crossing()
+    for tick in range(20):
+        server.step(tick * STEP_S)
+    assert server.place < server.granted
+    other.place = 20  # it stands where the lines cross
+    other.picture.stand(other.vehicle, other.path.part(20, 21), 5.0)
+    state = other.negotiation.state({other.vehicle: (NOWHERE, NOWHERE)}, 5.0)
+    server.negotiation.receive(state, 5.0)
+    place = server.place
+    for tick in range(26, 60):
+        server.step(tick * STEP_S)
+        assert not server.used.meets(other.used, SEPARATION).any()
+    assert server.place <= place + 1
+
+
+def test_the_time_that_a_server_did_not_run_is_no_time_to_hear_others() -> None:
+    server, _ = crossing()
+    server.step(0.0)
+    server.negotiation.look(30.0)
+    server.step(30.0)
+    assert server.granted == 0
+    for tick in range(20):
+        server.step(30.0 + tick * STEP_S)
+    assert server.granted > 0
+
+
+def test_a_server_that_the_network_knows_of_is_listened_for() -> None:
+    server, _ = crossing()
+    for tick in range(15):
+        server.step(tick * STEP_S)
+    assert server.picture.agreement is None
+    server.negotiation.find(1)
+    assert server.picture.agreement is server.negotiation
+    # It may be one that was killed: nobody waits for it for ever.
+    for tick in range(15, 30):
+        server.negotiation.find(1)
+        server.step(tick * STEP_S)
+    assert server.picture.agreement is None

@@ -63,11 +63,21 @@ class TrafficTopic:
         node.create_subscription(TrafficState, TRAFFIC_TOPIC, self._take_state, _QOS)
         if config.topic:
             node.create_subscription(TrafficReport, config.topic, self._take_report, _QOS)
-        steady_timer(node, _PERIOD_S, lambda: self._post(self._send))
+        steady_timer(node, _PERIOD_S, self._look)
 
     def close(self) -> None:
         """Tell others that this server ends, and that nothing of it is agreed any more."""
         self._post(lambda: self._send(ends=True))
+
+    def _look(self) -> None:
+        others = self._node.count_publishers(TRAFFIC_TOPIC) - 1
+
+        def look() -> None:
+            if self._shared.negotiation is not None:
+                self._shared.negotiation.find(others)
+            self._send()
+
+        self._post(look)
 
     def _post(self, work: Callable[[], object]) -> None:
         if not self._member.given_up:

@@ -8,6 +8,8 @@ hold, with a number that counts changes, and the numbers of the others' states t
    hold. Where only a wish of its own is in the way, and the other vehicle has the better rank, it
    gives up the wish and agrees.
 3. What it has agreed to it treats as held, until the other's later state gives it up.
+4. When a server is heard for the first time, it has agreed to nothing: who flies stops, and
+   continues with what both agree to.
 
 So of two volumes that are in each other's way at most one is ever agreed to by both servers,
 whatever is lost, delayed or doubled: whoever agreed second had the first in its picture. A server
@@ -28,8 +30,9 @@ __all__ = ["Negotiation", "PeerState", "PeerVehicle"]
 
 # Silence of a server after which what its vehicles may do without a link counts as held.
 SILENT_S = 1.5
-# After its start a server listens for so long before a vehicle of its goes on.
-LISTEN_S = 2.0
+# After its start, and when another one is found, a server listens for so long before a vehicle of
+# its goes on. Time that it did not run does not count.
+LISTEN_S, _LISTENS_S = 2.0, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +134,9 @@ class Negotiation:
         self._peers: dict[str, _Peer] = {}
         self._sequence = 0
         self._own: set[str] = set()
-        self._begun_s = self._now = now
+        self._now = self._looked_s = now
+        self._listened_s = 0.0
+        self._found = 0
         picture.agreement = self
 
     @property
@@ -148,7 +153,7 @@ class Negotiation:
 
     def is_given(self, name: str, number: int, volume: Volume) -> bool:
         """Whether all servers whose vehicles may ever get near a volume agree to a wish."""
-        if self.missing or self._now - self._begun_s < LISTEN_S:
+        if self.missing or self._listened_s < LISTEN_S:
             return False
         return all(
             peer.has_ended
@@ -214,6 +219,9 @@ class Negotiation:
             peer.agreed_to.clear()
             peer.agrees.clear()
         if peer is None:
+            for name in self._picture.entries:
+                if not any(name in other.vehicles for other in self._peers.values()):
+                    self._picture.renew(name)
             peer = self._peers[state.server] = _Peer(state, now)
             self._picture.agreement = self
         peer.state, peer.heard_s = state, now
@@ -224,11 +232,19 @@ class Negotiation:
         for vehicle in state.vehicles:
             self._take(peer, vehicle, now)
 
+    def find(self, servers: int) -> None:
+        """Take how many other servers the network knows of; one that is new is listened for."""
+        if servers > self._found:
+            self._listened_s = 0.0
+            self._picture.agreement = self
+        self._found = servers
+
     def look(self, now: float) -> None:
         """Close what the vehicles of silent servers may take up by themselves."""
-        self._now = now
+        self._listened_s += min(now - self._looked_s, _LISTENS_S)
+        self._now = self._looked_s = now
         is_alone = not self._peers and not self._expected
-        if is_alone and now - self._begun_s >= LISTEN_S:
+        if is_alone and self._listened_s >= LISTEN_S:
             self._picture.agreement = None
         for peer in self._peers.values():
             if now - peer.heard_s <= SILENT_S:

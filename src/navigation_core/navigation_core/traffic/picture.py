@@ -111,6 +111,7 @@ class Entry:
         keeps_by_wish: whether what it keeps is not agreed to yet.
         number: counts its wishes.
         intruder: how it moves, if nobody here or on another server leads it; else None.
+        is_new_to_others: whether what it was granted is to be agreed to by a server heard since.
     """
 
     name: str
@@ -129,6 +130,7 @@ class Entry:
     keeps_by_wish: bool = False
     number: int = 0
     intruder: Intruder | None = None
+    is_new_to_others: bool = False
     _whole: tuple[Volume, Volume, Volume] | None = field(default=None, repr=False)
 
     @property
@@ -251,6 +253,10 @@ class TrafficPicture:
         entry = self.entry(name)
         entry.kept, entry.keeps_by_wish = volume, False
 
+    def renew(self, name: str) -> None:
+        """Have a vehicle ask again for what it was granted: another server must agree to it."""
+        self.entry(name).is_new_to_others = True
+
     def give_up_wish(self, name: str) -> None:
         """Hold only what is used."""
         entry = self.entry(name)
@@ -353,6 +359,10 @@ class TrafficPicture:
         As much as is free is asked for, so that a cut network finds it agreed to. What is not
         needed yet is given back where the path of a better rank leads through it.
         """
+        if entry.is_new_to_others:
+            self.give_up_wish(entry.name)
+            ask = replace(ask, granted=0)
+            entry.is_new_to_others = False
         count, granted = len(ask.path), self._still_held(entry, ask, now)
         ask = replace(ask, granted=granted, wanted=count, enough=count)
         if entry.wish is not None and entry.wish.course is not ask.course:
@@ -545,15 +555,18 @@ class TrafficPicture:
         It is if what it waits for will not go away by itself, or if it has the worst rank among
         vehicles that wait for each other in a circle.
         """
-        chain: list[Entry] = []
-        entry: Entry | None = self.entries.get(name)
-        while entry is not None and entry not in chain:
-            chain.append(entry)
-            entry = None if entry.waiting is None else self.entries.get(entry.waiting.whom)
-        if len(chain) > 1 and not self._yields(chain[1], now):
+        chain = self._chain(self.entry(name))
+        ahead = self.entries.get(chain[0]) if chain else None
+        if ahead is not None and not self._yields(ahead, now):
             return True
-        if entry is None or chain[0] not in (circle := chain[chain.index(entry) :]):
+        return self.is_last_of_circle(name, now)
+
+    def is_last_of_circle(self, name: str, now: float) -> bool:
+        """Whether a vehicle has the worst rank of those that wait for each other in a circle."""
+        chain = self._chain(self.entry(name))
+        if name not in chain:
             return False
+        circle = [self.entries[one] for one in chain[: chain.index(name) + 1]]
         able = [one for one in circle if self._yields(one, now)]
         return bool(able) and max(able, key=lambda one: one.rank).name == name
 
