@@ -1,6 +1,7 @@
 """Flies seeded crossings and checks them: ``python -m tests.fleets --seeds 1000``.
 
-Without ``--flown`` the core alone flies point masses; with it, bridges fly simulated vehicles.
+Without ``--flown`` the core alone flies point masses; with it, bridges fly simulated vehicles. With
+``--hangs`` the servers of a few simulated vehicles hang, are late, and find each other late.
 """
 
 from __future__ import annotations
@@ -11,6 +12,12 @@ from concurrent.futures import ProcessPoolExecutor
 
 from navigation_core.traffic.volumes import Separation
 from tests.fleets.flown import CONDITIONS, flown_crossing
+from tests.fleets.hangs import (
+    CIRCLE_MAX_S,
+    sent_to_one_that_hovers,
+    swapped_and_returned,
+    swapped_between_servers,
+)
 from tests.fleets.points import arrived, fly_crossing, starts_and_targets
 
 RATIO_MAX = 1.3
@@ -34,6 +41,30 @@ def fly(job: tuple[int, int, float, str]) -> tuple[int, float, float, str]:
     return seed, crossing.sum_s / alone.sum_s, crossing.least_share, fault
 
 
+def fly_with_hangs(seed: int) -> tuple[int, str, str]:
+    """Fly one seed of servers that hang; return it, what was flown and what went wrong."""
+    scenarios = (sent_to_one_that_hovers, swapped_and_returned, swapped_between_servers)
+    flight = scenarios[seed % len(scenarios)](seed)
+    fault = ""
+    if flight.share < 1.0:
+        fault = "separation lost"
+    elif flight.waited_s > CIRCLE_MAX_S:
+        fault = "waited in a circle"
+    return seed, flight.text, fault
+
+
+def hang(seeds: range, workers: int) -> int:
+    """Fly servers that hang; 0 if no separation was lost and nobody was stuck."""
+    faults = 0
+    with ProcessPoolExecutor(workers) as pool:
+        for seed, text, fault in pool.map(fly_with_hangs, seeds):
+            faults += bool(fault)
+            if fault:
+                print(f"seed {seed}: {fault}: {text}", flush=True)
+    print(f"{len(seeds)} scenarios with hangs: {faults} faults")
+    return 1 if faults else 0
+
+
 def main() -> int:
     """Fly; 0 if no separation was lost, all arrived, and the time was kept."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -45,8 +76,11 @@ def main() -> int:
         "--flown", choices=CONDITIONS, nargs="?", const="usual", default="",
         help="against the simulator, under these conditions",
     )  # fmt: skip
+    parser.add_argument("--hangs", action="store_true", help="servers that hang or are late")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
+    if options.hangs:
+        return hang(range(options.first, options.first + options.seeds), options.workers)
     jobs = [
         (seed, options.count, options.side, options.flown)
         for seed in range(options.first, options.first + options.seeds)

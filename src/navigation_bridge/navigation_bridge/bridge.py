@@ -831,7 +831,9 @@ class Bridge:
         waiting = self._traffic.gate(goal, intent, now)
         if waiting is None:
             return False
-        if self._traffic.is_over(now):
+        # A PX4 takes the end of the stream for a failure, and would return by itself.
+        self._parking.keep_streaming(now)
+        if self._traffic.is_over(goal, now):
             self._end(goal, Outcome(OutcomeCode.TRAFFIC, waiting.text, None), now)
             return True
         goal.task.postpone(now)

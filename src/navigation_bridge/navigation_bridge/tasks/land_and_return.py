@@ -6,12 +6,17 @@ import math
 from dataclasses import replace
 
 from navigation_bridge.goals.admitted import Admitted, Situation
+from navigation_bridge.goals.obstacle_admission import avoidance_of
 from navigation_bridge.goals.requests import LandRequest, ReturnRequest
 from navigation_bridge.names import LAND_ACTION_NAME, RETURN_ACTION_NAME
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_bridge.vehicle.traits import circle_radius_m
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
+from navigation_core.tasks.flying.room_making import RoomMaking
+from navigation_core.tasks.intents import Handover
+from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.task import Task
 from navigation_core.tasks.watching import vehicle_led
 
 
@@ -35,16 +40,25 @@ def _admit(
             f"The vehicle is on the ground; a {goal.name} is not possible.",
         )
     config, vehicle = situation.config.goto, situation.vehicle
+    warnings = _warnings(goal, situation)
+    # A vehicle without a recent position makes no room.
+    located = situation.pose is not None and not warnings
+    makes_room = traits.flies and traits.hovers and located
+    avoidance = avoidance_of(makes_room, situation)
     if goal is vehicle_led.RETURN_TO_LAUNCH:
         radius_m = circle_radius_m(situation.profile, vehicle.parameters, about_launch=True)
         traits = replace(traits, circle_radius_m=radius_m)
-    warnings = _warnings(goal, situation)
-    return Admitted(
-        f"{goal.name} without a recent position" if warnings else goal.name,
-        None,
-        lambda _handover: vehicle_led.VehicleLed(goal, config, traits),
-        warnings,
-    )
+
+    def make_task(_handover: Handover) -> Task:
+        def make_led() -> Task:
+            return vehicle_led.VehicleLed(goal, config, traits)
+
+        if not makes_room:
+            return make_led()
+        return RoomMaking(make_led, FlightTerms(config, traits=traits, avoidance=avoidance))
+
+    description = f"{goal.name} without a recent position" if warnings else goal.name
+    return Admitted(description, None, make_task, warnings)
 
 
 def _warnings(goal: vehicle_led.VehicleLedGoal, situation: Situation) -> tuple[str, ...]:

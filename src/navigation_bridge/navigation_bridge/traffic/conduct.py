@@ -20,6 +20,7 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig, TrafficConflict
 from navigation_bridge.goals.goal import ActiveGoal
 from navigation_bridge.goals.observation import vehicle_mode
+from navigation_bridge.names import RETURN_ACTION_NAME
 from navigation_bridge.traffic import own_volumes
 from navigation_bridge.traffic.other_traffic import address_of, adsb_of, is_by_adsb, seen_by_adsb
 from navigation_bridge.traffic.own_volumes import Whereabouts
@@ -61,6 +62,8 @@ _GATED = frozenset(
     }
 )
 _ANNOUNCE_S = 1.0
+# A return goes before every other goal, as if it were so much older.
+_RETURN_AHEAD_S = 1e9
 _ANY_HEIGHT_M = 20e3
 _BY_ITSELF = frozenset({VehicleMode.RETURN, VehicleMode.LAND, VehicleMode.MISSION})
 # A place so near is where the vehicle is.
@@ -259,8 +262,10 @@ class TrafficConduct:
             self._gate = replace(self._gate, since_s=before.since_s)
         return self._gate
 
-    def is_over(self, now: float) -> bool:
-        """Whether an operation has waited for too long."""
+    def is_over(self, goal: ActiveGoal, now: float) -> bool:
+        """Whether an operation has waited for too long; a return is never given up for that."""
+        if goal.kind == RETURN_ACTION_NAME:
+            return False
         return self._gate is not None and now - self._gate.since_s > self._config.traffic.timeout_s
 
     def _volume_of(
@@ -443,6 +448,8 @@ class TrafficConduct:
         claimant, since_s = Claimant.NOTHING, 0.0
         if goal is not None:
             claimant, since_s = Claimant.GOAL, goal.accepted_s + self._shared.epoch_s
+            if goal.kind == RETURN_ACTION_NAME:
+                since_s -= _RETURN_AHEAD_S
         if self._flies_by_itself() or not self._vehicle.connected:
             claimant = Claimant.FIRMWARE
         entry.rank = Rank(claimant, since_s, self.name)

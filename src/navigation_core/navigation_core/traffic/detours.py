@@ -97,12 +97,19 @@ class DetourSearch:
                 best = self._judged(way, vias, 1.0) or best
         return best
 
-    def aside(self, start_enu_m: Array) -> Detour | None:
-        """Return the nearest position where the vehicle is in nobody's way."""
+    def aside(self, start_enu_m: Array, ground_enu_m: float | None = None) -> Detour | None:
+        """Return the nearest position where the vehicle is in nobody's way.
+
+        Args:
+            start_enu_m: where it is, shape (3,).
+            ground_enu_m: height of the ground where it has to be able to land there, too; it then
+                stays at its height.
+        """
         rings = [
             start_enu_m + offset
             for ring in range(1, _ASIDE_RINGS + 1)
             for offset in self._offsets(ring, _ALL_ROUND)
+            if ground_enu_m is None or not offset[2]
         ]
         places = sorted(rings, key=lambda place: float(np.linalg.norm(place - start_enu_m)))
         for place in places:
@@ -112,12 +119,25 @@ class DetourSearch:
             if not self._is_free(np.array([start_enu_m, place])):
                 continue
             volume = self._view.volume(line)
+            if ground_enu_m is not None and not self.may_land(place, ground_enu_m):
+                continue
             if self._picture.free(self._view.name, volume)[-1] and (
                 self._picture.blocked_by(self._view.name, volume) is None
             ):
                 time_s = self._time_s(np.array([start_enu_m, place]))
                 return Detour((_vector(place),), time_s, leads_aside=True)
         return None
+
+    def may_land(self, place_enu_m: Array, ground_enu_m: float) -> bool:
+        """Whether nobody holds or announces a part of the column below a position."""
+        ends = np.array([place_enu_m, place_enu_m])
+        ends[1, 2] = min(ground_enu_m, place_enu_m[2])
+        column, _ = densified(ends, np.zeros(2))
+        # As wide as what a landing holds.
+        volume = Volume.along(
+            self._view.footing.traffic(column), self._view.radius_m + 0.5, self._view.rise_m + 1.0
+        )
+        return bool(self._picture.free(self._view.name, volume).all())
 
     def _shapes(self, start: Array, target: Array, stands: bool) -> Iterator[Array]:
         """Return the points of detours from a place to the next point, shape (2, 3) or (1, 3)."""

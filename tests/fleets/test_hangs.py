@@ -1,0 +1,42 @@
+"""Fleets whose servers hang, are late or find each other late keep apart, and nobody is stuck."""
+
+from __future__ import annotations
+
+import pytest
+
+from navigation_bridge.goals.requests import ReturnRequest
+from tests.fleets.flown import FlownFleet
+from tests.fleets.hangs import CIRCLE_MAX_S, sent_to_one_that_hovers, swapped_and_returned
+from tests.fleets.test_crossing import codes, copters
+
+pytestmark = pytest.mark.timeout(900)
+
+
+def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_makes_room() -> None:
+    places = [(0.0, 0.0), (12.0, 0.0)]
+    fleet = FlownFleet(copters(places)).ready()
+    with fleet.holding():
+        for craft, (east, north), height_m in zip(
+            fleet.crafts, places[::-1], (5.0, 9.0), strict=True
+        ):
+            fleet.go(craft, east, north, height_m)
+        fleet.run_to_end(100.0)
+        for craft in fleet.crafts:
+            assert isinstance(fleet.send(craft, ReturnRequest()), str)
+        fleet.run_to_end(200.0)
+    assert codes(fleet) == ["SUCCESS"] * 4, fleet.report()
+
+
+@pytest.mark.parametrize("servers", [1, 3])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_after_hangs_all_that_swap_places_arrive_and_return(seed: int, servers: int) -> None:
+    flight = swapped_and_returned(seed, servers)
+    assert flight.share >= 1.0, flight.text
+    assert flight.waited_s <= CIRCLE_MAX_S, flight.text
+    assert set(flight.codes) == {"SUCCESS"}, flight.text
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_who_is_sent_to_where_one_of_another_server_hovers_keeps_apart(seed: int) -> None:
+    flight = sent_to_one_that_hovers(seed)
+    assert flight.share >= 1.0, flight.text
