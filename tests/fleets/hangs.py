@@ -317,7 +317,8 @@ def swapped_and_returned(seed: int, servers: int = 1) -> Flight:
     ]
     processes = [Server() for _ in range(servers)]
     belongs = [row % servers for row in range(len(places))]
-    fleet = HangingFleet(vehicles, belongs, processes, Network(), seed).ready()
+    fleet = HangingFleet(vehicles, belongs, processes, Network(), seed)
+    fleet.ready()
     fleet.run_for(2.0)
     for craft, (east, north) in zip(fleet.crafts, places, strict=True):
         fleet.go(craft, east, north, 5.0)
