@@ -36,14 +36,18 @@ class RoomMaking:
     that is parked. See :class:`navigation_core.tasks.task.Task`.
     """
 
-    def __init__(self, make_task: Callable[[], Task], terms: FlightTerms) -> None:
+    def __init__(
+        self, make_task: Callable[[], Task], terms: FlightTerms, leaves_parked: bool
+    ) -> None:
         """Prepare.
 
         Args:
             make_task: makes what is asked of the autopilot; made again after each flight aside.
             terms: of a flight aside.
+            leaves_parked: whether it also leaves the column above one that will not go away, as a
+                landing must not, which is to be where the vehicle is.
         """
-        self._make_task, self._terms = make_task, terms
+        self._make_task, self._terms, self._leaves_parked = make_task, terms, leaves_parked
         self._task = make_task()
         self._aside: SetpointFlight | None = None
         self._waits_since_s: float | None = None
@@ -152,7 +156,8 @@ class RoomMaking:
         limits = config.limits
         frozen = replace(view, picture=view.picture.snapshot())
         search, ground_m = DetourSearch(frozen, limits, is_free, now), observation.ground_enu_m
-        if not view.picture.is_last_of_circle(view.name, now) and search.may_land(here, ground_m):
+        must_leave = self._leaves_parked and not search.may_land(here, ground_m)
+        if not must_leave and not view.picture.is_last_of_circle(view.name, now):
             return False
         found = search.aside(here, ground_m)
         if found is None:
