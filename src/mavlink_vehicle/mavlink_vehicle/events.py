@@ -20,6 +20,7 @@ class OperationKind(enum.Enum):
     """The kind of an operation requested of `Vehicle`."""
 
     CHANGE_MODE = "mode change"
+    RESTORE_MODE = "restoring the mode"
     ARM = "arming"
     DISARM = "disarming"
     TAKE_OFF = "take-off"
@@ -48,6 +49,8 @@ class OperationResult(enum.Enum):
     """We stopped it, or another mode was chosen meanwhile (by a pilot or a failsafe)."""
     LINK_LOST = "link lost"
     """Time ran out while no HEARTBEAT came, the autopilot rebooted, or there is no vehicle."""
+    LATE = "late"
+    """We were too late for what the vehicle asks of us; it was not asked, or rejected that."""
 
 
 class LandedState(enum.IntEnum):
@@ -88,6 +91,21 @@ class ModeChanged:
     current: int
     name: str
     requested: bool
+
+
+@dataclass(frozen=True)
+class ModeOvertaken:
+    """A command of ours on its way has overtaken a mode that somebody else chose.
+
+    Attributes:
+        chosen: custom_mode of the pilot, the ground station or the failsafe.
+        chosen_name: its name.
+        current_name: name of the mode that our command brought, and that shows now.
+    """
+
+    chosen: int
+    chosen_name: str
+    current_name: str
 
 
 @dataclass(frozen=True)
@@ -395,6 +413,7 @@ LogEvent: TypeAlias = LogsListed | LogChunkReceived | LogTransferEnded
 VehicleEvent: TypeAlias = (
     VehicleDiscovered
     | ModeChanged
+    | ModeOvertaken
     | ArmedChanged
     | LandedChanged
     | SystemStatusChanged

@@ -35,7 +35,6 @@ __all__ = ["DEFAULT_RATES_HZ", "SetpointNed", "Vehicle", "VehicleConfig"]
 
 _TAKEOFF_DOUBT_S = 6.0
 """An ArduCopter spins its motors up for 3.5 s before anything shows that it takes off."""
-_STREAM_WAIT_S = 2.0
 
 
 class Vehicle(VehicleCore):
@@ -64,6 +63,18 @@ class Vehicle(VehicleCore):
             reason = f"{profile.name} has no mode {name!r}; its modes are {known}."
             return self._desk.refuse(kind, reason, now)
         return self._to_mode(profile, name, kind, now)
+
+    def restore_mode(self, custom_mode: int, now: float) -> int:
+        """Ask again for a mode that a command of ours has overtaken; returns the operation's id.
+
+        The number need not be in the profile: whoever chose the mode may know more modes.
+        """
+        profile, kind = self.profile, OperationKind.RESTORE_MODE
+        if profile is None:
+            return self._desk.nobody(kind, now)
+        goal = ModeGoal(profile.mode_name(custom_mode), custom_mode, profile, kind)
+        timing = OperationTiming(self.config.operation_timeout_s)
+        return self._desk.begin(profile, goal, Wanted(mode=custom_mode), timing, now)
 
     def take_control(self, now: float) -> int:
         """Enter the mode in which the vehicle is flown by us; returns the operation's id.
@@ -282,9 +293,7 @@ class Vehicle(VehicleCore):
         self, profile: Profile, name: str, kind: OperationKind, now: float, gate: Gate | None = None
     ) -> int:
         mode = profile.modes[name]
-        timing = OperationTiming(
-            self.config.operation_timeout_s, gate_s=profile.prestream_s + _STREAM_WAIT_S
-        )
+        timing = OperationTiming(self.config.operation_timeout_s)
         goal = ModeGoal(name, mode, profile, kind)
         return self._desk.begin(profile, goal, Wanted(mode=mode), timing, now, gate)
 

@@ -19,6 +19,7 @@ from mavlink_vehicle.events import (
     LandedChanged,
     LandedState,
     ModeChanged,
+    ModeOvertaken,
     OperationFinished,
     OperationResult,
     ParametersFinished,
@@ -260,6 +261,11 @@ class VehicleCore:
         return None if pending is None else pending.operation_id
 
     @property
+    def choice_is_unclear(self) -> bool:
+        """Whether somebody chose a mode that a command of ours on its way may yet overtake."""
+        return self.slot.choice_is_unclear
+
+    @property
     def stream_open(self) -> bool:
         """Whether setpoints may be sent."""
         return self._stream.is_open
@@ -492,7 +498,7 @@ class VehicleCore:
         """
         self._lists.overhear(message, now)
         self._stations.hear(message, self.address, self.profile, now)
-        self._take_acts()
+        self._take_acts(now)
 
     def send_external_pose(self, pose: ExternalPose, now: float) -> None:
         """Send a pose from outside to the autopilot's estimator.
@@ -547,7 +553,7 @@ class VehicleCore:
         self._lists.receive(message, now)
         if message.__class__ in ANSWERS:
             self._stations.answered(message, self.address, now)
-            self._take_acts()
+            self._take_acts(now)
             if not self.transfers_mission:
                 for kind in lists_taken(message):
                     self._lists.refresh(kind, now)
@@ -658,6 +664,7 @@ class VehicleCore:
         if gap_s is not None:
             self._watch.excuse(gap_s)
             self._answer_watch.excuse(now)
+            self.slot.excuse(gap_s)
             self._events.append(StoodStill(gap_s))
 
     def _follow_order(
@@ -756,7 +763,7 @@ class VehicleCore:
             self._lists.compare(earlier, mission, now)
         if self.profile is not None:
             self._stations.compare(before, self.state, self.profile, self._order.last, now)
-        self._take_acts()
+        self._take_acts(now)
 
     def _compare_armed(self, before: VehicleState, now: float) -> None:
         state = self.state
@@ -770,8 +777,12 @@ class VehicleCore:
 
     def _mode_changed(self, before: VehicleState, now: float) -> None:
         state, name = self.state, self.mode_name
-        requested = self.slot.mode_changed(state, name, now) or self._went_back(before)
+        requested, overtaken = self.slot.mode_changed(state, name, now)
+        requested = requested or self._went_back(before)
         self._events.append(ModeChanged(before.custom_mode, state.custom_mode, name, requested))
+        if overtaken is not None and self.profile is not None:
+            chosen_name = self.profile.mode_name(overtaken)
+            self._events.append(ModeOvertaken(overtaken, chosen_name, name))
         self.take_ends(now)
         if self.in_control_mode:
             return
@@ -848,9 +859,11 @@ class VehicleCore:
             home = (HOME_PLACEHOLDER,) * self.mission_offset
             self._lists.put(MissionType.MISSION, home + stored, now)
 
-    def _take_acts(self) -> None:
+    def _take_acts(self, now: float) -> None:
         while (event := self._stations.next_event()) is not None:
             self._events.append(event)
+            if event.mode is not None and event.mode != self.state.custom_mode:
+                self.slot.mode_asked(event.mode, now)
 
     def _take_failsafes(self) -> None:
         while (event := self._failsafes.next_event()) is not None:

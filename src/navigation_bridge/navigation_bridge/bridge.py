@@ -20,6 +20,7 @@ from mavlink_vehicle.codec import Intake, Message, mavlink, with_source
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import (
     ModeChanged,
+    ModeOvertaken,
     OperationFinished,
     OperationResult,
     StationActed,
@@ -55,6 +56,7 @@ from navigation_bridge.scene import Scene
 from navigation_bridge.services import Service, ServiceDesk
 from navigation_bridge.storage.desk import StorageDesk
 from navigation_bridge.supervision.guard import Guard
+from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.position_watch import PositionWatch
 from navigation_bridge.supervision.station_rules import takes_vehicle
@@ -152,6 +154,7 @@ class Bridge:
         self.recorded_goal_id: str | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
+        self._overtaken = OvertakenMode(vehicle, self._report)
         self._scene = Scene(vehicle, self._map_frame, self._guard, config)
         self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
         self._storage = StorageDesk(vehicle, self._map_frame, self._report, self._occupied)
@@ -775,7 +778,8 @@ class Bridge:
             self._lose_uplink(now)
         elif self._vehicle.mode_unseen:
             self._report.status(goal, self._progress(goal, now))
-        elif self._parking.operation_id is None:  # else the requested mode change is pending
+        elif self._parking.operation_id is None and self._overtaken.operation_id is None:
+            # Else the requested mode change is pending.
             self._watch(goal, now)
             observation = self._observe(goal, now)
             if self._stations.yields(goal, observation, self._config.goto, now):
@@ -790,6 +794,8 @@ class Bridge:
             self._lose_uplink(now)
             return
         judged = takeover.judge(self._vehicle.state, now)
+        if self._overtaken.is_open:
+            return
         answered_s = now - self._vehicle.unanswered_s(now)
         if judged is None or (answered_s < takeover.seen_s and now - takeover.seen_s < _ANSWERS_S):
             return  # a PX4 that gets no more setpoints leaves OFFBOARD before that is known
@@ -967,7 +973,7 @@ class Bridge:
                 self._finish_operation(event, now)
             elif isinstance(event, RangesMeasured):
                 self._obstacles.take_ranges(event, now)
-            elif isinstance(event, ModeChanged):
+            elif isinstance(event, (ModeChanged, ModeOvertaken)):
                 self._change_mode(event, now)
             elif isinstance(event, StationActed):
                 self._take_act(event, now)
@@ -985,6 +991,13 @@ class Bridge:
 
     def _finish_operation(self, event: OperationFinished, now: float) -> None:
         self._report.operation(event)
+        restored = self._overtaken.finish(event)
+        if restored is not None:
+            goal = self._goal
+            if goal is not None and goal.takeover is not None:
+                achieved = event.result is OperationResult.ACHIEVED
+                goal.takeover = replace(goal.takeover, overtaken=restored, restored=achieved)
+            return
         parked, served = self._parking.finish(event), self._desk.finish(event)
         if parked or served:
             return
@@ -992,12 +1005,18 @@ class Bridge:
         if goal is None or goal.operation is None or goal.operation_id != event.operation_id:
             return
         state = OperationStatus[event.result.name]
+        late = self._lateness.recent_s(now) >= TOO_LATE_S
+        if state is OperationStatus.TIMED_OUT and late:
+            state = OperationStatus.LATE
         goal.operation = OperationReport(goal.operation.kind, state, event.reason)
         goal.next_step_s = min(goal.next_step_s, now)
         if event.result is not OperationResult.ACHIEVED:
             self._report.log(LogLevel.WARN, event.reason)
 
-    def _change_mode(self, event: ModeChanged, now: float) -> None:
+    def _change_mode(self, event: ModeChanged | ModeOvertaken, now: float) -> None:
+        if isinstance(event, ModeOvertaken):
+            self._restore_mode(event, now)
+            return
         self._report.note(notes.text(f"mode {event.name}"))
         self._report.log(LogLevel.INFO, f"Vehicle mode: {event.name}")
         self._stations.leave_mode()
@@ -1014,7 +1033,17 @@ class Bridge:
         if self._vehicle.state.system_status in _STARTING:
             self._give_up_restarted(now)
         elif goal is not None and goal.takeover is None:
-            self._stations.take_away(goal, event, now)
+            self._stations.take_away(goal, event.name, now)
+
+    def _restore_mode(self, event: ModeOvertaken, now: float) -> None:
+        """Give the vehicle back to who chose a mode that our request has overtaken."""
+        goal = self._goal
+        if goal is not None and goal.takeover is None and not goal.paused_by:
+            self._stations.take_away(goal, event.chosen_name, now)
+        self._commands.lose_vehicle()
+        self._parking.give_up()
+        self._vehicle.close_stream()
+        self._overtaken.restore(event, now)
 
     def _give_up_restarted(self, now: float) -> None:
         text = "The autopilot restarted while the goal was active; check the vehicle."

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
+from mavlink_vehicle.protocols.operations.crossings import Crossings
 from mavlink_vehicle.protocols.operations.operation_parts import Gate, Goal, OperationTiming
 from mavlink_vehicle.protocols.operations.operations import Operation
 from mavlink_vehicle.protocols.operations.requested_changes import RequestedChanges
@@ -29,6 +32,17 @@ class Wanted:
     armed: bool | None = None
 
 
+@dataclass
+class _ModeRequest:
+    """What the pending operation asks for, and how many of its commands have been recorded."""
+
+    command: int
+    mode: int
+    acks: int
+    address: Address
+    counted: int = 0
+
+
 class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
     """Holds one operation at a time: a new one cancels the pending one first."""
 
@@ -37,8 +51,16 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         super().__init__()
         self._command_timing = command_timing
         self._requested = RequestedChanges(grace_s)
+        self._crossings = Crossings(grace_s)
+        self._asked: _ModeRequest | None = None
+        self._foreign: tuple[int, float] | None = None
         self._then: Begin | None = None
         self._next_id = 1
+
+    @property
+    def choice_is_unclear(self) -> bool:
+        """Whether somebody chose a mode that a command of ours on its way may yet overtake."""
+        return self._crossings.is_open
 
     def begin(
         self,
@@ -71,8 +93,14 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
             gate=gate,
         )
         self._part, self._then = operation, then
+        self._asked = None
+        if wanted.mode is not None:
+            self._crossings.settle()
+            acks = 1 if first_ack_counts else 2
+            self._asked = _ModeRequest(goal.request.command, wanted.mode, acks, address)
         doubt = self._requested.contradicted(now, mode=wanted.mode, armed=wanted.armed)
-        operation.begin(state, connected, now, SETTLE_S if doubt else 0.0)
+        silent_until_s = self._silent_until_s()
+        operation.begin(state, connected, now, SETTLE_S if doubt else 0.0, silent_until_s)
         if not operation.finished and wanted != Wanted():
             self._requested.add(mode=wanted.mode, armed=wanted.armed)
         self._collect(now)
@@ -109,17 +137,45 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
             self._collect(now)
 
     def lose(self, reason: str, now: float) -> None:
-        """End the pending operation, if any, as LINK_LOST."""
+        """End the pending operation, if any, as LINK_LOST: the vehicle restarted."""
+        self._crossings.forget()
         if self._part is not None:
             self._part.lose(reason, now)
             self._collect(now)
 
-    def mode_changed(self, state: VehicleState, name: str, now: float) -> bool:
-        """Record another mode; returns whether it was asked for.
+    def excuse(self, gap_s: float) -> None:
+        """Do not count a time in which we did not run."""
+        if self._part is not None:
+            self._part.excuse(gap_s)
+
+    def mode_asked(self, mode: int, now: float) -> None:
+        """Somebody else has asked the vehicle for a mode; it need not obey.
+
+        Nothing that asks for another mode is sent until it has had time to show.
+        """
+        self._crossings.chosen(mode, now)
+        self._foreign = (mode, now + SETTLE_S)
+        operation = self._part
+        if isinstance(operation, Operation):
+            operation.keep_silent(self._silent_until_s())
+
+    def mode_changed(self, state: VehicleState, name: str, now: float) -> tuple[bool, int | None]:
+        """Record another mode; returns whether it was asked for, and which mode it has overtaken.
 
         Ends what the change cuts short. A command is never repeated against a pilot's choice.
         """
+        self._foreign = None
         requested = self._requested.take_mode(state.custom_mode, now)
+        overtaken = self._crossings.mode_changed(state.custom_mode, requested, now)
+        if requested and self._restores():
+            self._crossings.chosen(state.custom_mode, now)
+        if overtaken is not None:
+            self.cancel(f"another mode than {name} was chosen meanwhile", now)
+            return True, overtaken
+        return self._mode_goes_on(state, name, requested, now), None
+
+    def _mode_goes_on(self, state: VehicleState, name: str, requested: bool, now: float) -> bool:
+        """Let the pending operation see the mode; returns whether the mode was asked for."""
         operation = self._part
         if operation is not None:
             if requested:
@@ -143,13 +199,52 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
             self._part.observe(state, connected, now)
             self._collect(now)
 
+    def receive(self, message: Message, now: float) -> None:
+        """Process one message of the autopilot."""
+        self._crossings.receive(message, now)
+        super().receive(message, now)
+
+    def next_deadline(self) -> float | None:
+        """Return when `handle_timer` wants to be called."""
+        times = (super().next_deadline(), self._crossings.next_deadline())
+        return min((time for time in times if time is not None), default=None)
+
+    def handle_timer(self, now: float) -> None:
+        """Do what is due."""
+        self._crossings.handle_timer(now)
+        super().handle_timer(now)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent."""
+        return [*super().messages_to_send(), *self._crossings.messages_to_send()]
+
+    def _restores(self) -> bool:
+        operation = self._part
+        return operation is not None and operation.goal.kind is OperationKind.RESTORE_MODE
+
+    def _silent_until_s(self) -> float:
+        """Return until when a request for a mode must wait for one of somebody else."""
+        foreign, asked = self._foreign, self._asked
+        if foreign is None or asked is None or asked.mode == foreign[0] or self._restores():
+            return -math.inf
+        return foreign[1]
+
+    def _note_sent(self, operation: Operation, asked: _ModeRequest, now: float) -> None:
+        """Record the requests for a mode that have been made since the last call."""
+        for _ in range(operation.attempts - asked.counted):
+            self._crossings.sent(asked.command, asked.mode, asked.acks, asked.address, now)
+        asked.counted = operation.attempts
+
     def _collect(self, now: float) -> None:
+        if isinstance(self._part, Operation) and self._asked is not None and not self._restores():
+            self._note_sent(self._part, self._asked, now)
         event = None if self._part is None else self._part.next_event()
         if event is not None and self._part is not None:
             if event.result is OperationResult.ACHIEVED:
                 for mode in self._part.next_modes():
                     self._requested.add(mode=mode)
             self._vacate()
+            self._asked = None
             then, self._then = self._then, None
             self._requested.end(now)
             if then is not None and event.result is OperationResult.ACHIEVED:

@@ -125,11 +125,11 @@ class Stations:
         """Process a mode change: a pause in the old mode is over."""
         self._stands_in_mode = False
 
-    def take_away(self, goal: ActiveGoal, event: ModeChanged, now: float) -> None:
+    def take_away(self, goal: ActiveGoal, mode_name: str, now: float) -> None:
         """Stop sending: the mode has changed, and the origin may show later."""
         acted = self._recent(now)
         by = "" if acted is None else told(acted)
-        goal.takeover = Takeover(event.name, now, by).watched(self._vehicle.state)
+        goal.takeover = Takeover(mode_name, now, by).watched(self._vehicle.state)
         self._let_go(goal, now)
 
     def name(self, outcome: Outcome, now: float) -> Outcome:

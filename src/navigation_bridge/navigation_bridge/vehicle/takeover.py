@@ -30,12 +30,17 @@ class Takeover:
         by: a sentence about the ground station that requested it; empty if none was seen.
         failsafe: the last failsafe since then. A PX4 whose stream comes back leaves it at once
             (observed).
+        overtaken: sentences about the mode having been overtaken by a request of this server;
+            empty if it was not.
+        restored: whether it is the vehicle's mode all the same.
     """
 
     mode_name: str
     seen_s: float
     by: str = ""
     failsafe: Failsafe | None = None
+    overtaken: str = ""
+    restored: bool = True
 
     def watched(self, state: VehicleState) -> Takeover:
         """Return it with the active failsafe."""
@@ -47,13 +52,17 @@ class Takeover:
             return None  # an older sign may be known before the relevant one
         failsafe = state.failsafe or self.failsafe
         if failsafe is None and state.system_status < _MAV_STATE_CRITICAL:
-            left = "control stays with the pilot until a new goal arrives."
-            changed = f"The mode changed to {self.mode_name}, not requested by this server;"
-            words = [changed if self.mode_name else "The vehicle was redirected;", left]
-            return OutcomeCode.PILOT_OVERRIDE, " ".join([*words, *filter(None, [self.by])])
+            changed = f"The mode changed to {self.mode_name}, not requested by this server"
+            changed = changed if self.mode_name else "The vehicle was redirected"
+            left = "; control stays with the pilot until a new goal arrives."
+            words = [changed + (left if self.restored else "."), self.overtaken, self.by]
+            return OutcomeCode.PILOT_OVERRIDE, " ".join(filter(None, words))
         said = failsafe_words(state, failsafe, self.seen_s)
         mode = self.mode_name
-        text = f"A vehicle failsafe changed the mode to {mode}; control stays with it."
+        text = f"A vehicle failsafe changed the mode to {mode}"
+        text += "; control stays with it." if self.restored else "."
+        if self.overtaken:
+            text += f" {self.overtaken}"
         if failsafe is not None and failsafe.text not in said:
             text += f" Evidence: {failsafe.text}."
         if said:

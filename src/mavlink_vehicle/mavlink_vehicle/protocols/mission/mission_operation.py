@@ -148,6 +148,10 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         """Process the vehicle's new state, for its texts."""
         self._vehicle, self._connected = state, connected
 
+    def excuse(self, gap_s: float) -> None:
+        """Do not count a time in which we did not run."""
+        self._limit_s += gap_s
+
     def settle(self) -> None:
         """Nothing that was asked before matters to it."""
 

@@ -174,6 +174,12 @@ class CommandExchange(Machine[CommandFinished]):
         self._started_s = now
         self._fire(CommandInput.START, now)
 
+    def excuse(self, gap_s: float) -> None:
+        """Do not count a time in which we did not run."""
+        self._started_s += gap_s
+        if self._deadline is not None:
+            self._deadline += gap_s
+
     def cancel(self, now: float) -> None:
         """Stop sending; no event follows, and answers still on the way are ignored."""
         self._fire(CommandInput.CANCEL, now)

@@ -12,6 +12,7 @@ from mavlink_vehicle.profiles import CommandAltitude, ModePacking, Profile
 from mavlink_vehicle.protocols.operations.command import CommandRequest
 from mavlink_vehicle.state.reducer import VehicleState
 
+_TO_A_MODE = (OperationKind.CHANGE_MODE, OperationKind.RESTORE_MODE)
 FORCE = 21196.0
 """MAV_CMD_COMPONENT_ARM_DISARM param2: disarm even in the air. The vehicle falls."""
 
@@ -68,7 +69,7 @@ class ModeGoal(StateGoal):
     @property
     def wish(self) -> str:
         """The mode's name."""
-        return f"{'to' if self.kind is OperationKind.CHANGE_MODE else 'by'} {self.name}"
+        return f"{'to' if self.kind in _TO_A_MODE else 'by'} {self.name}"
 
     @property
     def request(self) -> CommandRequest:

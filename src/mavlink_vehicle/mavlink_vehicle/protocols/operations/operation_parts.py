@@ -66,7 +66,6 @@ class OperationTiming:
         doubt_s: time for the state to contradict the rejection of a repeated command.
         pause_s: pause after all repetitions of a command that nobody answered; then it is sent
             again, in case the link was down.
-        gate_s: time for the gate to open.
         rejected_s: time in which a command that is TEMPORARILY_REJECTED is sent again.
     """
 
@@ -74,7 +73,6 @@ class OperationTiming:
     texts_s: float = 0.5
     doubt_s: float = 3.0
     pause_s: float = 1.0
-    gate_s: float = 3.0
     rejected_s: float = 0.0
 
 
@@ -98,6 +96,7 @@ class OperationInput(enum.Enum):
     REACHED = "the state shows it"
     UNDER_WAY = "the state shows the vehicle at it"
     FAILED = "the state shows that it can't be reached"
+    CLOSED = "rejected, and the gate has closed again"
     ACCEPTED = "COMMAND_ACK: accepted"
     REFUSED = "COMMAND_ACK: anything else"
     UNANSWERED = "no COMMAND_ACK after all repetitions"

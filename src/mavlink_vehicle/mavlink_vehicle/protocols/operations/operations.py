@@ -11,7 +11,10 @@ lost although the command was obeyed. So:
 - Everything else ends when it times out.
 - Where nothing in the state can show it (a speed), or something else could have the same look
   (a place to go to), the acknowledgement must come, too.
-- A command may have to wait for a gate: PX4 enters OFFBOARD only while setpoints come.
+- A command may have to wait for a gate: PX4 enters OFFBOARD only while setpoints come. While they
+  do not come as they should, the command waits, and a rejection says nothing of the vehicle: that
+  is our own lateness, and ends the operation LATE when it times out.
+- A time in which we did not run is not held against the vehicle (`excuse`).
 """
 
 from __future__ import annotations
@@ -45,6 +48,7 @@ from mavlink_vehicle.state.reducer import VehicleState
 _NOTHING_SENT = (OperationState.IDLE, OperationState.PREPARING, OperationState.FINISHED)
 _GATE_LOOK_S = 0.1
 _REJECTED_AGAIN_S = 0.2
+_EXCUSED_S = 60.0
 
 
 class Operation(Machine[OperationFinished]):
@@ -80,7 +84,6 @@ class Operation(Machine[OperationFinished]):
         self._timing = timing
         self._first_ack_counts = first_ack_counts
         self._gate = gate
-        self._gate_until_s = math.inf
         self._command_timing = command_timing
         self._command = CommandExchange(goal.request, address, command_timing)
         self._again_s: float | None = None
@@ -89,6 +92,8 @@ class Operation(Machine[OperationFinished]):
         self._texts_before = 0
         self._limit_s = 0.0
         self._heartbeat_from_s = -math.inf
+        self._silent_until_s = -math.inf
+        self._excusable_s = _EXCUSED_S
         self._refused_until_s: float | None = None
         self._rejected_until_s: float | None = None
         self._answer: int | None = None
@@ -100,6 +105,11 @@ class Operation(Machine[OperationFinished]):
         """Whether it has ended."""
         return self.state is OperationState.FINISHED
 
+    @property
+    def attempts(self) -> int:
+        """How often the command has been sent."""
+        return self._command.attempts
+
     def next_modes(self) -> tuple[int, ...]:
         """Return the modes that the vehicle still goes to by itself after this."""
         return self.goal.next_modes(self._vehicle)
@@ -107,10 +117,20 @@ class Operation(Machine[OperationFinished]):
     def start(self, now: float) -> None:
         """Send the command; `begin` is the way in, as it brings the state along."""
         self._limit_s = now + self._timing.timeout_s
-        self._fire(OperationInput.START if self._gate is None else OperationInput.PREPARE, now)
+        waits = self._gate is not None or now < self._silent_until_s
+        self._fire(OperationInput.PREPARE if waits else OperationInput.START, now)
+
+    def keep_silent(self, until_s: float) -> None:
+        """Send nothing before a time: somebody else has just asked for another mode."""
+        self._silent_until_s = until_s
 
     def begin(
-        self, state: VehicleState, connected: bool, now: float, settle_s: float = 0.0
+        self,
+        state: VehicleState,
+        connected: bool,
+        now: float,
+        settle_s: float = 0.0,
+        silent_until_s: float = -math.inf,
     ) -> None:
         """Start, unless the vehicle is already as wanted and its word is fresh.
 
@@ -120,7 +140,9 @@ class Operation(Machine[OperationFinished]):
             now: time in seconds.
             settle_s: an earlier request for something else may take effect for this long; what
                 a HEARTBEAT shows before that proves nothing, unless `settle` is called.
+            silent_until_s: nothing is sent before, as by `keep_silent`.
         """
+        self._silent_until_s = silent_until_s
         self._vehicle = state
         self._connected = connected
         self._texts_before = state.texts.count
@@ -150,8 +172,11 @@ class Operation(Machine[OperationFinished]):
                 self._fire(OperationInput.REACHED, now)
         elif self._answer != ACCEPTED or not self._first_ack_counts:
             self._answer = result
-            self._fire(OperationInput.REFUSED, now)
-            self._contradict(now)
+            if self._gate is not None and self._gate(now) > now:
+                self._fire(OperationInput.CLOSED, now)
+            else:
+                self._fire(OperationInput.REFUSED, now)
+                self._contradict(now)
         while self._command.next_event() is not None:  # what it says has been dealt with
             pass
 
@@ -175,6 +200,24 @@ class Operation(Machine[OperationFinished]):
         """Withdraw a rejection when the vehicle visibly carries it out."""
         if self.state is OperationState.REFUSING and self.goal.under_way(self._vehicle):
             self._fire(OperationInput.UNDER_WAY, now)
+
+    def excuse(self, gap_s: float) -> None:
+        """Do not count a time in which we did not run: nobody listened or repeated anything.
+
+        Of who stands still again and again, only so much is excused that there is an end.
+        """
+        gap_s = min(gap_s, self._excusable_s)
+        self._excusable_s -= gap_s
+        self._limit_s += gap_s
+        self._command.excuse(gap_s)
+        if self._deadline is not None:
+            self._deadline += gap_s
+        if self._refused_until_s is not None:
+            self._refused_until_s += gap_s
+        if self._rejected_until_s is not None:
+            self._rejected_until_s += gap_s
+        if self._again_s is not None:
+            self._again_s += gap_s
 
     def settle(self) -> None:
         """The earlier request has taken effect; from here HEARTBEATs count."""
@@ -214,6 +257,8 @@ class Operation(Machine[OperationFinished]):
             self._fire(OperationInput.WAITED, now)
         elif now >= self._limit_s:
             self._fire(OperationInput.TIME_UP, now)
+        elif now < self._silent_until_s:
+            self._deadline = min(self._silent_until_s, self._refused_until_s or math.inf)
         elif self._again_s is not None and now >= self._again_s:
             self._again_s = None
             if self.goal.under_way(self._vehicle):
@@ -241,20 +286,29 @@ class Operation(Machine[OperationFinished]):
         )
         self._deadline = min(time for time in times if time is not None)
 
-    def _prepare(self, now: float) -> None:
-        self._gate_until_s = min(now + self._timing.gate_s, self._limit_s)
-        self._try_gate(now)
-
     def _try_gate(self, now: float) -> None:
-        open_s = now if self._gate is None else self._gate(now)
+        open_s = max(now if self._gate is None else self._gate(now), self._silent_until_s)
         if open_s <= now:
             self._fire(OperationInput.READY, now)
-        elif now >= self._gate_until_s:
-            self._result = OperationResult.REFUSED
-            self._reason = f"no setpoints were streamed within {self._timing.gate_s:.1f} s"
+        elif now >= self._limit_s:
+            self._result = OperationResult.LATE
+            self._reason = (
+                f"setpoints were not streamed without a gap within {self._timing.timeout_s:.1f} s, "
+                "so that the vehicle could not be asked"
+            )
             self._fire(OperationInput.FAILED, now)
         else:
-            self._deadline = min(open_s, now + _GATE_LOOK_S, self._gate_until_s)
+            self._deadline = min(open_s, now + _GATE_LOOK_S, self._limit_s)
+
+    def _prepare_again(self, now: float) -> None:
+        self._refused_until_s = self._again_s = self._answer = None
+        self._command = CommandExchange(
+            self.goal.request,
+            self._address,
+            self._command_timing,
+            sent_before=self._command.attempts,
+        )
+        self._try_gate(now)
 
     def _send(self, now: float) -> None:
         self._command.start(now)
@@ -333,7 +387,7 @@ class Operation(Machine[OperationFinished]):
     _I = OperationInput
     table: ClassVar[Table] = {
         (_S.IDLE, _I.START): (_S.COMMANDING, _send),
-        (_S.IDLE, _I.PREPARE): (_S.PREPARING, _prepare),
+        (_S.IDLE, _I.PREPARE): (_S.PREPARING, _try_gate),
         (_S.IDLE, _I.REACHED): (_S.FINISHED, _achieve),
         (_S.IDLE, _I.CANCEL): (_S.FINISHED, _fail),
         (_S.IDLE, _I.FAILED): (_S.FINISHED, _fail),
@@ -345,6 +399,7 @@ class Operation(Machine[OperationFinished]):
         (_S.COMMANDING, _I.FAILED): (_S.FINISHED, _fail),
         (_S.COMMANDING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
         (_S.COMMANDING, _I.REFUSED): (_S.REFUSING, _refuse),
+        (_S.COMMANDING, _I.CLOSED): (_S.PREPARING, _prepare_again),
         (_S.COMMANDING, _I.UNANSWERED): (_S.CONFIRMING, _pause),
         (_S.COMMANDING, _I.TIME_UP): (_S.FINISHED, _time_out),
         (_S.COMMANDING, _I.CANCEL): (_S.FINISHED, _fail),
@@ -352,6 +407,7 @@ class Operation(Machine[OperationFinished]):
         (_S.CONFIRMING, _I.FAILED): (_S.FINISHED, _fail),
         (_S.CONFIRMING, _I.ACCEPTED): (_S.CONFIRMING, None),
         (_S.CONFIRMING, _I.REFUSED): (_S.REFUSING, _refuse),
+        (_S.CONFIRMING, _I.CLOSED): (_S.PREPARING, _prepare_again),
         (_S.CONFIRMING, _I.AGAIN): (_S.COMMANDING, _send_again),
         (_S.CONFIRMING, _I.TIME_UP): (_S.FINISHED, _time_out),
         (_S.CONFIRMING, _I.CANCEL): (_S.FINISHED, _fail),
@@ -359,6 +415,7 @@ class Operation(Machine[OperationFinished]):
         (_S.REFUSING, _I.UNDER_WAY): (_S.CONFIRMING, _confirm),
         (_S.REFUSING, _I.FAILED): (_S.FINISHED, _fail),
         (_S.REFUSING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
+        (_S.REFUSING, _I.CLOSED): (_S.PREPARING, _prepare_again),
         (_S.REFUSING, _I.REFUSED): (_S.REFUSING, None),
         (_S.REFUSING, _I.AGAIN): (_S.COMMANDING, _send_again),
         (_S.REFUSING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
