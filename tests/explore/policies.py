@@ -361,7 +361,7 @@ _MISHAPS = frozenset(
     {
         *(OutcomeCode.TIMEOUT, OutcomeCode.MISSION_REFUSED, OutcomeCode.MODE_REFUSED),
         *(OutcomeCode.ARMING_REFUSED, OutcomeCode.LINK_LOST, OutcomeCode.NO_POSITION),
-        OutcomeCode.TAKEOFF_REFUSED,
+        *(OutcomeCode.TAKEOFF_REFUSED, OutcomeCode.SERVER_LATE),
         *(OutcomeCode.MISSION_CHANGED, OutcomeCode.VEHICLE_REBOOTED, OutcomeCode.DISARMED),
         *(OutcomeCode.PILOT_OVERRIDE, OutcomeCode.NO_OBSTACLE_DATA, OutcomeCode.WAYPOINT_MISSED),
     }

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from navigation_core.geometry import ZERO
 from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.safety.lateness import TOO_LATE_S
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Setpoint, Wait
 from navigation_core.tasks.observation import Observation, OperationStatus, TaskOperation
@@ -160,7 +161,10 @@ class RequestedOperation:
             if now - self.asked_s <= self.timeout_s:
                 return self.intent
             text = f"The request to {what} timed out: no result within {self.timeout_s:g} s."
-            return Outcome(self.refusal, text, None)
+            late = observation.late_s >= TOO_LATE_S
+            if late:
+                text += f" This server was {observation.late_s:.1f} s late itself."
+            return Outcome(OutcomeCode.SERVER_LATE if late else self.refusal, text, None)
         because = f": {reason}." if reason else "; the vehicle gave no reason."
         if state is OperationStatus.LINK_LOST:
             return Outcome(
@@ -168,6 +172,9 @@ class RequestedOperation:
                 f"The link was lost during the request to {what}{because}",
                 None,
             )
+        if state is OperationStatus.LATE:
+            text = f"This server was too late for the request to {what}{because}"
+            return Outcome(OutcomeCode.SERVER_LATE, text, None)
         ending = {
             OperationStatus.REFUSED: "was rejected",
             OperationStatus.TIMED_OUT: "timed out",

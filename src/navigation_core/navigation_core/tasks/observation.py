@@ -54,6 +54,8 @@ class OperationStatus(Enum):
     TIMED_OUT = "TIMED_OUT"
     CANCELLED = "CANCELLED"
     LINK_LOST = "LINK_LOST"
+    LATE = "LATE"
+    """The server was too late; the vehicle is not to blame."""
 
 
 @dataclass(frozen=True)

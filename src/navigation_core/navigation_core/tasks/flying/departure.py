@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.lateness import TOO_LATE_S
 from navigation_core.tasks.conditions import Requester, check_departure
 from navigation_core.tasks.flying.arrival import Arrival
 from navigation_core.tasks.flying.goto_phases import PhaseEvent
@@ -121,13 +122,20 @@ class Departure:
 
     def take_off(self, observation: Observation, now: float) -> Step:
         """Take off."""
+        # A vehicle that is armed and left alone disarms itself after 10 s or so.
+        late = ""
+        if observation.late_s >= TOO_LATE_S:
+            late = f" This server was {observation.late_s:.1f} s late itself."
         if self._armed_seen and not observation.armed:
             text = "The vehicle was disarmed before take-off."
-            return Outcome(OutcomeCode.DISARMED, text, self._parts.arrival.error_m(observation))
+            code = OutcomeCode.SERVER_LATE if late else OutcomeCode.DISARMED
+            return Outcome(code, text + late, self._parts.arrival.error_m(observation))
         height_m = self._estimator.takeoff_height_m(observation.ground_enu_m)
         self.take_off_asked = True
         climb, refusal = Perform(TaskOperation.TAKE_OFF, height_m), OutcomeCode.TAKEOFF_REFUSED
         answer = self._parts.requests.perform(climb, refusal, observation, now)
+        if isinstance(answer, Outcome) and answer.code is refusal and late:
+            answer = replace(answer, code=OutcomeCode.SERVER_LATE, message=answer.message + late)
         if isinstance(answer, Outcome) and self.arming_asked and not self._moves(observation):
             # Turning propellers on the ground are a danger, and this task armed them.
             return StopFirst(answer)

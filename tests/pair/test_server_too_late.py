@@ -1,0 +1,82 @@
+"""A server that runs late, or hangs, while the vehicle has to be asked for something.
+
+What the vehicle could not be asked, it has not rejected: the server tries again, and ends a goal
+with SERVER_LATE when that does not help.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from mavlink_sitl.config import VehicleConfig
+from navigation_bridge.goals.requests import LandRequest, Request, TakeoffRequest
+from tests.support.flights.simulated_flight import SimulatedFlight
+
+FIRMWARES = ("px4", "ardupilot")
+BLAMES_THE_VEHICLE = ("MODE_REFUSED", "ARMING_REFUSED", "TAKEOFF_REFUSED", "TIMEOUT", "LINK_LOST")
+
+
+def in_the_air(autopilot: str) -> SimulatedFlight:
+    flight = SimulatedFlight(simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0))
+    flight.ready()
+    flight.fly_up()
+    flight.set_mode_as_pilot({"px4": "AUTO.LOITER", "ardupilot": "BRAKE"}[autopilot])
+    flight.run_for(2.5)
+    return flight
+
+
+def run_late(flight: SimulatedFlight, late_s: float, for_s: float) -> None:
+    """Let the server take its turns late, one after the other."""
+    end_s = flight.now + for_s
+    while flight.now < end_s:
+        flight.stall(late_s)
+        flight.tick()
+
+
+@pytest.mark.parametrize("late_s", [0.8, 0.55, 0.65])
+def test_a_late_server_takes_control_once_it_is_in_time_again(late_s: float) -> None:
+    flight = in_the_air("px4")
+    goal_id = flight.send(10.0, 0.0, 3.0)
+    run_late(flight, late_s, 5.0)
+    end = flight.run_to_end(goal_id)
+    assert end.code.value == "SUCCESS", end.message
+
+
+@pytest.mark.parametrize("late_s", [0.8, 0.55, 0.65])
+def test_a_server_that_stays_late_says_so_and_does_not_blame_the_vehicle(late_s: float) -> None:
+    flight = in_the_air("px4")
+    goal_id = flight.send(10.0, 0.0, 3.0)
+    run_late(flight, late_s, 25.0)
+    (end,) = flight.ends(goal_id)
+    assert end.code.value == "SERVER_LATE", end.message
+    assert "rejected" not in end.message
+    assert flight.vehicle.mode_name == "AUTO.LOITER"
+
+
+def test_a_server_that_stands_still_again_and_again_comes_to_an_end() -> None:
+    """Each gap is long enough to be excused, but not all of them together."""
+    flight = in_the_air("px4")
+    goal_id = flight.send(10.0, 0.0, 3.0)
+    run_late(flight, 1.4, 120.0)
+    (end,) = flight.ends(goal_id)
+    assert end.code.value in ("SERVER_LATE", "FAILSAFE_OFFBOARD"), end.message
+
+
+@pytest.mark.parametrize("stall_s", [1.0, 12.0, 30.0])
+@pytest.mark.parametrize("autopilot", FIRMWARES)
+@pytest.mark.parametrize("asked", [TakeoffRequest(5.0), LandRequest()])
+def test_a_hang_is_not_held_against_the_vehicle(
+    asked: Request, autopilot: str, stall_s: float
+) -> None:
+    """Whatever it waits for: a vehicle that is left alone on the ground disarms itself."""
+    for begun_s in (0.0, 0.05, 0.3, 0.6, 1.0, 1.5):
+        if isinstance(asked, TakeoffRequest):
+            simulated = VehicleConfig(autopilot=autopilot, ready_after_s=1.0)
+            flight = SimulatedFlight(simulated=simulated).ready()
+        else:
+            flight = in_the_air(autopilot)
+        goal_id = flight.start(asked)
+        flight.run_for(begun_s)
+        flight.stall(stall_s)
+        end = flight.run_to_end(goal_id, 150.0)
+        assert end.code.value not in BLAMES_THE_VEHICLE, (begun_s, end.message)
