@@ -14,6 +14,7 @@ import pytest
 
 from mavlink_sitl import LinkFaults
 from mavlink_sitl.autopilot.px4.px4_view import ManualControl
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Codec, make, mavlink
 from navigation_bridge.goals.requests import (
@@ -62,7 +63,9 @@ class CrossedFlight(SimulatedFlight):
     def tick(self) -> None:
         if self.autopilot == "px4" and self.held:
             sticks = ManualControl(0.0, 0.0, 0.0, 0.5, self.simulation.time_s)
-            self.simulation.vehicles[0].copter.manual = sticks
+            firmware = self.simulation.vehicles[0].copter
+            assert isinstance(firmware, Px4Vehicle)
+            firmware.manual = sticks
         elif self.autopilot == "ardupilot" and self.vehicle.state.armed:
             self.simulation.vehicles[0].pilot_throttle(1500)
         super().tick()

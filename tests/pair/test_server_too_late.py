@@ -6,6 +6,8 @@ with SERVER_LATE when that does not help.
 
 from __future__ import annotations
 
+from collections import deque
+
 import pytest
 
 from mavlink_sitl.config import VehicleConfig
@@ -13,6 +15,7 @@ from navigation_bridge.goals.requests import LandRequest, Request, TakeoffReques
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 FIRMWARES = ("px4", "ardupilot")
+SPEED_M_S = 3.0
 BLAMES_THE_VEHICLE = ("MODE_REFUSED", "ARMING_REFUSED", "TAKEOFF_REFUSED", "TIMEOUT", "LINK_LOST")
 
 
@@ -80,3 +83,52 @@ def test_a_hang_is_not_held_against_the_vehicle(
         flight.stall(stall_s)
         end = flight.run_to_end(goal_id, 150.0)
         assert end.code.value not in BLAMES_THE_VEHICLE, (begun_s, end.message)
+
+
+class StarvedFlight(SimulatedFlight):
+    """A flight whose server reads less than comes, in order, as from a full receive buffer."""
+
+    def __init__(self, autopilot: str) -> None:
+        super().__init__(simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0))
+        self.waiting: deque[bytes] = deque()
+        self.read_share = 1.0
+        self._room = 0.0
+        read = self.simulation.link.read_datagrams
+
+        def read_some() -> list[bytes]:
+            came = read()
+            self.waiting.extend(came)
+            self._room = min(self._room + self.read_share * len(came), len(self.waiting))
+            if self.read_share == 1.0:
+                self._room = len(self.waiting)
+            count = int(self._room)
+            self._room -= count
+            return [self.waiting.popleft() for _ in range(count)]
+
+        self.simulation.link.read_datagrams = read_some  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("autopilot", FIRMWARES)
+def test_data_that_is_old_when_it_is_read_slows_and_stops_the_vehicle(autopilot: str) -> None:
+    """The control loop is in time; what it knows is of seconds ago."""
+    flight = StarvedFlight(autopilot)
+    flight.ready()
+    flight.fly_up()
+    goal_id = flight.start(flight.request(0.0, 90.0, 5.0, speed=SPEED_M_S))
+    flight.run_for(10.0)
+    assert flight.truth()[1] > 0.9 * SPEED_M_S
+    assert flight.feedback(goal_id)[-1].late_s < 0.2
+    flight.read_share = 0.8
+    flight.run_for(4.0)
+    assert 0.25 < flight.feedback(goal_id)[-1].late_s < 1.1
+    flight.run_for(5.0)
+    assert max(item.late_s for item in flight.feedback(goal_id)) > 1.0
+    assert flight.truth()[1] < 0.3
+    assert any("data is" in line.text for line in flight.log_lines())
+    flight.run_for(10.0)
+    (end,) = flight.ends(goal_id)
+    assert end.code.value == "SERVER_LATE", end.message
+    flight.read_share = 1.0
+    flight.run_for(4.0)
+    end = flight.run_to_end(flight.send(0.0, 5.0, 5.0))
+    assert end.code.value == "SUCCESS", end.message

@@ -47,6 +47,7 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
 from mavlink_vehicle.protocols.mission.stored_lists import StoredLists, lists_taken
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.monitoring.answer_watch import AnswerWatch
+from mavlink_vehicle.protocols.monitoring.data_age import DataAge
 from mavlink_vehicle.protocols.monitoring.direct_measurements import DirectMeasurements
 from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
@@ -141,6 +142,7 @@ class VehicleCore:
         )
         self._requests = MessageRequests(_WANTED_ONCE, lambda: self.state.position_valid)
         self._timesync = Timesync(self.config.timesync_interval_s)
+        self._data_age = DataAge()
         self._parameters = ParameterReader()
         self._lists = StoredLists(
             TransferTiming(self.config.mission_timeout_s, self.config.mission_retries),
@@ -293,6 +295,17 @@ class VehicleCore:
     def round_trip_s(self) -> float | None:
         """Time of a message to the vehicle and back; None before it was measured."""
         return self._timesync.round_trip_s
+
+    def sample_age_s(self, time_boot_ms: int | None, now: float) -> float:
+        """Return how old a sample of the vehicle is by the vehicle's clock; 0 while unknown.
+
+        The shortest time on the link does not count.
+
+        Args:
+            time_boot_ms: when the vehicle took it; None: not known.
+            now: time in seconds.
+        """
+        return self._data_age.age_s(time_boot_ms, self._live.known.boot_count, now)
 
     @property
     def is_one_way(self) -> bool:
@@ -547,7 +560,12 @@ class VehicleCore:
             self.parameter_jobs.receive(message, now)
             self.take_ends(now)
         self._requests.receive(message, now)
-        self._timesync.receive(message, now)
+        round_trip_s = self._timesync.receive(message, now)
+        if round_trip_s is not None:
+            state = self.state
+            self._data_age.answered(
+                round_trip_s, message.tc1, state.boot_time_ms, state.boot_count, now
+            )
         self._answer_watch.receive(message, now)
         self._parameters.receive(message, now)
         self._lists.receive(message, now)

@@ -98,6 +98,8 @@ _PARAMETER = re.compile("[A-Z0-9_]{1,16}")
 _LATE_TOLD_S = 2.0
 # Beyond what a fast vehicle moves between the two.
 _EXTERNAL_OFF_M = 3.0
+# The ends that a vehicle that was slowed down or not listened to may come to.
+_BY_LATENESS = frozenset({OutcomeCode.NO_POSITION, OutcomeCode.TIMEOUT})
 _OF_ONE_MISSION = frozenset(
     {TaskOperation.UPLOAD_MISSION, TaskOperation.START_MISSION, TaskOperation.CLEAR_MISSION}
 )
@@ -151,6 +153,8 @@ class Bridge:
         self._commands = VelocityCommands()
         self._lateness = Lateness()
         self._late_told_s = -math.inf
+        self._data_time_ms: int | None = None
+        self._data_age_s = 0.0
         self.recorded_goal_id: str | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
@@ -200,6 +204,11 @@ class Bridge:
     def lateness(self) -> Lateness:
         """Lateness of the setpoints; read only."""
         return self._lateness
+
+    @property
+    def data_age_s(self) -> float:
+        """Age of the vehicle's data when it was read last, while a goal was active."""
+        return self._data_age_s
 
     @property
     def map_origin(self) -> Geodetic | None:
@@ -613,6 +622,7 @@ class Bridge:
             goal.task.think(self._observe(goal, now), now)
         if goal is not None and now >= goal.next_step_s:
             self._note_lateness(now - goal.next_step_s, now)
+            self._note_data_age(now)
             goal.next_step_s = _next_on_grid(goal.next_step_s, self._config.setpoint_period_s, now)
             self._step(goal, now)
         goal = self._goal
@@ -627,6 +637,22 @@ class Bridge:
                 LogLevel.WARN,
                 f"The control loop is {late_s:.2f} s late; the vehicle is slowed down, and stopped "
                 f"from {TOO_LATE_S:g} s on. Reduce the load on this machine.",
+            )
+
+    def _note_data_age(self, now: float) -> None:
+        """Count data that was old when it was read as lateness: the vehicle is elsewhere by now."""
+        time_ms = self._vehicle.live.boot_time_ms
+        if time_ms == self._data_time_ms:
+            return  # nothing came: that is for those who watch the link
+        self._data_time_ms = time_ms
+        self._data_age_s = age_s = self._vehicle.sample_age_s(time_ms, now)
+        if self._lateness.note(age_s, now) and now - self._late_told_s >= _LATE_TOLD_S:
+            self._late_told_s = now
+            self._report.log(
+                LogLevel.WARN,
+                f"The vehicle's data is {age_s:.2f} s old when it is read; the vehicle is slowed "
+                f"down, and stopped from {TOO_LATE_S:g} s on. Reduce the load on this machine, or "
+                "check the link.",
             )
 
     def next_deadline(self) -> float | None:
@@ -816,7 +842,7 @@ class Bridge:
         if goal.operation is not None and goal.operation.state is not OperationStatus.PENDING:
             goal.operation = None  # the task knows the result
         if isinstance(intent, Outcome):
-            self._end(goal, intent, now)
+            self._end(goal, self._own_share(intent, now), now)
             return
         if isinstance(intent, Perform):
             if self._waits_with(goal, intent, now):
@@ -829,6 +855,14 @@ class Bridge:
         if self._goal is goal:
             self._report.status(goal, self._progress(goal, now))
             self._report.plan(goal, goal.task.path_enu_m)
+
+    def _own_share(self, outcome: Outcome, now: float) -> Outcome:
+        """Return the outcome, with the server's own lateness as its reason if it is one."""
+        late_s = self._lateness.recent_s(now)
+        if late_s < TOO_LATE_S or outcome.code not in _BY_LATENESS:
+            return outcome
+        text = f"{outcome.message} This server was {late_s:.1f} s late itself."
+        return replace(outcome, code=OutcomeCode.SERVER_LATE, message=text)
 
     def _waits_with(self, goal: ActiveGoal, intent: Perform, now: float) -> bool:
         """Whether an operation has to wait until others have left what it needs."""

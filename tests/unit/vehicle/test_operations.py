@@ -402,11 +402,14 @@ def test_the_table_is_complete() -> None:
     expected = {
         OperationState.IDLE: always | {OperationInput.START, OperationInput.PREPARE},
         OperationState.PREPARING: always | {OperationInput.READY},
-        OperationState.COMMANDING: always | answers | {OperationInput.UNANSWERED},
-        OperationState.CONFIRMING: always | answers | {OperationInput.AGAIN},
+        OperationState.COMMANDING: always
+        | answers
+        | {OperationInput.UNANSWERED, OperationInput.CLOSED},
+        OperationState.CONFIRMING: always | answers | {OperationInput.AGAIN, OperationInput.CLOSED},
         OperationState.REFUSING: always
         | answers
-        | {OperationInput.UNDER_WAY, OperationInput.WAITED, OperationInput.AGAIN},
+        | {OperationInput.UNDER_WAY, OperationInput.WAITED, OperationInput.AGAIN}
+        | {OperationInput.CLOSED},
         OperationState.FINISHED: set(),
     }
     for state, inputs in expected.items():

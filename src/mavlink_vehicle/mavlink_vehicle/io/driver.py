@@ -24,7 +24,9 @@ from typing import Protocol, TypeVar, runtime_checkable
 
 from mavlink_vehicle.codec import Intake, Message, message_of
 from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.io.backlog import STALE_S, without_stale
 from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.io.links.link import MAX_READS
 from mavlink_vehicle.io.mailbox import Mailbox
 from mavlink_vehicle.io.router import Router
 
@@ -38,6 +40,8 @@ PAUSE_S = 0.05
 """A timer that failed, or that leaves its deadline where it was, is called again after this."""
 
 _STALL_S = 0.5
+# The receive buffer of a socket holds some thousand packets, which take a tenth of this.
+_DRAIN_S, _DRAIN_READS = 0.25, 100
 _LONGEST_WAIT_S = 60.0
 _MAX_POSTS = 256
 
@@ -225,7 +229,7 @@ class Driver:
         for _ in range(min(len(self._mailbox), _MAX_POSTS)):
             self._guard(self._mailbox.do_next)
         now = self._clock.now()
-        self._hand_over(self._router.receive(now), self._application.receive, now)
+        self._hand_over(self._receive(now), self._application.receive, now)
         if deadline is not None and deadline <= now:
             self._run_timer(deadline, now)
         late_s = self._clock.now()
@@ -238,6 +242,23 @@ class Driver:
             now = self._clock.now()
             self._hand_over(self._router.overhear(now), self._application.overhear, now)
             self._flush()
+
+    def _receive(self, now: float) -> list[Message]:
+        """Return what has come by vehicle links.
+
+        When much waits, all of it is read, so that the newest is known, and stale telemetry is
+        skipped. A flood may take only so long.
+        """
+        messages = self._router.receive(now)
+        if len(messages) < MAX_READS:
+            return messages
+        end_s = now + _DRAIN_S * self._clock.rate
+        for _ in range(_DRAIN_READS):
+            more = self._router.receive(now)
+            messages += more
+            if not more or self._clock.now() >= end_s:
+                break
+        return without_stale(messages, STALE_S * self._clock.rate)
 
     def _hand_over(
         self, messages: list[Message], receive: Callable[[Message, float], None], now: float

@@ -88,7 +88,10 @@ def observe(
             # Its height is that of the ground, whatever the GPS reports.
             position = (position[0], position[1], ground_enu_m)
             velocity = (velocity[0], velocity[1], 0.0)
-        age_s = now - state.global_position.time_s
+        age_s = max(
+            now - state.global_position.time_s,
+            vehicle.sample_age_s(state.global_position.time_boot_ms, now),
+        )
     return Observation(
         time_s=now,
         position_enu_m=position,

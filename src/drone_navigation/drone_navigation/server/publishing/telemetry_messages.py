@@ -351,6 +351,7 @@ def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> 
         f"worst delay in the last {WINDOW_S:g} s": f"{recent_s:.3f} s",
         "worst delay": f"{lateness.worst_s:.3f} s",
         f"delays of {LATE_S:g} s or more": str(lateness.count),
+        "age of the vehicle's data": f"{bridge.data_age_s:.3f} s",
     }
     return _diagnostic(f"{name}: control loop", hardware_id, judged, values)
 

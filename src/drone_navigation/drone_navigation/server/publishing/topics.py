@@ -274,7 +274,10 @@ class Topics:
 
     def _measured(self, time_boot_ms: int, now: float) -> Any:
         """Return the stamp of a sample with the vehicle's own time."""
-        age_s = self._times.age_s(time_boot_ms, now)
+        age_s = max(
+            self._times.age_s(time_boot_ms, now),
+            self._bridge.vehicle.sample_age_s(time_boot_ms, now),
+        )
         return (self._node.get_clock().now() - Duration(seconds=age_s)).to_msg()
 
 

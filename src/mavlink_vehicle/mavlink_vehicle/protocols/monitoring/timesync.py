@@ -67,14 +67,20 @@ class Timesync(TimedOutbox):
         self._deadline = None
         self._asked.clear()
 
-    def receive(self, message: Message, now: float) -> None:
-        """Take an answer to one of our questions; everything else is somebody else's."""
+    def receive(self, message: Message, now: float) -> float | None:
+        """Take an answer to one of our questions; everything else is somebody else's.
+
+        Returns:
+            The round trip that it shows in s, or None.
+        """
         if message.__class__ is not _TIMESYNC or message.tc1 == 0:
-            return
+            return None
         asked_s = self._asked.pop(message.ts1, None)
-        if asked_s is not None:
-            self._round_trips_s.append(now - asked_s)
-            self.answers += 1
+        if asked_s is None:
+            return None
+        self._round_trips_s.append(now - asked_s)
+        self.answers += 1
+        return now - asked_s
 
     def _on_deadline(self, now: float) -> None:
         self.ask(now)

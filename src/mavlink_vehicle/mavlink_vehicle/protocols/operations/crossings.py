@@ -83,7 +83,9 @@ class Crossings(Outbox):
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the acknowledgements of what was sent."""
-        for sent in self._sent if self._address is not None else ():
+        if self._address is None:
+            return
+        for sent in self._sent:
             result = ack_result(message, sent.command, self._address)
             if result is None or result == IN_PROGRESS or sent.acks_left == 0:
                 continue
