@@ -49,9 +49,12 @@ class CrossedFlight(SimulatedFlight):
     def __init__(self, autopilot: str, delay_s: float) -> None:
         self.autopilot = autopilot
         self.seen = Seen([], [])
-        self.held = True
         simulated = VehicleConfig(
-            autopilot=autopilot, ready_after_s=1.0, faults=LinkFaults(delay_s=delay_s)
+            autopilot=autopilot,
+            ready_after_s=1.0,
+            faults=LinkFaults(delay_s=delay_s),
+            # It returns when the setpoints end.
+            parameters={"COM_OBL_RC_ACT": 3.0} if autopilot == "px4" else {},
         )
         super().__init__(simulated=simulated)
 
@@ -61,7 +64,7 @@ class CrossedFlight(SimulatedFlight):
         return str(self.simulation.vehicles[0].copter.mode.spec.name)
 
     def tick(self) -> None:
-        if self.autopilot == "px4" and self.held:
+        if self.autopilot == "px4":
             sticks = ManualControl(0.0, 0.0, 0.0, 0.5, self.simulation.time_s)
             firmware = self.simulation.vehicles[0].copter
             assert isinstance(firmware, Px4Vehicle)
@@ -254,19 +257,18 @@ def test_a_second_change_of_the_pilot_is_left_alone(autopilot: str) -> None:
     second = {"px4": "ALTCTL", "ardupilot": "STABILIZE"}[autopilot]
     delay_s = 0.1
     sent_s = request_s(autopilot, navigate, delay_s)
-    for later_s in (0.14, 0.2, 0.3, 0.45, 0.7):
+    for later_s in (0.22, 0.3, 0.45, 0.7):  # our request has arrived
         flight, goal_id = cross(autopilot, navigate, delay_s, sent_s - 0.1, as_pilot, later_s)
         flight.set_mode_as_pilot(second)
         changed_s = flight.now
         flight.run_for(OURS_FOR_S)
         # What was on its way when the pilot changed the mode again arrives; no more is sent.
-        asked = flight.requests(changed_s + delay_s + 0.05)
+        # A PX4 shows a mode within 0.2 s.
+        asked = flight.requests(changed_s + delay_s + 0.25)
         assert not asked, (later_s, asked, flight.seen)
         (end,) = flight.ends(goal_id)
         assert end.code.value == "PILOT_OVERRIDE"
-        if flight.true_mode != second:
-            assert flight.true_mode == CHOSEN[autopilot]
-            assert f"The vehicle is in {second}" not in end.message
+        assert flight.true_mode in (second, CHOSEN[autopilot]), flight.seen
 
 
 def test_a_failsafe_after_the_crossing_is_not_overridden() -> None:
@@ -277,7 +279,6 @@ def test_a_failsafe_after_the_crossing_is_not_overridden() -> None:
     flight.ready()
     goal_id = navigate(flight)
     flight.run_until(lambda: flight.now >= sent_s - 0.101, 90.0)
-    flight.held = False  # without a pilot's sticks it returns
     as_pilot(flight)
     flight.run_until(lambda: flight.true_mode == "OFFBOARD", 5.0)
     flight.link_up = False
