@@ -170,8 +170,8 @@ def test_unknown_modes_and_impossible_heights_are_rejected_at_once() -> None:
     vehicle = pair.vehicle
     for operation, words in (
         (vehicle.change_mode("HOVER", pair.now), "has no mode 'HOVER'; its modes are ACRO"),
-        (vehicle.take_off(math.nan, pair.now), "not above home"),
-        (vehicle.take_off(-1.0, pair.now), "not above home"),
+        (vehicle.take_off(math.nan, pair.now), "not above the ground"),
+        (vehicle.take_off(-1.0, pair.now), "not above the ground"),
     ):
         end = pair.finish(operation)
         assert end.result is REFUSED

@@ -148,21 +148,20 @@ class Vehicle(VehicleCore):
         """Disarm the motors, with `force` even in the air; returns the operation's id."""
         return self._set_armed(ArmGoal(False, force), now)
 
-    def take_off(self, height_above_home_m: float, now: float) -> int:
-        """Take off to a height above home; returns the operation's id.
+    def take_off(self, height_above_ground_m: float, now: float) -> int:
+        """Take off to a height above where it stands; returns the operation's id.
 
         The vehicle must be armed, and in its control mode where the profile says
-        `control_before_takeoff`. A PX4 counts the height from the ground it stands on, as its
-        home moves; an ArduPlane climbs to the height of its own TKOFF_ALT.
+        `control_before_takeoff`. An ArduPlane climbs to the height of its own TKOFF_ALT.
         """
         profile, kind = self.profile, OperationKind.TAKE_OFF
         if profile is None:
             return self._desk.nobody(kind, now)
-        problem = takeoff_problem(height_above_home_m, self.state, profile)
+        problem = takeoff_problem(height_above_ground_m, self.state, profile)
         if problem is not None:
             return self._desk.refuse(kind, f"Take-off rejected: {problem}.", now)
-        timeout_s = self.config.takeoff_timeout_s or takeoff_timeout_s(height_above_home_m)
-        goal = TakeoffGoal(height_above_home_m, self.state, profile)
+        timeout_s = self.config.takeoff_timeout_s or takeoff_timeout_s(height_above_ground_m)
+        goal = TakeoffGoal(height_above_ground_m, self.state, profile)
         timing = OperationTiming(timeout_s, doubt_s=_TAKEOFF_DOUBT_S)
         wanted = Wanted(mode=profile.mode_number(profile.takeoff_mode))
         return self._desk.begin(profile, goal, wanted, timing, now)

@@ -117,10 +117,22 @@ class Scene:
         if volume.box is not None:
             (west, south, _), (east, north, _) = volume.box.minimum_enu_m, volume.box.maximum_enu_m
             areas.append(PolygonArea(((west, south), (east, south), (east, north), (west, north))))
-        low_m, high_m = _heights_m(volume, self._map_frame.ground_enu_m(self._vehicle.state))
+        low_m, high_m = self._heights_m(volume)
         return SceneFence(
             tuple(self._placed(area, False, True) for area in areas), False, low_m, high_m
         )
+
+    def _heights_m(self, volume: FlightVolume) -> tuple[float, float]:
+        """Return the least and the greatest height above home."""
+        state = self._vehicle.state
+        home_z_m = self._map_frame.home_z_enu_m(state)
+        # Whole metres: the position wanders while the vehicle stands.
+        ground_m = round(self._map_frame.ground_enu_m(state) - home_z_m)
+        low_m, high_m = ground_m + volume.altitude_min_m, ground_m + volume.altitude_max_m
+        if volume.box is not None:
+            low_m = max(low_m, volume.box.minimum_enu_m[2] - home_z_m)
+            high_m = min(high_m, volume.box.maximum_enu_m[2] - home_z_m)
+        return low_m, high_m
 
     def _placed(self, area: Area, stored: bool, in_force: bool) -> SceneArea:
         points = (area.centre_enu_m,) if isinstance(area, CircleArea) else area.corners_enu_m
@@ -158,15 +170,6 @@ class Scene:
         place: Geodetic = (item.x * 1e-7, item.y * 1e-7, 0.0 if unknown else altitude_m)
         east_m, north_m, up_m = self._map_frame.enu(place)
         return (east_m, north_m, math.nan if unknown else up_m)
-
-
-def _heights_m(volume: FlightVolume, ground_enu_m: float) -> tuple[float, float]:
-    """Return the least and the greatest height above home."""
-    low_m, high_m = volume.altitude_min_m, volume.altitude_max_m
-    if volume.box is not None:
-        low_m = max(low_m, volume.box.minimum_enu_m[2] - ground_enu_m)
-        high_m = min(high_m, volume.box.maximum_enu_m[2] - ground_enu_m)
-    return low_m, high_m
 
 
 def _or_nan(value: float | None) -> float:

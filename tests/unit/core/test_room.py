@@ -29,8 +29,20 @@ FENCES = {
 }
 
 
-def room(fence: Fence | None = None, flies: bool = True, volume: FlightVolume = VOLUME) -> Room:
-    return Room(volume, fence, 1.0, flies)
+def room(
+    fence: Fence | None = None,
+    flies: bool = True,
+    volume: FlightVolume = VOLUME,
+    home_z_enu_m: float = 0.0,
+) -> Room:
+    return Room(volume, fence, home_z_enu_m, 1.0, flies)
+
+
+def test_the_heights_of_a_fence_count_from_home_and_those_of_the_volume_from_the_ground() -> None:
+    up = (0.0, 0.0, 2.0)
+    below_home = room(FENCES["square"], home_z_enu_m=30.0)
+    assert below_home.reduced(up, (0.0, 0.0, 22.0), 0.0, BRAKING) == up
+    assert room(FENCES["square"]).reduced(up, (0.0, 0.0, 22.0), 0.0, BRAKING)[2] == 0.0
 
 
 def test_far_from_every_bound_the_velocity_is_as_asked() -> None:
@@ -48,7 +60,7 @@ def test_far_from_every_bound_the_velocity_is_as_asked() -> None:
 def test_who_flies_on_and_on_stops_inside(
     fence: str, heading: float, turn: float, climb: float, ground: float
 ) -> None:
-    bounds = room(FENCES[fence])
+    bounds = room(FENCES[fence], home_z_enu_m=ground)
     position: Vector3 = (1.0, -3.0, ground + 10.0)
     velocity: Vector3 = (0.0, 0.0, 0.0)
     for _ in range(600):

@@ -363,7 +363,7 @@ def test_disarming_by_itself_ends_the_take_off() -> None:
     end = script.end()
     assert end.result is REFUSED
     assert end.reason == (
-        "Take-off to 10.0 m above home ended: the autopilot disarmed the motors; autopilot: "
+        "Take-off to 10.0 m above the ground ended: the autopilot disarmed the motors; autopilot: "
         '"Disarming motors".'
     )
 

@@ -74,8 +74,8 @@ def _straight(
     x, y, z = situation.pose.position_enu_m
     if situation.traits.flies and not situation.flies:
         # It climbs vertically, at least to the take-off height.
-        rise_m = min(situation.config.goto.takeoff_height_m, targets_enu_m[0][2])
-        z = max(z, situation.ground_enu_m + rise_m)
+        highest_m = situation.ground_enu_m + situation.config.goto.takeoff_height_m
+        z = max(z, min(highest_m, targets_enu_m[0][2]))
     radius_m = situation.config.obstacles.vehicle_radius_m
     hits: dict[str, list[str]] = {}
     for start, end in dict.fromkeys(itertools.pairwise([(x, y, z), *targets_enu_m])):
@@ -135,10 +135,11 @@ def _heights_m(situation: Situation) -> tuple[float, float] | None:
     low_m, high_m = config.volume.altitude_min_m, config.volume.altitude_max_m
     if fence is not None:
         margin_m = config.safety.fence_margin_m
+        home_m = situation.map_frame.home_z_enu_m(situation.vehicle.state) - ground_m
         if fence.altitude_min_m is not None:
-            low_m = max(low_m, fence.altitude_min_m + margin_m)
+            low_m = max(low_m, home_m + fence.altitude_min_m + margin_m)
         if fence.altitude_max_m is not None:
-            high_m = min(high_m, fence.altitude_max_m - margin_m)
+            high_m = min(high_m, home_m + fence.altitude_max_m - margin_m)
     low_m, high_m = low_m - _ROUNDING_M, max(high_m, low_m) + _ROUNDING_M
     return ground_m + low_m, ground_m + high_m
 

@@ -66,13 +66,12 @@ def resolve_waypoints(
     problem = _problem_of_route(request)
     if problem is not None:
         return Rejection(OutcomeCode.INVALID_WAYPOINTS, problem)
-    ground_enu_m = map_frame.ground_enu_m(state)
     waypoints = []
     for index, waypoint in enumerate(request.waypoints):
         above_ground = waypoint.altitude_reference is AltitudeReference.GROUND
         if above_ground and not follows_terrain:
             return Rejection(OutcomeCode.INVALID_WAYPOINTS, f"Waypoint {index}: {_NO_TERRAIN}")
-        position = _place(waypoint, map_frame, ground_enu_m, volume, traits)
+        position = _place(waypoint, map_frame, state, volume, traits)
         if isinstance(position, Rejection):
             return Rejection(position.code, f"Waypoint {index}: {position.message}")
         speed_m_s = waypoint.max_speed_m_s or request.max_speed_m_s
@@ -92,14 +91,15 @@ def resolve_waypoints(
 def _place(
     waypoint: WaypointRequest,
     map_frame: MapFrame,
-    ground_enu_m: float,
+    state: VehicleState,
     volume: FlightVolume,
     traits: Traits,
 ) -> Vector3 | Rejection:
     rejection = check_waypoint(waypoint)
     if rejection is not None:
         return rejection
-    position = on_ground(_position(waypoint, map_frame, ground_enu_m), ground_enu_m, traits)
+    ground_enu_m = map_frame.ground_enu_m(state)
+    position = on_ground(_position(waypoint, map_frame, state), ground_enu_m, traits)
     if isinstance(position, Rejection):
         return position
     return check_target(position, None, ground_enu_m, volume_for(volume, traits)) or position
@@ -154,10 +154,12 @@ def check_waypoint(waypoint: WaypointRequest) -> Rejection | None:
     return check_geodetic(waypoint.position)
 
 
-def _position(waypoint: WaypointRequest, map_frame: MapFrame, ground_enu_m: float) -> Vector3:
+def _position(waypoint: WaypointRequest, map_frame: MapFrame, state: VehicleState) -> Vector3:
     if waypoint.altitude_reference is None:
         return waypoint.position
     position = map_frame.enu(waypoint.position)
-    if waypoint.altitude_reference is not AltitudeReference.AMSL:
-        return (position[0], position[1], ground_enu_m + waypoint.position[2])
-    return position
+    if waypoint.altitude_reference is AltitudeReference.AMSL:
+        return position
+    above_home = waypoint.altitude_reference is AltitudeReference.HOME
+    below_m = map_frame.home_z_enu_m(state) if above_home else map_frame.ground_enu_m(state)
+    return (position[0], position[1], below_m + waypoint.position[2])

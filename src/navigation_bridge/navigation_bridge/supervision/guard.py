@@ -195,11 +195,11 @@ class Guard:
         here = self._here()
         if here is None:
             return None
-        ground_enu_m = self._map_frame.ground_enu_m(self._vehicle.state)
+        home_z_enu_m = self._map_frame.home_z_enu_m(self._vehicle.state)
         targets = plan.targets_enu_m[first:]
         if plan.straight:
-            return check_route(fence, here, targets, ground_enu_m, margin_m, closed)
-        return check_targets(fence, targets, ground_enu_m, margin_m)
+            return check_route(fence, here, targets, home_z_enu_m, margin_m, closed)
+        return check_targets(fence, targets, home_z_enu_m, margin_m)
 
     def _here(self) -> Vector3 | None:
         pose = self._map_frame.pose(self._vehicle.state)

@@ -137,16 +137,30 @@ class MapFrame:
         return self.enu((home.latitude_deg, home.longitude_deg, home.altitude_amsl_m))
 
     def ground_enu_m(self, state: VehicleState) -> float:
-        """Return the map height of the ground: home's altitude, or the origin's.
+        """Return the map height of the ground: where the vehicle last stood, disarmed.
 
-        A rover or boat is on the ground, whatever home it reports: an ArduRover with a valid
-        position reports a home at sea level until it is armed (observed). A home without a local
-        position is older than the origin, and as wrong.
+        Before it has been seen there it is that of home. A rover or boat is on the ground.
+        """
+        if self.origin is None:
+            return 0.0
+        altitude_amsl_m = state.ground_altitude_amsl_m
+        if state.vehicle_type in _DRIVING and state.global_position is not None:
+            altitude_amsl_m = state.global_position.altitude_amsl_m
+        if altitude_amsl_m is None:
+            return self.home_z_enu_m(state)
+        return altitude_amsl_m - self.origin[2]
+
+    def home_z_enu_m(self, state: VehicleState) -> float:
+        """Return the map height of home, from which a fence and the autopilot's altitudes count.
+
+        Home may be above or below where the vehicle stands (DO_SET_HOME). An ArduRover with a valid
+        position reports a home at sea level until it is armed (observed), so that of a rover or
+        boat is the ground. A home without a local position is older than the origin, and as wrong.
         """
         if self.origin is None:
             return 0.0
         if state.vehicle_type in _DRIVING and state.global_position is not None:
-            return state.global_position.altitude_amsl_m - self.origin[2]
+            return self.ground_enu_m(state)
         if state.home is None or state.home.position_ned_m is None:
             return 0.0
         return state.home.altitude_amsl_m - self.origin[2]

@@ -51,12 +51,14 @@ class Room:
     Attributes:
         volume: the server's flight volume.
         fence: the vehicle's own fence, or None while it is not known.
+        home_z_enu_m: map z of home, from which the fence's heights count.
         fence_margin_m: distance that is kept to the fence, on the inside.
         flies: whether the bounds of the height count.
     """
 
     volume: FlightVolume
     fence: Fence | None
+    home_z_enu_m: float
     fence_margin_m: float
     flies: bool = True
 
@@ -75,7 +77,7 @@ class Room:
         Args:
             velocity_enu_m_s: what is asked for.
             position_enu_m: where the vehicle is, in the map frame.
-            ground_enu_m: map z of home, from which heights count.
+            ground_enu_m: map z of the ground, from which the volume's heights count.
             braking: how the vehicle comes to rest.
         """
         east, north, up = velocity_enu_m_s
@@ -104,9 +106,9 @@ class Room:
             high_m = min(high_m, self.volume.box.maximum_enu_m[2] - _VOLUME_MARGIN_M)
         fence = self.fence
         if fence is not None and fence.altitude_min_m is not None:
-            low_m = max(low_m, ground_m + fence.altitude_min_m + self.fence_margin_m)
+            low_m = max(low_m, self.home_z_enu_m + fence.altitude_min_m + self.fence_margin_m)
         if fence is not None and fence.altitude_max_m is not None:
-            high_m = min(high_m, ground_m + fence.altitude_max_m - self.fence_margin_m)
+            high_m = min(high_m, self.home_z_enu_m + fence.altitude_max_m - self.fence_margin_m)
         return z_m - low_m, high_m - z_m
 
     def _free_m(self, start: Point2, course: Point2, needed_m: float) -> float:

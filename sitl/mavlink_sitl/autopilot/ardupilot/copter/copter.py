@@ -43,6 +43,8 @@ from mavlink_sitl.exchange import (
 
 AUTO = 3
 """A mode"""
+AT_HOME_M = 0.5
+"""Within this of home, it stands on it: the height wanders by as much"""
 ALOFT_M = 2.5
 """Height above home from which the ground no longer disturbs the magnetometers"""
 
@@ -220,7 +222,11 @@ class Copter(Commander):
         mode = self.mode
         if not isinstance(mode, Guided) or not self.armed or not self.landed:
             return Result.FAILED
-        if not max(self.navigator.height_above_home_m(), 0.0) < altitude_above_home_m:
+        # takeoff.cpp, do_user_takeoff: not downwards; far below home that is a negative altitude.
+        standing_m = self.navigator.height_above_home_m()
+        if standing_m > -AT_HOME_M:
+            standing_m = max(standing_m, 0.0)
+        if not standing_m < altitude_above_home_m:
             return Result.FAILED
         mode.take_off(self.navigator.home_ned_m()[2] - altitude_above_home_m)
         return Result.ACCEPTED

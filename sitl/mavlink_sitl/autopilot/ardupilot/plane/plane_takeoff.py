@@ -91,6 +91,7 @@ class TakeOff(PlaneMode):
     def enter(self) -> None:
         """Wait for arming on the ground."""
         self._launch: Launch | None = None
+        self._began_at_m = 0.0
         self.climbing = True
         self.target = None
         self.guide(GlideGuidance())
@@ -124,7 +125,7 @@ class TakeOff(PlaneMode):
         assert self._launch is not None
         if not self._launch.rolling():
             return
-        height = plane.navigator.height_above_home_m()
+        height = plane.navigator.height_above_home_m() - self._began_at_m
         if height >= plane.parameters["TKOFF_ALT"] - LEVELLED_OFF_M:
             self.climbing = False
             self._climb_m_s = 0.0
@@ -145,11 +146,13 @@ class TakeOff(PlaneMode):
         plane, m, p = self.vehicle, self.vehicle.motion, self.vehicle.parameters
         ahead, height = p["TKOFF_DIST"], p["TKOFF_ALT"]
         self._climb_m_s = 0.0
+        # mode_takeoff.cpp: all heights count from where it began, not from home.
+        self._began_at_m = plane.navigator.height_above_home_m()
         self.target = (
             m.north_m + ahead * math.cos(m.yaw_rad),
             m.east_m + ahead * math.sin(m.yaw_rad),
-            plane.navigator.home_ned_m()[2] - height,
+            m.down_m - height,
         )
         heading = math.degrees(m.yaw_rad) % 360.0
         text = f"Takeoff to {height:.0f}m for {ahead:.1f}m heading {heading:.1f} deg"
-        self._launch = Launch(plane, height, [(1.2, text)])
+        self._launch = Launch(plane, self._began_at_m + height, [(1.2, text)])

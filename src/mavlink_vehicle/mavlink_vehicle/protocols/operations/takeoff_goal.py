@@ -29,8 +29,8 @@ _LEVEL_OUT_M = 15.0
 class TakeoffGoal(StateGoal):
     """The vehicle is in the air, near the height, and no longer climbing fast.
 
-    Heights count from home, or where home moves in flight (PX4) from the ground that it stood
-    on before. A plane need not be slow, as it circles on anyway.
+    Heights count from where it stood: home may be above or below that, and may be moved in flight.
+    A plane need not be slow, as it circles on anyway.
     """
 
     height_m: float
@@ -41,7 +41,7 @@ class TakeoffGoal(StateGoal):
     @property
     def wish(self) -> str:
         """The height."""
-        return f"to {self.height_m:.1f} m above home"
+        return f"to {self.height_m:.1f} m above the ground"
 
     @property
     def request(self) -> CommandRequest:
@@ -49,7 +49,9 @@ class TakeoffGoal(StateGoal):
         profile = self.profile
         if profile.takeoff is TakeoffForm.MODE:
             return mode_request(profile, profile.mode_number(profile.takeoff_mode) or 0)
-        params = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.height_m)
+        standing = self.at_start.global_position
+        above_home_m = 0.0 if standing is None else standing.relative_altitude_m
+        params = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, above_home_m + self.height_m)
         if profile.takeoff is TakeoffForm.AMSL:
             ground_m = ground_altitude_amsl_m(self.at_start) or 0.0
             # Without a place it rises where it is (navigator_main.cpp); zeros would be one.
@@ -112,10 +114,8 @@ class TakeoffGoal(StateGoal):
         return () if mode in (None, state.custom_mode) else (mode,)
 
     def _height_m(self, state: VehicleState) -> float | None:
-        """Return the height above home, or above the ground that it stood on."""
+        """Return the height above the ground that it stood on."""
         position = state.global_position
-        if self.profile.takeoff is not TakeoffForm.AMSL:
-            return None if position is None else position.relative_altitude_m
         ground_down_m, local = self.at_start.ground_down_m, state.local_position
         if ground_down_m is not None and local is not None:
             return ground_down_m - local.position_ned_m[2]
@@ -140,7 +140,7 @@ def takeoff_timeout_s(height_m: float) -> float:
 def takeoff_problem(height_m: float, state: VehicleState, profile: Profile) -> str | None:
     """Return why a take-off can't even be asked for, None when it can."""
     if not (math.isfinite(height_m) and height_m > 0.0):
-        return f"a height of {height_m} m is not above home"
+        return f"a height of {height_m} m is not above the ground"
     if profile.takeoff is TakeoffForm.NONE:
         return f"{profile.name} has no take-off command"
     if profile.takeoff is TakeoffForm.AMSL and ground_altitude_amsl_m(state) is None:

@@ -220,10 +220,14 @@ class Steersman:
     ) -> Vector3:
         """Return the velocity, slower for obstacles, for late setpoints and near the bounds."""
         slowed = scale(wanted, self.obstruction.share * speed_share(observation.late_s))
+        home, ground_m = observation.home_enu_m, observation.ground_enu_m
         room = Room(
-            self._terms.volume, observation.fence, self._terms.fence_margin_m, self._traits.flies
+            self._terms.volume,
+            observation.fence,
+            ground_m if home is None else home[2],
+            self._terms.fence_margin_m,
+            self._traits.flies,
         )
-        ground_m = observation.ground_enu_m
         moving = self._flown.state if self._traits.flies else here
         if moving is not None and dot(moving.velocity_enu_m_s, wanted) > 0.0:
             speed_m_s = horizontal_norm(moving.velocity_enu_m_s)
