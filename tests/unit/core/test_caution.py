@@ -12,6 +12,7 @@ from navigation_core.limits import Limits
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacle_shapes import Cylinder
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
+from navigation_core.safety.unfollowed import Following
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
@@ -24,7 +25,7 @@ from tests.support.models.observations import HOVERING
 
 LIMITS = Limits()
 AVOIDANCE = AvoidanceConfig()
-COPTER = Traits(setpoint_timeout_s=3.0, accelerates_on=True)
+COPTER = Traits(setpoint_timeout_s=3.0, following=Following())
 HERE, GOAL = (0.0, 0.0, 5.0), (20.0, 0.0, 5.0)
 NEAR = Obstacles.of((Cylinder("digger", (-1.5, 0.0), 0.5),))
 FAR = Obstacles.of((Cylinder("mast", (-9.0, 0.0), 0.5),))
@@ -64,14 +65,19 @@ def test_who_is_late_gives_way_without_an_acceleration() -> None:
     assert norm(sent.acceleration_enu_m_s2) == 0.0
 
 
-def test_beside_what_moves_a_brake_that_nobody_ends_leads_hardly_backwards() -> None:
+@pytest.mark.parametrize("avoidance", [AVOIDANCE, None])
+@pytest.mark.parametrize("obstacles", [NOTHING, FAR])
+def test_a_brake_that_nobody_ends_leads_to_a_standstill(
+    obstacles: Obstacles, avoidance: AvoidanceConfig | None
+) -> None:
     braking = Setpoint((0.0, 0.0, 5.0), (0.9, 0.0, 0.0), (-2.0, 0.0, 0.0), 0.0)
     leaving = Moving(np.array([(0.0, 9.0, 5.0)]), 0.0, (0.0, 1.0))
-    sent = caution().tempered(braking, observed(0.0, FAR, (leaving,)))
+    careful = Caution(avoidance, COPTER, LIMITS)
+    sent = careful.tempered(braking, observed(0.0, obstacles, (leaving,)))
     end_m_s = sent.velocity_enu_m_s[0] + sent.acceleration_enu_m_s2[0] * COPTER.setpoint_timeout_s
-    assert -0.31 < end_m_s < 0.0
-    alone = caution().tempered(braking, observed(0.0))
-    assert alone.acceleration_enu_m_s2 == braking.acceleration_enu_m_s2
+    assert end_m_s == pytest.approx(0.0, abs=1e-9)
+    # What it lacks of a brake is in the position.
+    assert sent.position_enu_m[0] < -0.05
 
 
 def test_what_will_cross_the_run_out_makes_a_setpoint_slower() -> None:

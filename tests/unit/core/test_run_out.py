@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from navigation_core.geometry import Vector3
+from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacle_shapes import Box
@@ -32,7 +32,8 @@ def safe_m_s(*moving: Moving, velocity: Vector3 = FORWARD) -> float:
 
 def is_clear(acceleration_m_s2: float, obstacles: Obstacles, *moving: Moving) -> bool:
     push = (acceleration_m_s2, 0.0, 0.0)
-    return run_out_is_clear(HERE, FORWARD, push, obstacles, moving, LIMITS, CLEARANCE_M, TIMEOUT_S)
+    setpoint = KinematicState(HERE, FORWARD, push)
+    return run_out_is_clear(HERE, setpoint, obstacles, moving, LIMITS, CLEARANCE_M, TIMEOUT_S)
 
 
 def wall_at(x: float) -> Obstacles:
@@ -83,6 +84,14 @@ def test_a_brake_that_nobody_ends_leads_backwards_and_has_to_end_clear() -> None
     assert not is_clear(-1.5, wall_at(-7.0))
     assert is_clear(-1.5, wall_at(-9.0))
     assert not is_clear(-1.5, wall_at(-3.0))
+
+
+def test_the_path_to_a_position_beside_has_to_be_clear() -> None:
+    beside = KinematicState((0.0, 3.0, 5.0), (0.0, 1.0, 0.0))
+    wall = Obstacles.of((Box("wall", (0.0, 1.5), (4.0, 0.2)),))
+    bounds = (LIMITS, CLEARANCE_M, TIMEOUT_S)
+    assert run_out_is_clear(beside.position_enu_m, beside, wall, (), *bounds)
+    assert not run_out_is_clear(HERE, beside, wall, (), *bounds)
 
 
 def test_an_acceleration_that_nobody_ends_has_to_end_clear() -> None:

@@ -16,6 +16,7 @@ from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.positions.projections import MeanLatitude
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
+    Following,
     Profile,
     SetpointField,
     SpeedCommand,
@@ -100,6 +101,15 @@ OTHER = Profile(
 )
 _GUIDED = replace(OTHER, control_mode="GUIDED", return_mode="RTL", mission_mode="AUTO")
 
+# ArduCopter's mode_guided.cpp begins GUIDED with the waypoints' acceleration, and AC_PosControl.cpp
+# has the jerk; AP_Math's control.cpp says how a target is come to with both.
+_FOLLOWING = Following(
+    acceleration=("WPNAV_ACCEL", 0.01, 2.5),
+    jerk=("PSC_JERK_XY", 1.0, 5.0),
+    climb_acceleration=("WPNAV_ACCEL_Z", 0.01, 1.0),
+    climb_jerk=("PSC_JERK_Z", 1.0, 5.0),
+)
+
 COPTER = replace(
     _GUIDED,
     name="ArduCopter",
@@ -149,7 +159,16 @@ COPTER = replace(
     # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
     setpoint_timeout_s=3.0,
     setpoint_timeout_parameter="GUID_TIMEOUT",
-    wanted_parameters=(*_FENCE_PARAMETERS, "GUID_TIMEOUT", "RTL_SPEED", "WPNAV_SPEED"),
+    # In that time it integrates both (mode_guided.cpp, posvelaccel_control_run): braking with
+    # 2 m/s² at 3.4 m/s led a real one to 3.3 m/s backwards.
+    following=_FOLLOWING,
+    wanted_parameters=(
+        *_FENCE_PARAMETERS,
+        "GUID_TIMEOUT",
+        "RTL_SPEED",
+        "WPNAV_SPEED",
+        *_FOLLOWING.parameters,
+    ),
     failsafe_settings=failsafe_settings.ARDUCOPTER,
 )
 

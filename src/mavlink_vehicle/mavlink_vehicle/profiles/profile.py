@@ -79,6 +79,31 @@ class SpeedCommand:
 
 
 @dataclass(frozen=True)
+class Following:
+    """The limits by which an autopilot comes to a setpoint whose target it moves on by itself.
+
+    Each is the name of a parameter, what makes m/s² or m/s³ of it, and its default in those.
+
+    Attributes:
+        acceleration: over ground.
+        jerk: over ground.
+        climb_acceleration: up and down.
+        climb_jerk: up and down.
+    """
+
+    acceleration: tuple[str, float, float]
+    jerk: tuple[str, float, float]
+    climb_acceleration: tuple[str, float, float]
+    climb_jerk: tuple[str, float, float]
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names."""
+        limits = (self.acceleration, self.jerk, self.climb_acceleration, self.climb_jerk)
+        return tuple(name for name, _, _ in limits)
+
+
+@dataclass(frozen=True)
 class Profile:
     """One firmware and kind of vehicle.
 
@@ -144,6 +169,8 @@ class Profile:
         setpoint_timeout_s: for how long it continues with the velocity and the acceleration of the
             last setpoint when none follows, by the default of its parameter.
         setpoint_timeout_parameter: the parameter that says so; empty if there is none.
+        following: how it comes to a setpoint whose target it moves on by the last velocity and
+            acceleration in that time; None if it does not move the target.
         own_rates_hz: messages that the firmware sends no more often than this, whatever is asked
             for.
         link_rate_parameter: the parameter that limits what it sends on a link; None: the baud
@@ -199,6 +226,7 @@ class Profile:
     unsupported_messages: frozenset[str] = frozenset()
     setpoint_timeout_s: float = 0.0
     setpoint_timeout_parameter: str = ""
+    following: Following | None = None
     own_rates_hz: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     link_rate_parameter: str | None = None
     wanted_parameters: tuple[str, ...] = ()

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from mavlink_vehicle.profiles import Profile, SetpointField, VehicleKind
+from mavlink_vehicle.profiles import Profile, VehicleKind
 from navigation_bridge.vehicle.driving import driving_of
 from navigation_core.limits import Limits
+from navigation_core.safety.unfollowed import Following, Shaping
 from navigation_core.tasks.traits import Traits
 
 _NONE: Mapping[str, float] = MappingProxyType({})
@@ -28,6 +29,9 @@ _ROVER_BRAKING_M_S2, _BOAT_BRAKING_M_S2 = 0.6, 0.4
 # Overshoot of ArduRover's PI controller on a ramp (recorded), and of a hull in addition
 # (simulated).
 _ROVER_LAG_S, _BOAT_LAG_S = 0.3, 1.0
+# Of the acceleration by which a copter corrects its motion this share is flown with: without a rest
+# for errors it lags behind, and overshoots its speed as it catches up.
+_FOLLOWED_SHARE = 0.8
 
 
 def drives(profile: Profile | None) -> bool:
@@ -92,13 +96,42 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             drives_by_turn_rate=profile.drives_by_turn_rate,
             setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
         )
-    accelerates = SetpointField.ACCELERATION in profile.setpoint_form
+    following = profile.following
     return Traits(
         control_before_takeoff=before,
         lands_itself=lands_itself,
+        acceleration_m_s2=_FOLLOWED_SHARE
+        * _known(following and following.acceleration, parameters),
+        climb_acceleration_m_s2=(
+            _FOLLOWED_SHARE * _known(following and following.climb_acceleration, parameters)
+        ),
         setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
-        # For ArduCopter; a PX4 uses it as thrust, against which its velocity loop works.
-        accelerates_on=accelerates and not profile.acceleration_is_push,
+        following=_following(profile, parameters),
+    )
+
+
+def _known(limit: tuple[str, float, float] | None, parameters: Mapping[str, float]) -> float:
+    """Return a limit of the autopilot; infinite if it is not known."""
+    if limit is None:
+        return math.inf
+    name, factor, _ = limit
+    value = factor * parameters.get(name, math.inf)
+    return value if value > 0.0 else math.inf
+
+
+def _following(profile: Profile, parameters: Mapping[str, float]) -> Following | None:
+    """Return how the vehicle comes to a setpoint whose target it moves on."""
+    told = profile.following
+    if told is None:
+        return None
+
+    def limit(one: tuple[str, float, float]) -> float:
+        known = _known(one, parameters)
+        return known if math.isfinite(known) else one[2]
+
+    return Following(
+        Shaping(limit(told.acceleration), limit(told.jerk)),
+        Shaping(limit(told.climb_acceleration), limit(told.climb_jerk)),
     )
 
 
@@ -115,5 +148,8 @@ def limits_of(traits: Traits, limits: Limits) -> Limits:
         speed_horizontal_m_s=min(limits.speed_horizontal_m_s, traits.speed_max_m_s),
         acceleration_horizontal_m_s2=min(
             limits.acceleration_horizontal_m_s2, traits.acceleration_m_s2
+        ),
+        acceleration_vertical_m_s2=min(
+            limits.acceleration_vertical_m_s2, traits.climb_acceleration_m_s2
         ),
     )

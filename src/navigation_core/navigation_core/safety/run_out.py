@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from navigation_core.geometry import Vector3, norm
+from navigation_core.geometry import KinematicState, Vector3, norm
 from navigation_core.limits import Limits
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import Array, Obstacles
@@ -159,8 +159,7 @@ def _passes(path: Array, times: Array, moving: Moving, clearance_m: float) -> bo
 
 def run_out_is_clear(
     position_enu_m: Vector3,
-    velocity_enu_m_s: Vector3,
-    acceleration_enu_m_s2: Vector3,
+    setpoint: KinematicState,
     obstacles: Obstacles,
     moving: tuple[Moving, ...],
     limits: Limits,
@@ -169,25 +168,26 @@ def run_out_is_clear(
 ) -> bool:
     """Whether a setpoint with an acceleration leads clear of obstacles if none follows.
 
-    One that slows down makes the vehicle go backwards, faster and faster, until the timeout; then
-    it has to brake.
-
-    Args as for :func:`safe_speed_m_s`; ``moving``: those of the obstacles that move.
+    Args as for :func:`safe_speed_m_s`; ``position_enu_m``: where the vehicle is to be now, which
+    may be beside the position of the ``setpoint``; ``moving``: those of the obstacles that move.
     """
     if not len(obstacles) and not moving:
         return True
     run_out = _RunOut(
-        np.array(position_enu_m),
-        np.array(velocity_enu_m_s),
-        np.array(acceleration_enu_m_s2),
+        np.array(setpoint.position_enu_m),
+        np.array(setpoint.velocity_enu_m_s),
+        np.array(setpoint.acceleration_enu_m_s2),
         limits,
         timeout_s,
     )
-    moments = np.linspace(0.0, timeout_s, _MOMENTS)
-    times = np.append(moments, (run_out.rest_s, max(run_out.rest_s, _AFTER_S)))
+    here = np.array(position_enu_m)
+    times = np.append(
+        np.linspace(0.0, timeout_s, _MOMENTS), (run_out.rest_s, max(run_out.rest_s, _AFTER_S))
+    )
     places = run_out.places(times)
-    near = _at_height(moving, position_enu_m[2])
-    return bool(lines_clear(places[:-1], places[1:], obstacles, clearance_m).all()) and all(
+    starts = np.vstack([here, places[:-1]])
+    near = _at_height(moving, setpoint.position_enu_m[2])
+    return bool(lines_clear(starts, places, obstacles, clearance_m).all()) and all(
         _passes(places[:, :2], times, one, clearance_m) for one in near
     )
 

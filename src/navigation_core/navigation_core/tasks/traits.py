@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from navigation_core.safety.unfollowed import Following
+
 
 @dataclass(frozen=True)
 class Traits:
@@ -22,14 +24,16 @@ class Traits:
         turn_rate_rad_s: fastest turn on the ground, at any speed.
         arrival_radius_m: how near to a point it can be expected to stop at all.
         speed_max_m_s: how fast its autopilot drives at most.
-        acceleration_m_s2: how fast its autopilot speeds up at most.
+        acceleration_m_s2: how fast its autopilot speeds up at most, over ground.
+        climb_acceleration_m_s2: the same, up and down.
         braking_m_s2: how hard it is meant to brake on the ground.
         brake_lag_s: by which time its speed is late then.
         height_min_m: least height above the ground that it is sent to.
         takeoff_height_m: height above the ground of a take-off when none is asked for.
         setpoint_timeout_s: for how long it continues with the velocity and the acceleration of the
             last setpoint when none follows; 0 if it does not.
-        accelerates_on: whether it gathers speed by the last setpoint's acceleration in that time.
+        following: how it comes to a setpoint whose target it moves on by itself in that time; None
+            if it does not move the target.
         drives_by_turn_rate: whether it can be told a speed along its nose, also backwards, and a
             turn rate.
     """
@@ -45,12 +49,13 @@ class Traits:
     arrival_radius_m: float = 0.0
     speed_max_m_s: float = math.inf
     acceleration_m_s2: float = math.inf
+    climb_acceleration_m_s2: float = math.inf
     braking_m_s2: float = 0.6
     brake_lag_s: float = 0.3
     height_min_m: float = 0.0
     takeoff_height_m: float = 0.0
     setpoint_timeout_s: float = 0.0
-    accelerates_on: bool = False
+    following: Following | None = None
     drives_by_turn_rate: bool = False
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from navigation_core.geometry import ZERO, dot, norm, scale
+from navigation_core.geometry import ZERO, KinematicState, norm, scale
 from navigation_core.limits import Limits
 from navigation_core.planning.conflicts import clearance_at_m
 from navigation_core.safety.lateness import LATE_S, speed_share
@@ -21,6 +21,7 @@ from navigation_core.safety.run_out import (
     safe_speed_beside_m_s,
     safe_speed_m_s,
 )
+from navigation_core.safety.unfollowed import held
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
@@ -36,8 +37,6 @@ _BY_POSITION_M_S = 1.0
 # Ground vehicles follow no positions, and must continue, or they would never arrive.
 _CREEP_M_S = 0.2
 _ROUNDING = 1.02
-# What a brake that nobody ends may come to.
-_BACKWARDS_M_S = 0.3
 
 
 class Caution:
@@ -89,31 +88,32 @@ class Caution:
         if speed > _ROUNDING * safe_m_s:
             share = 0.0 if speed <= _ROUNDING * self._least_m_s else safe_m_s / speed
             return _slower(setpoint, share)
-        if self._avoidance is None:
-            return setpoint
-        # Braking needs its push; speeding up must do without one, which would go on to the timeout.
-        slows = dot(setpoint.acceleration_enu_m_s2, setpoint.velocity_enu_m_s) < 0.0
-        if observation.moving and slows:
-            setpoint = self._stopping(setpoint)
-        if (slows or not self._traits.accelerates_on) and run_out_is_clear(
+        led = self._led(setpoint)
+        if self._avoidance is None or run_out_is_clear(
             setpoint.position_enu_m,
-            setpoint.velocity_enu_m_s,
-            setpoint.acceleration_enu_m_s2,
+            led,
             observation.obstacles,
             observation.moving,
             self._limits,
             self._avoidance.brake_clearance_m,
             self._traits.setpoint_timeout_s,
         ):
-            return setpoint
+            return Setpoint(
+                led.position_enu_m,
+                led.velocity_enu_m_s,
+                led.acceleration_enu_m_s2,
+                setpoint.yaw_enu_rad,
+            )
         return replace(setpoint, acceleration_enu_m_s2=ZERO)
 
-    def _stopping(self, setpoint: Setpoint) -> Setpoint:
-        """Return a brake that does not lead backwards before the timeout, beside what moves."""
-        push = norm(setpoint.acceleration_enu_m_s2)
-        most = (norm(setpoint.velocity_enu_m_s) + _BACKWARDS_M_S) / self._traits.setpoint_timeout_s
-        share = min(most / push, 1.0)
-        return replace(setpoint, acceleration_enu_m_s2=scale(setpoint.acceleration_enu_m_s2, share))
+    def _led(self, setpoint: Setpoint) -> KinematicState:
+        """Return the motion to send for a setpoint, so that it ends if none follows."""
+        state = KinematicState(
+            setpoint.position_enu_m, setpoint.velocity_enu_m_s, setpoint.acceleration_enu_m_s2
+        )
+        if self._traits.following is None or self._traits.setpoint_timeout_s <= 0.0:
+            return state
+        return held(state, self._traits.following, self._traits.setpoint_timeout_s)
 
     def _is_approached(self, carrot: Carrot, observation: Observation) -> bool:
         """Whether an obstacle comes to where the vehicle would wait until it is in time again.

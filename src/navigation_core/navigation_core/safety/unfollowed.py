@@ -1,0 +1,122 @@
+"""A setpoint whose motion ends at a standstill if no other follows, and that leads as before.
+
+An ArduCopter moves its target on by the velocity and the acceleration of the last setpoint until
+its timeout (GUID_TIMEOUT; mode_guided.cpp, posvelaccel_control_run, velaccel_control_run and
+accel_control_run). A brake of 2 m/s² at 3 m/s leads to 3 m/s backwards 3 s later. So of an
+acceleration only so much is sent as brings the velocity to zero within the timeout. What is left
+of it goes into the position, in the measure of the firmware's own controller: it follows the sum
+of both. A climb or descent goes into the position as a whole, so that it ends after its braking
+distance, about a metre, and not on the ground.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from navigation_core.geometry import (
+    ZERO,
+    KinematicState,
+    Vector3,
+    add,
+    dot,
+    norm,
+    scale,
+    subtract,
+)
+
+__all__ = ["Following", "Shaping", "held"]
+
+_STANDS_M_S = 1e-3
+# A timeout shorter than the controller's own time constant leaves no room to share a brake.
+_GAIN_MIN = 1.5
+
+
+@dataclass(frozen=True)
+class Shaping:
+    """How an autopilot comes to a target, by AP_Math's control.cpp (shape_pos_vel_accel).
+
+    Attributes:
+        acceleration_m_s2: greatest acceleration by which it corrects its motion.
+        jerk_m_s3: by which it changes that.
+    """
+
+    acceleration_m_s2: float
+    jerk_m_s3: float
+
+    @property
+    def velocity_gain_1_s(self) -> float:
+        """Acceleration for each m/s by which its velocity differs from the wanted one."""
+        return self.jerk_m_s3 / self.acceleration_m_s2
+
+    def distance_m(self, speed_m_s: float) -> float:
+        """Return how far off a position is towards which it moves at a speed."""
+        gain_1_s, braking_m_s2 = 0.5 * self.velocity_gain_1_s, 0.5 * self.acceleration_m_s2
+        linear_m_s = braking_m_s2 / gain_1_s
+        if speed_m_s <= linear_m_s:
+            return speed_m_s / gain_1_s
+        return 0.5 * (speed_m_s * speed_m_s / braking_m_s2 + linear_m_s / gain_1_s)
+
+
+@dataclass(frozen=True)
+class Following:
+    """How an autopilot comes to a setpoint whose target it moves on by itself.
+
+    Attributes:
+        horizontal: over ground.
+        vertical: up and down.
+    """
+
+    horizontal: Shaping = Shaping(2.5, 5.0)
+    vertical: Shaping = Shaping(1.0, 5.0)
+
+
+def held(state: KinematicState, following: Following, timeout_s: float) -> KinematicState:
+    """Return what to send so that a motion is followed, and ends in the timeout if need be.
+
+    The velocity that is sent is between the motion's and zero, and so is the velocity that its
+    acceleration makes of it until the timeout.
+
+    Args:
+        state: the motion, map frame.
+        following: how the autopilot comes to a target.
+        timeout_s: for how long it moves the target on, > 0.
+    """
+    x, y, z = state.position_enu_m
+    v_x, v_y, v_z = state.velocity_enu_m_s
+    a_x, a_y, a_z = state.acceleration_enu_m_s2
+    ahead, velocity, acceleration = _held(
+        (v_x, v_y, 0.0), (a_x, a_y, 0.0), following.horizontal, timeout_s
+    )
+    rising_m_s = v_z + a_z / following.vertical.velocity_gain_1_s
+    above_m = math.copysign(following.vertical.distance_m(abs(rising_m_s)), rising_m_s)
+    position = (x + ahead[0], y + ahead[1], z + above_m)
+    return KinematicState(position, velocity, acceleration)
+
+
+def _held(
+    velocity: Vector3, acceleration: Vector3, shaping: Shaping, timeout_s: float
+) -> tuple[Vector3, Vector3, Vector3]:
+    """Return offset of the position, velocity and acceleration to send, over ground."""
+    gain, speed_m_s = shaping.velocity_gain_1_s, norm(velocity)
+    sent_velocity, sent_acceleration = velocity, ZERO
+    if speed_m_s > _STANDS_M_S:
+        course = scale(velocity, 1.0 / speed_m_s)
+        braking_m_s2 = max(-dot(acceleration, course), 0.0)
+        if braking_m_s2 * timeout_s > speed_m_s:
+            # A lower velocity brakes, too: it and its own brake make up the whole.
+            share = 1.0 - 1.0 / max(gain * timeout_s, _GAIN_MIN)
+            slower_m_s = (speed_m_s - braking_m_s2 / gain) / share
+            slower_m_s = min(max(slower_m_s, 0.0), speed_m_s)
+            sent_velocity = scale(course, slower_m_s)
+            braking_m_s2 = slower_m_s / timeout_s
+        sent_acceleration = scale(course, -braking_m_s2)
+    # By how much the position has to make it faster.
+    lacking = add(
+        subtract(velocity, sent_velocity),
+        scale(subtract(acceleration, sent_acceleration), 1.0 / gain),
+    )
+    lacking_m_s = norm(lacking)
+    ahead_m = shaping.distance_m(lacking_m_s)
+    ahead = scale(lacking, ahead_m / lacking_m_s) if lacking_m_s > 0.0 else lacking
+    return ahead, sent_velocity, sent_acceleration

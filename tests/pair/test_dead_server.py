@@ -1,0 +1,287 @@
+"""A server that dies, or is late, in each phase of a flight: what its vehicle does then.
+
+What counts is the truth of the simulator. ``measured`` is also where the table of
+docs/autopilots.md ("When the bridge dies") comes from.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import pytest
+
+from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl.dynamics.battery import BatteryModel
+from navigation_bridge.goals.requests import (
+    LandRequest,
+    TakeoffRequest,
+    WaypointRequest,
+    WaypointsRequest,
+)
+from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.flights.velocity_stick import SteeredFlight
+
+COPTERS = [("copter", "ardupilot"), ("copter", "px4")]
+DRIVING = [("rover", "ardupilot"), ("rover", "px4"), ("boat", "ardupilot"), ("boat", "px4")]
+PLANES = [("plane", "ardupilot"), ("plane", "px4")]
+IDS = "-".join
+STEP_S, WATCHED_S, STANDS_M_S = 0.05, 20.0, 0.25
+# An ArduCopter overshoots its target by so much, and comes back, when it brakes by itself.
+SETTLES_M, SLOWS_M_S = 0.5, 0.3
+SPEED_M_S = 4.0
+GOAL = (0.0, 30.0, 8.0)
+
+
+class Left(NamedTuple):
+    """What a vehicle did without its server.
+
+    Attributes:
+        forward_m: how far it got along its course.
+        back_m: how far it came back from there before it left its mode.
+        fastest_m_s: its greatest speed while in that mode.
+        rest_s: time until it stood; infinite if it did not within the time that it was watched.
+        mode: its mode at the end.
+        height_m: its height above the ground at the end.
+    """
+
+    forward_m: float
+    back_m: float
+    fastest_m_s: float
+    rest_s: float
+    mode: str
+    height_m: float
+
+
+def measured(flight: SimulatedFlight, watched_s: float = WATCHED_S) -> Left:
+    """Stop the server for good and watch the vehicle."""
+    copter = flight.simulation.vehicles[0].copter
+    begun_in = copter.mode.spec.name
+    start, _ = flight.truth()
+    velocity = flight.simulation.truth.velocity_ned_m_s[0]
+    east, north = float(velocity[1]), float(velocity[0])
+    level_m_s = math.hypot(east, north)
+    course = (east / level_m_s, north / level_m_s) if level_m_s > 0.05 else (0.0, 1.0)
+    forward_m = back_m = fastest_m_s = 0.0
+    moving_s, now_s = 0.0, 0.0
+    while now_s < watched_s:
+        flight.stall(STEP_S)
+        now_s += STEP_S
+        (x, y, _), speed_m_s = flight.truth()
+        if speed_m_s > STANDS_M_S:
+            moving_s = now_s
+        if copter.mode.spec.name != begun_in:
+            continue
+        along_m = (x - start[0]) * course[0] + (y - start[1]) * course[1]
+        forward_m = max(forward_m, along_m)
+        back_m = max(back_m, forward_m - along_m)
+        fastest_m_s = max(fastest_m_s, speed_m_s)
+    rest_s = math.inf if moving_s > watched_s - 1.0 else moving_s
+    height_m = flight.truth()[0][2]
+    return Left(forward_m, back_m, fastest_m_s, rest_s, copter.mode.spec.name, height_m)
+
+
+def ready(vehicle: str, autopilot: str, **parameters: float) -> SimulatedFlight:
+    """Return a vehicle that waits for a goal; one that flies is at 8 m, a plane on the ground."""
+    simulated = VehicleConfig(
+        vehicle=vehicle,
+        autopilot=autopilot,
+        ready_after_s=1.0,
+        battery=BatteryModel(capacity_mah=60_000.0),
+        parameters=dict(parameters),
+    )
+    flight = SimulatedFlight(simulated=simulated, battery_policy="ignore").ready()
+    flight.run_for(2.0)
+    if vehicle == "copter":
+        assert flight.run_to_end(flight.send(0.0, 0.0, 8.0)).code.value == "SUCCESS"
+    return flight
+
+
+def left_m(flight: SimulatedFlight, place: tuple[float, ...] = GOAL) -> float:
+    return math.dist(flight.truth()[0][:2], place[:2])
+
+
+def flown_to(flight: SimulatedFlight, away_m: float, height_m: float = GOAL[2]) -> SimulatedFlight:
+    """Fly on until the goal is so far away."""
+    flight.start(flight.request(GOAL[0], GOAL[1], height_m, speed=SPEED_M_S))
+    flight.run_until(lambda: left_m(flight) <= away_m, 200.0)
+    return flight
+
+
+@pytest.mark.parametrize("vehicle", COPTERS, ids=IDS)
+@pytest.mark.parametrize("away_m", [3.0, 2.5, 2.0, 1.5, 1.0, 0.6, 0.3, 0.1])
+def test_a_brake_that_nobody_ends_leads_to_a_standstill(
+    vehicle: tuple[str, str], away_m: float
+) -> None:
+    flight = flown_to(ready(*vehicle), away_m)
+    speed_m_s = flight.truth()[1]
+    left = measured(flight)
+    assert left.back_m < SETTLES_M, left
+    assert left.fastest_m_s <= speed_m_s + SLOWS_M_S, left
+    assert left.forward_m < away_m + 0.5 * 3.0 * speed_m_s, left
+    if vehicle[1] == "ardupilot":
+        assert left.mode == "GUIDED"
+        assert left.rest_s < 6.0, left
+
+
+@pytest.mark.parametrize("timeout_s", [0.5, 1.0, 10.0])
+def test_the_timeout_is_that_of_the_vehicle(timeout_s: float) -> None:
+    flight = flown_to(ready("copter", "ardupilot", GUID_TIMEOUT=timeout_s), 1.5)
+    speed_m_s = flight.truth()[1]
+    left = measured(flight, 30.0)
+    assert left.back_m < SETTLES_M + 0.3, left
+    assert left.fastest_m_s <= speed_m_s + SLOWS_M_S, left
+
+
+@pytest.mark.parametrize("after_s", [0.3, 0.6, 1.0, 1.5])
+def test_who_speeds_up_when_the_server_dies_gets_hardly_faster(after_s: float) -> None:
+    flight = ready("copter", "ardupilot")
+    flight.start(flight.request(*GOAL, speed=SPEED_M_S))
+    flight.run_until(lambda: flight.truth()[1] > 0.05)
+    flight.run_for(after_s)
+    speed_m_s = flight.truth()[1]
+    left = measured(flight)
+    # It leans already, and so gets faster by what that gives within a second.
+    assert left.fastest_m_s <= min(speed_m_s + 1.2, SPEED_M_S + SLOWS_M_S), left
+
+
+@pytest.mark.parametrize("height_m", [3.0, 20.0])
+@pytest.mark.parametrize("away_m", [1.0, 0.5, 0.2])
+def test_a_climb_and_a_descent_that_nobody_ends_do_not_turn_back(
+    height_m: float, away_m: float
+) -> None:
+    flight = ready("copter", "ardupilot")
+    flight.start(flight.request(0.0, 0.0, height_m))
+    flight.run_until(lambda: abs(flight.truth()[0][2] - height_m) <= away_m)
+    sign = math.copysign(1.0, height_m - 8.0)
+    highest_m = sign * flight.truth()[0][2]
+    for _ in range(300):
+        flight.stall(STEP_S)
+        height = sign * flight.truth()[0][2]
+        highest_m = max(highest_m, height)
+        assert height > highest_m - 0.3
+    assert highest_m < sign * height_m + 1.5
+
+
+def test_a_turn_that_nobody_ends_leads_straight_on() -> None:
+    flight = ready("copter", "ardupilot")
+    assert flight.run_to_end(flight.start(flight.request(0.0, 0.0, 8.0))).code.value == "SUCCESS"
+    corner = _Corner(flight)
+    flight.run_until(corner.turns, 60.0)
+    left = measured(flight)
+    assert left.fastest_m_s < SPEED_M_S + SLOWS_M_S, left
+    assert left.mode == "GUIDED"
+
+
+class _Corner:
+    """A route around a corner, until it is turning."""
+
+    def __init__(self, flight: SimulatedFlight) -> None:
+        self._flight = flight
+        corners = ((0.0, 25.0, 8.0), (25.0, 25.0, 8.0))
+        points = tuple(WaypointRequest(point, acceptance_radius_m=3.0) for point in corners)
+        flight.start(WaypointsRequest(points, max_speed_m_s=SPEED_M_S))
+
+    def turns(self) -> bool:
+        north, east, _ = (float(v) for v in self._flight.simulation.truth.velocity_ned_m_s[0])
+        return math.hypot(north, east) > 1.0 and 0.5 < math.atan2(east, north) < 1.0
+
+
+@pytest.mark.parametrize("vehicle", COPTERS, ids=IDS)
+def test_velocity_commands_that_stop_with_the_server(vehicle: tuple[str, str]) -> None:
+    for moves_s in (4.0, 0.5):
+        flight = SteeredFlight(*vehicle)
+        flight.begin()
+        flight.steer(4.0, (3.0, 0.0, 0.0))
+        flight.steer(moves_s, (0.0, 0.0, 0.0))
+        speed_m_s = flight.truth()[1]
+        left = measured(flight)
+        assert left.back_m < SETTLES_M, left
+        assert left.fastest_m_s <= speed_m_s + SLOWS_M_S, left
+
+
+@pytest.mark.parametrize("late_s", [0.3, 0.7, 1.3, 2.0])
+@pytest.mark.parametrize("away_m", [2.5, 1.0, 0.3])
+def test_who_brakes_when_the_server_is_late_does_not_turn_back(
+    late_s: float, away_m: float
+) -> None:
+    flight = flown_to(ready("copter", "ardupilot"), away_m)
+    speed_m_s = flight.truth()[1]
+    left = measured(flight, late_s)
+    assert left.back_m < SETTLES_M, left
+    assert left.fastest_m_s <= speed_m_s + SLOWS_M_S, left
+    goal_id = f"{2:032x}"
+    farthest_m = 0.0
+    while not flight.ends(goal_id):
+        flight.tick()
+        farthest_m = max(farthest_m, left_m(flight))
+    assert flight.ends(goal_id)[0].code.value == "SUCCESS"
+    assert farthest_m < away_m + 3.0
+
+
+@pytest.mark.parametrize("vehicle", DRIVING, ids=IDS)
+@pytest.mark.parametrize("away_m", [8.0, 2.0])
+def test_what_drives_goes_on_and_stops(vehicle: tuple[str, str], away_m: float) -> None:
+    flight = ready(*vehicle)
+    flight.start(flight.request(*GOAL[:2], 0.0, speed=2.0))
+    flight.run_until(lambda: left_m(flight) <= away_m, 200.0)
+    speed_m_s = flight.truth()[1]
+    left = measured(flight, 12.0)
+    assert left.back_m < SETTLES_M, left
+    assert left.fastest_m_s < speed_m_s + SLOWS_M_S, left
+    assert left.forward_m < 14.0, left
+    assert left.mode == "GUIDED" if vehicle[1] == "ardupilot" else left.mode == "AUTO.RTL"
+
+
+Begin = Callable[[SimulatedFlight], None]
+
+
+def _taking_off(flight: SimulatedFlight) -> None:
+    flight.start(TakeoffRequest(20.0))
+    flight.run_until(lambda: flight.truth()[0][2] > 2.0)
+
+
+def _landing(flight: SimulatedFlight) -> None:
+    assert flight.run_to_end(flight.send(0.0, 0.0, 8.0)).code.value == "SUCCESS"
+    flight.start(LandRequest())
+    flight.run_until(lambda: flight.truth()[0][2] < 6.0)
+
+
+def _holding(flight: SimulatedFlight) -> None:
+    assert flight.run_to_end(flight.send(0.0, 0.0, 8.0)).code.value == "SUCCESS"
+
+
+@pytest.mark.parametrize("vehicle", COPTERS, ids=IDS)
+@pytest.mark.parametrize(
+    ("begin", "height_m"),
+    [(_taking_off, 20.0), (_landing, 0.0), (_holding, 8.0)],
+    ids=["take-off", "landing", "hold"],
+)
+def test_what_the_autopilot_does_by_itself_goes_on(
+    vehicle: tuple[str, str], begin: Begin, height_m: float
+) -> None:
+    flight = SimulatedFlight(
+        simulated=VehicleConfig(
+            autopilot=vehicle[1],
+            ready_after_s=1.0,
+            battery=BatteryModel(capacity_mah=60_000.0),
+        )
+    ).ready()
+    flight.run_for(2.0)
+    begin(flight)
+    left = measured(flight, 40.0)
+    assert left.height_m == pytest.approx(height_m, abs=1.0), left
+    assert left.forward_m < 1.0, left
+
+
+@pytest.mark.parametrize("vehicle", PLANES, ids=IDS)
+def test_a_plane_flies_on_and_circles(vehicle: tuple[str, str]) -> None:
+    flight = ready(*vehicle)
+    flight.start(flight.request(200.0, 100.0, 60.0))
+    flight.run_until(lambda: flight.truth()[0][2] > 45.0, 200.0)
+    flight.run_for(5.0)
+    left = measured(flight, 90.0)
+    assert left.rest_s == math.inf
+    assert left.height_m > 30.0, left
+    assert left_m(flight, (200.0, 100.0)) < 200.0
