@@ -53,6 +53,35 @@ def test_a_copter_moves_as_told_turns_as_told_and_stays_where_it_stops(
     assert flight.status(goal_id) == "NAVIGATING"
 
 
+@pytest.mark.parametrize("vehicle", GROUND, ids=IDS)
+def test_what_drives_comes_to_the_speed_it_is_told_and_not_beyond(vehicle: tuple[str, str]) -> None:
+    flight = SteeredFlight(*vehicle, speed_default_m_s=3.0, volume_radius_m=2000.0)
+    flight.begin(3.0)
+    backwards = (-1.5,) if vehicle[1] == "ardupilot" else ()
+    for told_m_s in (1.5, 2.5, 1.0, *backwards, 0.8):
+        fastest_m_s, raised = 0.0, abs(told_m_s) > flight.speed_m_s or told_m_s < 0.0
+        for step in range(100):
+            flight.steer(0.1, (told_m_s, 0.0, 0.0))
+            if raised and step > 25:
+                fastest_m_s = max(fastest_m_s, flight.speed_m_s)
+        assert fastest_m_s < 1.08 * abs(told_m_s), told_m_s
+        assert flight.speed_m_s == pytest.approx(abs(told_m_s), rel=0.06), told_m_s
+
+
+@pytest.mark.parametrize("vehicle", VEHICLES, ids=IDS)
+@pytest.mark.parametrize("speed_m_s", [1.5, 3.0])
+def test_half_a_metre_is_kept_to_the_flight_volume(
+    vehicle: tuple[str, str], speed_m_s: float
+) -> None:
+    flight = SteeredFlight(*vehicle, volume_radius_m=25.0)
+    flight.begin(speed_m_s)
+    farthest_m = 0.0
+    for _ in range(300):
+        flight.steer(0.1, (speed_m_s, 0.0, 0.0))
+        farthest_m = max(farthest_m, math.hypot(*flight.truth()[0][:2]))
+    assert 23.5 < farthest_m < 24.5
+
+
 @pytest.mark.parametrize("vehicle", VEHICLES, ids=IDS)
 def test_when_the_commands_stop_the_vehicle_stops_and_the_goal_ends(
     vehicle: tuple[str, str],

@@ -17,8 +17,10 @@ from navigation_core.safety.target_checks import FlightVolume
 
 __all__ = ["Braking", "Room"]
 
-# Room that is kept to the flight volume, for the error of the position and the last of the brake.
+# Room that is kept to the flight volume; over ground with what the estimate of a position is wrong
+# by (0.16 m by ground truth) and the last of a brake on top.
 _VOLUME_MARGIN_M = 0.5
+_LEVEL_MARGIN_M = _VOLUME_MARGIN_M + 0.25
 # The path ahead is followed in steps as long as the room at each point, since no bound is nearer.
 # It ends this near to a bound, or after this many steps, as beside a long fence.
 _END_M = 0.05
@@ -132,11 +134,11 @@ class Room:
     def _room_m(self, point: Point2) -> float:
         """Return how far every bound is, its margin taken off; negative beyond it."""
         volume = self.volume
-        rooms_m = [volume.radius_max_m - math.hypot(*point) - _VOLUME_MARGIN_M]
+        rooms_m = [volume.radius_max_m - math.hypot(*point) - _LEVEL_MARGIN_M]
         if volume.box is not None:
             (west, south, _), (east, north, _) = volume.box.minimum_enu_m, volume.box.maximum_enu_m
             sides_m = (east - point[0], point[0] - west, north - point[1], point[1] - south)
-            rooms_m.append(min(sides_m) - _VOLUME_MARGIN_M)
+            rooms_m.append(min(sides_m) - _LEVEL_MARGIN_M)
         if self.fence is not None:
             rooms_m += [_depth_m(area, point) - self.fence_margin_m for area in self.fence.areas]
             if self.fence.alternatives:

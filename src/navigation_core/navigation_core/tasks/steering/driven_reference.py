@@ -22,12 +22,12 @@ __all__ = ["DrivenReference"]
 # The course leads the nose by no more than this: what steers hardest at a right angle would else go
 # on turning long after the command has ended.
 _COURSE_LEAD_RAD = 0.8
-# What is too fast over ground is taken off the told speed this many times, up to half of it: PX4's
-# rovers drive 1.4 m/s when told 1.0 (observed on its simulated one).
-_EXCESS_GAIN = 2.0
+# What is too fast over ground is taken off the told speed this many times, and ever more while it
+# lasts, up to half of it: PX4's rovers drive 1.4 m/s when told 1.0 (observed on its simulated one).
+_EXCESS_GAIN, _EXCESS_GAIN_1_S = 2.0, 0.5
 _STANDS_M_S = 0.01
-# The speed is raised towards its limit at this rate, and at least so fast: the speed controller of
-# ArduRover overshoots a ramp that ends abruptly (see Pursuit).
+# The speed is raised towards the one that is asked for at this rate, and at least so fast: the
+# speed controller of ArduRover overshoots a ramp that ends abruptly by a quarter (see Pursuit).
 _EASE_1_S, _LEAST_M_S2 = 0.7, 0.1
 
 
@@ -46,6 +46,9 @@ class DrivenReference:
         self.speed_m_s = 0.0
         """Negative backwards."""
         self.course_enu_rad = 0.0
+        # What the vehicle is told less than it is to drive.
+        self._less_m_s = 0.0
+        self._since_s = 0.0
 
     def begin(self, here: KinematicState, yaw_enu_rad: float) -> None:
         """Continue from the measured motion."""
@@ -90,8 +93,10 @@ class DrivenReference:
         if slower:
             rate *= brake_factor
         else:
-            left_m_s = self._limits.speed_horizontal_m_s - abs(self.speed_m_s)
+            left_m_s = abs(speed_m_s) - abs(self.speed_m_s)
             rate = min(rate, max(_EASE_1_S * left_m_s, _LEAST_M_S2))
+        # While it slows down it lags, and is not too fast.
+        self._since_s = 0.0 if slower else dt_s
         step = rate * dt_s
         self.speed_m_s += min(max(speed_m_s - self.speed_m_s, -step), step)
         self._steer(command, yaw_enu_rad, dt_s)
@@ -135,13 +140,14 @@ class DrivenReference:
 
     def _told_m_s(self, here: KinematicState) -> float:
         """Return the speed to tell, less than it is to be while the vehicle is too fast."""
-        beyond_m_s = horizontal_norm(here.velocity_enu_m_s) - self._limits.speed_horizontal_m_s
-        if beyond_m_s <= 0.0:
-            return self.speed_m_s
+        lagging = self._since_s == 0.0
+        kept_m_s = self._limits.speed_horizontal_m_s if lagging else abs(self.speed_m_s)
+        beyond_m_s = horizontal_norm(here.velocity_enu_m_s) - kept_m_s
         most_m_s = 0.5 * abs(self.speed_m_s)
-        return math.copysign(
-            abs(self.speed_m_s) - min(_EXCESS_GAIN * beyond_m_s, most_m_s), self.speed_m_s
-        )
+        self._less_m_s += _EXCESS_GAIN_1_S * beyond_m_s * self._since_s
+        self._less_m_s = min(max(self._less_m_s, 0.0), most_m_s)
+        less_m_s = self._less_m_s + _EXCESS_GAIN * max(beyond_m_s, 0.0)
+        return math.copysign(abs(self.speed_m_s) - min(less_m_s, most_m_s), self.speed_m_s)
 
 
 def _along(yaw_rad: float, speed_m_s: float) -> tuple[float, float, float]:
