@@ -20,6 +20,8 @@ _BEGIN_S, _SETTLE_S = 10.0, 3.0
 # Time within which the vehicle's own failsafe acts first.
 _FAILSAFE_ACTS_S = 2.0
 _SAID_LOW = "The autopilot reports a low battery"
+# A PX4 reports its battery every 2 s.
+_SILENT_S = 10.0
 
 
 class BatteryReckoning:
@@ -32,11 +34,24 @@ class BatteryReckoning:
         self._config = config
         self._consumption = ConsumptionEstimator(config.safety.battery_endurance_s)
         self._low_since_s: float | None = None
+        # When it last reported its remaining charge, and which.
+        self._told: tuple[float, float] | None = None
 
-    @property
-    def is_known(self) -> bool:
-        """True if the vehicle reports its remaining charge."""
-        return self._consumption.remaining is not None
+    def unknown(self, now: float) -> str | None:
+        """Return in a sentence how the remaining charge is not known; None if it is."""
+        battery = self._vehicle.state.battery
+        silent = battery is None or now - battery.time_s > _SILENT_S
+        if battery is not None and battery.remaining is not None:
+            if not silent:
+                return None
+            self._told = (battery.time_s, battery.remaining)
+        if self._told is None:
+            return "The vehicle has never reported its remaining battery."
+        told_s, remaining = self._told
+        was = f"{now - told_s:.0f} s ago it reported {100.0 * remaining:.0f} %."
+        if silent:
+            return f"The vehicle does not report its battery any more; {was}"
+        return f"The vehicle reports its remaining battery as unknown now; {was}"
 
     def configure(self, config: BridgeConfig) -> None:
         """Apply other settings."""
@@ -56,6 +71,8 @@ class BatteryReckoning:
             under_way = state.armed and horizontal_norm(position.velocity_ned_m_s) > _DRIVING_M_S
         remaining = None if state.battery is None else state.battery.remaining
         self._consumption.observe(now, remaining, under_way)
+        if state.battery is not None and remaining is not None:
+            self._told = (state.battery.time_s, remaining)
 
     def _return_speed_m_s(self, plan: FlightPlan | None) -> float:
         """Return the speed of the vehicle's own return; the goal's, or the default, if unknown."""

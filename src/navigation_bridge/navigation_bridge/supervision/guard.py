@@ -40,7 +40,6 @@ _FAILSAFE_ACTS_S = 2.0
 _NOT_TO_STOP = frozenset({FailsafeKind.BATTERY, FailsafeKind.FENCE, FailsafeKind.GPS})
 _UNKNOWN_FENCE = "The vehicle's own fence is not known yet and was not checked."
 _UNKNOWN_AREAS = "The zones of the vehicle's own fence are not known yet and were not checked."
-_UNKNOWN_BATTERY = "The vehicle does not report its remaining battery."
 
 
 @dataclass
@@ -128,8 +127,9 @@ class Guard:
             return Rejection(OutcomeCode.LOW_BATTERY, text)
         if text is not None and policy is BatteryPolicy.WARN:
             notes.append(text)
-        if not self._battery.is_known and policy is not BatteryPolicy.IGNORE:
-            notes.append(_UNKNOWN_BATTERY)
+        unknown = self._battery.unknown(now)
+        if unknown is not None and policy is not BatteryPolicy.IGNORE:
+            notes.append(unknown)
         return replace(admitted, warnings=tuple(notes))
 
     def _check_health(self, now: float) -> Rejection | None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from navigation_core.geometry import Vector3, add, scale, subtract
 from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.safety.target_checks import RESOLUTION_M, beside
 
 Point2 = tuple[float, float]
 
@@ -174,21 +175,23 @@ class Fence:
             return _outside(f"{what} is {broken.describe((x, y))}.")
         for area in self.areas:
             near_m = area.margin_m((x, y))
-            if near_m < margin_m:
+            if near_m < margin_m - RESOLUTION_M:
                 return _outside(
-                    f"{what} is {near_m:.2f} m from the boundary of the fence's {area.name}; keep "
-                    f"{margin_m:g} m away (fence_margin_m)."
+                    f"{what} is {beside(near_m, margin_m)} m from the boundary of the "
+                    f"fence's {area.name}; keep {margin_m:g} m away (fence_margin_m)."
                 )
         height_m = z - home_z_enu_m
         highest_m, lowest_m = self.altitude_max_m, self.altitude_min_m
-        if highest_m is not None and height_m > highest_m - margin_m:
+        if highest_m is not None and height_m > highest_m - margin_m + RESOLUTION_M:
+            told = beside(height_m, highest_m - margin_m)
             return _outside(
-                f"{what} is {height_m:.2f} m above home; the fence ends at {highest_m:g} m, with "
+                f"{what} is {told} m above home; the fence ends at {highest_m:g} m, with "
                 f"a margin of {margin_m:g} m (fence_margin_m)."
             )
-        if lowest_m is not None and height_m < lowest_m:
+        if lowest_m is not None and height_m < lowest_m - RESOLUTION_M:
             return _outside(
-                f"{what} is {height_m:.2f} m above home; the fence begins at {lowest_m:g} m."
+                f"{what} is {beside(height_m, lowest_m)} m above home; the fence begins at "
+                f"{lowest_m:g} m."
             )
         return None
 

@@ -8,7 +8,30 @@ from dataclasses import dataclass
 from navigation_core.geometry import Vector3, horizontal_norm, is_finite
 from navigation_core.outcomes import OutcomeCode, Rejection
 
-__all__ = ["FlightVolume", "MapBounds", "Rejection", "VolumeError", "check_target"]
+__all__ = [
+    "RESOLUTION_M",
+    "FlightVolume",
+    "MapBounds",
+    "Rejection",
+    "VolumeError",
+    "beside",
+    "check_target",
+]
+
+RESOLUTION_M = 1e-3
+"""Nearer to a bound than this a target counts as on it: messages and conversions round."""
+# The height of the ground is known to this: the position wanders while the vehicle stands.
+_HEIGHT_RESOLUTION_M = 0.1
+_DIGITS = range(2, 7)
+
+
+def beside(value: float, bound: float) -> str:
+    """Return a number with two digits, or as many as show that it is not the bound."""
+    for digits in _DIGITS:
+        text = f"{value:.{digits}f}"
+        if float(text) != bound:
+            return text
+    return repr(value)
 
 
 class VolumeError(ValueError):
@@ -41,10 +64,10 @@ class MapBounds:
                 f"The box {corners} m is empty; give finite minimum_enu_m below maximum_enu_m."
             )
 
-    def contains(self, position_enu_m: Vector3) -> bool:
-        """Whether a point lies inside or on the surface."""
+    def contains(self, position_enu_m: Vector3, tolerance_m: float = 0.0) -> bool:
+        """Whether a point lies inside or on the surface, or by less than a tolerance beyond."""
         return all(
-            low <= value <= high
+            low - tolerance_m <= value <= high + tolerance_m
             for low, value, high in zip(
                 self.minimum_enu_m, position_enu_m, self.maximum_enu_m, strict=True
             )
@@ -108,6 +131,9 @@ def check_target(
 ) -> Rejection | None:
     """Return why a target cannot be accepted.
 
+    Heights count to 0.1 m and other bounds to a millimetre; a target that is nearer to a bound is
+    on it.
+
     Args:
         position_enu_m: target in the map frame.
         max_speed_m_s: wanted maximum ground speed; None or 0 for the default.
@@ -124,7 +150,7 @@ def check_target(
     x, y, z = position_enu_m
     where = f"The target ({x:.2f}, {y:.2f}, {z:.2f}) m"
     altitude_m = z - ground_enu_m
-    if altitude_m < 0.0:
+    if altitude_m < -_HEIGHT_RESOLUTION_M:
         return Rejection(
             OutcomeCode.BELOW_GROUND,
             f"{where} is {-altitude_m:.2f} m below the ground, which is at z = {ground_enu_m:.2f} "
@@ -132,17 +158,20 @@ def check_target(
         )
     radius_m = horizontal_norm(position_enu_m)
     text = None
-    if radius_m > volume.radius_max_m:
+    low_m, high_m = volume.altitude_min_m, volume.altitude_max_m
+    if radius_m > volume.radius_max_m + RESOLUTION_M:
         text = (
-            f"is {radius_m:.2f} m from the map origin; the flight volume ends at "
-            f"{volume.radius_max_m:g} m."
+            f"is {beside(radius_m, volume.radius_max_m)} m from the map origin; the "
+            f"flight volume ends at {volume.radius_max_m:g} m."
         )
-    elif not volume.altitude_min_m <= altitude_m <= volume.altitude_max_m:
+    elif not low_m - _HEIGHT_RESOLUTION_M <= altitude_m <= high_m + _HEIGHT_RESOLUTION_M:
+        told = beside(altitude_m, low_m if altitude_m < low_m else high_m)
         text = (
-            f"is {altitude_m:.2f} m above the ground; the flight volume reaches from "
-            f"{volume.altitude_min_m:g} m to {volume.altitude_max_m:g} m."
+            f"is {told} m above the ground; the flight volume reaches from "
+            f"{low_m:g} m to {high_m:g} m."
         )
-    elif volume.box is not None and not volume.box.contains(position_enu_m):
+    elif volume.box is not None and not volume.box.contains(position_enu_m, RESOLUTION_M):
+        where = f"The target {position_enu_m} m"
         text = (
             f"is outside the box from {volume.box.minimum_enu_m} m to {volume.box.maximum_enu_m} m."
         )
