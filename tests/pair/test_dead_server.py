@@ -222,7 +222,7 @@ def test_who_brakes_when_the_server_is_late_does_not_turn_back(
 
 @pytest.mark.parametrize("vehicle", DRIVING, ids=IDS)
 @pytest.mark.parametrize("away_m", [8.0, 2.0])
-def test_what_drives_goes_on_and_stops(vehicle: tuple[str, str], away_m: float) -> None:
+def test_what_drives_continues_and_stops(vehicle: tuple[str, str], away_m: float) -> None:
     flight = ready(*vehicle)
     flight.start(flight.request(*GOAL[:2], 0.0, speed=2.0))
     flight.run_until(lambda: left_m(flight) <= away_m, 200.0)
@@ -258,7 +258,7 @@ def _holding(flight: SimulatedFlight) -> None:
     [(_taking_off, 20.0), (_landing, 0.0), (_holding, 8.0)],
     ids=["take-off", "landing", "hold"],
 )
-def test_what_the_autopilot_does_by_itself_goes_on(
+def test_what_the_autopilot_does_by_itself_continues(
     vehicle: tuple[str, str], begin: Begin, height_m: float
 ) -> None:
     flight = SimulatedFlight(

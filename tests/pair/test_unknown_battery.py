@@ -1,4 +1,4 @@
-"""What is said about a battery that is not known when a goal arrives."""
+"""The warning about a battery that is not known when a goal arrives."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.positions.projections import MeanLatitude
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
-    Following,
+    FollowingLimits,
     Profile,
     SetpointField,
     SpeedCommand,
@@ -103,7 +103,7 @@ _GUIDED = replace(OTHER, control_mode="GUIDED", return_mode="RTL", mission_mode=
 
 # ArduCopter's mode_guided.cpp begins GUIDED with the waypoints' acceleration, and AC_PosControl.cpp
 # has the jerk; AP_Math's control.cpp says how a target is come to with both.
-_FOLLOWING = Following(
+_FOLLOWING = FollowingLimits(
     acceleration=("WPNAV_ACCEL", 0.01, 2.5),
     jerk=("PSC_JERK_XY", 1.0, 5.0),
     climb_acceleration=("WPNAV_ACCEL_Z", 0.01, 1.0),

@@ -79,7 +79,7 @@ class SpeedCommand:
 
 
 @dataclass(frozen=True)
-class Following:
+class FollowingLimits:
     """The limits by which an autopilot comes to a setpoint whose target it moves on by itself.
 
     Each is the name of a parameter, what makes m/s² or m/s³ of it, and its default in those.
@@ -226,7 +226,7 @@ class Profile:
     unsupported_messages: frozenset[str] = frozenset()
     setpoint_timeout_s: float = 0.0
     setpoint_timeout_parameter: str = ""
-    following: Following | None = None
+    following: FollowingLimits | None = None
     own_rates_hz: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     link_rate_parameter: str | None = None
     wanted_parameters: tuple[str, ...] = ()

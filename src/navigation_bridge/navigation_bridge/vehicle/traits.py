@@ -96,27 +96,28 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             drives_by_turn_rate=profile.drives_by_turn_rate,
             setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
         )
-    following = profile.following
+    told = profile.following
+    most_m_s2 = most_climb_m_s2 = math.inf
+    if told is not None:
+        most_m_s2 = _FOLLOWED_SHARE * _limit(told.acceleration, parameters, math.inf)
+        most_climb_m_s2 = _FOLLOWED_SHARE * _limit(told.climb_acceleration, parameters, math.inf)
     return Traits(
         control_before_takeoff=before,
         lands_itself=lands_itself,
-        acceleration_m_s2=_FOLLOWED_SHARE
-        * _known(following and following.acceleration, parameters),
-        climb_acceleration_m_s2=(
-            _FOLLOWED_SHARE * _known(following and following.climb_acceleration, parameters)
-        ),
+        acceleration_m_s2=most_m_s2,
+        climb_acceleration_m_s2=most_climb_m_s2,
         setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
         following=_following(profile, parameters),
     )
 
 
-def _known(limit: tuple[str, float, float] | None, parameters: Mapping[str, float]) -> float:
-    """Return a limit of the autopilot; infinite if it is not known."""
-    if limit is None:
-        return math.inf
+def _limit(
+    limit: tuple[str, float, float], parameters: Mapping[str, float], unknown: float
+) -> float:
+    """Return a limit of the autopilot by its parameter, or another number if that is unknown."""
     name, factor, _ = limit
-    value = factor * parameters.get(name, math.inf)
-    return value if value > 0.0 else math.inf
+    value = factor * parameters.get(name, 0.0)
+    return value if math.isfinite(value) and value > 0.0 else unknown
 
 
 def _following(profile: Profile, parameters: Mapping[str, float]) -> Following | None:
@@ -124,15 +125,9 @@ def _following(profile: Profile, parameters: Mapping[str, float]) -> Following |
     told = profile.following
     if told is None:
         return None
-
-    def limit(one: tuple[str, float, float]) -> float:
-        known = _known(one, parameters)
-        return known if math.isfinite(known) else one[2]
-
-    return Following(
-        Shaping(limit(told.acceleration), limit(told.jerk)),
-        Shaping(limit(told.climb_acceleration), limit(told.climb_jerk)),
-    )
+    limits = (told.acceleration, told.jerk, told.climb_acceleration, told.climb_jerk)
+    level, jerk, climb, climb_jerk = (_limit(one, parameters, one[2]) for one in limits)
+    return Following(Shaping(level, jerk), Shaping(climb, climb_jerk))
 
 
 def _setpoint_timeout_s(profile: Profile, parameters: Mapping[str, float]) -> float:
