@@ -41,13 +41,14 @@ class BatteryReckoning:
         """Return in a sentence how the remaining charge is not known; None if it is."""
         battery = self._vehicle.state.battery
         silent = battery is None or now - battery.time_s > _SILENT_S
+        told = self._told
         if battery is not None and battery.remaining is not None:
             if not silent:
                 return None
-            self._told = (battery.time_s, battery.remaining)
-        if self._told is None:
+            told = (battery.time_s, battery.remaining)
+        if told is None:
             return "The vehicle has never reported its remaining battery."
-        told_s, remaining = self._told
+        told_s, remaining = told
         was = f"{now - told_s:.0f} s ago it reported {100.0 * remaining:.0f} %."
         if silent:
             return f"The vehicle does not report its battery any more; {was}"
