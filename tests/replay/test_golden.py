@@ -16,6 +16,7 @@ from pymavlink import mavutil
 
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.tlog import TlogReader
+from mavlink_vehicle.state.batteries import SILENT_S as BATTERY_SILENT_S
 from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
@@ -131,6 +132,7 @@ class Raw:
         self._messages = list(reversed(as_pymavlink_reads(path)[system]))
         self._last: dict[str, Any] = {}
         self._mode: int | None = None
+        self._now_s = 0.0
         self.lost = 0
 
     def follow(self, message: Any) -> bool:
@@ -141,7 +143,7 @@ class Raw:
             self._last.pop(message.get_type(), None)
             return False
         self._messages.pop()
-        kind = found.get_type()
+        kind, self._now_s = found.get_type(), found._timestamp
         if kind != "BATTERY_STATUS" or found.id == 0:
             self._last[kind] = found
         if kind in ("HEARTBEAT", "CURRENT_MODE"):
@@ -168,7 +170,10 @@ class Raw:
             assert estimator.flags & EKF_POSITION
 
     def _check_battery(self, state: VehicleState) -> None:
-        raw = self._last.get("BATTERY_STATUS") or self._last.get("SYS_STATUS")
+        raw, summary = self._last.get("BATTERY_STATUS"), self._last.get("SYS_STATUS")
+        ended = raw is not None and self._now_s - raw._timestamp > BATTERY_SILENT_S
+        if summary is not None and (raw is None or ended):
+            raw = summary
         if state.battery is None or raw is None:
             return
         left = raw.battery_remaining

@@ -75,14 +75,14 @@ _KEPT_SECRET = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 """Holds the key: the specification wants it in no recording and never forwarded."""
 
 MAVLINK_1_HEARTBEATS = 5
-"""After so many in a row in MAVLink 1 a vehicle is taken to speak nothing else.
+"""After this many in a row in MAVLink 1 a vehicle is taken to speak nothing else.
 
 Those that begin with it, as PX4 does with MAV_PROTO_VER 0, change with the first MAVLink 2 frame
 that they hear; ArduPilot with SERIALn_PROTOCOL 1 and PX4 with MAV_PROTO_VER 1 never do, but hear
 both.
 """
 _MAVLINK_2_EVERY = 4
-"""Each of so many HEARTBEATs stays MAVLink 2: a vehicle that restarts changes when it hears one."""
+"""One in this many HEARTBEATs stays MAVLink 2: a restarted vehicle changes when it hears one."""
 _NUMBER_MAX_1 = 255
 
 _make_header: Callable[..., FrameHeader] = tuple.__new__

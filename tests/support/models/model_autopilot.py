@@ -20,6 +20,8 @@ TAKEOFF = mavlink.MAV_CMD_NAV_TAKEOFF
 CLIMB_M_S = 2.0
 TICK_S = 0.05
 
+_GROUND_AMSL_M = 488.0
+
 
 @dataclass
 class ModelAutopilot:
@@ -80,7 +82,8 @@ class ModelAutopilot:
         self._send("EXTENDED_SYS_STATE", landed_state=3 if climbing else 2 if flying else 1)
         self._send(
             "GLOBAL_POSITION_INT", time_boot_ms=round(1e3 * now) + 10_000, lat=473977420,
-            lon=85455940, relative_alt=round(1e3 * self.height_m),
+            lon=85455940, alt=round(1e3 * (_GROUND_AMSL_M + self.height_m)),
+            relative_alt=round(1e3 * self.height_m),
             vz=-100 * round(CLIMB_M_S) if climbing else 0, hdg=0,
         )  # fmt: skip
 

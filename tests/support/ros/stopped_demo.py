@@ -21,7 +21,7 @@ from pathlib import Path
 
 import psutil
 
-from drone_navigation.demo_report import RADIUS_M
+from drone_navigation.demo import RADIUS_M
 from drone_navigation.processes import Process
 
 STOPPED_S = (0.3, 2.0)

@@ -2,8 +2,8 @@
 
 The worst counts: the worst charge state, and the lowest remaining charge, of all batteries but
 those of a payload (MAV_BATTERY_FUNCTION_PAYLOAD). One for avionics counts by its charge state
-alone, as flying does not empty it. SYS_STATUS counts where no battery reports what remains, and
-where BATTERY_STATUS has ended.
+alone, as flying does not empty it. SYS_STATUS counts only without BATTERY_STATUS, and where that has
+ended.
 """
 
 from __future__ import annotations
@@ -96,10 +96,9 @@ def deciding(batteries: tuple[Battery, ...], summary: Battery | None, now: float
     counting = [battery for battery in batteries if battery.function != _PAYLOAD]
     flown = [battery for battery in counting if battery.function != _AVIONICS]
     known = [battery for battery in flown if battery.remaining is not None]
-    ended = all(now - battery.time_s > SILENT_S for battery in flown)
-    if summary is not None and (ended or (not known and summary.remaining is not None)):
-        if not flown or ended:
-            counting.append(summary)
+    # An ArduPilot that has not measured its battery yet sends 100 % in SYS_STATUS, and -1 here.
+    if summary is not None and all(now - battery.time_s > SILENT_S for battery in flown):
+        counting.append(summary)
         known.append(summary)
     if not counting:
         return None
