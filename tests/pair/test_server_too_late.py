@@ -121,11 +121,11 @@ def test_data_that_is_old_when_it_is_read_slows_and_stops_the_vehicle(autopilot:
     flight.read_share = 0.8
     flight.run_for(4.0)
     assert 0.25 < flight.feedback(goal_id)[-1].late_s < 1.1
-    flight.run_for(5.0)
+    flight.run_for(7.0)
     assert max(item.late_s for item in flight.feedback(goal_id)) > 1.0
     assert flight.truth()[1] < 0.3
     assert any("data is" in line.text for line in flight.log_lines())
-    flight.run_for(10.0)
+    flight.run_for(8.0)
     (end,) = flight.ends(goal_id)
     assert end.code.value == "SERVER_LATE", end.message
     flight.read_share = 1.0

@@ -2,8 +2,8 @@
 
 The worst counts: the worst charge state, and the lowest remaining charge, of all batteries but
 those of a payload (MAV_BATTERY_FUNCTION_PAYLOAD). One for avionics counts by its charge state
-alone, as flying does not empty it. SYS_STATUS counts only without BATTERY_STATUS, and where that has
-ended.
+alone, as flying does not empty it. SYS_STATUS counts only without BATTERY_STATUS, or where that
+has ended.
 """
 
 from __future__ import annotations
