@@ -112,7 +112,7 @@ class BatteryReading(NamedTuple):
 
 
 class FurtherBattery(NamedTuple):
-    """What BATTERY_STATUS tells of a battery beside the first; nothing empties it.
+    """A battery beside the first, as BATTERY_STATUS reports it; nothing empties it.
 
     Attributes:
         number: its id, from 1.

@@ -32,7 +32,7 @@ CIRCLE_MAX_S = 10.0
 
 @dataclass(frozen=True)
 class Network:
-    """What becomes of the states that servers send each other.
+    """The fate of the states that servers send each other.
 
     Attributes:
         loss: the share that is lost.

@@ -37,7 +37,7 @@ OURS_FOR_S = 8.0
 
 @dataclass
 class Seen:
-    """What happened: the modes of the truth, and those that the server was shown."""
+    """The modes of the vehicle in truth, and those that the server was shown."""
 
     truth: list[tuple[float, str]]
     shown: list[tuple[float, str]]
@@ -198,7 +198,7 @@ def check(flight: CrossedFlight, goal_id: str, chosen_s: float, delay_s: float) 
     first_s = next((time_s for time_s, name in after if name == chosen), chosen_s)
     overtaken = [(time_s, name) for time_s, name in after if time_s > first_s and name != chosen]
     if not told:
-        # Nobody can know: the vehicle is flown on, and the stream does not end.
+        # The server cannot know: the vehicle is flown on, and the stream does not end.
         assert flight.true_mode != "OFFBOARD" or not ends, (seen, ends)
         return
     assert flight.true_mode == chosen, (seen, ends)
@@ -262,7 +262,7 @@ def test_a_second_change_of_the_pilot_is_left_alone(autopilot: str) -> None:
         flight.set_mode_as_pilot(second)
         changed_s = flight.now
         flight.run_for(OURS_FOR_S)
-        # What was on its way when the pilot changed the mode again arrives; no more is sent.
+        # A request on its way when the pilot changed the mode again arrives; no more is sent.
         # A PX4 shows a mode within 0.2 s.
         asked = flight.requests(changed_s + delay_s + 0.25)
         assert not asked, (later_s, asked, flight.seen)

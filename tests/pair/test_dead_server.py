@@ -1,6 +1,6 @@
 """A server that dies, or is late, in each phase of a flight: what its vehicle does then.
 
-What counts is the truth of the simulator. ``measured`` is also where the table of
+The truth of the simulator counts. ``measured`` is also where the table of
 docs/autopilots.md ("When the bridge dies") comes from.
 """
 
@@ -35,7 +35,7 @@ GOAL = (0.0, 30.0, 8.0)
 
 
 class Left(NamedTuple):
-    """What a vehicle did without its server.
+    """The motion of a vehicle without its server.
 
     Attributes:
         forward_m: how far it got along its course.

@@ -1,6 +1,6 @@
 """A server that runs late, or hangs, while the vehicle has to be asked for something.
 
-What the vehicle could not be asked, it has not rejected: the server tries again, and ends a goal
+A vehicle has not rejected a request that it never got: the server tries again, and ends a goal
 with SERVER_LATE when that does not help.
 """
 

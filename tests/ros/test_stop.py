@@ -40,7 +40,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # The limit holds from the signal on; a busy machine delivers it late, and reaps the process late.
 _ENDED_S = STOP_LIMIT_S + 3.0
 _WORDS = ("Traceback", "RCLError", "Exception", "was never retrieved", "terminate called")
-# What an unread pipe of this size takes is recorded in a moment.
+# The recording fills an unread pipe of this size in a moment.
 _PIPE_BYTES = 4096
 _FULL_S = 4.0
 

@@ -45,7 +45,7 @@ def test_a_class_name_has_one_meaning_in_src() -> None:
     assert {name: files for name, files in homes.items() if len(files) > 1} == {}
 
 
-# What reads a clock that may be set, stand still or go back, and why it may.
+# Modules that read a clock that may be set, stand still or go back, with the reason.
 _STAMP = "stamps of messages"
 _RECORDED = "times in a recording"
 SETTABLE_CLOCKS = {

@@ -36,7 +36,7 @@ _TYPE_SIZES = {
     "uint64": 8, "int64": 8, "double": 8,
 }  # fmt: skip
 MAVLINK_1 = ("", "begins", "sends", "only")
-"""What a vehicle speaks: MAVLink 2; 1 until it hears 2 (PX4's MAV_PROTO_VER 0); it sends 1 and
+"""The versions of a vehicle: MAVLink 2; 1 until it hears 2 (PX4's MAV_PROTO_VER 0); it sends 1 and
 hears both (ArduPilot's SERIALn_PROTOCOL 1); it knows nothing but 1."""
 
 

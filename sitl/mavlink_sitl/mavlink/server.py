@@ -157,7 +157,7 @@ class MavlinkServer:
         return LogServer(logbook, self.vehicle, self.send)
 
     def make_traffic(self) -> TrafficList | TrafficQueue:
-        """What this firmware does with the aircraft that it hears."""
+        """How this firmware passes on the aircraft that it hears."""
         return TrafficList(self.vehicle.parameters)
 
     def begin_scanning(self) -> None:

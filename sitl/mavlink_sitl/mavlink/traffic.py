@@ -38,7 +38,7 @@ class TrafficList:
             self._heard[message.ICAO_address] = (_copied(message), now_us)
 
     def due(self, now_us: int) -> list[Message]:
-        """What is sent of it when the stream is due."""
+        """Return the reports to send when the stream is due."""
         self._heard = {
             address: heard
             for address, heard in self._heard.items()
@@ -78,7 +78,7 @@ class TrafficQueue:
                 self._send(report)
 
     def due(self, now_us: int) -> list[Message]:
-        """What is sent of them when the stream is due."""
+        """Return the reports to send when the stream is due."""
         reports = list(self._queue)
         self._queue.clear()
         return reports

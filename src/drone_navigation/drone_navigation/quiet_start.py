@@ -22,6 +22,6 @@ def take_interrupts() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-# Whoever imports a program, such as a test, keeps its own handler.
+# A test that imports a program keeps its own handler.
 if Path(sys.argv[0]).stem in PROGRAMS:
     signal.signal(signal.SIGINT, signal.SIG_DFL)

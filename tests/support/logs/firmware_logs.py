@@ -146,7 +146,7 @@ _MODES = {
     "rover": ((0, "MANUAL"), (4, "HOLD"), (10, "AUTO")),
     "sub": ((19, "MANUAL"), (2, "ALT_HOLD"), (9, "SURFACE")),
 }
-# What the first MSG says, by the ArduCopter of the same time, and the version in it.
+# The text of the first MSG, by the ArduCopter of the same time, and the version in it.
 _NAMES: dict[str, dict[str, tuple[str, str]]] = {
     "3.1": {
         "copter": ("ArduCopter V3.1.3 (92cdd2a3)", "3.1.3"),
@@ -351,7 +351,7 @@ _NEW_GPS = (("latitude_deg", "double"), ("longitude_deg", "double"), ("altitude_
 
 @dataclass
 class Px4Options:
-    """What a log of PX4 lacks.
+    """The parts that a log of PX4 lacks.
 
     Attributes:
         without: topics that it has not.

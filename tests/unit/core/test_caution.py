@@ -76,7 +76,7 @@ def test_a_brake_that_nobody_ends_leads_to_a_standstill(
     sent = careful.tempered(braking, observed(0.0, obstacles, (leaving,)))
     end_m_s = sent.velocity_enu_m_s[0] + sent.acceleration_enu_m_s2[0] * COPTER.setpoint_timeout_s
     assert end_m_s == pytest.approx(0.0, abs=1e-9)
-    # What it lacks of a brake is in the position.
+    # The rest of the brake is in the position.
     assert sent.position_enu_m[0] < -0.05
 
 

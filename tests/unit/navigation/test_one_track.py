@@ -42,7 +42,7 @@ NEAR_M = 0.1
 
 @dataclass(frozen=True)
 class Shape:
-    """What a log looks like.
+    """The form of a log.
 
     Attributes:
         autopilot: MAV_AUTOPILOT.
@@ -200,7 +200,7 @@ def test_page_plot_bag_and_replay_show_one_track(shape: Shape) -> None:
         assert figures.highest_m == pytest.approx(
             ORIGIN[2] - moved(end_s)[2] - HOME_ALTITUDE_M, abs=0.1
         )
-        # What the server publishes, it publishes of every position once it has the map frame.
+        # The server publishes every position once it has the map frame.
         poses = replayed(folder / "a.tlog")
         if shape.estimator == 0:
             assert "confirms no position" in " ".join(lacking(flight))

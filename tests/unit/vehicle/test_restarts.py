@@ -211,7 +211,7 @@ def test_a_simulated_clock_may_be_slow_or_fast(speed: float) -> None:
 
 
 def test_a_clock_that_is_set_is_no_restart() -> None:
-    """What ran for longer than the vehicle was out of sight did not begin there."""
+    """A clock older than the time out of sight did not begin there."""
     vehicle = Telemetry(4000.0)
     vehicle.booted_s += 3000.0
     vehicle.run(5.0)

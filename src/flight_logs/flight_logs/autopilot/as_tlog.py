@@ -45,7 +45,7 @@ def write_as_tlog(
         progress: called now and then with the bytes done and the size of the file.
 
     Returns:
-        What was written, what of the log is damaged, and what it lacks.
+        The result: the records written, the damage of the log, and the data that it lacks.
 
     Raises:
         LogError: it cannot be read, or contains no flight data.

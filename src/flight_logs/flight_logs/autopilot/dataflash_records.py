@@ -24,7 +24,7 @@ _SIZES = {
 }  # fmt: skip
 """Bytes of each letter of a format, as pymavlink's DFReader reads them."""
 _TAIL_BYTES = 528
-"""What may follow the last record: half a record, or the rest of a page of a flash chip."""
+"""Bytes that may follow the last record: half a record, or the rest of a page of a flash chip."""
 _TIME_US = struct.Struct("<Q")
 _PULSE_US = 500_000
 _CREDIBLE_STEP_US = 60_000_000

@@ -41,7 +41,7 @@ _ARMING_EVENTS = {10: True, 11: False}
 
 
 class VehicleFacts:
-    """What the records of a log tell of its vehicle.
+    """The vehicle of a log, by its records.
 
     Attributes:
         kinds: the records that tell something.

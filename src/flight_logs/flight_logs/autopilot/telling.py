@@ -21,7 +21,7 @@ _TEXT_MAX = 50
 
 @dataclass(frozen=True)
 class OwnLog:
-    """What an autopilot's own log tells.
+    """The content of an autopilot's own log.
 
     Attributes:
         told: the messages, in the order of time; since the autopilot started where the log has

@@ -34,7 +34,7 @@ class Wanted:
 
 @dataclass
 class _ModeRequest:
-    """What the pending operation asks for, and how many of its commands have been recorded."""
+    """The goal of the pending operation, and how many of its commands have been recorded."""
 
     command: int
     mode: int

@@ -199,7 +199,7 @@ def _has_restarted(state: VehicleState, signs: RestartSigns, now: float) -> bool
         return True
     if not doubt.is_clock:
         return False
-    # Who sends by two clocks is believed only once one of them has stopped.
+    # A vehicle that sends by two clocks is believed only once one of them has stopped.
     sure = now - signs.refuted_s > _SIGN_AGE_S
     disarmed = now - signs.disarmed_s <= _SIGN_AGE_S
     silent = now - state.boot_time_s >= _ALONE_S

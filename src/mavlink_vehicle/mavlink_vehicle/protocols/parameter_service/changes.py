@@ -18,7 +18,7 @@ from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.parameter_service.listing import ParameterListing
 from mavlink_vehicle.protocols.parameter_service.one_parameter import OneParameter
 
-# What ArduPilot and PX4 maintain themselves: boots, times, and items of their lists. A file saved
+# Parameters that ArduPilot and PX4 maintain themselves: boots, times, and items of their lists. A file saved
 # earlier would take hours of flight back, or bring another vehicle's. Another version of the stored
 # format has all parameters erased at the next boot (load_parameters, rcS).
 _MAINTAINED_BY_AUTOPILOT = (

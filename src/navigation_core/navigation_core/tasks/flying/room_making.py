@@ -31,7 +31,7 @@ _ASIDES_MAX = 5
 class RoomMaking:
     """Flies aside if its vehicle is the last of those that wait for each other in a circle.
 
-    What the autopilot flies by itself needs its whole volume at once, with the column below, so
+    A flight by the autopilot itself needs its whole volume at once, with the column below, so
     vehicles above each other's launch points would wait for ever, and so would one above a vehicle
     that is parked. See :class:`navigation_core.tasks.task.Task`.
     """

@@ -22,7 +22,7 @@ __all__ = ["DrivenReference"]
 # The course leads the nose by no more than this: what steers hardest at a right angle would else go
 # on turning long after the command has ended.
 _COURSE_LEAD_RAD = 0.8
-# What is too fast over ground is taken off the told speed this many times, and ever more while it
+# Excess speed over ground is taken off the commanded speed this many times, and ever more while it
 # lasts, up to half of it: PX4's rovers drive 1.4 m/s when told 1.0 (observed on its simulated one).
 _EXCESS_GAIN, _EXCESS_GAIN_1_S = 2.0, 0.5
 _STANDS_M_S = 0.01
@@ -46,7 +46,7 @@ class DrivenReference:
         self.speed_m_s = 0.0
         """Negative backwards."""
         self.course_enu_rad = 0.0
-        # What the vehicle is told less than it is to drive.
+        # By how much the speed sent is below the one to be driven.
         self._less_m_s = 0.0
         self._since_s = 0.0
 
