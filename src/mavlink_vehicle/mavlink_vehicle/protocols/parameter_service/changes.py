@@ -18,9 +18,9 @@ from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.parameter_service.listing import ParameterListing
 from mavlink_vehicle.protocols.parameter_service.one_parameter import OneParameter
 
-# Parameters that ArduPilot and PX4 maintain themselves: boots, times, and items of their lists. A file saved
-# earlier would take hours of flight back, or bring another vehicle's. Another version of the stored
-# format has all parameters erased at the next boot (load_parameters, rcS).
+# Parameters that ArduPilot and PX4 maintain themselves: boots, times, and items of their lists. A
+# file saved earlier would take hours of flight back, or bring another vehicle's. Another version
+# of the stored format has all parameters erased at the next boot (load_parameters, rcS).
 _MAINTAINED_BY_AUTOPILOT = (
     "STAT_BOOTCNT", "STAT_FLTTIME", "STAT_RUNTIME", "MIS_TOTAL", "FENCE_TOTAL", "RALLY_TOTAL",
     "COM_FLIGHT_UUID", "LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO", "FORMAT_VERSION", "SYSID_SW_MREV",
