@@ -56,6 +56,9 @@ _ANSWER_S = 4.0
 # What is known of a vehicle is at most this old on a good link.
 _REPORTED_S = 0.5
 _HULL_M = 0.5
+# As fast the position that leads an ArduCopter changes beside its motion: the planned jerk (5 m/s³)
+# over the square of the controller's gain (2/s), and half as much again.
+_LED_M_S = 2.0
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
 _END = output(GoalFinished)
 _FEEDBACK = output(GoalFeedback)
@@ -1098,7 +1101,9 @@ def velocities_fit_positions(message: Message, view: View, now_s: float) -> bool
     if _avoids(view):
         return True
     moved_m_s = math.dist((message.x, message.y), (before.x, before.y)) / since_s
-    return math.hypot(message.vx, message.vy) <= 1.25 * moved_m_s + 0.3
+    # An ArduCopter's brakes are in part in the position (navigation_core/safety/unfollowed.py).
+    led_m_s = _LED_M_S if view.craft.autopilot == "ardupilot" else 0.0
+    return math.hypot(message.vx, message.vy) <= 1.25 * moved_m_s + 0.3 + led_m_s
 
 
 @always(_SETPOINTS, "docs/navigate.md, max_speed")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from custom_interfaces.action import Land
 from drone_navigation.client.options import (
     EXIT_ABORTED,
     EXIT_CANCELED,
@@ -78,6 +79,9 @@ def waiting(flight: Flight) -> Iterator[Callable[[str], Process]]:
         start_server(flight)
         flight.renew_client()
         flight.spin_for(3.0)  # it reads the lists for itself
+    down = flight.send(Land.Goal())  # from a test before
+    if down.accepted:
+        flight.wait_for_result(down)
     flight.call("arm")  # so that there is a log
     flight.call("disarm")
     clients: list[Process] = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import math
 import os
+import re
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -375,6 +376,13 @@ def _record_to_pipe(flight: Flight, pipe: Path) -> Process:
     return Process("navigation_server", [*words, "--tlog", str(pipe)], flight.environment)
 
 
+def _takes(server: Process, number: signal.Signals) -> bool:
+    """Tell whether a process has a handler of its own for a signal."""
+    status = Path(f"/proc/{server.pid}/status").read_text("utf-8")
+    (mask,) = re.findall(r"^SigCgt:\s*(\w+)", status, re.MULTILINE)
+    return bool(int(mask, 16) >> (number - 1) & 1)
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_driver_that_hangs_is_ended_with_a_code_of_its_own(
     vehicle: Flight, tmp_path: Path, number: signal.Signals
@@ -402,7 +410,7 @@ def test_a_start_that_hangs_is_ended_with_a_code_of_its_own(
     vehicle.server.stop(_ENDED_S)
     server = _record_to_pipe(vehicle, tmp_path / "recording.tlog")
     try:
-        time.sleep(4.0)
+        vehicle.wait(lambda: _takes(server, signal.SIGTERM), READY_TIMEOUT_S, "its own handlers")
         assert ended(server, signal.SIGTERM) == EXIT_HUNG, server.text
     finally:
         server.stop()

@@ -85,7 +85,7 @@ def _main(argv: list[str]) -> int:
     try:
         # A file stands for the user's own vehicle, whatever it contains.
         code = _run(options, argv, "--params-file" not in argv, signals)
-        signals.exit_code = code
+        signals.finish(code)
         return code
     finally:
         rclpy.try_shutdown()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import os
 import signal
 import sys
@@ -27,8 +29,6 @@ class StopSignals:
     works whatever the main thread does, also inside a C library. A Python handler that sets an
     event would not: it runs in the main thread, which may just hold that event's lock.
 
-    Attributes:
-        exit_code: that of the process if it must be ended.
     """
 
     def __init__(self, program: str) -> None:
@@ -37,7 +37,7 @@ class StopSignals:
         Args:
             program: its name, for the sentence before it is ended.
         """
-        self.exit_code = EXIT_HUNG
+        self._exit_code = EXIT_HUNG
         self._program = program
         self._requested = threading.Event()
         self._read, self._write = os.pipe()
@@ -56,15 +56,31 @@ class StopSignals:
         os.write(self._write, bytes([_BY_ITSELF]))
         self._requested.wait(STOP_LIMIT_S)
 
+    def finish(self, exit_code: int) -> None:
+        """End the process with a code once the program has returned.
+
+        The interpreter's own end is left out: it stops the thread of this class first, and then
+        runs the destructors of the middleware, which may take seconds on a busy machine.
+        """
+        self._exit_code = exit_code
+        atexit.register(_leave, exit_code)
+
     def _watch(self) -> None:
         while os.read(self._read, 1)[0] not in (_BY_ITSELF, *_SIGNALS):
             pass
         self._requested.set()
         threading.Event().wait(STOP_LIMIT_S)
-        if self.exit_code == EXIT_HUNG:
+        if self._exit_code == EXIT_HUNG:
             text = f"{self._program}: did not stop within {STOP_LIMIT_S:g} s and was ended.\n"
             os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, text.encode())
-        os._exit(self.exit_code)
+        os._exit(self._exit_code)
+
+
+def _leave(exit_code: int) -> None:
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(exit_code)
 
 
 def _take(_number: int, _frame: FrameType | None) -> None:
