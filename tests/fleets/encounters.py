@@ -14,10 +14,12 @@ from dataclasses import dataclass, replace
 from mavlink_sitl.config import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from navigation_core.geometry import Vector3
+from navigation_core.traffic.intruders import TURNS_M_S2
 from navigation_core.traffic.volumes import Separation
 from tests.fleets.flown import TICK_S, FlownFleet
 
 REPORTED_FROM_S, REPORT_PERIOD_S = 0.6, 1.0
+_REVERSES_S = 0.5
 _ALL_FLAGS = (
     mavlink.ADSB_FLAGS_VALID_COORDS
     | mavlink.ADSB_FLAGS_VALID_ALTITUDE
@@ -49,6 +51,11 @@ class Intruder:
     turn_deg_s: float = 0.0
     passes_m: float = 0.0
     address: int = 0xABCDEF
+
+    @property
+    def turn_m_s2(self) -> float:
+        """Return its acceleration to the left."""
+        return self.speed_m_s * math.radians(self.turn_deg_s)
 
     def at(self, meeting_m: Vector3, time_s: float) -> tuple[Vector3, Vector3]:
         """Return where it is and how it moves, east, north and up.
@@ -215,9 +222,18 @@ def reach_m(time_s: float, speed_m_s: float, acceleration_m_s2: float) -> float:
 
 
 def can_keep_apart(intruders: Sequence[Intruder], flown: Flown, speed_m_s: float) -> bool:
-    """Whether a copter could have kept the separation, had it acted a second after the report."""
-    left_s = min(one.meets_s for one in intruders) - REPORTED_FROM_S - 1.0
+    """Whether a copter could have kept the separation, had it acted a second after the report.
+
+    Of those that turn harder than is allowed for, the second report tells where they go; then the
+    vehicle may have to reverse what it has begun.
+    """
+    left_s = min(one.meets_s - _known_s(one) for one in intruders) - 1.0
     return flown.first_share >= 1.5 and reach_m(left_s, speed_m_s, 2.0) >= 6.0
+
+
+def _known_s(intruder: Intruder) -> float:
+    turns = abs(intruder.turn_m_s2) > TURNS_M_S2
+    return REPORTED_FROM_S + (REPORT_PERIOD_S + _REVERSES_S if turns else 0.0)
 
 
 def random_encounter(seed: int, climbs: bool = True) -> list[Intruder]:
@@ -236,3 +252,13 @@ def random_encounter(seed: int, climbs: bool = True) -> list[Intruder]:
             for _ in range(draw.choice((1, 1, 1, 2, 3)))
         ]
     )
+
+
+def turning_encounter(seed: int) -> list[Intruder]:
+    """Return such intruders that turn by up to 3 m/s^2, but by no more than 30 degrees a second."""
+    draw = random.Random(seed)
+    turns_m_s2 = [draw.uniform(-3.0, 3.0) for _ in range(3)]
+    return [
+        replace(one, turn_deg_s=max(-30.0, min(30.0, math.degrees(turn_m_s2 / one.speed_m_s))))
+        for one, turn_m_s2 in zip(random_encounter(seed + 1000), turns_m_s2, strict=False)
+    ]

@@ -8,8 +8,9 @@ import pytest
 
 from mavlink_sitl.config import VehicleConfig
 from navigation_bridge.goals.goal import LogLine
-from navigation_bridge.goals.requests import NavigateRequest
-from tests.fleets.encounters import Intruder, adsb, apart, begin, hear, meet
+from navigation_bridge.goals.requests import NavigateRequest, VelocityRequest
+from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
+from tests.fleets.encounters import Intruder, adsb, apart, begin, hear, meet, random_encounter
 from tests.fleets.flown import FlownFleet, homes
 
 pytestmark = pytest.mark.timeout(600)
@@ -48,6 +49,45 @@ def test_a_px4_keeps_apart_from_intruders(name: str) -> None:
     flown = meet(begin(autopilot="px4"), ENCOUNTERS[name])
     assert flown.share >= 1.0, flown
     assert flown.code == "SUCCESS"
+
+
+@pytest.mark.parametrize("seed", [28, 25, 33])
+def test_a_copter_keeps_apart_from_intruders_that_turn_hard(seed: int) -> None:
+    # 55 m/s at 2.9 m/s^2; two at once; three at once, one of them at 2.8 m/s^2.
+    autopilot = ("ardupilot", "px4")[seed % 2]
+    flown = meet(begin(autopilot=autopilot), random_encounter(seed))
+    assert flown.share >= 1.0, flown
+    assert flown.code == "SUCCESS"
+
+
+def test_a_velocity_command_is_slowed_for_an_intruder_and_flown_again_behind_it() -> None:
+    fleet = begin()
+    (craft,) = fleet.crafts
+    sent = fleet.send(craft, VelocityRequest(0.0))
+    assert isinstance(sent, str), sent
+    fleet.run_for(0.5)
+    begun_s, least_m = fleet.now, math.inf
+    speeds_m_s: list[float] = []
+
+    def watch(now: float) -> None:
+        nonlocal least_m
+        time_s = now - begun_s
+        place = (36.0, 10.0 * (time_s - 12.0), 10.0)
+        north, east, _ = fleet.simulation.positions_ned_m[0].tolist()
+        least_m = min(least_m, math.hypot(place[0] - east, place[1] - north))
+        speeds_m_s.append(float(fleet.simulation.truth.velocity_ned_m_s[0][1]))
+        if round(now / 0.02) % 50 == 0:
+            hear(fleet, adsb(fleet, place, (0.0, 10.0, 0.0)))
+        if round(now / 0.02) % 5 == 0:
+            command = VelocityCommand(now, VelocityFrame.MAP, (3.0, 0.0, 0.0))
+            craft.bridge.command_velocity(command, sent, now)
+
+    fleet.on_tick = watch
+    fleet.run_for(30.0)
+    # At its full speed it would be hit at 36 m after 12 s.
+    assert least_m >= 5.0
+    assert min(speeds_m_s[100:600]) < 1.0
+    assert speeds_m_s[-1] == pytest.approx(3.0, abs=0.3)
 
 
 @pytest.mark.parametrize("kind", ["rover", "boat"])

@@ -4,19 +4,35 @@ from __future__ import annotations
 
 import pytest
 
-from tests.fleets.encounters import begin, can_keep_apart, meet, random_encounter
+from tests.fleets.encounters import (
+    Intruder,
+    begin,
+    can_keep_apart,
+    meet,
+    random_encounter,
+    turning_encounter,
+)
 
 pytestmark = pytest.mark.timeout(1500)
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_a_copter_keeps_apart_wherever_it_can(seed: int) -> None:
+def passes(intruders: list[Intruder], seed: int) -> None:
+    """Check that one vehicle, by the seed of one firmware and speed, keeps apart if it can."""
     autopilot = ("ardupilot", "px4")[seed % 2]
     speed_m_s = (4.0, 8.0)[seed // 2 % 2]
-    intruders = random_encounter(seed)
     flown = meet(begin(autopilot=autopilot, speed_m_s=speed_m_s), intruders, speed_m_s=speed_m_s)
     assert flown.share >= 1.0 or not can_keep_apart(intruders, flown, speed_m_s), flown
     assert flown.code in ("SUCCESS", "TRAFFIC")
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_copter_keeps_apart_wherever_it_can(seed: int) -> None:
+    passes(random_encounter(seed), seed)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_a_copter_keeps_apart_from_those_that_turn_hard(seed: int) -> None:
+    passes(turning_encounter(seed), seed)
 
 
 @pytest.mark.parametrize("seed", range(10))

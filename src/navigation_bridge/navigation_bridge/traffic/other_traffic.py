@@ -13,17 +13,18 @@ import numpy as np
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.positions.projections import Geodetic
 from navigation_bridge.traffic.own_echo import EchoWatch, OwnTrack
-from navigation_core.traffic.intruders import Intruder
+from navigation_core.traffic.intruders import CLIMBS_M_S, TURNS_M_S2, Intruder
 from navigation_core.traffic.picture import Entry, Intent, TrafficPicture
 from navigation_core.traffic.right_of_way import Claimant, Rank
-from navigation_core.traffic.volumes import Array, Volume, densified
+from navigation_core.traffic.turns import STRAIGHT, Turn, TurnWatch
+from navigation_core.traffic.volumes import Array, Volume, densified, joined
 
 __all__ = ["OtherTraffic", "Seen", "address_of", "adsb_of", "is_by_adsb", "seen_by_adsb"]
 
-# Forgotten after so long without a report, and expected to go straight on for so long.
-_FORGOTTEN_S, _AHEAD_S = 30.0, 20.0
-# By how much it may turn or change its height meanwhile.
-_TURNS_M_S2, _CLIMBS_M_S = 0.5, 1.0
+# Forgotten after so long without a report.
+_FORGOTTEN_S = 30.0
+# The moments from now on for which it is expected to go on.
+_AHEAD_S: Array = np.linspace(0.0, 20.0, 11)
 # Uncertainties of a report without any, and of a pressure altitude beside one above sea level.
 _ADSB_ERROR_M, _ADSB_RISE_M, _PRESSURE_RISE_M = 30.0, 30.0, 150.0
 _NEEDED = mavlink.ADSB_FLAGS_VALID_COORDS | mavlink.ADSB_FLAGS_VALID_ALTITUDE
@@ -93,6 +94,8 @@ class _Target:
         heard_s: when that was heard.
         by: when each source reported it last.
         before: earlier times and positions.
+        turn: how it turned.
+        turns: what that is derived from.
         echoes: for each own vehicle, whether it is that one's echo.
     """
 
@@ -103,6 +106,8 @@ class _Target:
     heard_s: float
     by: dict[str, float] = field(default_factory=dict)
     before: deque[tuple[float, Array]] = field(default_factory=deque)
+    turn: Turn = STRAIGHT
+    turns: TurnWatch = field(default_factory=TurnWatch)
     echoes: dict[str, EchoWatch] = field(default_factory=dict)
 
     @property
@@ -208,6 +213,7 @@ class OtherTraffic:
             derived = np.clip(derived, -_SPEED_MAX_M_S, _SPEED_MAX_M_S)
         target.before.append((target.time_s, target.position_m))
         target.velocity_m_s = np.where(unknown, derived, velocity)
+        target.turn = target.turns.watch(target.velocity_m_s, target.time_s)
 
     def _show(self, name: str, target: _Target, now: float) -> None:
         """Put a target into the picture, or take it out if it cannot matter."""
@@ -225,26 +231,28 @@ class OtherTraffic:
 
     def _place(self, name: str, target: _Target, now: float) -> None:
         seen, velocity, age_s = target.seen, target.velocity_m_s, now - target.time_s
-        start = target.position_m + velocity * age_s
+        intruder = Intruder(
+            target.position_m, velocity, target.time_s, seen.error_m, seen.rise_m, target.turn
+        )
         entry: Entry = self._picture.entry(name)
         entry.rank = Rank(Claimant.FIRMWARE, 0.0, name)
-        radius_m = seen.error_m + 0.5 * _TURNS_M_S2 * age_s * age_s
-        rise_m = seen.rise_m + _CLIMBS_M_S * age_s
-        entry.held = Volume.along(start[None], radius_m, rise_m)
+        radius_m = seen.error_m + 0.5 * TURNS_M_S2 * age_s * age_s
+        rise_m = seen.rise_m + CLIMBS_M_S * age_s
+        entry.held = Volume.along(intruder.paths(np.array([age_s]))[:, 0], radius_m, rise_m)
         entry.moves, entry.heard_s = bool(np.linalg.norm(velocity) > 0.5), now
         entry.intruder = None
         if not entry.moves:
             entry.intent = None
             return
-        entry.intruder = Intruder(
-            target.position_m, velocity, target.time_s, seen.error_m, seen.rise_m
-        )
-        ends = np.array([start, start + velocity * _AHEAD_S])
-        line, after_s = densified(ends, np.array([0.0, _AHEAD_S]))
-        aside = 0.5 * _TURNS_M_S2 * (age_s + after_s) ** 2
-        rises_m = seen.rise_m + _CLIMBS_M_S * (age_s + after_s)
-        path = Volume.along(line, seen.error_m + aside, rises_m)
-        entry.intent = Intent(path, now + after_s)
+        entry.intruder = intruder
+        lines, arrivals_s = [], []
+        for path in intruder.paths(age_s + _AHEAD_S):
+            line, after_s = densified(path, _AHEAD_S)
+            aside = 0.5 * TURNS_M_S2 * (age_s + after_s) ** 2
+            rises_m = seen.rise_m + CLIMBS_M_S * (age_s + after_s)
+            lines.append(Volume.along(line, seen.error_m + aside, rises_m))
+            arrivals_s.append(now + after_s)
+        entry.intent = Intent(joined(*lines), np.concatenate(arrivals_s))
 
 
 def seen_by_adsb(message: Any) -> Seen | None:

@@ -1,7 +1,8 @@
 """Intruders: vehicles on the move that reserve nothing, so that they are avoided in time.
 
-Nobody here leads them, and they give way to nobody. Where they will be is predicted: straight on
-from the last report, less certain with time. Reservations are no use against them: they fly into
+Nobody here leads them, and they give way to nobody. Where they will be is predicted from the last
+report, less certain with time: straight on, and, if they turn, along the arc, too. The worse of
+these counts. Reservations are no use against them: they fly into
 what is reserved, and who stops before their path may stand in it once they turn. So the motion of
 a vehicle is compared with theirs, moment by moment.
 """
@@ -13,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from navigation_core.traffic.turns import STRAIGHT, Turn
 from navigation_core.traffic.volumes import Array, Indices, Separation
 
 __all__ = ["HORIZON_S", "Intruder", "Intruders", "Passage"]
@@ -25,9 +27,13 @@ TURNS_M_S2, CLIMBS_M_S = 0.5, 1.0
 
 # A prediction gets no more doubtful than that: a new report comes long before.
 _ASIDE_MAX_M, _RISE_MAX_M = 10.0, 6.0
+# It may turn on for such shares of the time for which it was seen to turn: one that has just been
+# seen to turn is likely to go on.
+_TURNS_ON: Array = np.array([0.0, 2.0])
 # Of those that may come near, so many are looked at, the most urgent ones.
 _MOST = 12
-# What the least share counts beside the mean.
+# What the square of what the least share lacks counts beside the mean: of several intruders the
+# nearest counts most.
 _LEAST_WEIGHT = 4.0
 
 
@@ -41,6 +47,7 @@ class Intruder:
         time_s: when it was there.
         error_m: by how much the position may be wrong, level.
         rise_m: the same for the altitude.
+        turn: how it turns.
     """
 
     position_m: Array
@@ -48,6 +55,26 @@ class Intruder:
     time_s: float
     error_m: float
     rise_m: float
+    turn: Turn = STRAIGHT
+
+    def paths(self, since_s: Array) -> Array:
+        """Return where it may be on each of its possible paths, (H, T, 3).
+
+        It goes straight on; or, if it turns, it turns on for some time first.
+
+        Args:
+            since_s: the moments, counted from its report, shape (T,).
+        """
+        rate, observed_s = self.turn
+        turns_s = np.minimum(since_s, observed_s * _TURNS_ON[: 1 if rate == 0.0 else None, None])
+        half_rad = 0.5 * rate * turns_s
+        # The chord of the arc, and straight on from its end.
+        along = turns_s * np.sinc(half_rad / np.pi) * np.exp(1j * half_rad)
+        along += (since_s - turns_s) * np.exp(2j * half_rad)
+        east, north, up = self.velocity_m_s
+        moved = along * complex(east, north)
+        height = np.broadcast_to(up * since_s, moved.shape)
+        return np.asarray(self.position_m + np.stack([moved.real, moved.imag, height], axis=2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +98,14 @@ class Intruders:
 
     Attributes:
         names: of them.
-        position_m: where they are, in the traffic frame, shape (M, 3).
-        velocity_m_s: how they move, shape (M, 3).
-        age_s: time since they were reported, shape (M,).
+        reported: how they were reported.
+        age_s: time since then, shape (M,).
         level_m: what is to be kept from them, level, shape (M,).
         upright_m: the same in height, shape (M,).
     """
 
     names: tuple[str, ...]
-    position_m: Array
-    velocity_m_s: Array
+    reported: tuple[Intruder, ...]
     age_s: Array
     level_m: Array
     upright_m: Array
@@ -101,15 +126,11 @@ class Intruders:
             room_m: by how much the vehicle strays from its path, level and in height.
             now: time in seconds.
         """
-        reported = [one for _, one in intruders]
-        age_s = np.array([now - one.time_s for one in reported])
-        velocity = np.array([one.velocity_m_s for one in reported]).reshape(-1, 3)
-        position = np.array([one.position_m for one in reported]).reshape(-1, 3)
+        reported = tuple(one for _, one in intruders)
         return cls(
             tuple(name for name, _ in intruders),
-            position + velocity * age_s[:, None],
-            velocity,
-            age_s,
+            reported,
+            np.array([now - one.time_s for one in reported]),
             np.array([one.error_m for one in reported]) + separation.horizontal_m + room_m[0],
             np.array([one.rise_m for one in reported]) + separation.vertical_m + room_m[1],
         )
@@ -134,15 +155,17 @@ class Intruders:
             here_m: where it is, in the traffic frame, shape (3,).
             speed_m_s: how fast it can be.
         """
-        away_m = np.linalg.norm(self.position_m - here_m, axis=1)
+        position_m = np.array([one.position_m for one in self.reported]).reshape(-1, 3)
+        velocity = np.array([one.velocity_m_s for one in self.reported]).reshape(-1, 3)
+        its_speed_m_s = np.linalg.norm(velocity, axis=1)
+        away_m = np.linalg.norm(position_m - here_m, axis=1) - its_speed_m_s * self.age_s
         away_m -= np.hypot(self.level_m + _ASIDE_MAX_M, self.upright_m + _RISE_MAX_M)
-        time_s = away_m / (np.linalg.norm(self.velocity_m_s, axis=1) + speed_m_s)
+        time_s = away_m / (its_speed_m_s + speed_m_s)
         rows = np.flatnonzero(time_s < HORIZON_S)
         rows = rows[np.argsort(time_s[rows], kind="stable")[:_MOST]]
         return Intruders(
             tuple(self.names[row] for row in rows),
-            self.position_m[rows],
-            self.velocity_m_s[rows],
+            tuple(self.reported[row] for row in rows),
             self.age_s[rows],
             self.level_m[rows],
             self.upright_m[rows],
@@ -167,23 +190,26 @@ class Intruders:
             worst[lowest < least] = row
             least = np.minimum(least, lowest)
             lacks = np.maximum(margin - share, 0.0)
-            penalty += _LEAST_WEIGHT * np.maximum(margin - lowest, 0.0) + lacks.mean(axis=1)
+            penalty += _LEAST_WEIGHT * np.maximum(margin - lowest, 0.0) ** 2 + lacks.mean(axis=1)
         return Passage(least, penalty, worst)
 
     def _shares(self, row: int, points_m: Array, after_s: Array) -> Array:
-        """Return the least share of what is to be kept between each two moments, (K, T - 1)."""
-        path = self.position_m[row] + self.velocity_m_s[row] * after_s[:, None]
-        gap = points_m - path
-        begin, step = gap[:, :-1], np.diff(gap, axis=1)
-        length2 = np.maximum((step[..., :2] ** 2).sum(axis=2), 1e-12)
-        part = np.clip(-(begin[..., :2] * step[..., :2]).sum(axis=2) / length2, 0.0, 1.0)
+        """Return the least share of what is to be kept between each two moments, (K, T - 1).
+
+        Of the possible paths of the intruder the worst counts.
+        """
+        intruder, age_s = self.reported[row], self.age_s[row]
+        gap = points_m[:, None] - intruder.paths(after_s + age_s)
+        begin, step = gap[:, :, :-1], np.diff(gap, axis=2)
+        length2 = np.maximum((step[..., :2] ** 2).sum(axis=3), 1e-12)
+        part = np.clip(-(begin[..., :2] * step[..., :2]).sum(axis=3) / length2, 0.0, 1.0)
         nearest = begin + part[..., None] * step
-        since_s = after_s[1:] + self.age_s[row]
-        speed_m_s = float(np.linalg.norm(self.velocity_m_s[row]))
+        since_s = after_s[1:] + age_s
+        speed_m_s = float(np.linalg.norm(intruder.velocity_m_s))
         aside_m = np.minimum(
             0.5 * TURNS_M_S2 * since_s * since_s, np.minimum(speed_m_s * since_s, _ASIDE_MAX_M)
         )
         rise_m = np.minimum(CLIMBS_M_S * since_s, _RISE_MAX_M)
         level = np.hypot(nearest[..., 0], nearest[..., 1]) / (self.level_m[row] + aside_m)
         upright = np.abs(nearest[..., 2]) / (self.upright_m[row] + rise_m)
-        return np.asarray(np.maximum(level, upright))
+        return np.asarray(np.maximum(level, upright).min(axis=1))
