@@ -197,3 +197,11 @@ def test_a_goal_ends_that_an_intruder_keeps_from_its_target() -> None:
     _, end = craft.ends()[-1]
     assert end.code.value == "TRAFFIC"
     assert "ICAO ABCDEF" in end.message
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_a_goal_that_settles_gives_way(autopilot: str) -> None:
+    """It stands at its target when the intruder comes within 20 s of it."""
+    fleet = begin(autopilot=autopilot, arrival_dwell_s=40.0)
+    flown = meet(fleet, [Intruder(210.0, 3.0, 33.0)], goal_m=0.0)
+    assert flown.share >= 1.0, flown

@@ -80,12 +80,12 @@ class CrossedFlight(SimulatedFlight):
                 modes.append((self.now, name))
 
     def requests(self, since_s: float) -> list[tuple[float, int]]:
-        """Return when a mode was asked for since a time, and by which command."""
-        return [
-            (time_s, message.command)
-            for time_s, message in self.sent
-            if time_s > since_s and message.get_type() == "COMMAND_LONG" and message.command in ASKS
-        ]
+        """Return when a mode was asked for since a time, and by which command.
+
+        Repetitions, until the acknowledgement has come over a slow link, do not count.
+        """
+        commands = [(t, m) for t, m in self.sent if t > since_s and m.get_type() == "COMMAND_LONG"]
+        return [(t, m.command) for t, m in commands if m.command in ASKS and m.confirmation == 0]
 
 
 def in_the_air(flight: CrossedFlight) -> None:

@@ -398,7 +398,9 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
             return PhaseEvent.NO_WAY
         if self._pace.gives_way(observation, now):
-            return PhaseEvent.REPLAN
+            # The follower has the path of the evasion; to begin the flight would plan another.
+            self._take(PhaseEvent.REPLAN, now)
+            return None
         arrival = self._arrival
         if arrival.holds(observation, now, arrival.is_turned(observation)):
             return self._arrived(observation, now)
