@@ -209,7 +209,7 @@ def test_silence_stops_it_and_it_continues_with_the_next_command(traits: Traits)
     place = vehicle.place
     vehicle.run(5.0)
     assert math.dist(vehicle.place, place) < 0.02
-    vehicle.run(3.0, (1.0, 0.0, 0.0))
+    vehicle.run(4.0, (1.0, 0.0, 0.0))  # it drives up to its speed without passing it
     assert horizontal_norm(vehicle.velocity) > 0.9
 
 
