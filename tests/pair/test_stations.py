@@ -348,6 +348,7 @@ def test_a_lost_link_ends_a_paused_goal_and_a_short_silence_does_not(autopilot: 
     goal_id = flight.begin(False)
     flight.hold_mode()
     flight.run_to_status(goal_id, "PAUSED")
+    flight.run_for(1.0)  # the vehicle's HEARTBEAT shows the mode
     flight.link_up = False
     flight.run_for(4.0)
     flight.link_up = True

@@ -214,9 +214,11 @@ def test_a_client_that_is_killed_ends_its_loading(flight: Flight, tmp_path: Path
         answer = call(flight, GetVehicleParameter, "vehicle_parameters/get", **request)
         return "Parameters are being read or changed" in answer.message
 
-    client = Process("client", [*CLIENT, "parameters", "load", str(path)], flight.environment)
-    flight.wait(is_busy, 30.0, "the loading")
+    # From the first change on: with answers, all would be changed before anyone looks.
+    flight.relay.withheld_after = "PARAM_SET"
     flight.relay.withheld = frozenset({"PARAM_VALUE"})
+    client = Process("client", [*CLIENT, "parameters", "load", str(path)], flight.environment)
+    flight.wait(lambda: not flight.relay.withheld_after, 60.0, "the first change")
     client.signal(signal.SIGKILL)
     client.wait(10.0)
     assert is_busy()

@@ -803,7 +803,7 @@ class Bridge:
         elif self._vehicle.is_one_way:
             self._lose_uplink(now)
         elif self._vehicle.mode_unseen:
-            self._report.status(goal, self._progress(goal, now))
+            self._show_status(goal, now)
         elif self._parking.operation_id is None and self._overtaken.operation_id is None:
             # Else the requested mode change is pending.
             self._watch(goal, now)
@@ -835,7 +835,7 @@ class Bridge:
         if outcome is not None:
             self._end(goal, outcome, now)
         else:
-            self._report.status(goal, self._progress(goal, now))
+            self._show_status(goal, now)
 
     def _step_task(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
         intent = goal.task.step(observation, now)
@@ -853,7 +853,7 @@ class Bridge:
         elif isinstance(intent, Fly):
             self._fly(goal, self._traffic.tempered(goal, intent, now), now)
         if self._goal is goal:
-            self._report.status(goal, self._progress(goal, now))
+            self._show_status(goal, now)
             self._report.plan(goal, goal.task.path_enu_m)
 
     def _own_share(self, outcome: Outcome, now: float) -> Outcome:
@@ -877,7 +877,7 @@ class Bridge:
             self._end(goal, Outcome(OutcomeCode.TRAFFIC, waiting.text, None), now)
             return True
         goal.task.postpone(now)
-        self._report.status(goal, self._progress(goal, now))
+        self._show_status(goal, now)
         return True
 
     @staticmethod
@@ -944,7 +944,7 @@ class Bridge:
             )
             self._abandon(OutcomeCode.LINK_LOST, text, now)
         else:
-            self._report.status(goal, self._progress(goal, now))
+            self._show_status(goal, now)
 
     def _lose_uplink(self, now: float) -> None:
         text = (
@@ -1112,6 +1112,11 @@ class Bridge:
     def _feedback_deadline(self, goal: ActiveGoal) -> float:
         # Positions trigger feedback; without one for half a period, a timer does.
         return goal.feedback_due_s + 0.5 * self._config.feedback_period_s
+
+    def _show_status(self, goal: ActiveGoal, now: float) -> None:
+        """Report a status that is new, with feedback: a short one would pass between two."""
+        if self._report.status(goal, self._progress(goal, now)):
+            self._give_feedback(goal, now)
 
     def _give_feedback(self, goal: ActiveGoal, now: float) -> None:
         # Counted from now, not on a grid, so that feedback keeps in step with the positions.

@@ -98,15 +98,16 @@ class Reporter:
         for warning in goal.notes:
             self.log(LogLevel.WARN, f"Goal {goal.short_id}: {warning}")
 
-    def status(self, goal: ActiveGoal, progress: Progress) -> None:
-        """Report a new status of a goal."""
+    def status(self, goal: ActiveGoal, progress: Progress) -> bool:
+        """Report the status of a goal if it is new; return whether it is."""
         if progress.status is goal.status:
-            return
+            return False
         goal.status = progress.status
         self._happened(goal.goal_id, "STATUS", progress.status.value, progress.blocked)
         text = f"{goal.short_id} {progress.status.value}"
         why = f": {progress.blocked}" if progress.blocked else ""
         self.log(LogLevel.INFO, f"Goal {text}{why}")
+        return True
 
     def feedback(self, goal: ActiveGoal, progress: Progress, late_s: float, now: float) -> None:
         """Report the progress of a goal."""

@@ -45,6 +45,8 @@ class Relay:
         self.loss = 0.0
         self.withheld: frozenset[str] = frozenset()
         """Names of messages of the vehicle that are lost, with all of their datagram"""
+        self.withheld_after = ""
+        """The name of a message of the server that has to come first, if any"""
         self._random = random.Random(1)
         self._cut = threading.Event()
         self._stop = threading.Event()
@@ -113,7 +115,10 @@ class Relay:
             (self._seen if from_vehicle else self._sent).extend(messages)
         if from_vehicle:
             self._vehicle = address
-        withheld = from_vehicle and any(each.get_type() in self.withheld for each in messages)
+        if not from_vehicle and any(each.get_type() == self.withheld_after for each in messages):
+            self.withheld_after = ""
+        withholds = from_vehicle and not self.withheld_after
+        withheld = withholds and any(each.get_type() in self.withheld for each in messages)
         if self._cut.is_set() or withheld or self._random.random() < self.loss:
             return
         try:

@@ -221,7 +221,13 @@ PARAMETERS: tuple[ParameterSpec, ...] = (
     ParameterSpec(
         "setpoint_rate_hz", 20.0, "Rate of SET_POSITION_TARGET_LOCAL_NED while flying.", 2.0, 100.0
     ),
-    ParameterSpec("feedback_rate_hz", 10.0, "Maximum rate of action feedback.", 0.5, 100.0),
+    ParameterSpec(
+        "feedback_rate_hz",
+        10.0,
+        "Maximum rate of action feedback; a new status is told at once.",
+        0.5,
+        100.0,
+    ),
     ParameterSpec(
         "position_rate_hz",
         20.0,

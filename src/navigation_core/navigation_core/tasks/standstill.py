@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from itertools import combinations
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.tasks.goto_config import GotoConfig
@@ -19,13 +20,17 @@ HOVERING_VELOCITY_ERROR_M_S = 0.7
 _SHARE = 0.7
 # Over a shorter time the resolution of GLOBAL_POSITION_INT, 1 cm, would look like a speed.
 _SHORTEST_S = 0.3
+# Between earlier positions. A recorded PX4 that hovers wanders so that a shorter time would take it
+# for moving for 2.5 s and more.
+_BETWEEN_S = 0.6
 
 
 class Standstill:
     """Measures the speed of a vehicle by how far its position moves.
 
-    The speed is the greatest mean speed from any position of the window to the last one: a sway
-    counts as much as a drift. The reported velocity must be plausible beside it, no more: it has
+    The speed is the greatest mean speed from any position of the window to the last one, and
+    between those that are 0.6 s apart: a sway counts as much as a drift, and what turns round after
+    it has overshot was moving a moment ago. The reported velocity must be plausible beside it, no more: it has
     errors that last longer than any dwell. So neither one noisy sample nor a biased velocity keeps
     a stop from being seen.
     """
@@ -98,7 +103,7 @@ class Standstill:
             self.speed_m_s = None
             return
         self.speed_m_s = max(
-            distance(place, other) / (time_s - then_s)
-            for then_s, other in places
-            if time_s - then_s >= _SHORTEST_S
+            distance(first, last) / (end_s - start_s)
+            for (start_s, first), (end_s, last) in combinations(places, 2)
+            if end_s - start_s >= (_SHORTEST_S if end_s == time_s else _BETWEEN_S)
         )
