@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all explore bench lint lock pages wheels version clean distclean
+.PHONY: help setup build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-night explore bench lint lock pages wheels version clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -56,8 +56,11 @@ test: setup ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
 	@$(ENTER) $(PYTEST) -m "not wide" tests
 
-test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (45 minutes on two cores)
-	@$(ENTER) $(PYTEST) -m wide tests
+test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a quarter of an hour)
+	@$(ENTER) $(PYTEST) -m "wide and not night" tests
+
+test-night: test-all ## And those with all their parameters (an hour)
+	@$(ENTER) $(PYTEST) -m night tests
 
 SEEDS ?= 200
 FIRST ?= 0

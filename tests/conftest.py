@@ -12,7 +12,7 @@ import pytest
 from _pytest.nodeid import coerce_node_id
 from hypothesis import settings
 
-from tests.wide import is_left_out, is_wide
+from tests.wide import is_left_out, is_wide, of_the_night
 
 # How long an example takes says how busy the machine is, and nothing about the code.
 settings.register_profile("untimed", deadline=None)
@@ -74,11 +74,23 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_itemcollected(item: pytest.Item) -> None:
     """Mark what only `make test-all` runs."""
-    file = item.path.relative_to(Path(__file__).parent).as_posix()
+    file = _file(item)
     function = item.nodeid.partition("[")[0]
     if is_wide(file, item.name, is_first=function not in item.session.stash[_FUNCTIONS]):
         item.add_marker("wide")
     item.session.stash[_FUNCTIONS].add(function)
+
+
+@pytest.hookimpl(tryfirst=True, specname="pytest_collection_modifyitems")
+def pytest_mark_the_night(items: list[pytest.Item]) -> None:
+    """Mark what only `make test-night` runs, before the marks select."""
+    wide = [item for item in items if item.get_closest_marker("wide")]
+    for place in of_the_night([(_file(item), item.name) for item in wide]):
+        wide[place].add_marker("night")
+
+
+def _file(item: pytest.Item) -> str:
+    return item.path.relative_to(Path(__file__).parent).as_posix()
 
 
 def pytest_collection_finish() -> None:

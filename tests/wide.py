@@ -1,10 +1,13 @@
 """The slow and broad tests: `make test` leaves them out, `make test-all` runs them, too.
 
 They try many links, kinds of vehicle, hosts, stations and moments, in real time or at length. What
-they are about is held by quicker tests, too, once.
+they are about is held by quicker tests, too, once. Of those with more than two sets of parameters,
+`make test-all` runs the first and the last; `make test-night` runs all.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 FILES = frozenset(
     {
@@ -214,6 +217,10 @@ That hostile frames do no harm is held by 20,000 of them, too.
 """
 
 
+NIGHT: dict[str, tuple[str, ...]] = {}
+"""Wide tests that take more than half a minute: these names, with parameters, hold one of these."""
+
+
 def is_left_out(file: str, marks: str) -> bool:
     """Tell whether a run of the tests with these marks needs nothing of a file.
 
@@ -226,7 +233,7 @@ def is_left_out(file: str, marks: str) -> bool:
     if marks == "not wide":
         return file in FILES
     in_part = file in PARTS or file.startswith(FIRST_ONLY)
-    return marks == "wide" and file not in FILES and not in_part
+    return marks.startswith("wide") and file not in FILES and not in_part
 
 
 def is_wide(file: str, name: str, *, is_first: bool) -> bool:
@@ -240,3 +247,28 @@ def is_wide(file: str, name: str, *, is_first: bool) -> bool:
     if file in FILES or (not is_first and file.startswith(FIRST_ONLY)):
         return True
     return any(part in name for part in PARTS.get(file, ()))
+
+
+def of_the_night(wide: Sequence[tuple[str, str]]) -> set[int]:
+    """Return which of the wide tests only `make test-night` runs.
+
+    Args:
+        wide: of each test its file, from the folder of the tests on, and its name with its
+            parameters; in the order of collection.
+
+    Returns:
+        Places in ``wide``.
+    """
+    last = {(file, _function(name)): place for place, (file, name) in enumerate(wide)}
+    found, seen = set(), set()
+    for place, (file, name) in enumerate(wide):
+        function = (file, _function(name))
+        in_the_middle = function in seen and place != last[function]
+        seen.add(function)
+        if in_the_middle or any(part in name for part in NIGHT.get(file, ())):
+            found.add(place)
+    return found
+
+
+def _function(name: str) -> str:
+    return name.partition("[")[0]
