@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from drone_navigation.processes import Process
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight
 
 WALLS = """

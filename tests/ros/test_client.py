@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from drone_navigation.processes import Process
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, navigate_goal
 from tests.support.ros.terminal import Terminal
 

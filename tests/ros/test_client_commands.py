@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from drone_navigation.processes import Process
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, navigate_goal
 
 # Each command is a process of its own, and a process may take 10 s to start on a busy machine.

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from drone_navigation.processes import Process, free_udp_port, ros_environment
+from drone_navigation.processes import free_udp_port, ros_environment
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_command_line")

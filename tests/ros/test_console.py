@@ -16,9 +16,10 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from drone_navigation.processes import Process, free_udp_port, ros_environment
+from drone_navigation.processes import free_udp_port, ros_environment
 from mavlink_vehicle.codec import make
 from tests.support.messages.random_console_messages import FLY, MOVING, broken
+from tests.support.processes import Process
 from tests.support.ros.browser import CHROMIUM, Browser, Tab
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal, new_domain
 from tests.support.stations import missions

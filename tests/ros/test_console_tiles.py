@@ -21,9 +21,10 @@ from rclpy.context import Context
 
 from custom_interfaces.msg import HomePosition, VehicleStatus
 from drone_navigation.console import plans
-from drone_navigation.processes import Process, ros_environment
+from drone_navigation.processes import ros_environment
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
+from tests.support.processes import Process
 from tests.support.ros.browser import CHROMIUM, Browser, Tab
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, new_domain
 from tests.support.tiles import draw_tiles, write_archive, write_folder

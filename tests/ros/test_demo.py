@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from drone_navigation.demo import SCENARIOS
-from drone_navigation.processes import Process
 from flight_reports.flight_recording import read_recording
 from flight_reports.pictures.scene import replan_times_s
 from mavlink_sitl.world.loader import load_world
@@ -18,9 +17,12 @@ from mavlink_sitl.world.shapes import Shapes
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.tlog import TlogReader
 from navigation_bridge import notes
+from tests.support.processes import STARVED, Process
 
 RADIUS_M = 0.5  # vehicle_radius_m
 ESTIMATE_OFF_M = 0.2  # the vehicle's place is its own estimate
+_TRIES = 3
+"""An obstacle that moves drives into a vehicle whose server gets no processor for seconds."""
 
 
 def true_clearance_m(log: Path, world: Path) -> float:
@@ -50,11 +52,16 @@ def test_the_demo_goes_round_what_the_server_does_not_know_and_shows_it(
 ) -> None:
     out = tmp_path / "demo"
     words = ["python", "-m", "drone_navigation.demo", "--vehicle", vehicle, "--out", str(out)]
-    demo = Process("demo", words)
-    try:
-        assert demo.wait(190.0) == 0, demo.text
-    finally:
-        demo.stop()
+    for _ in range(_TRIES):
+        demo = Process("demo", words)
+        try:
+            code = demo.wait(190.0)
+        finally:
+            demo.stop()
+        log = (out / "navigation_server.log").read_text(encoding="utf-8")
+        if code == 0 or not any(told in log for told in STARVED):
+            break
+    assert code == 0, demo.text
     assert "SUCCESS: " in demo.text
     assert "Flown: 3 waypoints and 1 goal sent in flight" in demo.text
     assert (out / "flight.png").read_bytes().startswith(b"\x89PNG")

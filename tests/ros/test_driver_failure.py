@@ -15,7 +15,7 @@ from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 
 from custom_interfaces.action import Navigate
-from drone_navigation.processes import Process, free_udp_port, ros_environment
+from drone_navigation.processes import free_udp_port, ros_environment
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.publishing.topics import Topics
@@ -31,6 +31,7 @@ from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.names import ACTION_NAME
 from navigation_core.outcomes import OutcomeCode
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import navigate_goal, new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_demo")

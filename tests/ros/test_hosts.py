@@ -11,8 +11,9 @@ from typing import Any
 
 import pytest
 
-from drone_navigation.processes import Process, ros_environment
+from drone_navigation.processes import ros_environment
 from tests.support.links.hosts import Host, Network, NoNamespacesError, networked
+from tests.support.processes import Process
 
 # What is cut off must stay so for longer than DDS remembers it: 20 s.
 pytestmark = pytest.mark.xdist_group("ros_hosts")

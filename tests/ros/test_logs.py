@@ -14,7 +14,7 @@ from rclpy.action import ActionClient
 from custom_interfaces.action import DownloadLog
 from custom_interfaces.msg import GoalCode
 from custom_interfaces.srv import ListLogs
-from drone_navigation.processes import Process
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight
 
 pytestmark = pytest.mark.xdist_group("ros_logs")

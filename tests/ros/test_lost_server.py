@@ -14,7 +14,7 @@ from drone_navigation.client.options import (
     EXIT_NO_SERVER,
     EXIT_REJECTED,
 )
-from drone_navigation.processes import Process
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
 # Each waits for a take-off and then for a silence, which busy machines draw out.

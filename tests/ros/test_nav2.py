@@ -15,8 +15,9 @@ from geometry_msgs.msg import Point, PoseWithCovarianceStamped
 from sensor_msgs.msg import NavSatFix
 
 from custom_interfaces.msg import GoalCode
-from drone_navigation.processes import Process, ros_environment
+from drone_navigation.processes import ros_environment
 from drone_navigation.qos import STREAM_QOS
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, navigate_goal, new_domain
 
 pytest.importorskip("nav2_msgs", reason="nav2_msgs is not built: run make setup-nav2")

@@ -11,7 +11,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from drone_navigation.processes import Process, ros_environment
+from drone_navigation.processes import ros_environment
 from drone_navigation.server.parameters import (
     declare_parameters,
     declare_vehicle_parameters,
@@ -24,6 +24,7 @@ from navigation_bridge.configuration.make_config import (
     make_config,
 )
 from navigation_bridge.configuration.parameter_table import FIXED, PARAMETERS
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import new_domain
 
 MakeNode = Callable[..., Node]

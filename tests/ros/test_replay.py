@@ -28,13 +28,14 @@ from std_srvs.srv import Trigger
 from custom_interfaces.action import Takeoff
 from custom_interfaces.msg import GoalEvent, ReplayStatus, VehicleStatus
 from custom_interfaces.srv import SeekReplay
-from drone_navigation.processes import Process, ros_environment
+from drone_navigation.processes import ros_environment
 from drone_navigation.server.replay_node import recording_of
 from mavlink_vehicle.codec import Codec, with_source
 from mavlink_vehicle.io.tlog import TlogReader
 from navigation_bridge.configuration.make_config import ConfigurationError, make_config
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.names import SERVER_NODE_NAME, TAKEOFF_ACTION_NAME
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, navigate_goal, new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_replay")

@@ -14,7 +14,8 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from custom_interfaces.msg import TrafficState
-from drone_navigation.processes import Process, free_udp_port, ros_environment
+from drone_navigation.processes import free_udp_port, ros_environment
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_fleet")

@@ -14,9 +14,10 @@ import rclpy
 from rclpy.node import Node
 
 from drone_navigation.navigation_server import main
-from drone_navigation.processes import Process, free_udp_port, ros_environment
+from drone_navigation.processes import free_udp_port, ros_environment
 from drone_navigation.server.parameters import declare_parameters
 from navigation_bridge.configuration.make_config import make_config
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_set_ups")

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 
-from drone_navigation.processes import Process, free_udp_port
+from drone_navigation.processes import free_udp_port
 from mavlink_vehicle.codec import Message, make
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 from tests.support.stations.pymavlink_station import PymavlinkStation
 

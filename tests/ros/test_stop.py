@@ -33,6 +33,7 @@ from custom_interfaces.msg import FenceArea, GoalCode, VehicleParameter, Waypoin
 from custom_interfaces.srv import GetFence, ListLogs, SetFence
 from drone_navigation.processes import Process
 from drone_navigation.server.stop_signals import EXIT_HUNG, STOP_LIMIT_S
+from tests.support.processes import STARVED
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 
 pytestmark = pytest.mark.xdist_group("ros_stop")
@@ -41,8 +42,6 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # The limit holds from the signal on; a busy machine delivers it late, and reaps the process late.
 _ENDED_S = STOP_LIMIT_S + 10.0
 _WORDS = ("Traceback", "RCLError", "Exception", "was never retrieved", "terminate called")
-# The server reports that it did not get the processor.
-_STARVED = ("The control loop is", "The server was suspended")
 # The recording fills an unread pipe of this size in a moment.
 _PIPE_BYTES = 4096
 _FULL_S = 4.0
@@ -90,7 +89,7 @@ def ended(server: Process, number: signal.Signals) -> int:
 def stopped(server: Process, number: signal.Signals) -> None:
     """Send a signal and check the end: by itself, or by the limit on a machine that starves it."""
     code = ended(server, number)
-    starved = any(words in server.text for words in _STARVED)
+    starved = any(words in server.text for words in STARVED)
     assert code == 0 or (code == EXIT_HUNG and starved), server.text
 
 

@@ -20,8 +20,8 @@ from custom_interfaces.srv import (
     SetRallyPoints,
     SetVehicleParameter,
 )
-from drone_navigation.processes import Process
 from navigation_bridge.names import SERVER_NODE_NAME
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, navigate_goal
 
 pytestmark = pytest.mark.xdist_group("ros_storage")

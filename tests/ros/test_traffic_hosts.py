@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from drone_navigation.processes import Process, ros_environment
+from drone_navigation.processes import ros_environment
 from tests.support.links.hosts import Host, Network, NoNamespacesError, networked
+from tests.support.processes import Process
 
 pytestmark = pytest.mark.xdist_group("ros_hosts")
 DOMAIN = 1

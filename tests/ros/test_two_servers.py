@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from drone_navigation.processes import Process, free_udp_port
+from drone_navigation.processes import free_udp_port
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
 pytestmark = pytest.mark.xdist_group("ros_client")

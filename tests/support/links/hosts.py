@@ -13,7 +13,7 @@ import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
 
-from drone_navigation.processes import Process
+from tests.support.processes import Process
 
 # A range for documentation (RFC 5737, TEST-NET-2): no machine has it.
 _NETWORK = "198.51.100"

@@ -18,7 +18,7 @@ from typing import Any
 
 from websockets.sync.client import connect
 
-from drone_navigation.processes import Process
+from tests.support.processes import Process, patient_s
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 _ARGUMENTS = (
@@ -129,7 +129,7 @@ class Tab:
 
     def wait(self, expression: str, timeout_s: float = 20.0) -> None:
         """Wait until an expression is true."""
-        deadline_s = time.monotonic() + timeout_s
+        deadline_s = time.monotonic() + patient_s(timeout_s)
         while not self.value(expression):
             if time.monotonic() > deadline_s:
                 text = self.value("document.body.innerText")

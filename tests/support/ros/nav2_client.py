@@ -13,7 +13,7 @@ from nav2_msgs import action, srv
 from rclpy.action import ActionClient
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-from drone_navigation.processes import Process
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight, GoalRecord
 
 __all__ = ["Nav2Client", "pose"]

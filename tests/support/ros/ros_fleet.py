@@ -19,8 +19,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 
 from custom_interfaces.action import Navigate
-from drone_navigation.processes import Process, free_udp_port, ros_environment
+from drone_navigation.processes import free_udp_port, ros_environment
 from navigation_bridge.names import ACTION_NAME
+from tests.support.processes import Process, patient_s
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, GoalRecord, new_domain
 
 
@@ -101,7 +102,7 @@ class FleetFlight:
 
     def wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
         """Spin until ``condition`` holds; fail after ``timeout_s``."""
-        deadline = time.monotonic() + timeout_s
+        deadline = time.monotonic() + patient_s(timeout_s)
         while not condition():
             if time.monotonic() > deadline:
                 raise AssertionError(f"{what} did not happen. Server:\n{self.server.text[-3000:]}")
@@ -125,7 +126,7 @@ class FleetFlight:
     def call(self, kind: Any, service: str, request: Any) -> Any:
         """Call a service."""
         client = self.node.create_client(kind, service)
-        assert client.wait_for_service(timeout_sec=10.0), service
+        assert client.wait_for_service(timeout_sec=READY_TIMEOUT_S), service
         future = client.call_async(request)
         self.wait(future.done, 10.0, f"an answer to {service}")
         self.node.destroy_client(client)

@@ -21,13 +21,14 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from custom_interfaces.action import Navigate
-from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from drone_navigation.processes import free_domain, free_udp_port, ros_environment
 from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.server.actions import ACTIONS
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 from tests.support.links.relay import Relay
+from tests.support.processes import Process, patient_s
 
-READY_TIMEOUT_S = 30.0
+READY_TIMEOUT_S = 90.0
 FLIGHT_TIMEOUT_S = 60.0
 _counter = itertools.count()
 
@@ -186,7 +187,7 @@ class Flight:
     def call(self, name: str) -> Trigger.Response:
         """Call one of the server's own services."""
         service = self._node.create_client(Trigger, f"{SERVER_NODE_NAME}/{name}")
-        assert service.wait_for_service(timeout_sec=10.0)
+        assert service.wait_for_service(timeout_sec=READY_TIMEOUT_S)
         future = service.call_async(Trigger.Request())
         self.wait(future.done, 20.0, f"an answer to {name}")
         self._node.destroy_client(service)
@@ -194,7 +195,7 @@ class Flight:
 
     def wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
         """Spin until ``condition`` holds; fail after ``timeout_s``."""
-        deadline = time.monotonic() + timeout_s
+        deadline = time.monotonic() + patient_s(timeout_s)
         while not condition():
             if time.monotonic() > deadline:
                 text = self.server.text[-3000:] if self.server is not None else ""
@@ -240,7 +241,7 @@ class Flight:
     def cancel_all(self) -> CancelGoal.Response:
         """Ask for a cancel of every goal, as the action's own service allows."""
         service = self._node.create_client(CancelGoal, f"{ACTION_NAME}/_action/cancel_goal")
-        assert service.wait_for_service(timeout_sec=10.0)
+        assert service.wait_for_service(timeout_sec=READY_TIMEOUT_S)
         future = service.call_async(CancelGoal.Request())  # all zeros: every goal
         self.wait(future.done, 10.0, "an answer to cancel all")
         self._node.destroy_client(service)

@@ -22,7 +22,7 @@ from pathlib import Path
 import psutil
 
 from drone_navigation.demo import RADIUS_M
-from drone_navigation.processes import Process
+from tests.support.processes import Process
 
 STOPPED_S = (0.3, 2.0)
 BETWEEN_S = (1.0, 8.0)

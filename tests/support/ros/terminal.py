@@ -18,6 +18,8 @@ from typing import Any
 
 import psutil
 
+from tests.support.processes import patient_s
+
 # The child makes the terminal its own before it becomes the program: Ctrl-C is a signal then.
 _LAUNCH = (
     "import fcntl, os, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
@@ -72,7 +74,7 @@ class Terminal:
 
     def wait_for_any(self, fragments: Sequence[str], timeout_s: float) -> str:
         """Wait for one of some fragments in the same way; return which it was."""
-        deadline = time.monotonic() + timeout_s
+        deadline = time.monotonic() + patient_s(timeout_s)
         while True:
             text = self.text
             for fragment in fragments:
@@ -87,7 +89,7 @@ class Terminal:
 
     def wait_for_stop(self, timeout_s: float) -> None:
         """Wait until the program has been stopped, as by Ctrl-Z."""
-        deadline = time.monotonic() + timeout_s
+        deadline = time.monotonic() + patient_s(timeout_s)
         while psutil.Process(self._child.pid).status() != psutil.STATUS_STOPPED:
             assert time.monotonic() < deadline, f"It does not stop. Printed:\n{self.text}"
             self._read(0.05)
@@ -100,7 +102,7 @@ class Terminal:
 
     def wait(self, timeout_s: float) -> int:
         """Wait for the program's end; return its exit code."""
-        deadline = time.monotonic() + timeout_s
+        deadline = time.monotonic() + patient_s(timeout_s)
         while self._child.poll() is None:
             if time.monotonic() > deadline:
                 raise AssertionError(f"It is still running. Printed:\n{self.text}")
