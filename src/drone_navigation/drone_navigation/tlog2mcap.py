@@ -9,6 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from drone_navigation.bag.mcap_bag import open_bag
 from drone_navigation.bag.message_definitions import DefinitionError
 from drone_navigation.bag.topics import BagClock, BagError
@@ -19,7 +21,8 @@ from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.frames.packets import iterate_packets
 from flight_logs.progress import bytes_bar
 from flight_logs.tlog import iterate_tlog
-from mavlink_vehicle.codec import Codec, mavlink
+from flight_logs.vehicles import vehicle_ranks
+from mavlink_vehicle.codec import Codec
 from navigation_bridge.recording.replay import RecordedTime, ReplayError, play
 
 _SUFFIX = ".mcap"
@@ -62,12 +65,16 @@ def convert(
     """
     if out.exists() and out.samefile(log):
         raise BagError(f"{out} is the log itself; give another name with --out.")
-    systems = _systems(log)
+    found = _vehicles_in(log)
+    systems = sorted(found)
     chosen = _choose(log, systems, vehicles)
     clock, codec = BagClock(), Codec(source_system=255, source_component=190)
     with open_bag(out) as bag:
         fleet = RecordedFleet(
-            [RecordedVehicle(system, name, codec, bag, clock) for system, name in chosen],
+            [
+                RecordedVehicle((system, found[system]), name, codec, bag, clock)
+                for system, name in chosen
+            ],
             others=systems,
         )
         for played in play(iterate_packets(log, progress), fleet, codec, clock.time):
@@ -76,14 +83,10 @@ def convert(
     return Converted(dict(bag.counts), clock.time)
 
 
-def _systems(log: Path) -> list[int]:
-    """Return the system ids of the autopilots in a log."""
-    found: set[int] = set()
-    for part in iterate_tlog(log, messages=["HEARTBEAT"]):
-        heartbeats = part.records("HEARTBEAT")
-        autopilots = heartbeats["autopilot"] != mavlink.MAV_AUTOPILOT_INVALID
-        found |= set(heartbeats["system"][autopilots].tolist())
-    return sorted(found)
+def _vehicles_in(log: Path) -> dict[int, int]:
+    """Return the vehicles in a log: MAVLink component by system id."""
+    parts = [part.records("HEARTBEAT") for part in iterate_tlog(log, messages=["HEARTBEAT"])]
+    return dict(vehicle_ranks(np.concatenate(parts)).keys()) if parts else {}
 
 
 def _choose(

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from flight_logs.errors import LogError
 from flight_logs.frames.packets import iterate_packets
+from flight_logs.vehicles import Source
 from flight_reports.contents.log_reader import POSITIONS, Floats, LogContents, read_contents
 from flight_reports.contents.track import Figures, Track, figures, read_track
-from flight_reports.recorded_events import TEXT, Source, Teller
+from flight_reports.recorded_events import TEXT, Teller
 from flight_reports.timeline import Timeline
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.events import VehicleEvent
@@ -91,7 +92,9 @@ class FlightRecording:
 
 
 def read_recording(path: Path, system: int | None = None) -> FlightRecording:
-    """Read the flight of a vehicle in a tlog that tells a position: a system's, or the first.
+    """Read the flight of a vehicle in a tlog that tells a position.
+
+    It is that of the system, else the best known vehicle, and of several such the first.
 
     Raises:
         NoFlightError: there is no such file, or no position in it.
@@ -120,7 +123,7 @@ def read_recording(path: Path, system: int | None = None) -> FlightRecording:
 
 
 def _choose(contents: LogContents, system: int | None) -> tuple[Source | None, list[Source]]:
-    """Return the first autopilot (of a system) with a position, and all such autopilots."""
+    """Return the best known vehicle (of a system) with a position, and all vehicles with one."""
     first_s: dict[Source, float] = {}
     for name in POSITIONS:
         for source in contents.sources():
@@ -130,9 +133,9 @@ def _choose(contents: LogContents, system: int | None) -> tuple[Source | None, l
             if records is not None and len(records):
                 time_s = float(records["time_s"][0])
                 first_s[source] = min(time_s, first_s.get(source, time_s))
-    placed = sorted(first_s, key=lambda source: (first_s[source], source))
-    autopilots = contents.vehicles()
-    candidates = [source for source in placed if source in autopilots] or placed
+    ranks = contents.vehicles()
+    placed = sorted(first_s, key=lambda source: (-ranks.get(source, 0), first_s[source], source))
+    candidates = [source for source in placed if source in ranks] or placed
     wanted = [source for source in candidates if system in (None, source[0])]
     return (wanted[0] if wanted else None), candidates
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
+from flight_logs.vehicles import Source
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import (
     ArmedChanged,
@@ -23,9 +24,6 @@ from mavlink_vehicle.vehicle import Vehicle
 from mavlink_vehicle.vehicle_config import VehicleConfig
 from navigation_bridge import notes
 from navigation_bridge.recording.recorded_notes import NotesReader
-
-Source: TypeAlias = tuple[int, int]
-"""MAVLink system and component of a sender."""
 
 TEXT = "text"
 """The kind of a moment in which the vehicle said something, from warnings upwards."""
@@ -145,7 +143,7 @@ class Teller:
             led = state.armed and (modeless or self.vehicle.in_control_mode)
             if not told.led or told.led[-1][1] != led:
                 told.led.append((time_s, led))
-            if not told.name and profile is not None:
+            if profile is not None:  # a better known vehicle replaces the first
                 told.name = profile.name
         battery = state.battery
         if battery is not None and battery is not before.battery:

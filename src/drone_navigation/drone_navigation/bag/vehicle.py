@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 from drone_navigation.bag.goals import BagGoals
 from drone_navigation.bag.mcap_bag import Bag
@@ -10,6 +11,7 @@ from drone_navigation.bag.topics import BagClock, BagNode
 from drone_navigation.server.frame_names import FrameNames
 from drone_navigation.server.publishing.topics import Topics
 from drone_navigation.server.vehicle_application import VehicleApplication
+from flight_logs.vehicles import Source
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.io.clock import ManualClock
 from mavlink_vehicle.io.endpoints import LinkStatistics
@@ -22,18 +24,20 @@ from navigation_bridge.goals.goal import GoalFeedback, GoalFinished, GoalHappene
 class RecordedVehicle(VehicleApplication):
     """One vehicle of a recording: its bridge, with a bag in place of ROS."""
 
-    def __init__(self, system: int, name: str, codec: Codec, bag: Bag, clock: BagClock) -> None:
+    def __init__(self, source: Source, name: str, codec: Codec, bag: Bag, clock: BagClock) -> None:
         """Write what its server published.
 
         Args:
-            system: MAVLink system id.
+            source: MAVLink system and component of its autopilot.
             name: its namespace; empty for none.
             codec: decodes the recording, and knows what is missing in it.
             bag: where to.
             clock: the recorder's.
         """
+        system, component = source
         config = make_config({"target_system": system})
-        bridge = Bridge(Vehicle(config.vehicle), config.bridge)
+        vehicle = Vehicle(replace(config.vehicle, target_component=component))
+        bridge = Bridge(vehicle, config.bridge)
         super().__init__(bridge, None, ManualClock())
         self.system = system
         self._codec = codec

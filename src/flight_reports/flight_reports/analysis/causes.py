@@ -6,9 +6,10 @@ import itertools
 
 import numpy as np
 
+from flight_logs.vehicles import Source
 from flight_reports.analysis.flight import Flight
 from flight_reports.contents.log_reader import SETPOINTS, Floats
-from flight_reports.recorded_events import EventSeverity, Moment, Source
+from flight_reports.recorded_events import EventSeverity, Moment
 from flight_reports.timeline import Timeline
 from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.recording.recorded_notes import RecordedGoal

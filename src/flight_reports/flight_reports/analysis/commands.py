@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from flight_logs.vehicles import Source
 from flight_reports.contents.log_reader import LogContents
-from flight_reports.recorded_events import Source
 from mavlink_vehicle.codec import mavlink
 
 ANSWER_LIMIT_S = 5.0

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from flight_logs.vehicles import Source, of_vehicle
 from flight_reports.analysis.commands import SentCommand, commands
 from flight_reports.analysis.link_quality import LinkQuality, link_quality
 from flight_reports.analysis.sensed_obstacles import (
@@ -27,7 +28,7 @@ from flight_reports.contents.track import (
     read_setpoints,
     read_track,
 )
-from flight_reports.recorded_events import Retold, Source, Teller
+from flight_reports.recorded_events import Retold, Teller
 from mavlink_vehicle.codec import mavlink
 from navigation_bridge import notes
 
@@ -231,6 +232,6 @@ def _what(contents: LogContents, who: Source) -> str:
     if heartbeats is None:
         # Programs of others have this component id, too, but those tell that they live.
         return _NOTES if who[1] == notes.COMPONENT_ID else "no heartbeat"
-    entry = mavlink.enums["MAV_TYPE"].get(int(heartbeats["type"][-1]))
+    entry = mavlink.enums["MAV_TYPE"].get(int(of_vehicle(heartbeats)["type"][-1]))
     name = "unknown" if entry is None else entry.name
     return str(name.removeprefix("MAV_TYPE_").replace("_", " ").lower())

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_logs.vehicles import Source
 from flight_reports.contents.log_reader import Floats, LogContents
 from flight_reports.flight_recording import NoFlightError, read_recording
-from flight_reports.recorded_events import Source
 from navigation_core.mapping.obstacles import Obstacles
 
 LARGEST_LOG_BYTES = 8 << 20

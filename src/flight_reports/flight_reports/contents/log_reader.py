@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from flight_logs.autopilot.as_tlog import is_autopilot_log, write_as_tlog
 from flight_logs.frames.records import HEADERS, Records
 from flight_logs.tlog import Counts, Tlog, iterate_tlog
+from flight_logs.vehicles import Source, vehicle_ranks
 from flight_reports.contents.message_rates import MessageRate, count_messages
-from flight_reports.recorded_events import Source
 from mavlink_vehicle.codec import Message, mavlink, with_source
 from navigation_bridge import notes
 
@@ -116,20 +116,17 @@ class LogContents:
         chosen = records[(records["system"] == system) & (records["component"] == component)]
         return chosen if len(chosen) else None
 
-    def vehicles(self) -> list[Source]:
-        """Return the autopilots; without HEARTBEAT, the senders of positions."""
-        found: dict[Source, None] = {}
+    def vehicles(self) -> dict[Source, int]:
+        """Return the vehicles with their ranks, the best known first.
+
+        Without HEARTBEAT of a vehicle these are the senders of positions, with rank 0.
+        """
         heartbeats = self.records.get("HEARTBEAT")
-        if heartbeats is not None:
-            pilots = heartbeats["autopilot"] != mavlink.MAV_AUTOPILOT_INVALID
-            for record in _first_of_each(heartbeats[pilots]):
-                found.setdefault(record)
-        if not found:
-            for name in POSITIONS:
-                if (records := self.records.get(name)) is not None:
-                    for record in _first_of_each(records):
-                        found.setdefault(record)
-        return list(found)
+        found = {} if heartbeats is None else vehicle_ranks(heartbeats)
+        if found:
+            return found
+        places = [records for name in POSITIONS if (records := self.records.get(name)) is not None]
+        return {source: 0 for records in places for source in _first_of_each(records)}
 
     def messages(self) -> Iterator[tuple[float, Message]]:
         """Yield (time in s, message) of what tells events, by time.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flight_logs.frames.records import Records
-from flight_reports.recorded_events import Source
+from flight_logs.vehicles import Source
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flight_logs.frames.records import Records
+from flight_logs.vehicles import Source, of_vehicle
 from flight_reports.contents.log_reader import ESTIMATORS, SETPOINTS, Floats, LogContents
-from flight_reports.recorded_events import Source
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
 from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
@@ -297,7 +297,7 @@ def _frame(
     heartbeats = contents.of("HEARTBEAT", vehicle)
     profile = GENERIC
     if heartbeats is not None:
-        last = heartbeats[-1]
+        last = of_vehicle(heartbeats)[-1]
         profile = profile_for(int(last["autopilot"]), int(last["type"]))
     finder = FrameFinder(profile.projection)
     told = contents.of("GPS_GLOBAL_ORIGIN", vehicle)
