@@ -21,8 +21,8 @@ from navigation_core.safety.target_checks import Rejection
 from navigation_core.traffic.negotiation import Negotiation, PeerState
 from tests.fleets.flown import Craft, FlownFleet, _moved, homes
 
-# A subscription keeps so many states while its server does not run, and the driver reads so many
-# datagrams in a turn.
+# Maximum number of states that a subscription keeps while its server does not run, and of datagrams
+# that the driver reads in a turn.
 _DEPTH, _DATAGRAMS = 20, 64
 _STATE_PERIOD_S = 0.2
 
@@ -202,7 +202,7 @@ class Hangs:
         return now + self._chance.expovariate(1.0 / 6.0)
 
     def look(self) -> None:
-        """Stop a server whose time has come."""
+        """Stop the servers that hang from now on."""
         for index, next_s in enumerate(self._next_s):
             if self._fleet.now >= next_s:
                 hang_s = self._chance.uniform(0.1, self._longest_s)

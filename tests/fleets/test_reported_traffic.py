@@ -34,7 +34,7 @@ def known(fleet: FlownFleet) -> dict[str, tuple[float, float]]:
 def report(
     fleet: FlownFleet, *messages: Callable[[float], Message], period_s: float = 1.0
 ) -> Callable[[float], None]:
-    """Return a tick on which messages are heard about what is true then."""
+    """Return a tick that has the fleet hear messages about the present state."""
 
     def tick(now: float) -> None:
         if round(now / 0.02) % round(period_s / 0.02) == 0:

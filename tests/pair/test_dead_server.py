@@ -28,7 +28,7 @@ DRIVING = [("rover", "ardupilot"), ("rover", "px4"), ("boat", "ardupilot"), ("bo
 PLANES = [("plane", "ardupilot"), ("plane", "px4")]
 IDS = "-".join
 STEP_S, WATCHED_S, STANDS_M_S = 0.05, 20.0, 0.25
-# An ArduCopter overshoots its target by so much, and comes back, when it brakes by itself.
+# Overshoot of an ArduCopter that brakes by itself; it then comes back.
 SETTLES_M, SLOWS_M_S = 0.5, 0.3
 SPEED_M_S = 4.0
 GOAL = (0.0, 30.0, 8.0)
@@ -103,7 +103,7 @@ def left_m(flight: SimulatedFlight, place: tuple[float, ...] = GOAL) -> float:
 
 
 def flown_to(flight: SimulatedFlight, away_m: float, height_m: float = GOAL[2]) -> SimulatedFlight:
-    """Fly on until the goal is so far away."""
+    """Fly on until the goal is at a distance."""
     flight.start(flight.request(GOAL[0], GOAL[1], height_m, speed=SPEED_M_S))
     flight.run_until(lambda: left_m(flight) <= away_m, 200.0)
     return flight
@@ -142,7 +142,7 @@ def test_who_speeds_up_when_the_server_dies_gets_hardly_faster(after_s: float) -
     flight.run_for(after_s)
     speed_m_s = flight.truth()[1]
     left = measured(flight)
-    # It leans already, and so gets faster by what that gives within a second.
+    # It leans already, which accelerates it for a second.
     assert left.fastest_m_s <= min(speed_m_s + 1.2, SPEED_M_S + SLOWS_M_S), left
 
 

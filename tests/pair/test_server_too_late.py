@@ -110,7 +110,7 @@ class StarvedFlight(SimulatedFlight):
 
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 def test_data_that_is_old_when_it_is_read_slows_and_stops_the_vehicle(autopilot: str) -> None:
-    """The control loop is in time; what it knows is of seconds ago."""
+    """The control loop is in time; its data is seconds old."""
     flight = StarvedFlight(autopilot)
     flight.ready()
     flight.fly_up()

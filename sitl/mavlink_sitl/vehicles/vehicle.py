@@ -415,7 +415,7 @@ class SimulatedVehicle(VehicleBody):
         del self._further_batteries[number]
 
     def next_battery(self) -> FurtherBattery | None:
-        """Return whose turn it is in BATTERY_STATUS; None for the first battery.
+        """Return the battery to report in BATTERY_STATUS; None for the first one.
 
         An ArduPilot sends one battery at a time, in turn (GCS_MAVLINK::send_battery_status).
         """

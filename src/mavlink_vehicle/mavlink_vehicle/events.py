@@ -50,7 +50,7 @@ class OperationResult(enum.Enum):
     LINK_LOST = "link lost"
     """Time ran out while no HEARTBEAT came, the autopilot rebooted, or there is no vehicle."""
     LATE = "late"
-    """We were too late for what the vehicle asks of us; it was not asked, or rejected that."""
+    """The server itself was too late: it did not ask, or the vehicle rejected it for that"""
 
 
 class LandedState(enum.IntEnum):
@@ -95,7 +95,7 @@ class ModeChanged:
 
 @dataclass(frozen=True)
 class ModeOvertaken:
-    """A command of ours on its way has overtaken a mode that somebody else chose.
+    """A mode command of the server overtook, on its way, a mode that somebody else chose.
 
     Attributes:
         chosen: custom_mode of the pilot, the ground station or the failsafe.

@@ -264,7 +264,7 @@ class VehicleCore:
 
     @property
     def choice_is_unclear(self) -> bool:
-        """Whether somebody chose a mode that a command of ours on its way may yet overtake."""
+        """Whether a mode command on its way may still overtake the mode that somebody chose."""
         return self.slot.choice_is_unclear
 
     @property
@@ -309,7 +309,7 @@ class VehicleCore:
 
     @property
     def is_one_way(self) -> bool:
-        """Whether it is heard, but has long answered nothing that it used to answer."""
+        """Whether it is heard, but no longer answers requests that it used to answer."""
         return self._answer_watch.one_way
 
     def unanswered_s(self, now: float) -> float:

@@ -1070,7 +1070,7 @@ class Bridge:
             self._stations.take_away(goal, event.name, now)
 
     def _restore_mode(self, event: ModeOvertaken, now: float) -> None:
-        """Give the vehicle back to who chose a mode that our request has overtaken."""
+        """Give the vehicle back to the one whose chosen mode our request has overtaken."""
         goal = self._goal
         if goal is not None and goal.takeover is None and not goal.paused_by:
             self._stations.take_away(goal, event.chosen_name, now)

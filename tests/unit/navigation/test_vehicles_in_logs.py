@@ -63,7 +63,7 @@ def written(
         told: list[Message] = []
         if step % 10 == 0:
             told = [with_source(beat(kind, autopilot, False), *source)]
-            # Whoever has the vehicle's ids cannot be told from it by its positions.
+            # Positions of a sender with the vehicle's ids could not be told from the vehicle's own.
             if source != vehicle:
                 told += [with_source(message, *source) for message in placed(time_s, 500.0)]
         if step >= 10:

@@ -153,7 +153,7 @@ class Clocks:
             self.answer()
 
     def read(self, waited_s: float) -> float:
-        """Return what is said of a sample that has waited so long."""
+        """Return the report about a sample that has waited for some time."""
         sample_ms = self.boot_ms(self.now - self.link_s - waited_s)
         return self.age.age_s(sample_ms, self.boot_count, self.now)
 

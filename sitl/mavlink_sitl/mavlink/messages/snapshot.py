@@ -42,7 +42,7 @@ class Instruments(Protocol):
         ...
 
     def next_battery(self) -> FurtherBattery | None:
-        """Whose turn it is in BATTERY_STATUS; None for the first battery."""
+        """The battery to report next in BATTERY_STATUS; None for the first one."""
         ...
 
     def look_around(self) -> RangeReading | None:

@@ -23,7 +23,7 @@ SPIN_S = 0.05
 """The longest that one turn of the executor waits."""
 
 SILENT_S = 8.0
-"""A server whose status, which comes once a second, is missing for so long is given up."""
+"""A server is given up if its status, which comes once a second, is missing for this time"""
 
 # While a server is discovered in part, rmw_fastrtps takes a service for none (`watch`).
 _GONE_S = 3.0

@@ -20,7 +20,7 @@ from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the
 
 __all__ = ["StartError", "run"]
 
-# Once it is cancelled the server stops the vehicle, whoever waits for that.
+# Once it is cancelled the server stops the vehicle, whether or not a client waits for that.
 _STOP_TIMEOUT_S = 3.5
 _SPIN_S = 0.2
 _DISCOVERY_S = 2.0

@@ -156,7 +156,7 @@ def read_track(contents: LogContents, vehicle: Source) -> Track:
 
 
 def _heights(places: Records) -> tuple[Floats, str]:
-    """Return the heights, and above what they are.
+    """Return the heights, and their reference.
 
     An ArduPilot without a home, or a rover before arming, counts from sea level (observed); what
     never has another value is not set.

@@ -179,7 +179,7 @@ def _differences(flights: tuple[Flight, Flight], alignment: Alignment) -> Markup
 
 
 def _above(flights: tuple[Flight, Flight]) -> str:
-    """Return what the heights of two flights are above, such as " above home"."""
+    """Return the common reference of the heights of two flights, such as " above home"."""
     references = [f.figures.height_reference for f in flights if f.figures is not None]
     return f" above {' and '.join(dict.fromkeys(references))}" if references else ""
 

@@ -59,7 +59,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
 
     @property
     def choice_is_unclear(self) -> bool:
-        """Whether somebody chose a mode that a command of ours on its way may yet overtake."""
+        """Whether a mode command on its way may still overtake the mode that somebody chose."""
         return self._crossings.is_open
 
     def begin(

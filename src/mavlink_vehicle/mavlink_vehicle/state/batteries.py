@@ -13,7 +13,7 @@ from mavlink_vehicle.state.telemetry import Battery
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 SILENT_S = 15.0
-"""A PX4 sends BATTERY_STATUS every 2 s; who was not heard for so long is not there any more."""
+"""A battery without a report for this time is gone; a PX4 sends BATTERY_STATUS every 2 s"""
 
 _UINT16_MAX, _INT16_MAX = 0xFFFF, 0x7FFF
 _SPLIT_MV = 0xFFFE
@@ -116,5 +116,5 @@ def _charge(battery: Battery) -> float:
 
 
 def fraction(percent: int) -> float | None:
-    """Return a percentage as a fraction; None for what is none."""
+    """Return a percentage as a fraction; None if it is not one."""
     return percent / 100 if 0 <= percent <= 100 else None

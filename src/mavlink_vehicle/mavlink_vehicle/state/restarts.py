@@ -85,7 +85,7 @@ class BootTime(NamedTuple):
 
 
 def follow_clock(state: VehicleState, kind: type, time_boot_ms: int, now: float) -> BootTime:
-    """Return what a time since boot means; after a restart what was measured before is void.
+    """Return the time since boot after a message; a restart discards earlier measurements.
 
     Args:
         state: what is known.
@@ -126,7 +126,7 @@ def follow_clock(state: VehicleState, kind: type, time_boot_ms: int, now: float)
 def beat_changes(
     state: VehicleState, *, armed: bool, custom_mode: int, booting: bool, now: float
 ) -> dict[str, Any]:
-    """Return what a HEARTBEAT changes by what it shows of a restart.
+    """Return the changes by a HEARTBEAT, which may be evidence of a restart.
 
     Args:
         state: before it.

@@ -1,4 +1,4 @@
-"""Others in the air: what an ADS-B receiver or anybody else sees. No ROS."""
+"""Other traffic, as ADS-B receivers and other sources report it. No ROS."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from navigation_core.traffic.volumes import Array, Volume, densified, joined
 
 __all__ = ["OtherTraffic", "Seen", "address_of", "adsb_of", "is_by_adsb", "seen_by_adsb"]
 
-# Forgotten after so long without a report.
+# A target is forgotten after this time without a report.
 _FORGOTTEN_S = 30.0
-# The moments from now on for which it is expected to go on.
+# The times from now on for which the motion of a target is predicted.
 _AHEAD_S: Array = np.linspace(0.0, 20.0, 11)
-# Uncertainties of a report without any, and of a pressure altitude beside one above sea level.
+# Errors of a report that has none, and of a pressure altitude as an altitude above sea level.
 _ADSB_ERROR_M, _ADSB_RISE_M, _PRESSURE_RISE_M = 30.0, 30.0, 150.0
 _NEEDED = mavlink.ADSB_FLAGS_VALID_COORDS | mavlink.ADSB_FLAGS_VALID_ALTITUDE
 _LEVEL = mavlink.ADSB_FLAGS_VALID_HEADING | mavlink.ADSB_FLAGS_VALID_VELOCITY
@@ -33,14 +33,14 @@ _UPRIGHT = mavlink.ADSB_FLAGS_VALID_VELOCITY | mavlink.ADSB_FLAGS_VERTICAL_VELOC
 # No aircraft is faster or higher.
 _SPEED_MAX_M_S, _ALTITUDE_MAX_M = 600.0, 30e3
 _ICAO, _ANONYMOUS = "ICAO ", "ADSB "
-# Of so many reports a target is kept; of more, those that were not heard for longest are forgotten.
+# Maximum number of targets; the one without a report for the longest time is forgotten first.
 _TARGETS_MAX = 2000
-# Farther than it gets in such a time, and than that, a target is kept out of the picture.
+# A target that is farther away than it flies in this time, plus this distance, does not matter yet.
 _FAR_S, _FAR_M = 40.0, 500.0
-# Without a velocity it is derived from positions that are so far apart in time.
+# A velocity that is not reported is derived from positions that are this far apart in time.
 _BASE_MIN_S, _BASE_MAX_S = 0.8, 5.0
-# A report without an address is about a known target if it is so near to where that should be,
-# and the same source has not reported that one just now.
+# A report without an address belongs to a known target if it is within this distance of where that
+# is predicted, and the same source has not just reported that target.
 _SAME_M, _SAME_RISE_M, _SAME_M_S2, _JUST_NOW_S = 40.0, 60.0, 3.0, 0.4
 
 
@@ -49,13 +49,12 @@ class Seen:
     """One report of another vehicle.
 
     Attributes:
-        name: identifies it; for one without an address what is known of it, which others may
-            share.
-        place: where it is.
-        velocity_enu_m_s: how it moves; NaN where that is not reported.
-        error_m: by how much the position may be wrong.
-        rise_m: the same for the altitude.
-        age_s: how old the report is.
+        name: identifies it; without an address its call sign, which others may share.
+        place: its position.
+        velocity_enu_m_s: its velocity; NaN where that is not reported.
+        error_m: error of the position, horizontal.
+        rise_m: error of the altitude.
+        age_s: age of the report.
         address: its ICAO address; 0 without one, None if it is not seen by ADS-B.
     """
 
@@ -84,19 +83,19 @@ class Seen:
 
 @dataclass
 class _Target:
-    """What is known of one target.
+    """State of one target.
 
     Attributes:
         seen: the last report.
-        position_m: where it was then, in the traffic frame, shape (3,).
-        velocity_m_s: how it moved, shape (3,).
-        time_s: when it was there.
-        heard_s: when that was heard.
-        by: when each source reported it last.
+        position_m: its position in that report, traffic frame, shape (3,).
+        velocity_m_s: its velocity then, shape (3,).
+        time_s: time of that position.
+        heard_s: time at which the report arrived.
+        by: time of the last report of each source.
         before: earlier times and positions.
-        turn: how it turned.
-        turns: what that is derived from.
-        echoes: for each own vehicle, whether it is that one's echo.
+        turn: its turn rate, and for how long it was seen.
+        turns: derives the turn from courses.
+        echoes: for each own vehicle, whether the target is that vehicle's echo.
     """
 
     seen: Seen
@@ -112,21 +111,21 @@ class _Target:
 
     @property
     def is_echo(self) -> bool:
-        """Whether it is one's own vehicle."""
+        """Whether it is the echo of an own vehicle."""
         return any(watch.is_echo for watch in self.echoes.values())
 
 
 class OtherTraffic:
-    """Keeps what is seen in the picture, ahead of where it was seen last, and less certain.
+    """Keeps the reported targets in the traffic picture, with predicted positions and their errors.
 
     Attributes:
-        own: where one's own vehicles were, by name.
-        own_addresses: ICAO addresses of one's own vehicles: what they announce, or is announced of
-            them.
+        own: recent positions of the own vehicles, by name.
+        own_addresses: ICAO addresses of the own vehicles: those that they announce, and those with
+            which the server announces them.
     """
 
     def __init__(self, picture: TrafficPicture) -> None:
-        """Begin with nobody."""
+        """Begin without targets."""
         self._picture = picture
         self._targets: dict[str, _Target] = {}
         self._numbers = itertools.count(1)
@@ -142,7 +141,7 @@ class OtherTraffic:
             seen: the report.
             place_m: its position.
             now: time in seconds.
-            source: who has reported it.
+            source: who reported it.
         """
         if not seen.is_sound or seen.address in self.own_addresses:
             return
@@ -168,7 +167,7 @@ class OtherTraffic:
             self._show(name, target, now)
 
     def look(self, now: float) -> None:
-        """Move all on, and forget those that were not seen for long."""
+        """Predict all targets for now, and forget those without a recent report."""
         for name, target in list(self._targets.items()):
             if now - target.time_s > _FORGOTTEN_S:
                 self._forget(name)
@@ -182,8 +181,8 @@ class OtherTraffic:
     def _name_of(self, seen: Seen, position_m: Array, time_s: float, source: str) -> str:
         """Return the name of the target that a report without an address is about, or a new one.
 
-        It is the nearest one to where it is expected of those that say the same of themselves. One
-        that this source has reported just now is another: it reports each once a second.
+        Of the targets with the same call sign, it is the one whose predicted position is nearest. A
+        target that this source has just reported is excluded: it reports each once a second.
         """
         best, least = "", 1.0
         for name, target in self._targets.items():
@@ -201,7 +200,7 @@ class OtherTraffic:
 
     @staticmethod
     def _move(target: _Target) -> None:
-        """Take the velocity that is reported; what is not is derived from positions."""
+        """Take the reported velocity; what of it is not reported is derived from positions."""
         while target.before and target.time_s - target.before[0][0] > _BASE_MAX_S:
             target.before.popleft()
         velocity = np.array(target.seen.velocity_enu_m_s)
@@ -216,7 +215,7 @@ class OtherTraffic:
         target.turn = target.turns.watch(target.velocity_m_s, target.time_s)
 
     def _show(self, name: str, target: _Target, now: float) -> None:
-        """Put a target into the picture, or take it out if it cannot matter."""
+        """Put a target into the picture, or remove it if it cannot matter."""
         if target.is_echo or self._is_far(target):
             self._picture.forget(name)
         else:
@@ -256,10 +255,10 @@ class OtherTraffic:
 
 
 def seen_by_adsb(message: Any) -> Seen | None:
-    """Return what an ADSB_VEHICLE says; None without a position or an altitude that is possible.
+    """Return the report in an ADSB_VEHICLE; None without a possible position and altitude.
 
-    ADSB_FLAGS says what is valid of it. All that senders put for unknown speeds and headings is
-    beyond what is possible, too.
+    ADSB_FLAGS tells which fields are valid. The values that senders use for unknown speeds and
+    headings are impossible ones, and are rejected as such.
     """
     if message.flags & _NEEDED != _NEEDED or (message.lat == 0 and message.lon == 0):
         return None

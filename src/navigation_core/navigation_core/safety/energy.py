@@ -89,7 +89,7 @@ class ConsumptionEstimator:
 
     @property
     def measured_rate_per_s(self) -> float | None:
-        """The same by what was measured alone; None before two minutes of it."""
+        """The same by measurements alone; None before two minutes of them."""
         if self._measured_s < _PRIOR_S or self._used <= 0.0:
             return None
         return self._used / self._measured_s

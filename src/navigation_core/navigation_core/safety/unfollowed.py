@@ -72,7 +72,7 @@ class Following:
 
 
 def held(state: KinematicState, following: Following, timeout_s: float) -> KinematicState:
-    """Return what to send so that a motion is followed, and ends in the timeout if need be.
+    """Return the setpoint of a motion, such that the vehicle stops if no other follows.
 
     The velocity that is sent is between the motion's and zero, and so is the velocity that its
     acceleration makes of it until the timeout.

@@ -29,10 +29,10 @@ class Standstill:
     """Measures the speed of a vehicle by how far its position moves.
 
     The speed is the greatest mean speed from any position of the window to the last one, and
-    between those that are 0.6 s apart: a sway counts as much as a drift, and what turns round after
-    it has overshot was moving a moment ago. The reported velocity must be plausible beside it, no more: it has
-    errors that last longer than any dwell. So neither one noisy sample nor a biased velocity keeps
-    a stop from being seen.
+    between those that are 0.6 s apart: a sway counts as much as a drift, and a vehicle that turns
+    round after an overshoot counts as moving. The reported velocity only has to be plausible beside
+    it, as its errors last longer than any dwell. So neither one noisy sample nor a biased velocity
+    keeps a stop from being seen.
     """
 
     def __init__(

@@ -98,7 +98,7 @@ class DetourSearch:
         return best
 
     def aside(self, start_enu_m: Array, ground_enu_m: float | None = None) -> Detour | None:
-        """Return the nearest position where the vehicle is in nobody's way.
+        """Return the nearest position where the vehicle blocks no other.
 
         Args:
             start_enu_m: where it is, shape (3,).
@@ -129,11 +129,11 @@ class DetourSearch:
         return None
 
     def may_land(self, place_enu_m: Array, ground_enu_m: float) -> bool:
-        """Whether nobody holds or announces a part of the column below a position."""
+        """Whether no other vehicle holds or announces a part of the column below a position."""
         ends = np.array([place_enu_m, place_enu_m])
         ends[1, 2] = min(ground_enu_m, place_enu_m[2])
         column, _ = densified(ends, np.zeros(2))
-        # As wide as what a landing holds.
+        # The width that a landing reserves.
         volume = Volume.along(
             self._view.footing.traffic(column), self._view.radius_m + 0.5, self._view.rise_m + 1.0
         )

@@ -20,16 +20,16 @@ AFTER_S: Array = np.linspace(0.0, HORIZON_S, 41)
 """The moments at which motions are compared, from now on"""
 
 ENOUGH = 1.1
-"""Share of what is to be kept that a change is made for; a little more than just enough"""
+"""Share of the required distance that a changed flight must keep: a little more than 1"""
 
-# Bearings, and times at full speed, that are tried. Heights: those that are reached in such times.
+# Bearings and times at full speed of the ends that are tried; heights: those reached in the times.
 _BEARINGS = np.arange(16) * math.tau / 16
 _TIMES_S = (3.0, 6.0, 12.0)
-# A vehicle follows a change of its velocity so late, and what drives has to turn first.
+# Delay of a change of velocity; a driving vehicle has to turn first, which takes this time.
 _RESPONSE_S, _TURN_S = 0.5, 2.0
-# Penalties nearer to each other are equal.
+# Penalties count as equal within this difference.
 _EQUAL = 0.02
-# So many are tried, the best ones first.
+# Number of evasions that are checked for obstacles, the best ones first.
 _TRIED = 24
 
 
@@ -38,8 +38,8 @@ class AvoidingMotion:
     """A motion out of the path of intruders.
 
     Attributes:
-        end_enu_m: where it ends, in the map frame.
-        penalty: how bad it is (:class:`~navigation_core.traffic.intruders.Passage`).
+        end_enu_m: its end, in the map frame.
+        penalty: its penalty (:class:`~navigation_core.traffic.intruders.Passage`).
     """
 
     end_enu_m: Vector3
@@ -72,7 +72,7 @@ class EvasionSearch:
 
         Args:
             state: the vehicle's, in the map frame.
-            points_enu_m: what is passed; the vehicle stands at the last.
+            points_enu_m: the points; the vehicle stops at the last.
         """
         legs = np.array([state.position_enu_m, *points_enu_m])
         times_s = np.concatenate([[0.0], np.cumsum(self._durations_s(np.diff(legs, axis=0)))])
@@ -87,7 +87,7 @@ class EvasionSearch:
         return float(passage.shares[0]), float(passage.penalties[0]), who
 
     def may_meet(self, motion_enu_m: Array) -> bool:
-        """Whether a motion, shape (T, 3) at ``AFTER_S``, may keep less than the separation."""
+        """Whether a motion, shape (T, 3) at ``AFTER_S``, may come nearer than the separation."""
         exact = self._intruders.without_errors(self._view.picture.separation)
         return bool(exact.passage(self._traffic(motion_enu_m[None]), AFTER_S).shares[0] < 1.0)
 
@@ -98,13 +98,13 @@ class EvasionSearch:
         penalty_max: float,
         is_free: Callable[[Array], bool],
     ) -> Iterator[AvoidingMotion]:
-        """Return the evasions that are better than something, the best one first.
+        """Return the evasions with less than a penalty, the best one first.
 
         Args:
             state: the vehicle's, in the map frame.
-            target_enu_m: where it is to get to in the end; of equals the one nearest to it counts.
-            penalty_max: of what they are to be better than.
-            is_free: whether a line of points (N, 3) of the map is clear of everything else.
+            target_enu_m: the target; between equal penalties the end nearest to it comes first.
+            penalty_max: penalty that they must be better than.
+            is_free: whether a line of points (N, 3) of the map is clear of obstacles.
         """
         ends = self._ends(state)
         passage = self._intruders.passage(
@@ -140,7 +140,7 @@ class EvasionSearch:
             around = np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS)], axis=1)
             offsets.append(limits.speed_horizontal_m_s * time_s * around)
         level, rises = np.concatenate(offsets), np.unique(rises_m)
-        # It ends where it comes to rest from its present velocity, and so much further on.
+        # Ends count from the position where the vehicle comes to rest from its present velocity.
         drift, _ = self._change(state, limits.speed_horizontal_m_s)
         rest = here + drift[-1]
         ends = np.empty((len(level), len(rises), 3))
@@ -158,7 +158,10 @@ class EvasionSearch:
         return np.asarray(start + drift + parts[..., None] * spans[:, None])
 
     def _change(self, state: KinematicState, speed_m_s: float) -> tuple[Array, Array]:
-        """Return what is left of the present motion, (T, 3), and the time of the new one, (T,)."""
+        """Return the displacement by the present velocity, (T, 3), and the time at the new, (T,).
+
+        The present velocity is braked while the new one begins.
+        """
         limits, velocity = self._limits, np.array(state.velocity_enu_m_s)
         speed_now_m_s = float(np.linalg.norm(velocity))
         change_m_s = max(speed_now_m_s, speed_m_s) if self._can_turn else speed_now_m_s

@@ -1,10 +1,10 @@
-"""Intruders: vehicles on the move that reserve nothing, so that they are avoided in time.
+"""Intruders: moving vehicles that reserve nothing, and are avoided in space and time.
 
-Nobody here leads them, and they give way to nobody. Where they will be is predicted from the last
-report, less certain with time: straight on, and, if they turn, along the arc, too. The worse of
-these counts. Reservations are no use against them: they fly into
-what is reserved, and who stops before their path may stand in it once they turn. So the motion of
-a vehicle is compared with theirs, moment by moment.
+No server controls them, and they give way to no one. Their positions are predicted from the last
+report, with an error that grows with time: straight on, and along the arc if they turn. The worse
+prediction counts. Reservations do not help against them: they fly into reserved volumes, and a
+vehicle that stops beside their path may be on it after they turn. So a vehicle's motion is compared
+with theirs at each moment.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from navigation_core.traffic.volumes import Array, Indices, Separation
 __all__ = ["HORIZON_S", "Intruder", "Intruders", "Passage"]
 
 HORIZON_S = 20.0
-"""So far ahead an intruder is predicted"""
+"""Time for which the motion of an intruder is predicted"""
 
 TURNS_M_S2, CLIMBS_M_S = 0.5, 1.0
-"""By how much an intruder may turn, or change its height, unseen"""
+"""Lateral acceleration and vertical speed of an intruder that its reports need not show"""
 
-# A prediction gets no more doubtful than that: a new report comes long before.
+# Maximum errors of a prediction: a new report comes long before they are larger.
 _ASIDE_MAX_M, _RISE_MAX_M = 10.0, 6.0
-# It may turn on for such shares of the time for which it was seen to turn: one that has just been
-# seen to turn is likely to go on.
+# An intruder that turns is predicted to end its turn now, and to continue it for twice the time for
+# which it was seen to turn.
 _TURNS_ON: Array = np.array([0.0, 2.0])
-# Of those that may come near, so many are looked at, the most urgent ones.
+# Maximum number of intruders that are compared, the most urgent ones.
 _MOST = 12
-# What the square of what the least share lacks counts beside the mean: of several intruders the
-# nearest counts most.
+# Weight in the penalty of the squared deficit at the closest approach, beside the mean deficit. The
+# square makes the nearest of several intruders count most.
 _LEAST_WEIGHT = 4.0
 
 
@@ -42,12 +42,12 @@ class Intruder:
     """How an intruder moves.
 
     Attributes:
-        position_m: where it was reported, in the traffic frame, shape (3,).
+        position_m: its reported position, traffic frame, shape (3,).
         velocity_m_s: its velocity, shape (3,).
-        time_s: when it was there.
-        error_m: by how much the position may be wrong, level.
-        rise_m: the same for the altitude.
-        turn: how it turns.
+        time_s: time of that position.
+        error_m: error of the position, horizontal.
+        rise_m: error of the altitude.
+        turn: its turn rate, and for how long it was seen.
     """
 
     position_m: Array
@@ -58,9 +58,9 @@ class Intruder:
     turn: Turn = STRAIGHT
 
     def paths(self, since_s: Array) -> Array:
-        """Return where it may be on each of its possible paths, (H, T, 3).
+        """Return its positions on each of its predicted paths, (H, T, 3).
 
-        It goes straight on; or, if it turns, it turns on for some time first.
+        It goes straight on. If it turns, the second path continues the turn for some time first.
 
         Args:
             since_s: the moments, counted from its report, shape (T,).
@@ -79,12 +79,12 @@ class Intruder:
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """How near motions come to intruders, as shares of what is to be kept; 1 is enough.
+    """Distances of motions to intruders, as shares of the required distance; 1 is enough.
 
     Attributes:
         shares: the least share of each motion, shape (K,).
-        penalties: how bad each motion is, shape (K,): 0 if its share is never below the margin.
-        worst: of each motion, which intruder comes nearest, shape (K,).
+        penalties: penalty of each motion, shape (K,): 0 if its share is never below the margin.
+        worst: row of the intruder that comes nearest to each motion, shape (K,).
     """
 
     shares: Array
@@ -97,11 +97,11 @@ class Intruders:
     """The intruders that may come near one vehicle at one moment, as arrays.
 
     Attributes:
-        names: of them.
-        reported: how they were reported.
-        age_s: time since then, shape (M,).
-        level_m: what is to be kept from them, level, shape (M,).
-        upright_m: the same in height, shape (M,).
+        names: their names.
+        reported: their last reports.
+        age_s: age of the reports, shape (M,).
+        level_m: required horizontal distance to each, shape (M,).
+        upright_m: required vertical distance to each, shape (M,).
     """
 
     names: tuple[str, ...]
@@ -122,8 +122,8 @@ class Intruders:
 
         Args:
             intruders: with their names.
-            separation: to be kept beside their errors.
-            room_m: by how much the vehicle strays from its path, level and in height.
+            separation: required beyond the errors of their reports.
+            room_m: tracking error of the vehicle, horizontal and vertical.
             now: time in seconds.
         """
         reported = tuple(one for _, one in intruders)
@@ -140,7 +140,7 @@ class Intruders:
         return len(self.names)
 
     def without_errors(self, separation: Separation) -> Intruders:
-        """Return them as if their reports were exact: only the separation is to be kept."""
+        """Return them as if their reports were exact, so that only the separation is required."""
         count = len(self)
         return replace(
             self,
@@ -152,8 +152,8 @@ class Intruders:
         """Return those that may come near a vehicle within the horizon, the most urgent ones.
 
         Args:
-            here_m: where it is, in the traffic frame, shape (3,).
-            speed_m_s: how fast it can be.
+            here_m: its position, in the traffic frame, shape (3,).
+            speed_m_s: its maximum speed.
         """
         position_m = np.array([one.position_m for one in self.reported]).reshape(-1, 3)
         velocity = np.array([one.velocity_m_s for one in self.reported]).reshape(-1, 3)
@@ -172,12 +172,12 @@ class Intruders:
         )
 
     def passage(self, points_m: Array, after_s: Array, margin: float = 1.0) -> Passage:
-        """Return how near motions come to them.
+        """Return the distances of motions to them.
 
-        Between the moments all move straight on, so that nobody is missed however fast.
+        Between the moments all move on straight lines, so that a fast one is not missed.
 
         Args:
-            points_m: where the vehicle is at each moment, shape (K, T, 3), traffic frame.
+            points_m: the vehicle's position at each moment, shape (K, T, 3), traffic frame.
             after_s: the moments from now on, shape (T,), T > 1.
             margin: the share that is enough.
         """
@@ -194,9 +194,9 @@ class Intruders:
         return Passage(least, penalty, worst)
 
     def _shares(self, row: int, points_m: Array, after_s: Array) -> Array:
-        """Return the least share of what is to be kept between each two moments, (K, T - 1).
+        """Return the least share of the required distance between each two moments, (K, T - 1).
 
-        Of the possible paths of the intruder the worst counts.
+        The worst of the intruder's predicted paths counts.
         """
         intruder, age_s = self.reported[row], self.age_s[row]
         gap = points_m[:, None] - intruder.paths(after_s + age_s)

@@ -30,7 +30,7 @@ __all__ = ["Negotiation", "PeerState", "PeerVehicle"]
 
 # Silence of a server after which what its vehicles may do without a link counts as held.
 SILENT_S = 1.5
-# After its start, and when another one is found, a server listens for so long before a vehicle of
+# After its start, and when another one is found, a server listens for this time before a vehicle of
 # its goes on. Time that it did not run does not count.
 LISTEN_S, _LISTENS_S = 2.0, 0.5
 

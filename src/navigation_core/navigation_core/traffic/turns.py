@@ -16,17 +16,18 @@ Turn = tuple[float, float]
 
 STRAIGHT: Turn = (0.0, 0.0)
 
-# Slower than this, a course is noise.
+# Below this speed the course is noise.
 _SPEED_MIN_M_S = 1.0
-# No intruder turns harder: a course that changes faster has jumped.
+# Maximum lateral acceleration of an intruder: a course that changes faster has jumped.
 _ACCELERATION_MAX_M_S2 = 15.0
-# Reports that come sooner say nothing new about the turn, and courses are kept for so long.
+# Least time between two courses that are compared, and time for which courses are kept.
 _GAP_S, _KEPT_S = 0.4, 20.0
-# The course changes by the turn rate on average over such a time; it needs the lesser at least.
+# Time over which the turn rate is averaged, and the least time that it needs.
 _BASE_S, _BASE_MIN_S = 1.8, 0.7
-# After a longer silence nothing is known about the turn.
+# After a longer silence the turn is unknown.
 _SILENCE_S = 6.0
-# For as long as the average rate is the present one, but for such a share and noise, it has turned.
+# It has turned for as long as its average turn rate equals the present one, within this share plus
+# noise.
 _SHARE, _NOISE_RAD_S = 0.3, 0.005
 
 

@@ -73,7 +73,7 @@ class TrafficView:
         return Volume.along(self.footing.traffic(points_enu_m), self.radius_m, self.rise_m)
 
     def admits(self, line: Array, ends_where_asked: bool = True) -> bool:
-        """Whether a line of points (N, 3) of the map is as high and as near as it may lead.
+        """Whether a line of points (N, 3) of the map keeps within allowed heights and reach.
 
         Args:
             line: the points.
@@ -81,7 +81,7 @@ class TrafficView:
         """
         if self.heights_m is not None:
             low, high = self.heights_m
-            # Where it is already, or is to get to, it may be.
+            # Its present height and that of its target are allowed.
             for place in (0, -1) if ends_where_asked else (0,):
                 low, high = min(low, float(line[place, 2])), max(high, float(line[place, 2]))
             if (line[:, 2] < low - 0.01).any() or (line[:, 2] > high + 0.01).any():
@@ -92,8 +92,8 @@ class TrafficView:
         """Return the intruders that may come near within their horizon.
 
         Args:
-            here_enu_m: where the vehicle is, in the map frame.
-            speed_m_s: how fast it can be.
+            here_enu_m: its position, in the map frame.
+            speed_m_s: its maximum speed.
             now: time in seconds.
         """
         found = self.picture.intruders(self.name)

@@ -207,7 +207,7 @@ class Topics:
         self.transforms.publish(stamp)
 
     def _publish_batteries(self, before: VehicleState | None, state: VehicleState) -> None:
-        """Publish what decides, and of several each that was reported, on its own topic."""
+        """Publish the battery that decides; if there are several, also each on its own topic."""
         if before is None or state.battery is not before.battery:
             self._publish_battery(self._battery, state.battery)
         known = () if before is None else before.batteries

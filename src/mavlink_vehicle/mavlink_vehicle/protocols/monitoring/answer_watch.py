@@ -27,7 +27,7 @@ _URGENT_AFTER_S = 0.6
 _UNANSWERED_S = 2.0
 _SILENT_S, _SILENCE_KEPT_S = 0.7, 10.0
 _STOOD_STILL_S = 1.0
-# Answers of a kind from which on it is expected to be answered.
+# Number of answers of a kind after which further ones are expected.
 _EXPECTED_FROM = 3
 _CHANCE_MAX = 1e-5
 _SHARE_MIN, _SHARE_MAX, _SHARE_GAIN = 0.5, 0.9, 0.1

@@ -68,7 +68,7 @@ class Timesync(TimedOutbox):
         self._asked.clear()
 
     def receive(self, message: Message, now: float) -> float | None:
-        """Take an answer to one of our questions; everything else is somebody else's.
+        """Take an answer to one of our questions; others belong to other programs.
 
         Returns:
             The round trip that it shows in s, or None.

@@ -64,7 +64,7 @@ class Crossings(Outbox):
 
     @property
     def is_open(self) -> bool:
-        """Whether somebody's choice may yet be overtaken."""
+        """Whether a mode request of ours may still overtake another's choice."""
         return self._chosen is not None
 
     def forget(self) -> None:
@@ -73,7 +73,7 @@ class Crossings(Outbox):
         self._chosen = None
 
     def settle(self) -> None:
-        """Nobody's choice counts any more: the vehicle is given another mode on purpose."""
+        """Drop earlier choices of a mode: the server now requests another mode on purpose."""
         self._chosen = None
 
     def sent(self, command: int, mode: int, acks: int, address: Address, now: float) -> None:

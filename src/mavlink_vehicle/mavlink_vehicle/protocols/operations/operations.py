@@ -202,9 +202,9 @@ class Operation(Machine[OperationFinished]):
             self._fire(OperationInput.UNDER_WAY, now)
 
     def excuse(self, gap_s: float) -> None:
-        """Do not count a time in which we did not run: nobody listened or repeated anything.
+        """Do not count time in which the server did not run: it neither listened nor repeated.
 
-        Of who stands still again and again, only so much is excused that there is an end.
+        Of a server that stops repeatedly only a limited time is excused, so that there is an end.
         """
         gap_s = min(gap_s, self._excusable_s)
         self._excusable_s -= gap_s

@@ -24,7 +24,7 @@ __all__ = ["RoomMaking"]
 
 # How long it waits before it makes room, and how often it looks for a position.
 _WAITS_S, _RETRY_S = 2.0, 2.0
-# It flies aside no more often than that.
+# Maximum number of times it flies aside.
 _ASIDES_MAX = 5
 
 

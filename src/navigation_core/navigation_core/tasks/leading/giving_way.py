@@ -1,8 +1,9 @@
 """Gives way to intruders: slower along the path, or out of their path, and back once they passed.
 
-The flight as it is planned is compared with the motion of the intruders several times a second. As
-long as enough is kept, nothing changes. Else the fastest pace along the path that keeps it is
-flown; and if none does, standing included, the motion that keeps most.
+Several times a second the planned flight is compared with the motion of the intruders. Nothing
+changes while the required distance is kept. Otherwise the vehicle flies the fastest pace along the
+path that keeps it. If no pace does, not even standing, it flies the evasion that keeps the most
+distance.
 """
 
 from __future__ import annotations
@@ -31,12 +32,13 @@ from navigation_core.trajectories.trajectory import Trajectory, plan_to
 __all__ = ["GivingWay"]
 
 _LOOK_S = 0.2
-# An evasion is flown for so long before a better one is, which must be so much better.
+# An evasion is flown for this time at least; another one replaces it if its penalty is at most this
+# share of the present one's.
 _KEEP_S, _BETTER_SHARE = 0.6, 0.8
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
-# Slower than this, the planned speed is no measure of the pace.
+# Below this planned speed the pace is not computed from it.
 _SLOW_M_S = 0.5
-# So much nearer to the goal than ever before is progress.
+# Progress: the remaining length is the least ever, by this much.
 _NEARER_M = 1.0
 
 _IsFree = Callable[[Array], bool]
@@ -60,9 +62,9 @@ class GivingWay:
         self._stepped_s = -math.inf
         self._least_left_m = math.inf
         self.waiting: TrafficWait | None = None
-        """What it gives way to, or None."""
+        """The intruder that it gives way to, and why; None while it does not."""
         self.waited_s = 0.0
-        """For how long it has given way since it last was nearer to its goal than ever."""
+        """Time for which it has given way since its last progress."""
 
     @property
     def evades(self) -> bool:
@@ -70,7 +72,7 @@ class GivingWay:
         return self._evasion is not None and self._evasion is self._follower.carrot
 
     def forget(self) -> None:
-        """Forget the path: it is not led along it now."""
+        """Forget the path; the vehicle does not follow it now."""
         self._evasion, self.waiting, self._share = None, None, 1.0
 
     def step(
@@ -88,9 +90,9 @@ class GivingWay:
 
         Args:
             view: the traffic.
-            observation: what is known.
+            observation: the measurements.
             carrot: the motion that is flown.
-            share: the share that it may have otherwise.
+            share: the share that it may have without intruders.
             is_free: whether a line of points (N, 3) of the map is clear of obstacles.
             now: time in seconds.
         """
@@ -125,7 +127,7 @@ class GivingWay:
     def stand(
         self, view: TrafficView, observation: Observation, is_free: _IsFree, now: float
     ) -> bool:
-        """Leave a place where the vehicle stands, if an intruder comes and it is any use.
+        """Leave the position where the vehicle stands, if an intruder comes and an evasion helps.
 
         Returns:
             Whether the follower has another path.
@@ -144,7 +146,7 @@ class GivingWay:
         )
 
     def _count(self, observation: Observation, now: float) -> None:
-        """Count the time without progress: an intruder that circles comes again and again."""
+        """Count the time without progress: an intruder that circles comes back repeatedly."""
         if self.waiting is not None:
             self.waited_s += min(now - self._stepped_s, _LOOK_S)
         self._stepped_s = now
@@ -163,7 +165,7 @@ class GivingWay:
         return EvasionSearch(view, intruders, limits, self._traits.flies)
 
     def _return(self, evades: bool) -> None:
-        """Nothing is to be given way to: fly to the goal."""
+        """Fly to the goal, as no intruder is near."""
         if evades:
             self._follower.is_stale = True
         self._evasion, self.waiting, self._share = None, None, 1.0
@@ -210,7 +212,7 @@ class GivingWay:
         is_free: _IsFree,
         now: float,
     ) -> bool:
-        """Take the best evasion that is better than something; return whether there is one."""
+        """Take the best evasion with less than a penalty; return whether there is one."""
         follower = self._follower
         target = follower.points[0].position_enu_m
         for found in search.evasions(state, target, penalty_max, is_free):
@@ -219,7 +221,7 @@ class GivingWay:
             samples = MotionSamples.of(trajectory)
             line, _ = densified(samples.positions_enu_m, samples.times_s)
             if not (view.admits(line, ends_where_asked=False) and is_free(line)):
-                continue  # its beginning leads on as the vehicle moves now
+                continue  # the motion begins with the present velocity, beside the line
             if view.picture.blocked_by(view.name, view.volume(line)) is not None:
                 continue
             follower.take(CheckedPath(trajectory, (), samples), leads_to_goal=False)

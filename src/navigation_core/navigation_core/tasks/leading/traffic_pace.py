@@ -1,9 +1,9 @@
 """Flies a path among other vehicles: as fast as what is reserved allows, or around them.
 
 At every step more of the path is reserved (:mod:`navigation_core.traffic.picture`), and the
-setpoint is no faster than to stop within that, even if it is the last one that is sent. Who would
-have to wait for long, or must give way, looks for a detour. To intruders, which reserve nothing, it
-gives way by itself (:mod:`navigation_core.tasks.leading.giving_way`).
+setpoint is only so fast that the vehicle stops within that, even if no other setpoint follows. If
+it would have to wait for long, or must give way, a detour is searched for. It gives way to
+intruders, which reserve nothing, in :mod:`navigation_core.tasks.leading.giving_way`.
 """
 
 from __future__ import annotations
@@ -51,30 +51,31 @@ from navigation_core.trajectories.trajectory import Trajectory, TrajectoryError
 __all__ = ["BRAKE_SHARE", "REACTION_S", "STUCK_S", "IsFree", "TrafficPace"]
 
 BRAKE_SHARE = 0.6
-"""Share of the acceleration that a stop at the end of what is reserved counts on"""
+"""Share of the maximum acceleration that is planned for the stop at the end of the reservation"""
 
 REACTION_S = 0.3
 """Time until that stop begins"""
 
 STUCK_S = 5.0
-"""Who did not find any way is not asked for one for so long"""
+"""Time for which a vehicle that found no detour need not search for one again"""
 
-# What flies follows positions alone so fast, without the velocity that it would run out with.
+# Up to this speed a flying vehicle is led by positions alone: without a velocity in the setpoint it
+# does not fly on when setpoints end.
 _BY_POSITION_M_S = 1.0
-# So much more than what a stop needs is reserved, once it is less than that.
+# Time of flight that is reserved beyond the stopping distance; and below which more is reserved.
 _AHEAD_S, _ENOUGH_S = 3.0, 1.5
-# So many points ahead others are looked for.
+# Number of points ahead that are checked for other vehicles.
 _LOOK_AHEAD = 160
-# A delay for which a detour is looked for, what it must save, and how often one is looked for.
+# Delay from which a detour is searched for, time that it must save, time between two searches.
 _DELAY_S, _GAIN_S, _RETRY_S = 1.0, 1.0, 2.0
 _STANDS_M_S, _NEAR_M = 0.1, 0.3
-# A path that is longer than the line by less is straight.
+# A path is straight if it is longer than the straight line by less than this.
 _STRAIGHT_M = 0.03
-# It steps aside no more often than that, so that a flight ends.
+# Maximum number of times a flight steps aside, so that it ends.
 _ASIDES_MAX = 5
-# Corners of a detour are cut by so much.
+# Radius by which corners of a detour are cut.
 _CORNER_M = 1.0
-# As in the joint of a path that was found late.
+# Maximum gap in position and velocity between setpoint and detour, as for a path found late.
 _JOINT_M, _JOINT_M_S = 0.15, 0.3
 
 
@@ -124,8 +125,8 @@ class _Looking:
 
     Attributes:
         search: the search.
-        carrot: the motion that it begins in.
-        joint_s: when, in its time.
+        carrot: the motion that the detour branches off from.
+        joint_s: time of the branch on that motion's clock.
         is_needed: whether the vehicle has to give way.
     """
 
@@ -157,13 +158,14 @@ class TrafficPace:
         self._allowed_m_s = math.inf
         self._running_m_s = self._aside_m = math.inf
         self._braking_m_s2 = self._braking()
-        # The motion that is a stop, or leads aside; another one, as after a replan, is neither.
+        # The stop or detour that was put in place of the path. After a replan the follower has
+        # another motion, and this one no longer counts.
         self._elsewhere: Carrot | None = None
         self._stops = False
         self._looking: _Looking | None = None
         self._looked_s = -math.inf
         self._waiting: TrafficWait | None = None
-        # Since when it stands and waits.
+        # Time since which it stands and waits.
         self._stood_s: float | None = None
         self._asides = 0
         self.detours = 0
@@ -186,7 +188,7 @@ class TrafficPace:
 
     @property
     def _is_stop(self) -> bool:
-        """Whether the path is a stop, which is no longer than what is held of the path before."""
+        """Whether the path is a stop, which lies within the reserved part of the path before it."""
         return self._stops and self._left_path
 
     def progress(self, progress: Progress) -> Progress:
@@ -208,7 +210,7 @@ class TrafficPace:
         return now - self._stood_s > view.timeout_s
 
     def gives_way(self, observation: Observation, now: float) -> bool:
-        """Leave a place where the vehicle stands, if an intruder comes and it is any use.
+        """Leave the position where the vehicle stands, if an intruder comes and an evasion helps.
 
         Returns:
             Whether the follower has another path.
@@ -219,7 +221,7 @@ class TrafficPace:
         )
 
     def forget(self) -> None:
-        """Forget the path: it is not led along it now."""
+        """Forget the path; the vehicle does not follow it now."""
         self._giving_way.forget()
         self._course, self._granted, self._waiting = None, 0, None
         self._stood_s = None
@@ -275,7 +277,7 @@ class TrafficPace:
         return share
 
     def tempered(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
-        """Return a setpoint that leads no further than what is reserved if none follows."""
+        """Return a setpoint that leads no further than the reservation if no other follows."""
         if observation.traffic is None or self._course is None or self._is_stop:
             return setpoint
         speed = norm(setpoint.velocity_enu_m_s)
@@ -346,7 +348,7 @@ class TrafficPace:
         return stopping_distance_m(speed_m_s, delay_s, self._braking_m_s2)
 
     def _braking(self) -> float:
-        """Return how hard a stop brakes that is counted on, m/s^2."""
+        """Return the planned braking of a stop, m/s^2."""
         limit = self._follower.limits.acceleration_horizontal_m_s2
         if not self._traits.flies:
             limit = min(limit, self._traits.braking_m_s2)
@@ -369,10 +371,10 @@ class TrafficPace:
         return course.volume.part(begin, first + 1)
 
     def _run_out(self, view: TrafficView, carrot: Carrot, course: _Course, first: int) -> Volume:
-        """Return where the last setpoint would lead to, as far as nobody else is there.
+        """Return the free part of the line along which the vehicle runs out after a last setpoint.
 
-        Where the path turns, the run-out leads off what is granted of it. It is free, or the
-        setpoint must be slow enough to stop before it is not.
+        Where the path turns, this line leaves the granted part of the path. If others are on the
+        line, the setpoint must be slow enough to stop before them.
         """
         state = carrot.state
         start = np.array(state.position_enu_m)
@@ -406,12 +408,12 @@ class TrafficPace:
         return norm(measured_state(observation).velocity_enu_m_s)
 
     def _speed_for(self, room_m: float, runs_out: bool) -> float:
-        """Return how fast the setpoint may be to stop, or to run out, within so much room."""
+        """Return the maximum speed from which the vehicle stops, or runs out, within some room."""
         delay_s = self._traits.setpoint_timeout_s if runs_out else REACTION_S
         return stopping_speed_m_s(room_m, delay_s, self._braking_m_s2)
 
     def _stopping_speed_m_s(self, room_m: float) -> float:
-        """Return from which speed the hardest brake would do."""
+        """Return the maximum speed from which the hardest braking stops within some room."""
         return stopping_speed_m_s(room_m, 0.0, self._braking_m_s2 / BRAKE_SHARE)
 
     def _share(self, carrot: Carrot) -> float:
@@ -473,7 +475,7 @@ class TrafficPace:
             targets = np.array([point.position_enu_m for point in points])
             found = search.find(place, targets, stands=is_needed)
             if found is not None and not found.points_enu_m and math.isfinite(delay_s):
-                found = None  # what it flies already does
+                found = None  # the present path is as good
             saves = found is not None and found.cost_s < left_s + delay_s - _GAIN_S
             if found is not None and (saves or is_needed):
                 return _planned(start, found, points, limits), False
@@ -567,7 +569,7 @@ class IsFree:
 
 
 def _note_stuck(looking: _Looking, view: TrafficView, now: float) -> None:
-    """Let the others in the circle look for a way if the vehicle that had to has none."""
+    """Let the others in a wait cycle search for a detour if the vehicle that had to found none."""
     if looking.is_needed:
         view.picture.entry(view.name).stuck_until_s = now + STUCK_S
 
