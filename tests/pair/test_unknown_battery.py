@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from mavlink_vehicle.codec import Codec, Message
 from tests.support.flights.simulated_flight import SimulatedFlight
 
@@ -42,21 +44,18 @@ def test_a_battery_that_was_never_reported() -> None:
     assert "has never reported its remaining battery" in warned(flight.ready())
 
 
-def test_a_battery_that_is_unknown_now_was_once_reported() -> None:
+@pytest.mark.parametrize(
+    ("loses", "after_s", "sentence"),
+    [
+        (False, 5.0, "reports its remaining battery as unknown now"),
+        (True, 15.0, "does not report its battery any more"),
+    ],
+)
+def test_a_battery_that_was_once_reported(loses: bool, after_s: float, sentence: str) -> None:
     flight = SimulatedFlight().ready()
     flight.run_for(3.0)
-    flight.codec = Receiver(loses=False)
-    flight.run_for(5.0)
+    flight.codec = Receiver(loses)
+    flight.run_for(after_s)
     said = warned(flight)
-    assert "reports its remaining battery as unknown now" in said
-    assert "s ago it reported 100 %" in said
-
-
-def test_a_battery_that_is_reported_no_more() -> None:
-    flight = SimulatedFlight().ready()
-    flight.run_for(3.0)
-    flight.codec = Receiver(loses=True)
-    flight.run_for(15.0)
-    said = warned(flight)
-    assert "does not report its battery any more" in said
+    assert sentence in said
     assert "s ago it reported 100 %" in said

@@ -6,7 +6,7 @@ no ROS, and only files and what the autopilot stores need the MAVLink codec.
 
 from __future__ import annotations
 
-from drone_navigation.quiet_start import take_interrupts
+from drone_navigation.quiet_start import run_program
 
 # isort: split
 import sys
@@ -24,13 +24,7 @@ _ROS_ARGUMENTS = "--ros-args"
 
 def main(args: list[str] | None = None) -> int:
     """Send a goal or run a command, and return the exit code."""
-    argv = list(sys.argv if args is None else ["navigation_client", *args])
-    try:
-        take_interrupts()
-        return _main(argv)
-    except KeyboardInterrupt:
-        print("Interrupted.", file=sys.stderr)
-        return EXIT_CANCELED
+    return run_program("navigation_client", args, _main, EXIT_CANCELED, "Interrupted.")
 
 
 def _main(argv: list[str]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drone_navigation.quiet_start import take_interrupts
+from drone_navigation.quiet_start import run_program
 
 # isort: split
 import argparse
@@ -43,12 +43,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(args: list[str] | None = None) -> int:
     """Serve Nav2's clients until a signal; return the exit code."""
-    argv = list(sys.argv if args is None else ["navigation_nav2", *args])
-    try:
-        take_interrupts()
-        return _main(argv)
-    except KeyboardInterrupt:
-        return EXIT_OK  # before it served anybody
+    return run_program("navigation_nav2", args, _main, EXIT_OK)
 
 
 def _main(argv: list[str]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drone_navigation.quiet_start import take_interrupts
+from drone_navigation.quiet_start import run_program
 
 # isort: split
 import argparse
@@ -40,13 +40,8 @@ _NEW_S = 5.0
 
 def main(args: list[str] | None = None) -> int:
     """Run the server until it is stopped; return the exit code."""
-    argv = list(sys.argv if args is None else ["navigation_server", *args])
-    try:
-        take_interrupts()
-        return _main(argv)
-    except KeyboardInterrupt:
-        print("navigation_server: interrupted.", file=sys.stderr)
-        return EXIT_FAILED
+    interrupted = "navigation_server: interrupted."
+    return run_program("navigation_server", args, _main, EXIT_FAILED, interrupted)
 
 
 def _main(argv: list[str]) -> int:

@@ -1,25 +1,47 @@
-"""Lets an interrupt end a program without a traceback while it is still being imported.
+"""Lets an interrupt end a program without a traceback until it takes the signals itself.
 
-The programs import it first. From `main` on they take the signals themselves.
+The programs import it first.
 """
 
 from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
-__all__ = ["PROGRAMS", "take_interrupts"]
+__all__ = ["PROGRAMS", "run_program"]
 
 PROGRAMS = frozenset(
     {"navigation_client", "navigation_console", "navigation_nav2", "navigation_server"}
 )
 
 
-def take_interrupts() -> None:
-    """Let an interrupt raise KeyboardInterrupt again."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+def run_program(
+    name: str,
+    args: list[str] | None,
+    program: Callable[[list[str]], int],
+    interrupted_code: int,
+    interrupted_text: str = "",
+) -> int:
+    """Run a program, which may be interrupted until it takes the signals; return its exit code.
+
+    Args:
+        name: of the program.
+        args: its arguments; None for those of the process.
+        program: takes name and arguments, and returns the exit code.
+        interrupted_code: the exit code after an interrupt.
+        interrupted_text: then shown on standard error, if not empty.
+    """
+    argv = list(sys.argv if args is None else [name, *args])
+    try:
+        if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        return program(argv)
+    except KeyboardInterrupt:
+        if interrupted_text:
+            print(interrupted_text, file=sys.stderr)
+        return interrupted_code
 
 
 # A test that imports a program keeps its own handler.

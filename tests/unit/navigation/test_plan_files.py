@@ -43,6 +43,33 @@ def read(path: Path, text: str) -> PlannedRoute:
     return read_route(path)
 
 
+def rows(*lines: str, version: int = 110) -> str:
+    """A waypoint file of rows with blanks between their columns."""
+    return f"QGC WPL {version}\n" + "\n".join("\t".join(line.split()) for line in lines) + "\n"
+
+
+def numbered(*lines: str) -> str:
+    """The same, with home, and the other rows numbered from 1."""
+    items = (f"{number} {line.split(maxsplit=1)[1]}" for number, line in enumerate(lines, start=1))
+    return rows(HOME_ROW, *items)
+
+
+HOME_ROW = "0 1 0 16 0 0 0 0 47.3977 8.5456 488 1"
+FIRST_ROW = "1 0 3 16 0 0 0 0 47.398 8.546 12 1"
+SECOND_ROW = "2 0 3 16 0 0 0 0 47.399 8.546 12 1"
+
+
+def rejection(path: Path, text: str) -> str:
+    """The one sentence with which a file is rejected."""
+    with pytest.raises(PlanError) as caught:
+        read(path, text)
+    sentence = str(caught.value)
+    assert sentence.startswith(f"{path}: ")
+    assert sentence.endswith(".")
+    assert "\n" not in sentence
+    return sentence
+
+
 @pytest.fixture
 def plan_file(tmp_path: Path) -> Path:
     return tmp_path / "mine.plan"
@@ -154,13 +181,7 @@ def test_fence_and_rally_points_are_reported_as_not_sent(plan_file: Path) -> Non
 def test_an_unusable_plan_is_rejected_in_one_sentence(
     plan_file: Path, text: str, sentence: str
 ) -> None:
-    with pytest.raises(PlanError) as caught:
-        read(plan_file, text)
-    message = str(caught.value)
-    assert sentence in message
-    assert str(plan_file) in message
-    assert message.endswith(".")
-    assert "\n" not in message
+    assert sentence in rejection(plan_file, text)
 
 
 WPL = (
@@ -193,30 +214,16 @@ def test_a_waypoint_file_has_home_first(wpl_file: Path) -> None:
         (f"{WPL}4\t0\t3\n", "line 7: 3 columns instead of 12"),
         (WPL.replace("\t270\t", "\tx\t"), "line 6: param 4, 'x', is not a number."),
         (WPL.replace("\t270\t", "\tnan\t").replace("47.399", "nan"), "line 6: the waypoint has no"),
+        (HOME_ROW, "line 1: a waypoint file must begin with 'QGC WPL 110'; add this line"),
+        (rows(FIRST_ROW, SECOND_ROW), "line 2: the first row has number 1, but version 110 has"),
+        (rows("0 0 0 5001 4 0 0 0 47 8 0 0", FIRST_ROW), "line 2: NAV_FENCE_POLYGON_VERTEX_INC"),
+        ("RALLY 47.1 8.1 30 40 0 0\n", "it has rally points; the command rally sends them"),
     ],
 )
 def test_an_unusable_waypoint_file_is_rejected_in_one_sentence(
     wpl_file: Path, text: str, sentence: str
 ) -> None:
-    with pytest.raises(PlanError, match=r"^[^\n]*$") as caught:
-        read(wpl_file, text)
-    assert sentence in str(caught.value)
-
-
-def rows(*lines: str, version: int = 110) -> str:
-    """A waypoint file of rows with blanks between their columns."""
-    return f"QGC WPL {version}\n" + "\n".join("\t".join(line.split()) for line in lines) + "\n"
-
-
-def numbered(*lines: str) -> str:
-    """The same, with home, and the other rows numbered from 1."""
-    items = (f"{number} {line.split(maxsplit=1)[1]}" for number, line in enumerate(lines, start=1))
-    return rows(HOME_ROW, *items)
-
-
-HOME_ROW = "0 1 0 16 0 0 0 0 47.3977 8.5456 488 1"
-FIRST_ROW = "1 0 3 16 0 0 0 0 47.398 8.546 12 1"
-SECOND_ROW = "2 0 3 16 0 0 0 0 47.399 8.546 12 1"
+    assert sentence in rejection(wpl_file, text)
 
 
 @pytest.mark.parametrize(
@@ -335,10 +342,9 @@ PLACE = (47.398, 8.546, 12.0)
 def test_what_a_route_does_not_have_is_rejected_by_line_and_name(
     wpl_file: Path, line: str, sentence: str
 ) -> None:
-    with pytest.raises(PlanError, match=r"^[^\n]*$") as caught:
-        read(wpl_file, rows(HOME_ROW, line, SECOND_ROW))
-    assert f"{wpl_file}: line 3: " in str(caught.value)
-    assert sentence in str(caught.value)
+    said = rejection(wpl_file, rows(HOME_ROW, line, SECOND_ROW))
+    assert f"{wpl_file}: line 3: " in said
+    assert sentence in said
 
 
 def test_delays_of_other_meanings_are_rejected(wpl_file: Path) -> None:
@@ -348,9 +354,7 @@ def test_delays_of_other_meanings_are_rejected(wpl_file: Path) -> None:
         ((item_row(YAW, 90), item_row(DELAY, 5)), "line 5: NAV_DELAY after CONDITION_YAW"),
         ((item_row(4501), item_row(SPEED, 1, 3)), "line 5: DO_CHANGE_SPEED at a CONDITION_GATE"),
     ):
-        with pytest.raises(PlanError, match=r"^[^\n]*$") as caught:
-            read(wpl_file, rows(HOME_ROW, FIRST_ROW, *lines, SECOND_ROW))
-        assert sentence in str(caught.value)
+        assert sentence in rejection(wpl_file, rows(HOME_ROW, FIRST_ROW, *lines, SECOND_ROW))
 
 
 def test_speeds_are_changed_kept_and_set_back(wpl_file: Path) -> None:
@@ -383,23 +387,6 @@ def test_a_route_may_end_with_loitering_landing_and_what_follows_it(wpl_file: Pa
         "line 9: CONDITION_YAW after the last waypoint is skipped.",
         "1 camera and gimbal items are skipped.",
     )
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        (HOME_ROW, "line 1: a waypoint file must begin with 'QGC WPL 110'; add this line"),
-        (rows(FIRST_ROW, SECOND_ROW), "line 2: the first row has number 1, but version 110 has"),
-        (rows("0 0 0 5001 4 0 0 0 47 8 0 0", FIRST_ROW), "line 2: NAV_FENCE_POLYGON_VERTEX_INC"),
-        ("RALLY 47.1 8.1 30 40 0 0\n", "it has rally points; the command rally sends them"),
-    ],
-)
-def test_a_file_without_home_or_without_a_route_is_rejected(
-    wpl_file: Path, text: str, sentence: str
-) -> None:
-    with pytest.raises(PlanError, match=r"^[^\n]*$") as caught:
-        read(wpl_file, text)
-    assert sentence in str(caught.value)
 
 
 def test_the_content_of_a_file_decides_and_not_its_name(plan_file: Path, wpl_file: Path) -> None:
@@ -442,9 +429,7 @@ def test_items_with_a_coordinate_are_read(plan_file: Path) -> None:
 def test_a_plan_that_says_something_else_is_rejected(
     plan_file: Path, text: str, sentence: str
 ) -> None:
-    with pytest.raises(PlanError, match=r"^[^\n]*$") as caught:
-        read(plan_file, text)
-    assert sentence in str(caught.value)
+    assert sentence in rejection(plan_file, text)
 
 
 def test_an_unreadable_file_is_rejected_in_one_sentence(tmp_path: Path) -> None:

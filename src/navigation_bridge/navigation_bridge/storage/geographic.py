@@ -35,8 +35,14 @@ _CIRCLES = {
     False: mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION,
 }
 _INCLUSION = {command: inside for inside, command in (*_POLYGONS.items(), *_CIRCLES.items())}
-_RETURN = mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
+RETURN_COMMAND = mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
+# The height of an item of a fence means nothing; in this frame both firmwares take it.
+_FENCE_FRAME = mavlink.MAV_FRAME_GLOBAL
 _RALLY = mavlink.MAV_CMD_NAV_RALLY_POINT
+
+FENCE_COMMANDS = frozenset({*_INCLUSION, RETURN_COMMAND})
+POLYGON_COMMANDS = frozenset(_POLYGONS.values())
+RALLY_COMMANDS = frozenset({_RALLY})
 _FRAMES = {
     AltitudeReference.HOME: RELATIVE_ALT,
     AltitudeReference.AMSL: AMSL,
@@ -202,30 +208,34 @@ def fence_items(fence: GeoFence) -> tuple[MissionItem, ...]:
             command, first = _POLYGONS[area.inclusion], float(len(area.points_deg))
         else:
             command, first = _CIRCLES[area.inclusion], area.radius_m
-        items += [_fence_item(command, place_deg, first) for place_deg in area.points_deg]
+        items += [point_item(command, _FENCE_FRAME, place, first) for place in area.points_deg]
     if fence.return_point_deg is not None:
-        items.append(_fence_item(_RETURN, fence.return_point_deg, 0.0))
+        items.append(point_item(RETURN_COMMAND, _FENCE_FRAME, fence.return_point_deg))
     return tuple(items)
-
-
-def _fence_item(command: int, place_deg: Degrees, first: float) -> MissionItem:
-    # Its height means nothing; in this frame both firmwares take it.
-    x, y = map(_integer, place_deg)
-    return MissionItem(command, mavlink.MAV_FRAME_GLOBAL, (first, 0.0, 0.0, 0.0), x, y)
 
 
 def rally_items(points: Sequence[RallyPoint]) -> tuple[MissionItem, ...]:
     """Return rally points as mission items."""
     return tuple(
-        MissionItem(
-            _RALLY,
-            _FRAMES[point.reference],
-            x=_integer(point.place_deg[0]),
-            y=_integer(point.place_deg[1]),
-            z=point.altitude_m,
-        )
+        point_item(_RALLY, _FRAMES[point.reference], point.place_deg, altitude_m=point.altitude_m)
         for point in points
     )
+
+
+def point_item(
+    command: int, frame: int, place_deg: Degrees, param1: float = 0.0, altitude_m: float = 0.0
+) -> MissionItem:
+    """Return an item of a fence or a rally point.
+
+    Args:
+        command: MAV_CMD.
+        frame: MAV_FRAME.
+        place_deg: its position.
+        param1: number of corners, or radius in metres.
+        altitude_m: above what the frame names.
+    """
+    x, y = map(_integer, place_deg)
+    return MissionItem(command, frame, (param1, 0.0, 0.0, 0.0), x, y, altitude_m)
 
 
 def fence_of_items(items: Sequence[MissionItem]) -> GeoFence:
@@ -240,7 +250,7 @@ def fence_of_items(items: Sequence[MissionItem]) -> GeoFence:
             count = max(int(item.params[0]), 1)
         group, left = left[:count], left[count:]
         places_deg = tuple(_place_deg(corner) for corner in group)
-        if item.command == _RETURN:
+        if item.command == RETURN_COMMAND:
             return_point_deg = places_deg[0]
         elif item.command in _CIRCLES.values():
             areas.append(GeoArea(places_deg, item.params[0], _INCLUSION[item.command]))

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.mission_items import MissionItem
 from navigation_bridge.plan_files.items import (
     FRAME_REFERENCES,
     PlanError,
@@ -34,30 +34,28 @@ from navigation_bridge.plan_files.waypoint_lists import (
     parse_waypoint_rows,
 )
 from navigation_bridge.storage.geographic import (
+    FENCE_COMMANDS,
+    POLYGON_COMMANDS,
+    RALLY_COMMANDS,
+    RETURN_COMMAND,
     Degrees,
     GeoArea,
     GeoFence,
     RallyPoint,
+    fence_of_items,
     fence_problem,
+    point_item,
+    rally_of_items,
     rally_problem,
 )
 from navigation_bridge.storage.plan_storage import plan_fence, plan_rally
 
-_POLYGONS = {
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: True,
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: False,
-}
-_CIRCLES = {
-    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: True,
-    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: False,
-}
-_RETURN = mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT
-_FENCE = frozenset({*_POLYGONS, *_CIRCLES, _RETURN})
-_RALLY = frozenset({mavlink.MAV_CMD_NAV_RALLY_POINT})
 _DRAWN_POLYGON, _OLD_FENCE = ".poly", ".fen"
 # A return point, three corners, and the first of these again.
 _OLD_FENCE_LEAST = 5
 _RALLY_COLUMNS = 7
+# Larger numbers, and those that are not finite, are no position.
+_NUMBER_MAX = 1e9
 # Files have seven digits at most: 1 cm.
 _SAME_PLACE_DEG = 1e-7
 
@@ -100,7 +98,7 @@ def _parse_fence(text: str, suffix: str) -> FenceFile:
     if is_json(text):
         file = FenceFile(plan_fence(plan_document(text)))
     elif is_waypoint_list(text):
-        items, notes = _rows(text, _FENCE, "fence")
+        items, notes = _rows(text, FENCE_COMMANDS, "fence")
         file = FenceFile(_fence_of(items), notes)
     else:
         file = _fence_of_places(text, suffix)
@@ -114,8 +112,8 @@ def _parse_rally(text: str) -> RallyFile:
     if is_json(text):
         file = RallyFile(plan_rally(plan_document(text)))
     elif is_waypoint_list(text):
-        items, notes = _rows(text, _RALLY, "rally")
-        file = RallyFile(tuple(_rally_point(item) for item in items), notes)
+        items, notes = _rows(text, RALLY_COMMANDS, "rally")
+        file = RallyFile(rally_of_items([_item(item) for item in items]), notes)
     else:
         file = _rally_of_lines(text)
     problem = rally_problem(file.points)
@@ -133,17 +131,21 @@ def _rows(
     """Return the rows with these commands; the planned home may stand before them."""
     rows = parse_waypoint_rows(text, home_first=False)
     items = rows.items
-    if rows.home is not None and rows.home.command in _FENCE | _RALLY:
+    if rows.home is not None and rows.home.command in FENCE_COMMANDS | RALLY_COMMANDS:
         items = (rows.home, *items)
     for item in items:
         if item.command not in commands:
-            other = "fence" if item.command in _FENCE else "rally"
-            advice = f"; the command {other} sends it" if item.command in _FENCE | _RALLY else ""
+            other = "fence" if item.command in FENCE_COMMANDS else "rally"
+            advice = (
+                f"; the command {other} sends it"
+                if item.command in FENCE_COMMANDS | RALLY_COMMANDS
+                else ""
+            )
             what = command_name(item.command)
             raise PlanError(f"{item.where}: {what} is not part of a {name} list{advice}.")
         if item.frame not in FRAME_REFERENCES:
             raise PlanError(f"{item.where}: MAV_FRAME {item.frame} is not supported here.")
-        if not all(math.isfinite(value) for value in item.params[4:7]):
+        if not all(abs(value) < _NUMBER_MAX for value in item.params[4:7]):
             raise PlanError(f"{item.where}: it has no position.")
     if not items:
         raise PlanError(f"it contains no {name} items.")
@@ -151,25 +153,13 @@ def _rows(
 
 
 def _fence_of(items: Sequence[PlanItem]) -> GeoFence:
-    areas: list[GeoArea] = []
-    return_point_deg: Degrees | None = None
     left = list(items)
     while left:
-        item = left[0]
-        count = 1
-        if item.command in _POLYGONS:
-            count = _corners(left)
-            places_deg = tuple(_place_deg(corner) for corner in left[:count])
-            areas.append(GeoArea(places_deg, None, _POLYGONS[item.command]))
-        elif item.command in _CIRCLES:
-            radius_m, inclusion = item.params[0], _CIRCLES[item.command]
-            areas.append(GeoArea((_place_deg(item),), radius_m, inclusion))
-        elif return_point_deg is not None:
-            raise PlanError(f"{item.where}: a second return point.")
-        else:
-            return_point_deg = _place_deg(item)
-        del left[:count]
-    return GeoFence(tuple(areas), return_point_deg)
+        del left[: _corners(left) if left[0].command in POLYGON_COMMANDS else 1]
+    returns = [item for item in items if item.command == RETURN_COMMAND]
+    if len(returns) > 1:
+        raise PlanError(f"{returns[1].where}: a second return point.")
+    return fence_of_items([_item(item) for item in items])
 
 
 def _corners(items: Sequence[PlanItem]) -> int:
@@ -191,12 +181,10 @@ def _corners(items: Sequence[PlanItem]) -> int:
     return len(corners)
 
 
-def _rally_point(item: PlanItem) -> RallyPoint:
-    return RallyPoint(_place_deg(item), item.params[6], FRAME_REFERENCES[item.frame])
-
-
-def _place_deg(item: PlanItem) -> Degrees:
-    return item.params[4], item.params[5]
+def _item(item: PlanItem) -> MissionItem:
+    latitude_deg, longitude_deg, altitude_m = item.params[4:7]
+    place_deg = (latitude_deg, longitude_deg)
+    return point_item(item.command, item.frame, place_deg, item.params[0], altitude_m)
 
 
 # --- lines of places -------------------------------------------------------------------
