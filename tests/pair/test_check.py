@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -161,6 +162,7 @@ def test_a_vehicle_of_each_set_up_is_found_ready_and_left_alone(firmware: str, k
     expected = {"ardupilot": "Ardu", "px4": "PX4 "}[firmware]
     assert value_of(report, "firmware").startswith(expected)
     assert value_of(report, "round trip").endswith(" ms")
+    assert value_of(report, "age of the data") == "0.00 s at most"
     assert value_of(report, "estimator") == "position good"
     assert value_of(report, name).endswith(words)
     assert (warning_of(report, name) is not None) == (value == 0.0)
@@ -169,6 +171,51 @@ def test_a_vehicle_of_each_set_up_is_found_ready_and_left_alone(firmware: str, k
     assert not after.armed
     assert np.allclose(flight.simulation.truth.position_ned_m, place, atol=0.01)
     assert_harmless(flight.messages())
+
+
+class Delaying(Codec):
+    """Decodes what the vehicle sends, late, or without its answers to TIMESYNC."""
+
+    def __init__(self, flight: Look, answers: bool = True) -> None:
+        super().__init__(1, 191)
+        self.late_s = 0.0
+        self._flight = flight
+        self._answers = answers
+        self._waiting: deque[tuple[float, Message]] = deque()
+
+    def decode(self, data: bytes) -> list[Message]:
+        now, due = self._flight.now, []
+        for message in super().decode(data):
+            if self._answers or message.get_type() != "TIMESYNC":
+                self._waiting.append((now, message))
+        while self._waiting and self._waiting[0][0] <= now - self.late_s:
+            due.append(self._waiting.popleft()[1])
+        return due
+
+
+@pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
+def test_data_that_is_old_when_it_is_read_is_reported(firmware: str) -> None:
+    flight = look(firmware)
+    codec = Delaying(flight)
+    flight.listen_with(codec)
+    flight.run_for(5.0)
+    assert warning_of(flight.report(), "age of the data") is None
+    codec.late_s = 2.0  # data from now on waits in a buffer
+    flight.run_for(6.0)
+    report = flight.report()
+    age_s = float(value_of(report, "age of the data").removesuffix(" s at most"))
+    assert age_s == pytest.approx(2.0, abs=0.2)
+    assert "stops it from 1 s on" in str(warning_of(report, "age of the data"))
+
+
+@pytest.mark.parametrize("firmware", ["ardupilot", "px4"])
+def test_the_age_of_data_is_unknown_without_answers_to_timesync(firmware: str) -> None:
+    flight = look(firmware)
+    flight.listen_with(Delaying(flight, answers=False))
+    report = flight.run_to_end()
+    assert "does not answer TIMESYNC" in value_of(report, "age of the data")
+    assert warning_of(report, "age of the data") is None
+    assert report.verdict is CheckVerdict.READY
 
 
 @pytest.mark.parametrize(("firmware", "kind"), [("ardupilot", "copter"), ("px4", "boat")])

@@ -296,8 +296,8 @@ class VehicleCore:
         """Time of a message to the vehicle and back; None before it was measured."""
         return self._timesync.round_trip_s
 
-    def sample_age_s(self, time_boot_ms: int | None, now: float) -> float:
-        """Return how old a sample of the vehicle is by the vehicle's clock; 0 while unknown.
+    def sample_age_s(self, time_boot_ms: int | None, now: float) -> float | None:
+        """Return how old a sample of the vehicle is by the vehicle's clock; None while unknown.
 
         The shortest time on the link does not count.
 

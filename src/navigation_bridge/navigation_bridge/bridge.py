@@ -154,7 +154,7 @@ class Bridge:
         self._lateness = Lateness()
         self._late_told_s = -math.inf
         self._data_time_ms: int | None = None
-        self._data_age_s = 0.0
+        self._data_age_s: float | None = None
         self.recorded_goal_id: str | None = None
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
@@ -206,8 +206,8 @@ class Bridge:
         return self._lateness
 
     @property
-    def data_age_s(self) -> float:
-        """Age of the vehicle's data when it was read last, while a goal was active."""
+    def data_age_s(self) -> float | None:
+        """Age of the vehicle's data when it was last read in a goal; None while unknown."""
         return self._data_age_s
 
     @property
@@ -645,7 +645,8 @@ class Bridge:
         if time_ms == self._data_time_ms:
             return  # nothing came: that is for those who watch the link
         self._data_time_ms = time_ms
-        self._data_age_s = age_s = self._vehicle.sample_age_s(time_ms, now)
+        self._data_age_s = self._vehicle.sample_age_s(time_ms, now)
+        age_s = self._data_age_s or 0.0
         if self._lateness.note(age_s, now) and now - self._late_told_s >= _LATE_TOLD_S:
             self._late_told_s = now
             self._report.log(

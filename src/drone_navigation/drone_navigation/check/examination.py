@@ -98,6 +98,9 @@ class Checker:
         self._health = LinkHealth()
         self._arrivals: dict[str, deque[float]] = defaultdict(deque)
         self._first_s: dict[str, float] = {}
+        self._boot_time_ms: int | None = None
+        self.data_age_s: float | None = None
+        """Greatest age at which the vehicle's data was read; None while unknown."""
         self._found_s: float | None = None
         self._reasons_asked_s = -math.inf
         self._outbox: list[Message] = []
@@ -118,6 +121,7 @@ class Checker:
                 self.heard[source] = sender_name(message.autopilot, message.type)
         self._bridge.receive(message, now)
         self._drain()
+        self._measure_age(now)
         profile = self.vehicle.profile
         if profile is None:
             return
@@ -257,6 +261,15 @@ class Checker:
             self._reasons_asked_s = now
             request = CommandRequest(mavlink.MAV_CMD_RUN_PREARM_CHECKS)
             self._outbox.append(request.message(self.vehicle.address, 0))
+
+    def _measure_age(self, now: float) -> None:
+        time_ms = self.vehicle.live.boot_time_ms
+        if time_ms == self._boot_time_ms:
+            return
+        self._boot_time_ms = time_ms
+        age_s = self.vehicle.sample_age_s(time_ms, now)
+        if age_s is not None:
+            self.data_age_s = max(age_s, self.data_age_s or 0.0)
 
     def _count(self, name: str, now: float) -> None:
         self._first_s.setdefault(name, now)

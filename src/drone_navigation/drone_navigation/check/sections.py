@@ -11,6 +11,7 @@ from mavlink_vehicle.state.health import battery_is_low
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.configuration.settings import TrafficConfig
 from navigation_bridge.vehicle.link_health import LinkHealth
+from navigation_core.safety.lateness import LATE_S, TOO_LATE_S
 
 # GPS_FIX_TYPE (common.xml), from 0.
 _FIXES = ("none", "none", "2D", "3D", "DGPS", "RTK float", "RTK fixed", "static", "PPP")
@@ -217,9 +218,23 @@ def link_section(checker: Checker, health: LinkHealth) -> CheckSection:
             Line("messages per second", values["messages per second"]),
             Line("lost", values["lost"], warning),
             Line("round trip", values["round trip"]),
+            _data_age(checker),
             Line("bad checksums", values["bad checksums since start"]),
         ),
     )
+
+
+def _data_age(checker: Checker) -> Line:
+    name, age_s = "age of the data", checker.data_age_s
+    if age_s is not None:
+        late = f"A goal slows the vehicle down from {LATE_S:g} s on, and stops it from "
+        late += f"{TOO_LATE_S:g} s on. Reduce the load on this machine, or check the link."
+        return Line(name, f"{age_s:.2f} s at most", late if age_s >= LATE_S else None)
+    if checker.vehicle.round_trip_s is None:
+        value = "unknown: the vehicle does not answer TIMESYNC, so old data is not noticed"
+    else:
+        value = "unknown: no two quick answers to TIMESYNC with the vehicle's time yet"
+    return Line(name, value)
 
 
 def rates_section(checker: Checker, profile: Profile, now: float) -> CheckSection:

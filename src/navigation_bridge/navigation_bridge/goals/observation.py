@@ -90,7 +90,7 @@ def observe(
             velocity = (velocity[0], velocity[1], 0.0)
         age_s = max(
             now - state.global_position.time_s,
-            vehicle.sample_age_s(state.global_position.time_boot_ms, now),
+            vehicle.sample_age_s(state.global_position.time_boot_ms, now) or 0.0,
         )
     return Observation(
         time_s=now,

@@ -340,7 +340,7 @@ def obstacle_diagnostic(
 
 def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> DiagnosticStatus:
     """Return the state of the control loop."""
-    lateness, recent_s = bridge.lateness, bridge.lateness.recent_s(now)
+    lateness, recent_s, age_s = bridge.lateness, bridge.lateness.recent_s(now), bridge.data_age_s
     if recent_s >= TOO_LATE_S:
         judged = DiagnosticStatus.ERROR, "Overrun: the vehicle is stopped"
     elif recent_s >= LATE_S:
@@ -351,7 +351,7 @@ def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> 
         f"worst delay in the last {WINDOW_S:g} s": f"{recent_s:.3f} s",
         "worst delay": f"{lateness.worst_s:.3f} s",
         f"delays of {LATE_S:g} s or more": str(lateness.count),
-        "age of the vehicle's data": f"{bridge.data_age_s:.3f} s",
+        "age of the vehicle's data": "unknown" if age_s is None else f"{age_s:.3f} s",
     }
     return _diagnostic(f"{name}: control loop", hardware_id, judged, values)
 

@@ -276,7 +276,7 @@ class Topics:
         """Return the stamp of a sample with the vehicle's own time."""
         age_s = max(
             self._times.age_s(time_boot_ms, now),
-            self._bridge.vehicle.sample_age_s(time_boot_ms, now),
+            self._bridge.vehicle.sample_age_s(time_boot_ms, now) or 0.0,
         )
         return (self._node.get_clock().now() - Duration(seconds=age_s)).to_msg()
 

@@ -60,14 +60,14 @@ class DataAge:
             told_ms = boot_ms  # it counts from elsewhere
         self._known.append((now, told_ms))
 
-    def age_s(self, boot_ms: int | None, boot_count: int, now: float) -> float:
-        """Return how old a sample is that the vehicle took at a time; 0 while that is unknown."""
+    def age_s(self, boot_ms: int | None, boot_count: int, now: float) -> float | None:
+        """Return the age of a sample that the vehicle took at a time; None while unknown."""
         if boot_ms is None or boot_count != self._boot_count or len(self._known) < 2:
-            return 0.0
+            return None
         (first_s, first_ms), (last_s, last_ms) = self._known[0], self._known[-1]
         passed_ms = _difference_ms(last_ms, first_ms)
         if last_s - first_s < _LEAST_SPAN_S or passed_ms <= 0:
-            return 0.0
+            return None
         rate = 1e-3 * passed_ms / (last_s - first_s)
         return max(now - last_s - 1e-3 * _difference_ms(boot_ms, last_ms) / rate, 0.0)
 
