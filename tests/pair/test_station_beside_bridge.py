@@ -104,3 +104,17 @@ def test_a_station_works_with_the_vehicle_while_the_bridge_flies(
     counts = flight.counts()
     assert counts.forwarded > 0
     assert (counts.spoofed, counts.looped, counts.unrouted, counts.throttled) == (0, 0, 0, 0)
+
+
+def test_a_station_of_mavlink_2_reaches_a_vehicle_of_mavlink_1(firmware: str) -> None:
+    options = ("--autopilot", firmware, "--mavlink1", "only")
+    with udp_flight(*options) as flight:
+        flight.wait(lambda: flight.bridge.vehicle.state.speaks_mavlink_1, "MAVLink 1")
+        station = PymavlinkStation(flight.station_port, system=SYSTEM)
+        try:
+            station.send(mav.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+            read_parameter(station, A_PARAMETER[firmware])
+            upload(station)
+        finally:
+            station.close()
+        assert flight.counts().beyond_mavlink_1 == 0

@@ -33,6 +33,7 @@ __all__ = [
     "Measured",
     "Message",
     "Sender",
+    "in_mavlink_1",
     "is_mavlink_1",
     "make",
     "mavlink",
@@ -173,6 +174,28 @@ def message_of(frame: bytes) -> Message:
     """Return the message of a frame whose checksum is known to be right."""
     (message,) = Codec(1, 1).decode(frame)
     return message
+
+
+def in_mavlink_1(frame: bytes) -> bytes:
+    """Return a frame in MAVLink 1 with all of its content; empty if it has no such form.
+
+    Numbers above 255, unknown messages, extension fields that are not 0 and signatures have none.
+
+    Args:
+        frame: a whole frame, of MAVLink 1 or 2.
+    """
+    if frame[0] == _MAGIC_1:
+        return frame
+    number = int.from_bytes(frame[7:10], "little")
+    layout = _LAYOUTS.get(number)
+    if layout is None or number > _NUMBER_MAX_1 or frame[2] & _FLAG_SIGNED:
+        return b""
+    payload = frame[_HEADER_SIZE_2:-_CHECKSUM_SIZE].rstrip(b"\0")
+    if len(payload) > layout.base_size:
+        return b""
+    body = bytes((layout.base_size, *frame[4:7], number)) + payload.ljust(layout.base_size, b"\0")
+    checksum = _crc(body + layout.crc_extra)
+    return bytes((_MAGIC_1,)) + body + checksum.to_bytes(2, "little")
 
 
 def with_source(message: Message, system_id: int, component_id: int) -> Message:
@@ -326,15 +349,7 @@ class Codec:
             self._own_heartbeats += 1
             if self._own_heartbeats % _MAVLINK_2_EVERY == 0:
                 return frame
-        layout = _LAYOUTS.get(number)
-        payload = frame[_HEADER_SIZE_2:-_CHECKSUM_SIZE]
-        if layout is None or number > _NUMBER_MAX_1 or len(payload) > layout.base_size:
-            return frame
-        body = bytes((layout.base_size, *frame[4:7], number)) + payload.ljust(
-            layout.base_size, b"\0"
-        )
-        checksum = _crc(body + layout.crc_extra)
-        return bytes((_MAGIC_1,)) + body + checksum.to_bytes(2, "little")
+        return in_mavlink_1(frame) or frame
 
     def decode(self, data: bytes) -> list[Message]:
         """Return the messages in `data` (a datagram or a piece of a stream). Never raises.

@@ -233,7 +233,8 @@ class Reporter:
         if self._vehicle.state.speaks_mavlink_1:
             text = (
                 "The vehicle speaks MAVLink 1 only, and is answered so; its fence and rally points "
-                "cannot be read or written, and messages that MAVLink 1 lacks may not reach it"
+                "cannot be read or written, and messages that MAVLink 1 lacks, of ground stations "
+                "too, may not reach it"
             )
             self.log(LogLevel.WARN, text)
         else:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from mavlink_vehicle.codec import Codec, make
+from mavlink_vehicle.codec import MAVLINK_1_HEARTBEATS, Codec, in_mavlink_1, make
 from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_EXPIRY_S
 from mavlink_vehicle.io.ports import NEIGHBOUR_BURST, STATION_BURST
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
@@ -350,3 +350,72 @@ def test_each_message_is_counted_once_alone_and_among_others(
     craft.send(b"".join(frames))
     settle(server, craft)
     assert server.router.statistics.of_system(1).frames == len(server.received) == 9
+
+
+# MAVLink 1
+
+
+def speak_1(server: Server, party: Party) -> None:
+    """Have a party be known for MAVLink 1."""
+    heartbeat = make("HEARTBEAT", type=2, autopilot=3)
+    if party.codec._source[1] == 190:
+        heartbeat = make("HEARTBEAT", type=6, autopilot=8)
+    for _ in range(MAVLINK_1_HEARTBEATS):
+        frame = in_mavlink_1(party.codec.encode(heartbeat))
+        assert frame[0] == 0xFE
+        party.send(frame)
+    codec = [e.codec for e in server.router._table.endpoints if party.codec._source in e.sources]
+    until(server, lambda: codec[0].speaks_1)
+
+
+def test_a_vehicle_of_mavlink_1_hears_a_station_of_mavlink_2_in_mavlink_1(
+    server: Server, closing: ExitStack
+) -> None:
+    old, new = vehicle(closing, server, 1), vehicle(closing, server, 2)
+    ground = station(closing, server)
+    speak_1(server, old)
+    command = ground.say(
+        "COMMAND_LONG", target_system=1, target_component=1, command=400, param1=1.0
+    )
+    count = ground.say("MISSION_COUNT", target_system=1, target_component=1, count=3)
+    beyond = [
+        ground.say("MISSION_COUNT", target_system=1, count=3, mission_type=1),
+        ground.say("ODOMETRY", x=1.0),
+    ]
+    signer = Codec(255, 190, Signing(bytes(32), lambda: 1.7e9))
+    beyond.append(signer.encode(make("COMMAND_LONG", target_system=1, command=401)))
+    ground.send(beyond[-1])
+    until(server, lambda: old.has(*beyond))
+    assert old.has(in_mavlink_1(command), in_mavlink_1(count))
+    assert not {command, count} & set(old.raw)
+    (heard,) = [m for m in old.heard if m.get_type() == "COMMAND_LONG" and m.command == 400]
+    assert (heard.target_component, heard.param1, heard.get_srcSystem()) == (1, 1.0, 255)
+    ((_, counts),) = server.router.statistics.station_links()
+    assert counts.beyond_mavlink_1 == len(beyond)
+    until(server, lambda: new.has(beyond[1]))  # to all, unmodified where MAVLink 2 is spoken
+    assert old.codec.statistics.bad_crc == 0
+
+
+def test_a_station_of_mavlink_1_hears_a_vehicle_of_mavlink_2_in_mavlink_1(
+    server: Server, closing: ExitStack
+) -> None:
+    craft, old = vehicle(closing, server, 1), station(closing, server)
+    speak_1(server, old)
+    sent = [craft.say("ATTITUDE", time_boot_ms=n, roll=0.1) for n in range(3)]
+    until(server, lambda: old.has(*map(in_mavlink_1, sent)))
+    assert not set(sent) & set(old.raw)
+    odometry = craft.say("ODOMETRY", x=1.0)
+    until(server, lambda: old.has(odometry))
+
+
+def test_a_frame_in_mavlink_1_that_comes_back_is_dropped(
+    server: Server, closing: ExitStack
+) -> None:
+    old, ground = vehicle(closing, server, 1), station(closing, server)
+    speak_1(server, old)
+    frame = in_mavlink_1(ground.say("COMMAND_LONG", target_system=0, command=400))
+    until(server, lambda: old.has(frame))
+    old.send(frame)
+    settle(server, old)
+    assert "COMMAND_LONG" not in [m.get_type() for m in server.received]
+    assert server.router.statistics.of_system(1).duplicates == 1

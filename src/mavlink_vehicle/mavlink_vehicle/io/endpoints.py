@@ -26,6 +26,8 @@ class LinkStatistics(CodecStatistics):
         throttled: dropped undecoded, because too many came.
         withheld: not passed on to ground stations, because too much was to be passed on.
         unrouted: for a system that was not heard anywhere else; not passed on.
+        beyond_mavlink_1: passed on in MAVLink 2 to a vehicle that speaks MAVLink 1 only, because
+            MAVLink 1 has no form of them.
     """
 
     forwarded: int = 0
@@ -37,6 +39,7 @@ class LinkStatistics(CodecStatistics):
     throttled: int = 0
     withheld: int = 0
     unrouted: int = 0
+    beyond_mavlink_1: int = 0
 
     @classmethod
     def of(cls, other: CodecStatistics) -> LinkStatistics:

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
-from mavlink_vehicle.codec import TARGETED, Codec, Intake, Message, mavlink
+from mavlink_vehicle.codec import TARGETED, Codec, Intake, Message, in_mavlink_1, mavlink
 from mavlink_vehicle.io.endpoints import (
     Heard,
     LinkStatistics,
@@ -38,6 +38,7 @@ that hear ten vehicles. Without it what every station says to all others grows w
 
 _PAUSE_S = 0.005
 _EXPIRY_CHECK_S = 1.0
+_MAGIC_2 = 0xFD
 _HEARTBEAT = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _SETUP_SIGNING = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 
@@ -261,7 +262,7 @@ class Router:
     def _pass_unknown(self, origin: PeerEndpoint, now: float) -> None:
         """Pass on frames of which nobody can tell for whom they are: to all."""
         for frame in self._unknown:
-            system, component = frame[5:7] if frame[0] == 0xFD else frame[3:5]
+            system, component = frame[5:7] if frame[0] == _MAGIC_2 else frame[3:5]
             if self._table.admit(origin, frame, (system, component), now):
                 self._pass_on(origin, frame, 0, 0)
         self._unknown.clear()
@@ -272,13 +273,28 @@ class Router:
             if endpoint.station and not self._copies.take(1, self._now):
                 endpoint.counts.withheld += 1
                 continue
-            endpoint.send(frame)
+            endpoint.send(self._as_spoken_by(endpoint, origin, frame))
         if found:
             origin.counts.forwarded += 1
             if origin.station and self._recorder is not None:
                 self._recorder.write(frame)
         elif origin.station and system and (system, component) not in self._table.ours:
             origin.counts.unrouted += 1
+
+    def _as_spoken_by(self, endpoint: PeerEndpoint, origin: PeerEndpoint, frame: bytes) -> bytes:
+        """Return a frame in MAVLink 1 where only that is spoken, and it has such a form.
+
+        Others stay MAVLink 2: most autopilots that send MAVLink 1 hear both.
+        """
+        if not endpoint.codec.speaks_1 or frame[0] != _MAGIC_2:
+            return frame
+        form = in_mavlink_1(frame)
+        if form:
+            self._table.remember_form(form, origin, self._now)
+            return form
+        if not endpoint.station:
+            origin.counts.beyond_mavlink_1 += 1
+        return frame
 
     def _join(self, port: Port, peer: Peer) -> PeerEndpoint:
         codec = self._make_codec()

@@ -107,6 +107,10 @@ class RoutingTable(Generic[EndpointT]):
         """Remember a frame that we send, to recognize it when it comes back."""
         self._remember(frame, None, now)
 
+    def remember_form(self, frame: bytes, origin: EndpointT, now: float) -> None:
+        """Remember another form of a frame that is passed on, to recognize its return."""
+        self._remember(frame, origin, now)
+
     def destinations(self, origin: EndpointT, system: int, component: int) -> list[EndpointT]:
         """Return the endpoints that a frame from `origin` is forwarded to.
 

@@ -16,6 +16,7 @@ COUNTS = {
     "bad_crc": "bad checksums since start",
     "bytes_dropped": "bytes outside frames since start",
     "unrouted": "for unknown systems since start",
+    "beyond_mavlink_1": "without a form in MAVLink 1 since start",
     "looped": "looped back since start",
     "duplicates": "duplicates since start",
     "spoofed": "spoofed since start",
