@@ -140,9 +140,9 @@ def measure(vehicles: int, pages: int) -> tuple[Cost, Cost, float]:
         for page in opened:
             page.updates = 0
         before, begun_s = [_used_s(each) for each in (console, bare)], time.monotonic()
-        counts = json.loads(client.wait_for("[", WINDOW_S + 10.0))
+        feedbacks_s = json.loads(client.wait_for("[", _TIMEOUT_S))
         window_s = time.monotonic() - begun_s
-        if not sum(counts):
+        if not any(feedbacks_s):
             raise RuntimeError(f"None of {vehicles} vehicles flew.")
         costs = [
             Cost((_used_s(each) - used_s) / window_s, _memory_mb(each))

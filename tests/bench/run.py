@@ -1,10 +1,14 @@
-"""Run the benchmarks: ``python tests/bench/run.py [--only WORD] [--compare OLD.json]``.
+"""Run the benchmarks: ``python tests/bench/run.py [--only WORD] [--short] [--compare OLD.json]``.
 
-Every ``bench_*.py`` beside this file has a function ``measures() -> list[dict]``. Each row
-says what was measured, what stands beside it as the reference in the same run, and whether
+Every ``bench_*.py`` beside this file has a function ``measures(short: bool) -> list[dict]``. Each
+row says what was measured, what stands beside it as the reference in the same run, and whether
 the goal is met; all rows are printed as a table and written to ``out/bench.json``. A missed goal is
-printed with how far off it is. What an earlier run wrote can be compared with.
+printed with how far off it is. A file that fails is named at the end, and the others' rows are kept.
+What an earlier run wrote can be compared with.
 Machines differ and are noisy: read the ratios, not the absolute figures.
+
+``--short`` runs every line of each file in a few seconds, with the smallest counts and windows.
+Its figures say nothing, and no goal is judged.
 """
 
 from __future__ import annotations
@@ -16,6 +20,9 @@ import platform
 import re
 import sys
 import time
+import traceback
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +35,16 @@ _LOG_WIDTH = 200
 EXIT_OK = 0
 EXIT_MISSED = 1
 EXIT_USAGE = 2
+EXIT_FAILED = 3
+
+Rows = list[dict[str, Any]]
 
 
 def main() -> int:
-    """Measure; 0 if every goal is met, 1 if one is missed."""
+    """Measure; 0 if every goal is met, 1 if one is missed, 3 if a file failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", default="", metavar="WORD", help="files whose name has WORD")
+    parser.add_argument("--short", action="store_true", help="run each line once; judge no goal")
     parser.add_argument("--output", type=Path, default=ROOT / "out" / "bench.json", metavar="FILE")
     parser.add_argument("--compare", type=Path, metavar="OLD.json", help="an earlier run's output")
     options = parser.parse_args()
@@ -52,27 +63,54 @@ def main() -> int:
     console = Console()
     if not console.is_terminal:
         console = Console(width=_LOG_WIDTH)
-    rows: list[dict[str, Any]] = []
-    for name in names:
-        started_s = time.monotonic()
-        console.print(f"{name} ...", end=" ", highlight=False)
-        rows += importlib.import_module(f"tests.bench.{name}").measures()
-        console.print(f"{time.monotonic() - started_s:.0f} s", highlight=False)
+    files = {name: partial(_measures, name, options.short) for name in names}
+    rows, failed = measured(files, console)
     console.print(_table(rows))
     if options.compare:
         console.print(comparison(earlier, rows))
     options.output.parent.mkdir(parents=True, exist_ok=True)
     machine = {"python": platform.python_version(), "machine": platform.machine()}
-    options.output.write_text(
-        json.dumps({"machine": machine, "measures": rows}, indent=2) + "\n", encoding="utf-8"
-    )
-    missed = [row for row in rows if not row["met"]]
+    result = {"machine": machine, "short": options.short, "measures": rows, "failed": failed}
+    options.output.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    missed = [] if options.short else [row for row in rows if not row["met"]]
     for row in missed:
         console.print(f"Goal missed: {shortfall(row)}", style="bold red")
+    for name, error in failed.items():
+        console.print(f"Failed: {name}: {error}", style="bold red", markup=False)
+    if failed:
+        return EXIT_FAILED
     return EXIT_MISSED if missed else EXIT_OK
 
 
-def _table(rows: list[dict[str, Any]]) -> Table:
+def _measures(name: str, short: bool) -> Rows:
+    rows: Rows = importlib.import_module(f"tests.bench.{name}").measures(short)
+    return rows
+
+
+def measured(
+    files: Mapping[str, Callable[[], Rows]], console: Console
+) -> tuple[Rows, dict[str, str]]:
+    """Measure with one file after the other; one that fails leaves the others their rows.
+
+    Returns:
+        The rows of all, and for each file that failed the last line of its traceback.
+    """
+    rows: Rows = []
+    failed: dict[str, str] = {}
+    for name, measures in files.items():
+        started_s = time.monotonic()
+        console.print(f"{name} ...", end=" ", highlight=False)
+        try:
+            rows += measures()
+        except (Exception, SystemExit) as error:
+            failed[name] = traceback.format_exception_only(error)[-1].strip()
+            traceback.print_exc()
+            console.print("failed after", end=" ", highlight=False)
+        console.print(f"{time.monotonic() - started_s:.0f} s", highlight=False)
+    return rows, failed
+
+
+def _table(rows: Rows) -> Table:
     table = Table(*COLUMNS)
     for row in rows:
         table.add_row(*(_cell(row[column]) for column in COLUMNS))
@@ -92,7 +130,7 @@ def shortfall(row: dict[str, Any]) -> str:
     return f"{told}: off by {abs(_percent(measured, float(parts[1]))):.3g} %"
 
 
-def comparison(earlier: list[dict[str, Any]], rows: list[dict[str, Any]]) -> Table:
+def comparison(earlier: Rows, rows: Rows) -> Table:
     """Return what has changed since an earlier run; ratios depend less on the machine's load."""
     table = Table("name", "reference", "value", "was", "change", "ratio", "was", "change", "met")
     before = {(row["name"], row["reference"]): row for row in earlier}

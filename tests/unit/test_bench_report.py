@@ -1,11 +1,14 @@
-"""A run of the benchmarks reports missed goals and changes since an earlier run."""
+"""A run of the benchmarks reports missed goals, failures, and changes since an earlier run."""
 
 from __future__ import annotations
 
+import sys
+
+import pytest
 from rich.console import Console
 
 from tests.bench.rows import row
-from tests.bench.run import comparison, shortfall
+from tests.bench.run import Rows, comparison, measured, shortfall
 
 
 def test_a_missed_goal_is_printed_with_how_far_off_it_is() -> None:
@@ -15,6 +18,26 @@ def test_a_missed_goal_is_printed_with_how_far_off_it_is() -> None:
     assert shortfall(ratio) == "speed: 30 1/s, 15 x bare; goal >= 20 x: off by 25 %"
     assert shortfall(value) == "memory: 150 MB, 3 x empty; goal < 100 MB: off by 50 %"
     assert shortfall(words).endswith("goal none")
+
+
+def test_a_file_that_fails_leaves_the_others_their_rows(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    one = row("speed", (10.0, "1/s"), ("bare", 2.0), "-", True)
+    other = row("size", (10.0, "MB"), ("bare", 2.0), "-", True)
+
+    def fails() -> Rows:
+        raise RuntimeError("no vehicle flew [1]")
+
+    def exits() -> Rows:
+        sys.exit("no server")
+
+    console = Console(width=160)
+    files = {"a": lambda: [one], "b": fails, "c": exits, "d": lambda: [other]}
+    rows, failed = measured(files, console)
+    assert rows == [one, other]
+    assert failed == {"b": "RuntimeError: no vehicle flew [1]", "c": "SystemExit: no server"}
+    assert "in fails" in capsys.readouterr().err
 
 
 def test_a_comparison_shows_changes_and_verdicts_and_what_is_in_one_run_only() -> None:
