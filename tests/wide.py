@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 FILES = frozenset(
     {
+        "bench/test_short_forms.py",
         "fleets/test_many_encounters.py",
         "fleets/test_many_fleets.py",
         "interop/test_mavkit.py",

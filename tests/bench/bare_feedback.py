@@ -1,8 +1,9 @@
 """The reference of bench_feedback: recv, pymavlink, publish, and nothing else.
 
 Listens on the UDP port given, parses each datagram with pymavlink and publishes a feedback
-message for each GLOBAL_POSITION_INT. Prints {time_boot_ms: seconds of the monotonic clock
-after the publish} as JSON after the number of seconds given.
+message for each GLOBAL_POSITION_INT, where bare_subscriber.py listens. Waits for somebody who
+subscribes. Prints {time_boot_ms: seconds of the monotonic clock after the publish} as JSON after
+the number of seconds given.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from pymavlink.dialects.v20 import all as mavlink
 from rclpy.node import Node
 
 from custom_interfaces.action import Navigate
+from navigation_bridge.names import ACTION_NAME
+from tests.bench.fleet_client import name
 
 
 def main() -> None:
@@ -24,7 +27,10 @@ def main() -> None:
     port, seconds = int(sys.argv[1]), float(sys.argv[2])
     rclpy.init()
     node = Node("bare_feedback")
-    publisher = node.create_publisher(Navigate.Impl.FeedbackMessage, "bare_feedback", 10)
+    topic = f"/{name(0)}/{ACTION_NAME}/_action/feedback"
+    publisher = node.create_publisher(Navigate.Impl.FeedbackMessage, topic, 10)
+    while not publisher.get_subscription_count():
+        time.sleep(0.05)
     parser = mavlink.MAVLink(None, srcSystem=1, srcComponent=191)
     parser.robust_parsing = True
     left_s: dict[int, float] = {}

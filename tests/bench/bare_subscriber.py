@@ -1,4 +1,4 @@
-"""The reference of bench_console: subscriptions to the same topics, and nothing else.
+"""Subscriptions to the topics of vehicles, and nothing else: the reference of bench_console.
 
 ``bare_subscriber.py N`` listens to N vehicles, named as by fleet_client.py, until it is ended.
 """

@@ -27,6 +27,8 @@ from websockets.typing import Origin
 
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
 from tests.bench.bench_fleet import set_up
+from tests.bench.fleet_client import flying_limit_s
+from tests.bench.limits import LATE_S, READY_S
 from tests.bench.rows import row
 
 HERE = Path(__file__).resolve().parent
@@ -34,8 +36,7 @@ ONE, MANY = (1, 1), (20, 5)
 GOALS_CORES = {ONE: 0.15, MANY: 1.0}
 GOAL_MB, GOAL_HZ = 400.0, 9.0
 UPDATES_HZ = 10.0
-WINDOW_S = 10.0
-_TIMEOUT_S = 120.0
+WINDOW_S, SHORT_WINDOW_S = 10.0, 1.0
 _ALIVE_S = 1.0
 
 
@@ -70,11 +71,11 @@ class Page:
             return
 
 
-def measures() -> list[dict[str, Any]]:
+def measures(short: bool = False) -> list[dict[str, Any]]:
     """Measure both."""
     rows = []
-    for vehicles, pages in (ONE, MANY):
-        console, bare, updates_hz = measure(vehicles, pages)
+    for vehicles, pages in (ONE,) if short else (ONE, MANY):
+        console, bare, updates_hz = measure(vehicles, pages, SHORT_WINDOW_S if short else WINDOW_S)
         what = f"console of {vehicles} vehicles on {pages} pages"
         if (vehicles, pages) == ONE:
             what = "console of one vehicle on one page"
@@ -105,8 +106,8 @@ def measures() -> list[dict[str, Any]]:
     return rows
 
 
-def measure(vehicles: int, pages: int) -> tuple[Cost, Cost, float]:
-    """Fly a number of vehicles before a number of pages.
+def measure(vehicles: int, pages: int, for_s: float) -> tuple[Cost, Cost, float]:
+    """Fly a number of vehicles before a number of pages, and look at them for a time.
 
     Returns:
         Costs of the console and of the reference, and the least updates of a page, Hz.
@@ -130,17 +131,17 @@ def measure(vehicles: int, pages: int) -> tuple[Cost, Cost, float]:
               "--ready-after", "1", "--quiet")  # fmt: skip
         console = start("console", "-m", "drone_navigation.navigation_console", "--no-browser")
         bare = start("bare", str(HERE / "bare_subscriber.py"), str(vehicles))
-        bare.wait_for("ready", _TIMEOUT_S)
-        found = re.search(r"http://\S+", console.wait_for("The console is at", _TIMEOUT_S))
+        bare.wait_for("ready", READY_S)
+        found = re.search(r"http://\S+", console.wait_for("The console is at", READY_S))
         if found is None:
             raise RuntimeError("The console told no address.")
         opened = [Page(found[0]) for _ in range(pages)]
-        client = start("client", str(HERE / "fleet_client.py"), str(vehicles), str(WINDOW_S))
-        client.wait_for("flying", _TIMEOUT_S)
+        client = start("client", str(HERE / "fleet_client.py"), str(vehicles), str(for_s))
+        client.wait_for("flying", flying_limit_s(vehicles))
         for page in opened:
             page.updates = 0
         before, begun_s = [_used_s(each) for each in (console, bare)], time.monotonic()
-        feedbacks_s = json.loads(client.wait_for("[", _TIMEOUT_S))
+        feedbacks_s = json.loads(client.wait_for("[", for_s + LATE_S))
         window_s = time.monotonic() - begun_s
         if not any(feedbacks_s):
             raise RuntimeError(f"None of {vehicles} vehicles flew.")

@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.planning.planar_shapes import PlanarShapes
 from navigation_core.planning.planner import NoPath, Path, PlanLimits, plan
+from tests.bench.rows import row
 from tests.support.worlds.other_planners import ompl_path, table_checks
 from tests.support.worlds.random_worlds import CLEARANCE_M, World, random_world
 
-WORLDS = 100
-CROWDED_WORLDS = 140
+WORLDS, SHORT_WORLDS = range(100), (1, 4)
+"""Of the short ones, one has a path and one has none"""
+CROWDED_WORLDS, SHORT_CROWDED_WORLDS = 140, 2
 OBSTACLES, MANY_OBSTACLES = 200, 1000
 LOW_TOP_M = 8.0
 CELL_M = 0.25
@@ -31,6 +33,7 @@ TIME_S = 0.05
 GOAL_MS, MANY_GOAL_MS, LOW_GOAL_MS, CELLS_GOAL_MS = 10.0, 25.0, 50.0, 100.0
 IN_PLANE = PlanLimits(CLEARANCE_M)
 IN_AIR = PlanLimits(CLEARANCE_M, (1.0, 30.0))
+LENGTH_GOAL = 1.02
 RIVALS = ("RRT-Connect", "BIT*")
 
 
@@ -42,11 +45,12 @@ class _Outcome:
     lengths_m: dict[str, float]
 
 
-def measures() -> list[dict[str, Any]]:
+def measures(short: bool = False) -> list[dict[str, Any]]:
     """Measure the time of a plan, then success and length beside OMPL."""
-    crowded = [random_world(seed, OBSTACLES) for seed in range(CROWDED_WORLDS)]
-    many = [random_world(seed, MANY_OBSTACLES) for seed in range(CROWDED_WORLDS // 2)]
-    low = [random_world(seed, OBSTACLES, top_m=LOW_TOP_M) for seed in range(CROWDED_WORLDS)]
+    count = SHORT_CROWDED_WORLDS if short else CROWDED_WORLDS
+    crowded = [random_world(seed, OBSTACLES) for seed in range(count)]
+    many = [random_world(seed, MANY_OBSTACLES) for seed in range(count // 2)]
+    low = [random_world(seed, OBSTACLES, top_m=LOW_TOP_M) for seed in range(count)]
     rows = []
     for among, goal_ms, cases in (
         (f"{OBSTACLES} obstacles", GOAL_MS, [(w, w.obstacles, IN_PLANE) for w in crowded]),
@@ -59,13 +63,14 @@ def measures() -> list[dict[str, Any]]:
         (
             f"up to {CELLS_MAX} sensed cells",
             CELLS_GOAL_MS,
-            [(w, _as_cells(w), IN_PLANE) for w in crowded[: CROWDED_WORLDS // 2]],
+            [(w, _as_cells(w), IN_PLANE) for w in crowded[: count // 2]],
         ),
     ):
         spent = np.percentile([_time_ms(*case) for case in cases], (50.0, 99.0))
         name = f"plan among {among}, 99th percentile"
-        rows.append(_row(name, spent[1], "ms", "median", spent[0], goal_ms))
-    return rows + _beside_ompl([_outcome(seed) for seed in range(WORLDS)])
+        median, latest = ("median", float(spent[0])), (float(spent[1]), "ms")
+        rows.append(row(name, latest, median, f"< {goal_ms:g} ms", latest[0] < goal_ms))
+    return rows + _beside_ompl([_outcome(seed) for seed in (SHORT_WORLDS if short else WORLDS)])
 
 
 def _beside_ompl(outcomes: list[_Outcome]) -> list[dict[str, Any]]:
@@ -75,18 +80,22 @@ def _beside_ompl(outcomes: list[_Outcome]) -> list[dict[str, Any]]:
     rows = []
     for rival in RIVALS:
         name = f"worlds with a path in which it is found, beside {rival}"
-        row = _row(name, found["ours"], "", f"OMPL {rival}", found[rival], 1.0)
-        rows.append({**row, "goal": "all of them", "met": found["ours"] == 1.0})
+        share, reference = (found["ours"], ""), (f"OMPL {rival}", found[rival])
+        rows.append(row(name, share, reference, "all of them", found["ours"] == 1.0))
         both = [o for o in solvable if np.isfinite([o.lengths_m["ours"], o.lengths_m[rival]]).all()]
         ours, theirs = (
             float(np.mean([o.lengths_m[name] / min(o.lengths_m.values()) for o in both]))
             for name in ("ours", rival)
         )
         name = f"length over the shortest known, where {rival} finds a path"
-        rows.append(_row(name, ours, "", f"OMPL {rival}", theirs, 1.02))
-    said = 1.0 - _share("ours", closed)
-    row = _row(f"{len(closed)} worlds without a path that end in NoPath", said, "", "", None, 1.0)
-    return [*rows, {**row, "goal": "all of them", "met": said == 1.0}]
+        met = ours < LENGTH_GOAL
+        rows.append(row(name, (ours, ""), (f"OMPL {rival}", theirs), f"< {LENGTH_GOAL:g}", met))
+    said = sum(not np.isfinite(outcome.lengths_m["ours"]) for outcome in closed)
+    name, reference = (
+        "worlds without a path that end in NoPath",
+        ("worlds without one", len(closed)),
+    )
+    return [*rows, row(name, (said, "1"), reference, "all of them", said == len(closed))]
 
 
 def _share(name: str, outcomes: list[_Outcome]) -> float:
@@ -129,18 +138,3 @@ def _as_cells(world: World) -> Obstacles:
     clear = Obstacles(posts)
     assert (clear.clearance_m(ends) >= CLEARANCE_M).all()
     return clear
-
-
-def _row(
-    name: str, value: float, unit: str, reference: str, reference_value: float | None, goal: float
-) -> dict[str, Any]:
-    return {
-        "name": name,
-        "value": float(value),
-        "unit": unit,
-        "reference": reference,
-        "reference_value": None if reference_value is None else float(reference_value),
-        "ratio": None if reference_value is None else float(value / reference_value),
-        "goal": f"< {goal:g} {unit}".strip(),
-        "met": bool(value < goal),
-    }

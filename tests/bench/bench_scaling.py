@@ -19,22 +19,22 @@ from pymavlink.dialects.v20 import all as dialect
 
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
 from navigation_bridge import notes
+from tests.bench.limits import READY_S
 from tests.bench.rows import row
 from tests.support.links.hosts import Host, Network, NoNamespacesError, networked
 
 # A radio of 57,600 baud: ten bits to a byte (8N1).
 RADIO_BYTES_S = 5760.0
 _SERVER_COMPONENT = 191
-_READY_S = 60.0
 _SETTLE_S = 5.0
 _DOMAIN = 1
 _PROBER = str(Path(__file__).with_name("discovery_prober.py"))
 EXIT_NO_NAMESPACES = 3
 
 
-def measures() -> list[dict[str, Any]]:
+def measures(short: bool = False) -> list[dict[str, Any]]:
     """Measure the link of one vehicle in flight, with the rates that are set by default."""
-    load = link_load(3.0, ())
+    load = link_load(1.0 if short else 3.0, ())
     flown = sum(load["flying"].values()) / load["seconds"]
     return [
         row(
@@ -76,12 +76,12 @@ def link_load(seconds: float, parameters: tuple[str, ...]) -> dict[str, Any]:
             "--arming", "auto", "--tlog", str(log), "--ros-args", *given,
         )  # fmt: skip
         start("vehicle", "mavlink_sitl", "--link", f"udpout://127.0.0.1:{port}")
-        server.wait_for("Position valid", _READY_S)
+        server.wait_for("Position valid", READY_S)
         idle = _window(2.0, seconds)
         client = start(
             "client", "drone_navigation.navigation_client", "--plain", "--goal", "200", "0", "5",
         )  # fmt: skip
-        client.wait_for("NAVIGATING", _READY_S)
+        client.wait_for("NAVIGATING", READY_S)
         flying = _window(0.5, seconds)
         server.stop()
         frames = list(_frames(log.read_bytes()))
@@ -168,7 +168,7 @@ def domain_load(count: int, vehicles: int, seconds: float) -> dict[str, Any]:
             own = [name for name in names if name.startswith(f"{host.name}v")]
             servers.append(_server(host, own, folder, stack, environment))
         for server in servers:
-            server.wait_for("ready on", _READY_S)
+            server.wait_for("ready on", READY_S)
         time.sleep(_SETTLE_S)
         desk = network.hosts[-1]
         before = sum(desk.counted())
@@ -176,12 +176,12 @@ def domain_load(count: int, vehicles: int, seconds: float) -> dict[str, Any]:
             "prober", ["python", _PROBER, str(2 * _SETTLE_S + seconds), *names], environment
         )
         stack.callback(prober.stop)
-        found = json.loads(prober.wait_for("found_s", _READY_S))
+        found = json.loads(prober.wait_for("found_s", READY_S))
         time.sleep(_SETTLE_S)
         settled = sum(desk.counted())
         time.sleep(seconds)
         idle = sum(desk.counted())
-        endpoints = json.loads(prober.wait_for("endpoints", _READY_S))["endpoints"]
+        endpoints = json.loads(prober.wait_for("endpoints", READY_S))["endpoints"]
     return {
         "found_s": found["found_s"],
         "found_bytes": settled - before,
@@ -205,7 +205,7 @@ def goal_load(seconds: float) -> float:
         server = _server(base, ["a"], folder, stack, environment)
         vehicle = ["python", "-m", "mavlink_sitl", "--link", "udpout://127.0.0.1:14550"]
         stack.callback(base.process("vehicle", vehicle, environment).stop)
-        server.wait_for("Position valid", _READY_S)
+        server.wait_for("Position valid", READY_S)
         client = desk.process(
             "client",
             ["python", "-m", "drone_navigation.navigation_client", "--plain", "--goal", "200", "0",
@@ -213,7 +213,7 @@ def goal_load(seconds: float) -> float:
             environment,
         )  # fmt: skip
         stack.callback(client.stop)
-        client.wait_for("NAVIGATING", _READY_S)
+        client.wait_for("NAVIGATING", READY_S)
         before = sum(desk.counted())
         time.sleep(seconds)
         return (sum(desk.counted()) - before) / seconds

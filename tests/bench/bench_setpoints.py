@@ -22,16 +22,22 @@ import psutil
 import yaml
 
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from navigation_core.geometry import Vector3
+from tests.bench.limits import READY_S
 from tests.bench.rows import row
 from tests.bench.stamping_relay import Relay
 
 PERIOD_MS = 50.0
 LONGEST_MS, LATE_MS = 2.0 * PERIOD_MS, 1.5 * PERIOD_MS
 REPLANS_MIN = 3
-FLIGHT_MAX_S = 180.0
-GOAL_ENU_M = (100.0, 0.0, 3.0)
+FLIGHT_MAX_S = 600.0
+"""An idle machine needs 50 s"""
+GOAL_ENU_M, SHORT_GOAL_ENU_M = (100.0, 0.0, 3.0), (8.0, 0.0, 3.0)
 SPEED_M_S = 4.0
 KNOWN, UNKNOWN, MOVING = 200, 60, 5
+_ENDS = ("SUCCESS",)
+_SHORT_ENDS = ("SUCCESS", "SERVER_LATE")
+"""The short form runs on a machine that others keep busy, too"""
 _SEED = 5
 _RADIUS_M, _HEIGHT_M = 0.3, 40.0
 # From middle to middle: between any two posts there is room for the vehicle and its clearance.
@@ -65,9 +71,11 @@ class _Flown:
         return float(np.median(self.intervals_ms))
 
 
-def measures() -> list[dict[str, Any]]:
+def measures(short: bool = False) -> list[dict[str, Any]]:
     """Fly with avoid_obstacles, and without."""
-    avoiding, straight = _flown(avoid=True), _flown(avoid=False)
+    goal_enu_m = SHORT_GOAL_ENU_M if short else GOAL_ENU_M
+    ends = _SHORT_ENDS if short else _ENDS
+    avoiding, straight = (_flown(goal_enu_m, avoid, ends) for avoid in (True, False))
     # Where even a server that plans nothing is late, the machine has been busy.
     longest_ms = max(LONGEST_MS, straight.longest_ms)
     name = "Interval of setpoints while planning around obstacles"
@@ -154,7 +162,7 @@ def _known(places: list[_Place]) -> dict[str, Any]:
 # --- the flights -------------------------------------------------------------------------
 
 
-def _flown(avoid: bool) -> _Flown:
+def _flown(goal_enu_m: Vector3, avoid: bool, ends: tuple[str, ...]) -> _Flown:
     port = free_udp_port()
     relay = Relay(port)
     environment = ros_environment(free_domain(os.getpid() + 10 * avoid))
@@ -168,10 +176,10 @@ def _flown(avoid: bool) -> _Flown:
             server = _server(port, file, environment)
             processes.append(server)
             processes.append(_simulator(relay.port, world, environment))
-            server.wait_for("Position valid", 30.0)
+            server.wait_for("Position valid", READY_S)
             usage = psutil.Process(server.pid)
             before_s = sum(usage.cpu_times()[:2])
-            client = _client(avoid, environment)
+            client = _client(goal_enu_m, avoid, environment)
             processes.append(client)
             client.wait(FLIGHT_MAX_S)
             used_s = sum(usage.cpu_times()[:2]) - before_s
@@ -182,7 +190,7 @@ def _flown(avoid: bool) -> _Flown:
                 process.stop(15.0)
     events = [json.loads(line) for line in client.lines]
     end = next(event for event in events if event["event"] == "ended")
-    if end["code"] != "SUCCESS":
+    if end["code"] not in ends:
         raise RuntimeError(f"The flight ended otherwise, nothing measured: {end['message']}")
     replans = max(event.get("replans", 0) for event in events if event["event"] == "feedback")
     return _Flown(1e3 * np.diff(stamps_s), replans, used_s / end["elapsed_s"])
@@ -207,8 +215,8 @@ def _simulator(port: int, world: Path, environment: dict[str, str]) -> Process:
     )  # fmt: skip
 
 
-def _client(avoid: bool, environment: dict[str, str]) -> Process:
-    goal = [f"{number:g}" for number in GOAL_ENU_M]
+def _client(goal_enu_m: Vector3, avoid: bool, environment: dict[str, str]) -> Process:
+    goal = [f"{number:g}" for number in goal_enu_m]
     return Process(
         "client",
         ["python", "-m", "drone_navigation.navigation_client", "--json", "--speed",

@@ -13,10 +13,10 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,37 +24,44 @@ import matplotlib as mpl
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, Truth, VehicleConfig
+from tests.bench.limits import run_module
 from tests.bench.rows import row
 from tests.support.messages.hostile_frames import frames
 
 ROOT = Path(__file__).resolve().parents[2]
-PLOT = ROOT / "out" / "sitl_growth.png"
+PLOT, SHORT_PLOT = ROOT / "out" / "sitl_growth.png", ROOT / "out" / "sitl_growth_short.png"
 ARDUPILOT_GOAL, PX4_GOAL, MANY_GOAL, MEMORY_GOAL_MB = 800.0, 400.0, 8.0, 200.0
 LOCKSTEP_GOAL = 400.0
 LONG_TICK_S, USUAL_TICK_S = 0.05, 0.01
 FUZZ_GOAL = 0.2
 """Of pymavlink's parser alone, which acts on nothing"""
-COUNTS = (1, 2, 5, 10, 30, 100, 300, 1000)
+COUNTS, SHORT_COUNTS = (1, 2, 5, 10, 30, 100, 300, 1000), (1, 2)
 USUAL_STREAMS = (1, 24, 30, 32, 33, 36, 65, 74, 147, 193, 245)
 FOUR_STREAMS = (1, 30, 33, 147)
 STREAMS = {"usual": USUAL_STREAMS, "four": FOUR_STREAMS, "own": ()}
 RATE_HZ = 4.0
 WINDOW_S = 0.1
-FUZZ_FRAMES = 1_000_000
+FUZZ_FRAMES, SHORT_FUZZ_FRAMES = 1_000_000, 10_000
 PARSED_FRAMES = 100_000
-ROUNDS = 5
+ROUNDS, SHORT_ROUNDS = 5, 1
+_PACKED_FOR_S = 0.1
+"""For at least so long, as some systems count processor time in steps of 10 ms"""
 PACKING = "pymavlink packing the same messages"
+_CPU_ONE_S, _CPU_EACH_MORE_S = 100.0, 1.0
 
 
-def measures() -> list[dict[str, Any]]:
+def measures(short: bool = False) -> list[dict[str, Any]]:
     """One of each firmware, a thousand, what lies between, and a million hostile frames."""
-    one, px4 = _in_a_process("ardupilot", 1, "usual"), _in_a_process("px4", 1, "own")
-    found = {count: _in_a_process("ardupilot", count, "four") for count in COUNTS}
-    _plot(found)
-    alone, many = found[1], found[COUNTS[-1]]
-    each_ms, alone_ms = 1e3 / many["speed"] / COUNTS[-1], 1e3 / alone["speed"]
-    rate, parsed, survived = _fuzz(FUZZ_FRAMES)
-    lockstep = _in_a_process("ardupilot", 1, "lockstep")
+    run = partial(_in_a_process, short=short)
+    counts = SHORT_COUNTS if short else COUNTS
+    one, px4 = run("ardupilot", 1, "usual"), run("px4", 1, "own")
+    found = {count: run("ardupilot", count, "four") for count in counts}
+    _plot(found, SHORT_PLOT if short else PLOT)
+    alone, many, most = found[1], found[counts[-1]], f"{counts[-1]:,}"
+    each_ms, alone_ms = 1e3 / many["speed"] / counts[-1], 1e3 / alone["speed"]
+    frame_count = SHORT_FUZZ_FRAMES if short else FUZZ_FRAMES
+    rate, parsed, survived = _fuzz(frame_count)
+    lockstep = run("ardupilot", 1, "lockstep")
     return [
         _speed("Simulated ArduPilot copter with usual streams", one, ARDUPILOT_GOAL),
         row(
@@ -65,23 +72,23 @@ def measures() -> list[dict[str, Any]]:
             lockstep["speed"] >= LOCKSTEP_GOAL,
         ),
         _speed("Simulated PX4 copter with its own streams", px4, PX4_GOAL),
-        _speed("1,000 copters with four streams at 4 Hz", many, MANY_GOAL),
+        _speed(f"{most} copters with four streams at 4 Hz", many, MANY_GOAL),
         row(
-            "Memory of 1,000 copters",
+            f"Memory of {most} copters",
             (many["memory_mb"], "MB"),
             ("one copter", alone["memory_mb"]),
             f"< {MEMORY_GOAL_MB:g} MB",
             many["memory_mb"] < MEMORY_GOAL_MB,
         ),
         row(
-            "Processor time of each of 1,000 copters per simulated second",
+            f"Processor time of each of {most} copters per simulated second",
             (each_ms, "ms"),
             ("one copter alone", alone_ms),
             "< 1 x the reference",
             each_ms < alone_ms,
         ),
         row(
-            f"Hostile frames per second into a copter that answers after {FUZZ_FRAMES:,}",
+            f"Hostile frames per second into a copter that answers after {frame_count:,}",
             (rate, "1/s"),
             ("pymavlink parsing the same", parsed),
             f">= {FUZZ_GOAL:g} x the reference, and an answer",
@@ -96,17 +103,15 @@ def _speed(name: str, found: dict[str, float], goal: float) -> dict[str, Any]:
     return row(title, value, reference, f">= {goal:g} x", found["speed"] >= goal)
 
 
-def _in_a_process(autopilot: str, count: int, streams: str) -> dict[str, float]:
+def _in_a_process(autopilot: str, count: int, streams: str, short: bool) -> dict[str, float]:
     """The best of a few rounds: what disturbs only makes it slower."""
-    command = [sys.executable, "-m", "tests.bench.bench_sitl", autopilot, str(count), streams]
-    done = subprocess.run(
-        command, cwd=ROOT, check=True, timeout=300.0, capture_output=True, text=True
-    )
-    return dict(json.loads(done.stdout))
+    words = [autopilot, str(count), streams, *(["short"] if short else [])]
+    return run_module("tests.bench.bench_sitl", words, _CPU_ONE_S + _CPU_EACH_MORE_S * count)
 
 
-def fly(autopilot: str, count: int, streams: str) -> dict[str, float]:
+def fly(autopilot: str, count: int, streams: str, short: bool) -> dict[str, float]:
     """Speed and memory of a number of copters in this process, and pymavlink's speed."""
+    rounds = SHORT_ROUNDS if short else ROUNDS
     simulation = Simulation([VehicleConfig(autopilot=autopilot) for _ in range(count)], seed=1)
     simulation.run_for(10.0 if autopilot == "px4" else 4.0)
     for vehicle in simulation.vehicles:
@@ -118,7 +123,7 @@ def fly(autopilot: str, count: int, streams: str) -> dict[str, float]:
     _pass(simulation, 5.0)
     seconds = min(max(300.0 / count, 1.0), 30.0)
     speeds, sent = [], []
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         begin_s = time.process_time()
         sent = _pass(simulation, seconds)
         speeds.append(seconds / (time.process_time() - begin_s))
@@ -127,13 +132,14 @@ def fly(autopilot: str, count: int, streams: str) -> dict[str, float]:
     if not (simulation.truth.position_ned_m[:, 2] < -1.0).all():
         raise RuntimeError("not all copters fly")
     memory_mb = _peak_memory_mb()
-    packing = seconds / min(_packing_s(sent) for _ in range(ROUNDS))
+    packing = seconds / min(_packing_s(sent) for _ in range(rounds))
     return {"speed": max(speeds), "packing_speed": packing, "memory_mb": memory_mb}
 
 
-def fly_in_lockstep() -> dict[str, float]:
+def fly_in_lockstep(short: bool) -> dict[str, float]:
     """Speed of a test that reads the truth at each tick, with long and with usual ticks."""
-    rounds = [(_lockstep(LONG_TICK_S), _lockstep(USUAL_TICK_S)) for _ in range(2 * ROUNDS)]
+    count = SHORT_ROUNDS if short else 2 * ROUNDS
+    rounds = [(_lockstep(LONG_TICK_S), _lockstep(USUAL_TICK_S)) for _ in range(count)]
     speed, reference = map(max, zip(*rounds, strict=True))
     return {"speed": speed, "reference": reference, "memory_mb": _peak_memory_mb()}
 
@@ -187,10 +193,13 @@ def _packing_s(sent: list[bytes]) -> float:
     """Processor time in which pymavlink packs the same messages again."""
     reader, writer = mav.MAVLink(None), mav.MAVLink(None, 1, 1)
     messages = [reader.decode(bytearray(frame)) for frame in sent]
-    begin_s = time.process_time()
-    for message in messages:
-        message.pack(writer)
-    return time.process_time() - begin_s
+    begin_s, spent_s, times = time.process_time(), 0.0, 0
+    while spent_s < _PACKED_FOR_S:
+        for message in messages:
+            message.pack(writer)
+        times += 1
+        spent_s = time.process_time() - begin_s
+    return spent_s / times
 
 
 def _peak_memory_mb() -> float:
@@ -216,20 +225,20 @@ def _fuzz(count: int) -> tuple[float, float, bool]:
     simulation.link.set_faults(None)
     simulation.run_for(5.0)
     survived = bool(simulation.link.read_datagrams())
-    return count / spent_s, _parsed_per_s(), survived
+    return count / spent_s, _parsed_per_s(min(count, PARSED_FRAMES)), survived
 
 
-def _parsed_per_s() -> float:
+def _parsed_per_s(count: int) -> float:
     parser = mav.MAVLink(None)
     parser.robust_parsing = True
-    hostile = list(itertools.islice(frames(1), PARSED_FRAMES))
+    hostile = list(itertools.islice(frames(1), count))
     begin_s = time.process_time()
     for frame in hostile:
         parser.parse_buffer(frame)
-    return PARSED_FRAMES / (time.process_time() - begin_s)
+    return count / (time.process_time() - begin_s)
 
 
-def _plot(found: dict[int, dict[str, float]]) -> None:
+def _plot(found: dict[int, dict[str, float]], file: Path) -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt  # noqa: PLC0415 after the choice of the backend
 
@@ -243,12 +252,15 @@ def _plot(found: dict[int, dict[str, float]]) -> None:
     right.semilogx(counts, [found[n]["memory_mb"] for n in counts], "o-")
     right.axhline(MEMORY_GOAL_MB, color="grey", linestyle="--")
     right.set(xlabel="copters", ylabel="peak memory, MB", ylim=(0.0, None))
-    PLOT.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PLOT, dpi=100)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(file, dpi=100)
     plt.close(figure)
 
 
 if __name__ == "__main__":
-    kind, vehicles, what = sys.argv[1], int(sys.argv[2]), sys.argv[3]
-    measured = fly_in_lockstep() if what == "lockstep" else fly(kind, vehicles, what)
+    kind, vehicles, what, shortly = sys.argv[1], int(sys.argv[2]), sys.argv[3], len(sys.argv) > 4
+    if what == "lockstep":
+        measured = fly_in_lockstep(shortly)
+    else:
+        measured = fly(kind, vehicles, what, shortly)
     print(json.dumps(measured))

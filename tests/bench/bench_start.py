@@ -13,12 +13,12 @@ from typing import Any
 import psutil
 
 from drone_navigation.processes import Process, free_domain, free_udp_port, ros_environment
+from tests.bench.limits import READY_S
 from tests.bench.rows import row
 
-STARTS = 5
+STARTS, SHORT_STARTS = 5, 1
 GOAL_RATIO = 3.0
 HELP_S, GOAL_SENT_S = 0.2, 0.5
-_READY_S = 60.0
 _BARE = """
 import rclpy
 rclpy.init()
@@ -27,7 +27,7 @@ rclpy.spin(rclpy.get_global_executor())
 """
 
 
-def measures() -> list[dict[str, Any]]:
+def measures(short: bool = False) -> list[dict[str, Any]]:
     """Measure both in turns; the least of some starts is what the machine's load added least to."""
     environment = ros_environment(free_domain(os.getpid()))
     link = f"udpin://127.0.0.1:{free_udp_port()}"
@@ -38,7 +38,7 @@ def measures() -> list[dict[str, Any]]:
             *_cpu_s(server, "server ready", environment, [*client, "--goal", "5", "0", "5"]),
             *_cpu_s(["python", "-c", _BARE], "ready", environment, [*client, "--help"]),
         )
-        for _ in range(STARTS)
+        for _ in range(SHORT_STARTS if short else STARTS)
     ]
     server_s, goal_s, bare_s, help_s = (min(seconds) for seconds in zip(*starts, strict=True))
     bare = ("a bare rclpy node that logs", bare_s)
@@ -66,11 +66,11 @@ def _cpu_s(
     """Return what a process has cost when it has said that, and what another one costs then."""
     process = Process(command[-1], command, environment)
     try:
-        process.wait_for(said, _READY_S)
+        process.wait_for(said, READY_S)
         times = psutil.Process(process.pid).cpu_times()
         before = os.times()
         subprocess.run(
-            beside, env=environment, stdout=subprocess.DEVNULL, timeout=_READY_S, check=False
+            beside, env=environment, stdout=subprocess.DEVNULL, timeout=READY_S, check=False
         )
         after = os.times()
         other_s = after[2] + after[3] - before[2] - before[3]

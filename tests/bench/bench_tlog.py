@@ -14,11 +14,8 @@ did nothing else: processor time counts, with the start of the processes.
 from __future__ import annotations
 
 import importlib.util
-import json
 import os
 import shutil
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -28,26 +25,29 @@ from numpy.typing import NDArray
 
 from flight_logs.tlog import for_each_log
 from mavlink_vehicle.io.tlog import TlogReader
+from tests.bench.limits import run_module
 from tests.bench.log_reading import iterate
 from tests.bench.rows import row
 
 ROOT = Path(__file__).resolve().parents[2]
 RECORDINGS = sorted(ROOT.glob("tests/replay/data/*.tlog"))
-SIZES_MB = (1, 10, 100, 1000)
+SIZES_MB, SHORT_SIZES_MB = (1, 10, 100, 1000), (1,)
 WHOLE_LIMIT_MB = 100
 """Longer logs are read piece by piece."""
 ROUNDS = {1: 9, 10: 3, 100: 2}
 RATIO_GOAL = 60.0
 MEMORY_GOAL_MB = 2048.0
-FOLDER_LOGS = 12
+FOLDER_LOGS, FOLDER_LOG_MB = 12, 100
+SHORT_FOLDER_LOGS, SHORT_FOLDER_LOG_MB = 2, 1
 FOLDER_GOAL = 5e6
 """Messages per second of one core."""
 RIVAL = "fasttlogparser"
 STAMP_SIZE = 8
 MB = 1_000_000
+_CPU_S, _CPU_S_PER_MB = 30.0, 1.0
 
 
-def measures() -> list[dict[str, Any]]:
+def measures(short: bool = False) -> list[dict[str, Any]]:
     """Measure logs of all sizes."""
     rows = []
     if importlib.util.find_spec(RIVAL) is None:
@@ -55,17 +55,18 @@ def measures() -> list[dict[str, Any]]:
     with tempfile.TemporaryDirectory() as folder:
         part = Path(folder) / "part.tlog"
         write_log(part, MB)
-        for size_mb in SIZES_MB:
+        for size_mb in SHORT_SIZES_MB if short else SIZES_MB:
             free_mb = shutil.disk_usage(folder).free / MB
             if free_mb < 2 * size_mb:
                 print(f"No log of {size_mb} MB: only {free_mb:.0f} MB of {folder} are free.")
                 continue
-            rows += _measure(Path(folder), part, size_mb)
-        return [*rows, *_measure_folder(Path(folder))]
+            rows += _measure(Path(folder), part, size_mb, short)
+        if short:
+            return [*rows, *_measure_folder(Path(folder), SHORT_FOLDER_LOGS, SHORT_FOLDER_LOG_MB)]
+        return [*rows, *_measure_folder(Path(folder), FOLDER_LOGS, FOLDER_LOG_MB)]
 
 
-def _measure_folder(folder: Path) -> list[dict[str, Any]]:
-    size_mb = WHOLE_LIMIT_MB
+def _measure_folder(folder: Path, log_count: int, size_mb: int) -> list[dict[str, Any]]:
     if shutil.disk_usage(folder).free < 2 * size_mb * MB:
         print("No folder of logs: too little of the disk is free.")
         return []
@@ -73,21 +74,24 @@ def _measure_folder(folder: Path) -> list[dict[str, Any]]:
     log = folder / "log.tlog"
     write_log(log, size_mb * MB)
     before = os.times()
-    count = sum(for_each_log(iterate, [log] * FOLDER_LOGS, cores))
+    count = sum(for_each_log(iterate, [log] * log_count, cores))
     after = os.times()
+    alone = _read("iterate_tlog", log, 1)
     log.unlink()
     spent_s = sum(after[:4]) - sum(before[:4])  # of this process and its children
     rate, goal = cores * count / spent_s, cores * FOLDER_GOAL
-    name = f"messages per second of {cores} cores, {FOLDER_LOGS} logs of {size_mb} MB"
-    return [row(name, (rate, "1/s"), ("goal", goal), f">= {goal:.0f}", rate >= goal)]
+    name = f"messages per second of {cores} cores, {log_count} logs of {size_mb} MB"
+    one = cores * alone["messages"] / alone["seconds"]
+    reference = (f"{cores} x one log in one process", one)
+    return [row(name, (rate, "1/s"), reference, f">= {goal:.0f} 1/s", rate >= goal)]
 
 
-def _measure(folder: Path, part: Path, size_mb: int) -> list[dict[str, Any]]:
+def _measure(folder: Path, part: Path, size_mb: int, short: bool) -> list[dict[str, Any]]:
     log = folder / "log.tlog"
     write_log(log, size_mb * MB)
     reader = "read_tlog" if size_mb <= WHOLE_LIMIT_MB else "iterate_tlog"
-    by_mavutil = _read("mavutil", part, rounds=3)
-    rounds = ROUNDS.get(size_mb, 1)
+    by_mavutil = _read("mavutil", part, rounds=1 if short else 3)
+    rounds = 1 if short else ROUNDS.get(size_mb, 1)
     ours = _read(reader, log, rounds)
     rival = None
     if reader == "read_tlog" and importlib.util.find_spec(RIVAL) is not None:
@@ -110,10 +114,8 @@ def _measure(folder: Path, part: Path, size_mb: int) -> list[dict[str, Any]]:
 
 
 def _read(reader: str, path: Path, rounds: int) -> dict[str, Any]:
-    command = [sys.executable, "-m", "tests.bench.log_reading", reader, str(path), str(rounds)]
-    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=True)
-    result: dict[str, Any] = json.loads(done.stdout)
-    return result
+    cpu_s = rounds * (_CPU_S + _CPU_S_PER_MB * path.stat().st_size / MB)
+    return run_module("tests.bench.log_reading", [reader, str(path), str(rounds)], cpu_s)
 
 
 def write_log(path: Path, size: int) -> None:

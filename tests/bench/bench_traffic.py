@@ -16,6 +16,7 @@ from tests.bench.rows import row
 from tests.fleets.points import fly_crossing, starts_and_targets
 
 VEHICLES, SIDE_M, FLOWN_S = 50, 250.0, 20.0
+SHORT_VEHICLES, SHORT_FLOWN_S = 5, 1.0
 SETPOINT_S = 0.05
 """1 / setpoint_rate_hz"""
 
@@ -57,21 +58,22 @@ class _Beside:
         self.used_s += time.thread_time() - begun_s
 
 
-def measures() -> list[dict[str, Any]]:
+def measures(short: bool = False) -> list[dict[str, Any]]:
     """Measure the processor time of one step of all, alone and among each other."""
-    pairs = starts_and_targets(1, VEHICLES, SIDE_M, 9.0)
+    count, flown_s = (SHORT_VEHICLES, SHORT_FLOWN_S) if short else (VEHICLES, FLOWN_S)
+    pairs = starts_and_targets(1, count, SIDE_M, 9.0)
     steps_ms, searches = {}, _Beside()
     for together in (True, False):
         begun_s = time.thread_time()
-        fly_crossing(pairs, Separation(), together, FLOWN_S, SETPOINT_S, searches, searches.work)
+        fly_crossing(pairs, Separation(), together, flown_s, SETPOINT_S, searches, searches.work)
         used_s = time.thread_time() - begun_s - (searches.used_s if together else 0.0)
-        steps_ms[together] = 1e3 * used_s / math.ceil(FLOWN_S / SETPOINT_S)
+        steps_ms[together] = 1e3 * used_s / math.ceil(flown_s / SETPOINT_S)
     budget_ms = 1e3 * SETPOINT_S
-    searched, left = searches.used_s / FLOWN_S, max(1.0 - steps_ms[True] / budget_ms, 0.01)
+    searched, left = searches.used_s / flown_s, max(1.0 - steps_ms[True] / budget_ms, 0.01)
     return [
         *(
             row(
-                f"traffic: a step of {VEHICLES} vehicles that {what}",
+                f"traffic: a step of {count} vehicles that {what}",
                 (steps_ms[together], "ms"),
                 ("the setpoint period", budget_ms),
                 f"<= {budget_ms:g} ms",
@@ -80,7 +82,7 @@ def measures() -> list[dict[str, Any]]:
             for together, what in ((True, "cross and keep apart"), (False, "fly as if alone"))
         ),
         row(
-            f"traffic: searches for detours beside it, {VEHICLES} vehicles",
+            f"traffic: searches for detours beside it, {count} vehicles",
             (searched, "cores"),
             ("left by the steps", left),
             "<= 1 x",

@@ -23,8 +23,10 @@ import multiprocessing
 import statistics
 import sys
 import time
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -40,9 +42,11 @@ from tests.support.worlds.random_worlds import CLEARANCE_M, World, random_world
 
 ROOT = Path(__file__).resolve().parents[2]
 REPORT = ROOT / "out" / "bench_worlds.json"
+SHORT_REPORT = ROOT / "out" / "bench_worlds_short.json"
 ALL_WORLDS = 1000
 WORLDS = 8
 """About a minute on two cores."""
+SHORT_WORLDS, SHORT_OBSTACLES = (3,), 5
 MOVERS = (0, 0, 1, 3)
 RADIUS_M = 0.5
 _HEIGHT_M = 3.0
@@ -74,16 +78,25 @@ class Result:
     took_s: float
 
 
-def measures(worlds: int = WORLDS) -> list[dict[str, Any]]:
+def measures(short: bool = False) -> list[dict[str, Any]]:
     """Fly through the first random worlds."""
+    if short:
+        return measure(SHORT_WORLDS, SHORT_REPORT, SHORT_OBSTACLES)
+    return measure(range(WORLDS), REPORT)
+
+
+def measure(
+    worlds: Sequence[int], report: Path, obstacles: int | None = None
+) -> list[dict[str, Any]]:
+    """Fly through the worlds of these numbers, and write what came of it to a file."""
     with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
         results = []
-        for result in pool.map(fly_one, range(worlds)):
+        for result in pool.map(partial(fly_one, obstacles=obstacles), worlds):
             results.append(result)
-            if worlds > WORLDS:
+            if len(worlds) > WORLDS:
                 _tell(result)
-    REPORT.parent.mkdir(parents=True, exist_ok=True)
-    REPORT.write_text(json.dumps([asdict(result) for result in results], indent=1) + "\n")
+    report.parent.mkdir(parents=True, exist_ok=True)
+    report.write_text(json.dumps([asdict(result) for result in results], indent=1) + "\n")
     return _rows(results)
 
 
@@ -100,14 +113,14 @@ def _tell(result: Result) -> None:
     )
 
 
-def make_world(seed: int) -> World:
+def make_world(seed: int, obstacles: int | None = None) -> World:
     """Return the world of a number; every second one has something that moves."""
-    return random_world(seed, movers=MOVERS[seed % len(MOVERS)])
+    return random_world(seed, obstacles, movers=MOVERS[seed % len(MOVERS)])
 
 
-def fly_one(seed: int) -> Result:
+def fly_one(seed: int, obstacles: int | None = None) -> Result:
     """Fly through one world."""
-    world, begin_s = make_world(seed), time.monotonic()
+    world, begin_s = make_world(seed, obstacles), time.monotonic()
     flown, _ = fly(world, VEHICLE, PARAMETERS)
     took_s = time.monotonic() - begin_s
     hits = sum(hit.was_avoidable for hit in flown.hits)
@@ -206,7 +219,7 @@ def main() -> int:
     """Fly through a number of worlds and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--worlds", type=int, default=ALL_WORLDS, metavar="N")
-    rows = measures(parser.parse_args().worlds)
+    rows = measure(range(parser.parse_args().worlds), REPORT)
     for found in rows:
         reference = f"{found['reference']}: {found['reference_value']:.4g}"
         verdict = "met" if found["met"] else "MISSED"

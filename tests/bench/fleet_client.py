@@ -1,7 +1,7 @@
 """Flies a goal with each of several vehicles and counts their feedback: ``fleet_client.py N S``.
 
-Prints "flying" when all N vehicles are on their way, or a time is over, and S seconds later as
-JSON when in that time each of them gave feedback, in seconds of the monotonic clock.
+Prints "flying M" when all N vehicles are on their way, or a time is over and M are, and S seconds
+later as JSON when in that time each of them gave feedback, in seconds of the monotonic clock.
 """
 
 from __future__ import annotations
@@ -19,9 +19,8 @@ from rclpy.executors import SingleThreadedExecutor
 from custom_interfaces.action import Navigate
 from navigation_bridge.names import ACTION_NAME
 
-SERVERS_S = 60.0
 # On a machine that cannot keep up with so many, those that fly by then are measured.
-TAKEOFFS_S = 40.0
+_ONE_S, _EACH_MORE_S = 60.0, 2.0
 # Far enough that nobody arrives, whatever the machine needs.
 NORTH_M, HEIGHT_M = 400.0, 5.0
 
@@ -29,6 +28,16 @@ NORTH_M, HEIGHT_M = 400.0, 5.0
 def name(number: int) -> str:
     """Return the name of the vehicle with a number from 0 on."""
     return f"v{number + 1}"
+
+
+def start_limit_s(count: int) -> float:
+    """Return the time in which a number of servers must be found, and again for the take-offs."""
+    return _ONE_S + _EACH_MORE_S * count
+
+
+def flying_limit_s(count: int) -> float:
+    """Return the time after which "flying" has been printed, or something hangs."""
+    return 3.0 * start_limit_s(count)
 
 
 class Flights:
@@ -81,15 +90,15 @@ def main() -> None:
     rclpy.init()
     flights = Flights(count)
     for client in flights.clients:
-        if not client.wait_for_server(timeout_sec=SERVERS_S):
+        if not client.wait_for_server(timeout_sec=start_limit_s(count)):
             sys.exit("A vehicle's action server is missing.")
     print("ready", flush=True)
     for number in range(count):
         flights.send(number)
-    limit_s = time.monotonic() + TAKEOFFS_S
+    limit_s = time.monotonic() + start_limit_s(count)
     while not all(flights.navigating) and time.monotonic() < limit_s:
         flights.executor.spin_once(timeout_sec=0.1)
-    print("flying", flush=True)
+    print("flying", sum(flights.navigating), flush=True)
     for times_s in flights.feedbacks_s:
         times_s.clear()
     flights.spin_until(time.monotonic() + window_s)

@@ -3,7 +3,7 @@
 Every ``bench_*.py`` beside this file has a function ``measures(short: bool) -> list[dict]``. Each
 row says what was measured, what stands beside it as the reference in the same run, and whether
 the goal is met; all rows are printed as a table and written to ``out/bench.json``. A missed goal is
-printed with how far off it is. A file that fails is named at the end, and the others' rows are kept.
+printed with how far off it is. A file that fails is named at the end; the others keep their rows.
 What an earlier run wrote can be compared with.
 Machines differ and are noisy: read the ratios, not the absolute figures.
 
@@ -45,7 +45,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", default="", metavar="WORD", help="files whose name has WORD")
     parser.add_argument("--short", action="store_true", help="run each line once; judge no goal")
-    parser.add_argument("--output", type=Path, default=ROOT / "out" / "bench.json", metavar="FILE")
+    parser.add_argument("--output", type=Path, metavar="FILE", help="default: out/bench.json")
     parser.add_argument("--compare", type=Path, metavar="OLD.json", help="an earlier run's output")
     options = parser.parse_args()
     try:
@@ -68,10 +68,12 @@ def main() -> int:
     console.print(_table(rows))
     if options.compare:
         console.print(comparison(earlier, rows))
-    options.output.parent.mkdir(parents=True, exist_ok=True)
+    name = "bench_short.json" if options.short else "bench.json"
+    output: Path = options.output or ROOT / "out" / name
+    output.parent.mkdir(parents=True, exist_ok=True)
     machine = {"python": platform.python_version(), "machine": platform.machine()}
     result = {"machine": machine, "short": options.short, "measures": rows, "failed": failed}
-    options.output.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    output.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     missed = [] if options.short else [row for row in rows if not row["met"]]
     for row in missed:
         console.print(f"Goal missed: {shortfall(row)}", style="bold red")
