@@ -73,6 +73,7 @@ FILES = frozenset(
         "ros/test_ros_clock.py",
         "ros/test_rtcm.py",
         "ros/test_set_ups.py",
+        "ros/test_shown_commands.py",
         "ros/test_signing.py",
         "ros/test_stations.py",
         "ros/test_stopped_server.py",
@@ -101,6 +102,7 @@ FILES = frozenset(
         "unit/sitl/test_speeds_under_way.py",
         "unit/sitl/test_station_acts.py",
         "unit/sitl/test_world.py",
+        "unit/test_make_targets.py",
         "unit/test_wheels.py",
     }
 )

@@ -1,0 +1,187 @@
+"""Each target of the Makefile runs, shortly, in a copy of the repository.
+
+The set-up isn't run again: whoever runs this has done so.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
+TARGETS = re.findall(r"^([a-z0-9-]+):", MAKEFILE, re.MULTILINE)
+MADE = (".venv", "build", "install")
+KEPT = ("scripts", "src")
+LIMIT_S = 500.0
+pytestmark = pytest.mark.timeout(900)
+
+WHOLE = {
+    "help": (),
+    "demo-video": ("LOG=flight.tlog",),
+    "plot": ("LOG=flight.tlog",),
+    "report": ("LOG=flight.tlog",),
+    # The tests themselves are what runs this.
+    "test": ("PYTEST=python -m pytest --version",),
+    "test-all": ("PYTEST=python -m pytest --version",),
+    "explore": ("SEEDS=1", "FIRST=1014", "WORKERS=1"),
+    "bench": ("ARGS=--short --only traffic --output bench.json",),
+    "pages": (),
+    "wheels": (),
+    "version": (),
+}
+"""Targets that run to their end, and the variables that make them short."""
+
+INTERRUPTED = {
+    "demo": ((), "accepted"),
+    "demo-rover": ((), "accepted"),
+    "demo-fleet": ((), "pauses vehicle"),
+    "demo-nav2": (("ARGS=--serve",), "Ctrl-C ends it"),
+    "console": (("ARGS=--no-browser --port 0",), "The console is at"),
+}
+"""Targets that are interrupted as soon as they have printed this."""
+
+PRINTED = {
+    "lock": "it needs the network",
+    "lint": "mypy takes minutes for all packages",
+    **{
+        target: "it would change the environment that the tests run in"
+        for target in TARGETS
+        if target == "build" or target.startswith("setup")
+    },
+}
+"""Targets whose commands are only printed, and why."""
+
+CLEANED = {
+    "clean": ("build", "install", "dist", "log", "out", ".mypy_cache"),
+    "distclean": ("build", "install", "dist", "log", "out", ".mypy_cache", ".venv"),
+}
+"""What a target removes."""
+
+
+def make(*words: str) -> list[str]:
+    """The command line; what the set-up has made counts as made."""
+    old = [word for target in PRINTED if target != "lint" for word in ("-o", target)]
+    return ["make", "--no-print-directory", *old, *words]
+
+
+def environment() -> dict[str, str]:
+    """That of a person's terminal, without the make that runs the tests; nothing is downloaded."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
+    return {**kept, "PIP_NO_INDEX": "1", "PYTHONUNBUFFERED": "1"}
+
+
+def run(folder: Path, *words: str) -> str:
+    done = subprocess.run(
+        make(*words), cwd=folder, env=environment(), capture_output=True, text=True,
+        timeout=LIMIT_S, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The repository, and what its set-up has made."""
+    folder = tmp_path_factory.mktemp("make") / "copy"
+    left_out = shutil.ignore_patterns(
+        *MADE, ".git", "out", "log", "dist", "__pycache__", ".*_cache"
+    )
+    shutil.copytree(ROOT, folder, ignore=left_out, symlinks=True)
+    for name in MADE:
+        if (ROOT / name).exists():
+            (folder / name).symlink_to(ROOT / name)
+    shutil.copy(ROOT / "tests/data/copter_lowbatt.tlog", folder / "flight.tlog")
+    return folder
+
+
+def test_every_target_is_here() -> None:
+    (phony,) = re.findall(r"^\.PHONY: (.*)$", MAKEFILE, re.MULTILINE)
+    assert set(phony.split()) == set(TARGETS)
+    assert {*WHOLE, *INTERRUPTED, *PRINTED, *CLEANED} == set(TARGETS), "say how it runs shortly"
+
+
+@pytest.mark.parametrize("target", WHOLE)
+def test_a_target_runs(copy: Path, target: str) -> None:
+    printed = run(copy, target, *WHOLE[target])
+    if target == "help":
+        shown = re.findall(r"^make ([a-z0-9-]+) ", printed, re.MULTILINE)
+        assert shown == re.findall(r"^([a-z0-9-]+):.*## ", MAKEFILE, re.MULTILINE)
+    made = {
+        "bench": "bench.json", "demo-video": "out/demo/flight.mp4", "plot": "flight.png",
+        "report": "flight.html", "wheels": "dist/*.whl",
+    }  # fmt: skip
+    if target in made:
+        assert list(copy.glob(made[target]))
+
+
+def test_what_is_written_into_the_repository_is_as_it_was(copy: Path) -> None:
+    run(copy, "pages")
+    run(copy, "version")
+    for path in (*copy.glob("docs/*.md"), *copy.glob("src/*/package.xml"), copy / "pyproject.toml"):
+        assert path.read_bytes() == (ROOT / path.relative_to(copy)).read_bytes(), path.name
+
+
+@pytest.fixture
+def started(copy: Path, request: pytest.FixtureRequest) -> Iterator[subprocess.Popen[str]]:
+    """A target in a session of its own, as in a terminal: an interrupt reaches all processes."""
+    words, _ = INTERRUPTED[request.param]
+    process = subprocess.Popen(
+        make(request.param, *words), cwd=copy, env=environment(), start_new_session=True,
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate(timeout=10.0)
+
+
+@pytest.mark.parametrize(("started", "target"), [(t, t) for t in INTERRUPTED], indirect=["started"])
+def test_a_target_that_flies_starts_and_can_be_interrupted(
+    started: subprocess.Popen[str], target: str
+) -> None:
+    _, sign = INTERRUPTED[target]
+    assert started.stdout is not None
+    printed: list[str] = []
+    for line in started.stdout:
+        printed.append(line)
+        if sign in line:
+            break
+    else:
+        pytest.fail(f"make {target} ended without '{sign}':\n{''.join(printed)}")
+    os.killpg(started.pid, signal.SIGINT)
+    begun_s = time.monotonic()
+    started.wait(60.0)
+    print(f"make {target} ended after {time.monotonic() - begun_s:.1f} s")
+
+
+@pytest.mark.parametrize("target", sorted(PRINTED))
+def test_a_target_that_is_not_run_has_commands(target: str) -> None:
+    done = subprocess.run(
+        ["make", "-n", target], cwd=ROOT, env=environment(), capture_output=True, text=True,
+        timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "scripts/setup.sh" in done.stdout
+    print(f"make {target} is printed only: {PRINTED[target]}.")
+
+
+@pytest.mark.parametrize("target", CLEANED)
+def test_a_target_that_removes_keeps_the_rest(tmp_path: Path, target: str) -> None:
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    for name in {*CLEANED["distclean"], *KEPT}:
+        (tmp_path / name / "inner").mkdir(parents=True)
+    run(tmp_path, target)
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {"Makefile", *KEPT, *CLEANED["distclean"]} - set(CLEANED[target])
