@@ -76,7 +76,7 @@ class Place:
     environment: dict[str, str]
 
     def with_own_ports(self, text: str) -> str:
-        """Put the ports of this place into a command or a file; only this machine is listened to."""
+        """Put the ports of this place into a command or a file; keep to this machine."""
         pattern = "|".join(self.ports)
         text = re.sub(rf"\b({pattern})\b", lambda found: self.ports[found[0]], text)
         return text.replace("0.0.0.0", "127.0.0.1")
@@ -179,7 +179,7 @@ def server(place: Place, *words: str) -> None:
 def simulator(place: Place, *words: str) -> None:
     if "--link" not in " ".join(words):
         words += ("--link", f"udpout://127.0.0.1:{place.ports['14550']}")
-    place.starts("mavlink_sitl", *words)
+    place.starts(": ready", *words)
 
 
 def goal(place: Place, *words: str) -> None:
