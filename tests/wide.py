@@ -220,6 +220,11 @@ That hostile frames do no harm is held by 20,000 of them, too.
 """
 
 
+EVERY = frozenset(
+    {"bench/test_short_forms.py", "ros/test_shown_commands.py", "unit/test_make_targets.py"}
+)
+"""Of these, all parameters by day: each is another program."""
+
 NIGHT: dict[str, tuple[str, ...]] = {}
 """Wide tests that take more than half a minute: these names, with parameters, hold one of these."""
 
@@ -266,7 +271,7 @@ def of_the_night(wide: Sequence[tuple[str, str]]) -> set[int]:
     found, seen = set(), set()
     for place, (file, name) in enumerate(wide):
         function = (file, _function(name))
-        in_the_middle = function in seen and place != last[function]
+        in_the_middle = function in seen and place != last[function] and file not in EVERY
         seen.add(function)
         if in_the_middle or any(part in name for part in NIGHT.get(file, ())):
             found.add(place)

@@ -11,6 +11,7 @@ def test_of_the_wide_tests_the_first_and_the_last_parameters_do_not_wait_for_the
     wide += [("b.py", "test_one[0]"), ("b.py", "test_two"), ("a.py", "test_two[0]")]
     assert of_the_night(wide) == {1, 2}
     assert of_the_night(wide[:2]) == set()
+    assert not of_the_night([("unit/test_make_targets.py", f"test_one[{n}]") for n in range(4)])
 
 
 def test_a_planted_defect_is_reached_and_found_by_the_tests_of_its_module() -> None:
