@@ -77,8 +77,8 @@ def main() -> int:
     missed = [] if options.short else [row for row in rows if not row["met"]]
     for row in missed:
         console.print(f"Goal missed: {shortfall(row)}", style="bold red")
-    for name, error in failed.items():
-        console.print(f"Failed: {name}: {error}", style="bold red", markup=False)
+    for name, last_line in failed.items():
+        console.print(f"Failed: {name}: {last_line}", style="bold red", markup=False)
     if failed:
         return EXIT_FAILED
     return EXIT_MISSED if missed else EXIT_OK

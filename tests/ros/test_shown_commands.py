@@ -143,7 +143,7 @@ def blocks(page: Path, *languages: str) -> list[str]:
 
 def shown() -> list[object]:
     """Return each command, with the page that shows it."""
-    commands = {}
+    commands: dict[str, str] = {}
     for page in PAGES:
         for block in blocks(page, "", "bash"):
             for line in re.sub(r"\\\n\s*", "", block).splitlines():
