@@ -170,11 +170,10 @@ def server(place: Place, *words: str) -> None:
     elif "--shadow-goals" in words:
         code, text = place.run(*words)
         assert code != USAGE, text
-    elif "serial:" in own:
-        code, text = place.run(*words, *shlex.split("--ros-args" + of_ros if of_ros else ""))
-        assert "/dev/ttyUSB0" in text
     else:
-        place.starts("ready on", *words, *shlex.split("--ros-args" + of_ros if of_ros else ""))
+        place.starts(
+            "Navigation server ", *words, *shlex.split("--ros-args" + of_ros if of_ros else "")
+        )
 
 
 def simulator(place: Place, *words: str) -> None:
