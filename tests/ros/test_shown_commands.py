@@ -19,6 +19,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from custom_interfaces.action import FollowVelocity
 from drone_navigation.processes import Process, free_udp_port, ros_environment
 from tests.support.logs.firmware_logs import ardupilot_log
 from tests.support.ros.ros_flight import new_domain
@@ -185,6 +186,9 @@ def simulator(place: Place, *words: str) -> None:
 def goal(place: Place, *words: str) -> None:
     """Give the values to the server that reads them as ros2 does, without a vehicle."""
     action, _, values = words[3:6]
+    if action == "/follow_velocity":  # no recording has the velocities that it follows
+        FollowVelocity.Goal(**yaml.safe_load(values))
+        return
     goals = {"goals": [{"at_s": 5.0, "action": action.strip("/"), "goal": yaml.safe_load(values)}]}
     (place.folder / "shown.yaml").write_text(yaml.safe_dump(goals), "utf-8")
     link = ("--link", "tlog:flight.tlog")
