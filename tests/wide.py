@@ -111,6 +111,7 @@ FILES = frozenset(
 FIRST_ONLY = (
     "explore/",
     "fleets/test_encounters.py",
+    "fleets/test_plane_encounters.py",
     "interop/",
     "maneuvers/",
     "pair/",
@@ -144,6 +145,12 @@ PARTS = {
         "test_a_px4_keeps_apart",
         "test_an_evasion_stays",
         "test_vehicles_that_evade",
+    ),
+    "fleets/test_plane_encounters.py": (
+        "test_a_plane_that_circles",
+        "test_a_paused_plane",
+        "test_an_evasion_of_a_plane",
+        "test_a_plane_keeps_apart_wherever",
     ),
     "fleets/test_hangs.py": (
         "test_after_hangs_all_that_swap",

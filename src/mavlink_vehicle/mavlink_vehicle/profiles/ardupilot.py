@@ -222,6 +222,8 @@ PLANE = replace(
     takeoff_mode="TAKEOFF",
     # SET_POSITION_TARGET_LOCAL_NED has no effect (but on the altitude): it is sent to places.
     reposition=True,
+    # It climbs at once; Plane::setup_alt_slope, for more than ALT_SLOPE_MIN.
+    sinks_along_leg=True,
     circle_radius_m=60.0,
     circle_parameters=("WP_LOITER_RAD",),
     return_circle_parameters=("RTL_RADIUS", "WP_LOITER_RAD"),

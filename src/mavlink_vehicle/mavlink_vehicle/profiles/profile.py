@@ -135,6 +135,7 @@ class Profile:
         after_takeoff_mode: the mode that it goes to by itself then.
         altitude_reference: of the altitudes in commands.
         reposition: whether it is sent to places by MAV_CMD_DO_REPOSITION, not by setpoints.
+        sinks_along_leg: whether it descends to such a place gradually on its way there.
         circle_radius_m: of a plane's circles, by the default of its parameter.
         circle_parameters: that parameter; negative is against the clock.
         return_circle_parameters: the parameters of the circle about the launch point; the first
@@ -205,6 +206,7 @@ class Profile:
     after_takeoff_mode: str | None = None
     altitude_reference: CommandAltitude = CommandAltitude.HOME
     reposition: bool = False
+    sinks_along_leg: bool = False
     circle_radius_m: float = 0.0
     circle_parameters: tuple[str, ...] = ()
     return_circle_parameters: tuple[str, ...] = ()

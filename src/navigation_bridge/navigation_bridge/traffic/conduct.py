@@ -16,6 +16,7 @@ import numpy as np
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.positions import frames
+from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig, TrafficConflict
 from navigation_bridge.goals.goal import ActiveGoal
@@ -25,6 +26,7 @@ from navigation_bridge.traffic import own_volumes
 from navigation_bridge.traffic.other_traffic import address_of, adsb_of, is_by_adsb, seen_by_adsb
 from navigation_bridge.traffic.own_volumes import Whereabouts
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
+from navigation_bridge.vehicle.fence import fence_of
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_bridge.vehicle.traits import drives, limits_of, traits_of
 from navigation_core.geometry import Vector3, norm
@@ -134,22 +136,34 @@ class TrafficConduct:
         if self._footing is None or self._footing[0] is not frame:
             earth = shared.frame_about(frame.origin)
             self._footing = (frame, earth.footing(self._map_frame))
-        volume, ground_m = self._config.volume, self._map_frame.ground_enu_m(self._vehicle.state)
         on_ground = drives(profile)
-        # No detour leads lower than a take-off: near the ground it would be taken for a landing.
-        low_m = max(volume.altitude_min_m, self._config.goto.takeoff_height_m)
-        heights_m = (ground_m + low_m, ground_m + max(volume.altitude_max_m, low_m))
         return TrafficView(
             picture=shared.picture,
             name=self.name,
             footing=self._footing[1],
             radius_m=_DRIVING_STRAYS_M if on_ground else _STRAYS_M,
             rise_m=_RISES_M,
-            heights_m=None if on_ground else heights_m,
-            reach_m=volume.radius_max_m,
+            heights_m=None if on_ground else self._heights_m(profile),
+            reach_m=self._config.volume.radius_max_m,
             timeout_s=self._config.traffic.timeout_s,
             searcher=self._searcher,
         )
+
+    def _heights_m(self, profile: Profile) -> tuple[float, float]:
+        """Return the lowest and highest map z of a detour, within volume and fence."""
+        config, state = self._config, self._vehicle.state
+        ground_m, home = self._map_frame.ground_enu_m(state), self._map_frame.home_enu_m(state)
+        # No detour leads lower than a take-off: near the ground it would be taken for a landing.
+        low_m = ground_m + max(config.volume.altitude_min_m, config.goto.takeoff_height_m)
+        high_m = ground_m + config.volume.altitude_max_m
+        fence = fence_of(profile, self._vehicle.parameters, home)
+        if fence is not None and home is not None:
+            margin_m = config.safety.fence_margin_m
+            if fence.altitude_min_m is not None:
+                low_m = max(low_m, home[2] + fence.altitude_min_m + margin_m)
+            if fence.altitude_max_m is not None:
+                high_m = min(high_m, home[2] + fence.altitude_max_m - margin_m)
+        return low_m, max(high_m, low_m)
 
     def progress(self, progress: Progress) -> Progress:
         """Return a progress with what an operation waits for."""
@@ -255,7 +269,9 @@ class TrafficConduct:
         volume = self._volume_of(intent, view, at, goal)
         self._rank(goal)
         before = self._gate
-        self._gate = view.picture.claim(self.name, volume, now)
+        # Only planes are sent to places; their task compares that with the motion of intruders.
+        waits_for_intruders = intent.kind is not TaskOperation.REPOSITION
+        self._gate = view.picture.claim(self.name, volume, now, waits_for_intruders)
         if self._gate is None:
             self._asked = intent
         elif before is not None:

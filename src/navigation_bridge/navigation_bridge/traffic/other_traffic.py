@@ -239,11 +239,10 @@ class OtherTraffic:
         rise_m = seen.rise_m + CLIMBS_M_S * age_s
         entry.held = Volume.along(intruder.paths(np.array([age_s]))[:, 0], radius_m, rise_m)
         entry.moves, entry.heard_s = bool(np.linalg.norm(velocity) > 0.5), now
-        entry.intruder = None
+        entry.intruder = intruder
         if not entry.moves:
             entry.intent = None
             return
-        entry.intruder = intruder
         lines, arrivals_s = [], []
         for path in intruder.paths(age_s + _AHEAD_S):
             line, after_s = densified(path, _AHEAD_S)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -47,8 +47,15 @@ def circle_radius_m(
     A fast plane circles wider than that (``circle_max_m`` of the core).
     """
     names = profile.return_circle_parameters if about_launch else profile.circle_parameters
+    return abs(_signed_radius_m(profile, names, parameters))
+
+
+def _signed_radius_m(
+    profile: Profile, names: Sequence[str], parameters: Mapping[str, float]
+) -> float:
+    """Return the radius of circles; both firmwares circle to the left if it is negative."""
     return next(
-        (abs(parameters[name]) for name in names if parameters.get(name)), profile.circle_radius_m
+        (parameters[name] for name in names if parameters.get(name)), profile.circle_radius_m
     )
 
 
@@ -68,6 +75,8 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             control_before_takeoff=before,
             lands_itself=lands_itself,
             circle_radius_m=circle_radius_m(profile, parameters),
+            circles_left=_signed_radius_m(profile, profile.circle_parameters, parameters) < 0.0,
+            sinks_along_leg=profile.sinks_along_leg,
             height_min_m=_PLANE_HEIGHT_MIN_M,
             takeoff_height_m=_PLANE_TAKEOFF_M,
         )

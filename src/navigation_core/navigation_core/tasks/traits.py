@@ -20,6 +20,8 @@ class Traits:
             before it takes off (ArduCopter), or must not (PX4).
         lands_itself: whether it can be told to land where it is.
         circle_radius_m: radius of the circle that it flies instead of standing still.
+        circles_left: whether it flies its circles to the left, counter-clockwise.
+        sinks_along_leg: whether it descends to a target gradually on its way there, not at once.
         turning_radius_m: least radius of a turn on the ground; 0 if it can turn on the spot.
         turn_rate_rad_s: fastest turn on the ground, at any speed.
         arrival_radius_m: how near to a point it can be expected to stop at all.
@@ -44,6 +46,8 @@ class Traits:
     control_before_takeoff: bool = True
     lands_itself: bool = True
     circle_radius_m: float = 0.0
+    circles_left: bool = False
+    sinks_along_leg: bool = False
     turning_radius_m: float = 0.0
     turn_rate_rad_s: float = 1.0
     arrival_radius_m: float = 0.0

@@ -11,16 +11,21 @@ import numpy as np
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.traffic.intruders import HORIZON_S, Intruders
+from navigation_core.traffic.picture import wait_for
+from navigation_core.traffic.right_of_way import TrafficWait
 from navigation_core.traffic.view import TrafficView
 from navigation_core.traffic.volumes import Array
 
-__all__ = ["AFTER_S", "ENOUGH", "AvoidingMotion", "EvasionSearch"]
+__all__ = ["AFTER_S", "ENOUGH", "TOO_NEAR", "AvoidingMotion", "EvasionSearch"]
 
 AFTER_S: Array = np.linspace(0.0, HORIZON_S, 41)
 """The moments at which motions are compared, from now on"""
 
 ENOUGH = 1.1
 """Share of the required distance that a changed flight must keep: a little more than 1"""
+
+TOO_NEAR = "which would come too near"
+"""Why a vehicle gives way"""
 
 # Bearings and times at full speed of the ends that are tried; heights: those reached in the times.
 _BEARINGS = np.arange(16) * math.tau / 16
@@ -29,8 +34,6 @@ _TIMES_S = (3.0, 6.0, 12.0)
 _RESPONSE_S, _TURN_S = 0.5, 2.0
 # Penalties count as equal within this difference.
 _EQUAL = 0.02
-# Number of evasions that are checked for obstacles, the best ones first.
-_TRIED = 24
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,13 @@ class AvoidingMotion:
 
 
 class EvasionSearch:
-    """Compares the motions that a vehicle can make now."""
+    """Compares the motions that a vehicle can make now.
+
+    Attributes:
+        tried_max: number of evasions that are checked for obstacles, the best ones first.
+    """
+
+    tried_max = 24
 
     def __init__(
         self, view: TrafficView, intruders: Intruders, limits: Limits, can_turn: bool
@@ -86,7 +95,22 @@ class EvasionSearch:
         who = self._intruders.names[passage.worst[0]]
         return float(passage.shares[0]), float(passage.penalties[0]), who
 
-    def may_meet(self, motion_enu_m: Array) -> bool:
+    def wait(
+        self, before: TrafficWait | None, whom: str, motion_enu_m: Array, now: float
+    ) -> TrafficWait:
+        """Return for whom a motion gives way, and whether it is of use.
+
+        Args:
+            before: for whom it did until now, or None.
+            whom: the intruder that comes nearest.
+            motion_enu_m: what is flown, shape (T, 3), at ``AFTER_S``.
+            now: time in seconds.
+        """
+        why = "which may come nearer than the separation, whatever is flown"
+        why = why if self._may_meet(motion_enu_m) else TOO_NEAR
+        return wait_for(before, whom, why, now)
+
+    def _may_meet(self, motion_enu_m: Array) -> bool:
         """Whether a motion, shape (T, 3) at ``AFTER_S``, may come nearer than the separation."""
         exact = self._intruders.without_errors(self._view.picture.separation)
         return bool(exact.passage(self._traffic(motion_enu_m[None]), AFTER_S).shares[0] < 1.0)
@@ -106,26 +130,39 @@ class EvasionSearch:
             penalty_max: penalty that they must be better than.
             is_free: whether a line of points (N, 3) of the map is clear of obstacles.
         """
-        ends = self._ends(state)
-        passage = self._intruders.passage(
-            self._traffic(self._motions(state, ends)), AFTER_S, ENOUGH
-        )
-        here = np.array(state.position_enu_m)
-        detour_m = np.linalg.norm(ends - target_enu_m, axis=1) + np.linalg.norm(ends - here, axis=1)
+        ends = self._ends(state, target_enu_m)
+        motions = self._motions(state, ends)
+        passage = self._intruders.passage(self._traffic(motions), AFTER_S, ENOUGH)
         level = np.round(passage.penalties / _EQUAL)
         tried = 0
-        for row in np.lexsort((detour_m, level)):
-            if passage.penalties[row] > penalty_max - _EQUAL or tried == _TRIED:
+        for row in np.lexsort((*self._costs(state, target_enu_m, ends), level)):
+            if passage.penalties[row] > penalty_max - _EQUAL or tried == self.tried_max:
                 return
-            line = np.array([here, ends[row]])
+            line = self._line(motions[row], ends[row])
             if not self._view.admits(line, ends_where_asked=False):
                 continue
             tried += 1
-            if is_free(line):
+            if is_free(line) and self._is_unreserved(line, ends[row]):
                 x, y, z = ends[row].tolist()
                 yield AvoidingMotion((x, y, z), float(passage.penalties[row]))
 
-    def _ends(self, state: KinematicState) -> Array:
+    def _costs(
+        self, state: KinematicState, target_enu_m: Vector3, ends_enu_m: Array
+    ) -> tuple[Array, ...]:
+        """Return what decides between evasions that keep equally apart; the last counts most."""
+        here = np.array(state.position_enu_m)
+        detours_m = np.linalg.norm(ends_enu_m - target_enu_m, axis=1)
+        return (detours_m + np.linalg.norm(ends_enu_m - here, axis=1),)
+
+    def _line(self, motion_enu_m: Array, end_enu_m: Array) -> Array:
+        """Return the path of a motion, shape (N, 3)."""
+        return np.array([motion_enu_m[0], end_enu_m])
+
+    def _is_unreserved(self, line: Array, end_enu_m: Array) -> bool:
+        """Whether nobody holds what a path needs; the caller asks for a path that setpoints fly."""
+        return True
+
+    def _ends(self, state: KinematicState, target_enu_m: Vector3) -> Array:
         """Return where evasions may end, shape (K, 3)."""
         limits, here = self._limits, np.array(state.position_enu_m)
         rises_m = [0.0]

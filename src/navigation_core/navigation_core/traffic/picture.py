@@ -21,12 +21,12 @@ in the circle takes (:meth:`TrafficPicture.must_give_way`).
 
 Intruders reserve nothing. Nobody's path is held up by where they are, or go: it is compared with
 their motion, moment by moment (:mod:`navigation_core.traffic.intruders`). What an autopilot flies
-by itself is not begun where they are about to pass.
+by itself, but for a plane's leg, is not begun where they are about to pass.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeAlias
 
@@ -110,7 +110,8 @@ class Entry:
         wish: what it would like to hold beyond that, or None.
         keeps_by_wish: whether what it keeps is not agreed to yet.
         number: counts its wishes.
-        intruder: how it moves, if nobody here or on another server leads it; else None.
+        intruder: where it is and how it moves, if nobody here or on another server leads it; else
+            None. One that does not move is kept clear of by what it holds.
         is_new_to_others: whether what it was granted is to be agreed to by a server heard since.
     """
 
@@ -210,14 +211,14 @@ class TrafficPicture:
 
     def _reserving(self, name: str) -> Iterator[Entry]:
         """Return all others but intruders."""
-        return (other for other in self.others(name) if other.intruder is None)
+        return (other for other in self.others(name) if other.intruder is None or not other.moves)
 
-    def intruders(self, name: str) -> list[tuple[str, Intruder]]:
-        """Return all intruders but one, with their names."""
+    def intruders(self, name: str, with_standing: bool = False) -> list[tuple[str, Intruder]]:
+        """Return all intruders but one, with their names, on request also those that stand."""
         return [
             (other.name, other.intruder)
             for other in self.others(name)
-            if other.intruder is not None
+            if other.intruder is not None and (with_standing or other.moves)
         ]
 
     # --- reservations ----------------------------------------------------------------------
@@ -230,16 +231,28 @@ class TrafficPicture:
         entry.held, entry.intent, entry.moves, entry.heard_s = held, None, moves, now
         entry.used, entry.waiting = held, None
 
-    def claim(self, name: str, volume: Volume, now: float) -> TrafficWait | None:
+    def claim(
+        self, name: str, volume: Volume, now: float, waits_for_intruders: bool = True
+    ) -> TrafficWait | None:
         """Hold a whole volume besides, for something that the vehicle does by itself.
+
+        Args:
+            name: of the vehicle.
+            volume: what it needs.
+            now: time in seconds.
+            waits_for_intruders: whether it must not be where one is, or is about to pass, that
+                nobody leads; not if the motions are compared moment by moment.
 
         Returns:
             None if it is held now, else what it waits for; then it is announced.
         """
         entry = self.entry(name)
-        blocker = self._holder(entry, volume)
+        others = [
+            other for other in self.others(name) if waits_for_intruders or other.intruder is None
+        ]
+        blocker = self._holder(volume, others)
         if blocker is None:
-            blocker = self._announced(entry, volume)
+            blocker = self._announced(entry, volume, others)
         if blocker is None and self._is_agreed(entry, volume):
             entry.kept, entry.waiting, entry.intent = volume, None, None
             return None
@@ -515,19 +528,21 @@ class TrafficPicture:
                 found.append((index, crowd.owner(theirs[mine == index][0])))
         return min(found, default=None)
 
-    def _holder(self, entry: Entry, volume: Volume) -> tuple[str, str] | None:
-        held = self._held(volume, list(self.others(entry.name)))
+    def _holder(self, volume: Volume, among: Sequence[Entry]) -> tuple[str, str] | None:
+        held = self._held(volume, among)
         theirs = volume.pairs(held.volume, self.separation)[1]
         if not len(theirs):
             return None
         return held.owner(theirs[0]), "which holds a part of the volume that is needed"
 
-    def _announced(self, entry: Entry, volume: Volume) -> tuple[str, str] | None:
+    def _announced(
+        self, entry: Entry, volume: Volume, among: Sequence[Entry]
+    ) -> tuple[str, str] | None:
         """Return whose announced path has the right of way, of those who do not wait for this one.
 
         Who waits for it has to let it go first, or both would wait for ever.
         """
-        for other in self.others(entry.name):
+        for other in among:
             if other.intent is None or not other.rank < entry.rank:
                 continue
             if entry.name in self._chain(other):

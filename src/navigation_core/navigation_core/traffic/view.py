@@ -88,17 +88,26 @@ class TrafficView:
                 return False
         return not bool((np.hypot(line[:, 0], line[:, 1]) > self.reach_m).any())
 
-    def intruders(self, here_enu_m: Vector3, speed_m_s: float, now: float) -> Intruders:
+    def intruders(
+        self,
+        here_enu_m: Vector3,
+        speed_m_s: float,
+        now: float,
+        room_m: tuple[float, float] | None = None,
+        with_standing: bool = False,
+    ) -> Intruders:
         """Return the intruders that may come near within their horizon.
 
         Args:
             here_enu_m: its position, in the map frame.
             speed_m_s: its maximum speed.
             now: time in seconds.
+            room_m: by how much it strays from its path, level and in height; None for the usual.
+            with_standing: whether also those that stand.
         """
-        found = self.picture.intruders(self.name)
+        found = self.picture.intruders(self.name, with_standing)
         here_m = self.footing.traffic(np.array([here_enu_m]))[0]
-        room_m = (self.radius_m, self.rise_m)
+        room_m = room_m or (self.radius_m, self.rise_m)
         all_of_them = Intruders.of(found, self.picture.separation, room_m, now)
         return all_of_them.near(here_m, speed_m_s)
 

@@ -38,6 +38,7 @@ class Guided(Loiter):
     def enter(self) -> None:
         """Round this point."""
         self._told = False
+        self.slope_from = None
         self._heading: Heading | None = None
         self._height_rate_m_s = math.inf
         self.radius_m = 0.0
@@ -56,7 +57,8 @@ class Guided(Loiter):
 
     def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
         """Another point; no heading or rate of climb of before lasts."""
-        self._told = False
+        self._told = self.on_circle = False
+        self.slope_from = self.vehicle.motion[:3]
         self._heading, self._height_rate_m_s = None, math.inf
         self.radius_m = radius_m
         self.go_round(place)
@@ -72,17 +74,19 @@ class Guided(Loiter):
             down = setpoint.position_m[2]
         else:
             return
+        self.slope_from = None
         self.go_round((self.target[0], self.target[1], down))
 
     def climb_to(self, down_m: float) -> float:
         """See `PlaneMode`; no faster than GUIDED_CHANGE_ALTITUDE says."""
         most = self._height_rate_m_s
-        return min(max(super().climb_to(down_m), -most), most)
+        return min(max(super().climb_to(self.sloped_down_m(down_m)), -most), most)
 
     def change_height(self, down_m: float, rate_m_s: float) -> None:
         """GUIDED_CHANGE_ALTITUDE: another height of the circle or course, NED; 0 for any rate."""
         assert self.target is not None
         self._height_rate_m_s = abs(rate_m_s) or math.inf
+        self.slope_from = None
         self.target = (self.target[0], self.target[1], down_m)
 
     def change_heading(self, heading: Heading | None) -> None:

@@ -22,6 +22,8 @@ THERE_M = 10.0
 """RTL has arrived on its circle, at most so far above or below it"""
 CLIMB_BEFORE_TURN = 16
 """FLIGHT_OPTIONS: bit 4"""
+SLOPE_MIN_M = 15.0
+"""The default of ALT_SLOPE_MIN: nearer to its height than this it goes there at once"""
 CLIMBS_ON_M = 10.0
 """Further than it has to, so that it gets there"""
 RETURN_THEN_LAND, LAND_AT_ONCE = 1, 2
@@ -171,6 +173,8 @@ class Loiter(PlaneMode):
 
     radius_m = 0.0
     """Negative against the clock; 0 for WP_LOITER_RAD"""
+    slope_from: Vector | None = None
+    """Where the slope begins on which it sinks to its target, NED metres"""
 
     def enter(self) -> None:
         """Choose the centre."""
@@ -187,6 +191,22 @@ class Loiter(PlaneMode):
         assert self.target is not None
         self.go_round(self.target)
 
+    def sloped_down_m(self, down_m: float) -> float:
+        """The height to fly at: from above it sinks bit by bit on its way, as in RTL and GUIDED.
+
+        Args:
+            down_m: that of its target.
+        """
+        if self.slope_from is None or self.target is None or self.on_circle:
+            return down_m
+        above_m = down_m - self.slope_from[2]
+        if above_m < SLOPE_MIN_M:
+            return down_m
+        way = [b - a for a, b in zip(self.slope_from[:2], self.target[:2], strict=True)]
+        gone = [b - a for a, b in zip(self.slope_from[:2], self.vehicle.motion[:2], strict=True)]
+        along = sum(a * b for a, b in zip(way, gone, strict=True)) / max(math.hypot(*way), 1.0) ** 2
+        return down_m - above_m * (1.0 - min(max(along, 0.0), 1.0))
+
 
 class ReturnToLaunch(Loiter):
     """Round home, RTL_ALTITUDE above it, or round a rally point.
@@ -199,7 +219,7 @@ class ReturnToLaunch(Loiter):
         plane = self.vehicle
         self.begin_level()
         self._asked = False
-        self._from = plane.motion[:3]
+        self.slope_from = plane.motion[:3]
         self.target = plane.return_point_ned_m()
         self._climbed = self._has_climbed()
         self.radius_m = plane.parameters["RTL_RADIUS"]
@@ -208,7 +228,7 @@ class ReturnToLaunch(Loiter):
     def update(self) -> None:
         """Go round; once there, or at once, go and land if that is wanted."""
         if not self._climbed and self._has_climbed():
-            self._climbed, self._from = True, self.vehicle.motion[:3]
+            self._climbed, self.slope_from = True, self.vehicle.motion[:3]
         super().update()
         assert self.target is not None
         wanted = int(self.vehicle.parameters["RTL_AUTOLAND"])
@@ -224,19 +244,16 @@ class ReturnToLaunch(Loiter):
 
     def climb_to(self, down_m: float) -> float:
         """See `PlaneMode`; first it climbs, and from above it sinks bit by bit on its way."""
+        assert self.slope_from is not None
         if not self._climbed:
             more_m = max(self.vehicle.parameters["RTL_CLIMB_MIN"], 0.0) + CLIMBS_ON_M
-            return super().climb_to(min(down_m, self._from[2]) - more_m)
-        assert self.target is not None
-        way = [b - a for a, b in zip(self._from[:2], self.target[:2], strict=True)]
-        gone = [b - a for a, b in zip(self._from[:2], self.vehicle.motion[:2], strict=True)]
-        along = sum(a * b for a, b in zip(way, gone, strict=True)) / max(math.hypot(*way), 1.0) ** 2
-        above_m = max(down_m - self._from[2], 0.0)
-        return super().climb_to(down_m - above_m * (1.0 - min(max(along, 0.0), 1.0)))
+            return super().climb_to(min(down_m, self.slope_from[2]) - more_m)
+        return super().climb_to(self.sloped_down_m(down_m))
 
     def _has_climbed(self) -> bool:
         """Whether it may turn: RTL_CLIMB_MIN, or to its height (FLIGHT_OPTIONS)."""
         p, down_m = self.vehicle.parameters, self.vehicle.motion.down_m
         if int(p["FLIGHT_OPTIONS"]) & CLIMB_BEFORE_TURN:
             return self.target is not None and down_m < self.target[2]
-        return p["RTL_CLIMB_MIN"] <= 0.0 or self._from[2] - down_m > p["RTL_CLIMB_MIN"]
+        start = self.slope_from or self.vehicle.motion[:3]
+        return p["RTL_CLIMB_MIN"] <= 0.0 or start[2] - down_m > p["RTL_CLIMB_MIN"]

@@ -22,7 +22,7 @@ from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.evasions import AFTER_S, ENOUGH, EvasionSearch
+from navigation_core.traffic.evasions import AFTER_S, ENOUGH, TOO_NEAR, EvasionSearch
 from navigation_core.traffic.picture import wait_for
 from navigation_core.traffic.right_of_way import TrafficWait
 from navigation_core.traffic.view import TrafficView
@@ -121,7 +121,8 @@ class GivingWay:
         if self._evade(search, view, state, least, is_free, now):
             carrot, share, best = self._follower.carrot or carrot, 1.0, 1.0
         self._share = best
-        self._wait(who, now, search.may_meet(self._paced(carrot, observation, share * best)))
+        motion = self._paced(carrot, observation, share * best)
+        self.waiting = search.wait(self.waiting, who, motion, now)
         return share * best
 
     def stand(
@@ -175,12 +176,7 @@ class GivingWay:
         if of_allowed == 1.0:
             self.waiting = None
         else:
-            self._wait(who, now)
-
-    def _wait(self, who: str, now: float, may_meet: bool = False) -> None:
-        why = "which may come nearer than the separation, whatever is flown"
-        why = why if may_meet else "which would come too near"
-        self.waiting = wait_for(self.waiting, who, why, now)
+            self.waiting = wait_for(self.waiting, who, TOO_NEAR, now)
 
     def _continue(
         self,
@@ -198,7 +194,7 @@ class GivingWay:
             self._return(True)
             return
         motion = self._trajectory(carrot, 1.0, 1.0)
-        self._wait(who, now, search.may_meet(motion))
+        self.waiting = search.wait(self.waiting, who, motion, now)
         kept, penalty, _ = search.judged(motion[None])
         if kept < 1.0 and now - self._taken_s >= _KEEP_S:
             self._evade(search, view, state, _BETTER_SHARE * penalty, is_free, now)

@@ -6,6 +6,7 @@ r"""Flies a plane: takes off, sends it from target to target, and circles the la
 
 A plane follows no setpoints. It is sent to a place, flies there by itself, and circles it
 until it is sent on. So a pause and a cancel are a place, too: where it is. It cannot stop.
+To give way to traffic it is sent to another height, or to another place, for a time.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from navigation_core.tasks.observation import Observation, TaskOperation, Vehicl
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
+from navigation_core.tasks.watching.plane_giving_way import PlaneGivingWay
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
 from navigation_core.tasks.waypoint import Route
 
@@ -94,8 +96,10 @@ class FlyPlane(PhasedTask[_Phase]):
         # One lap; how it flies between them is the plane's own matter.
         self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in route.waypoints)
         self._route = PlaneRoute(route, traits.circle_radius_m)
-        # Whether the vehicle has taken the place that this phase sends it to.
-        self._sent = False
+        # Where it was sent to last, whether it has taken that, and whether it has taken any.
+        self._sent_enu_m: Vector3 | None = None
+        self._is_taken = self._was_sent = False
+        self._giving_way = PlaneGivingWay(traits)
         self._stay_enu_m: Vector3 | None = None
         self._speed_told_m_s: float | None = None
         self._speed_problem = ""
@@ -130,7 +134,8 @@ class FlyPlane(PhasedTask[_Phase]):
 
     def take_up(self, now: float) -> None:
         """Send it on to its place, which brings the mode; a speed is forgotten with a mode."""
-        self._speed_told_m_s = None
+        self._speed_told_m_s = self._sent_enu_m = None
+        self._is_taken = self._was_sent = False
         if self._phase in _IN_FLIGHT:
             self._circling = Circling(self._traits.circle_radius_m)
             self._go(_Phase.FLYING, now)
@@ -167,12 +172,17 @@ class FlyPlane(PhasedTask[_Phase]):
         measured_m_s = measured_speed(observation) or 0.0
         speed_m_s = max(measured_m_s, 0.5 * _CRUISE_M_S) if self._is_flying() else _CRUISE_M_S
         length_m, time_s = self._route.left(position, speed_m_s)
+        waiting = self._giving_way.waiting if self._is_flying() else None
+        blocked = "" if waiting is None else waiting.text
+        if blocked and status is not Status.PAUSED:
+            status = Status.WAITING_FOR_TRAFFIC
         if self._phase is _Phase.CIRCLING:
             time_s -= min(now - self._phase_since_s, self._route.current.hold_time_s)
         if self._phase in _BEFORE_FLIGHT and not observation.airborne:
             climb_m = max(self._takeoff_height_m - (position[2] - observation.ground_enu_m), 0.0)
             time_s += climb_m / _CLIMB_M_S + _RUN_UP_S
-        return Progress(status, length_m, time_s + self._config.arrival_dwell_s, route)
+        time_s += self._config.arrival_dwell_s
+        return Progress(status, length_m, time_s, route, blocked=blocked)
 
     # --- the state machine -----------------------------------------------------------
 
@@ -194,7 +204,6 @@ class FlyPlane(PhasedTask[_Phase]):
     def _go(self, phase: _Phase, now: float) -> None:
         super()._go(phase, now)
         self._nearest_s = now
-        self._sent = False
         self._nearest_m = float("inf")
         self._circled.reset()
 
@@ -208,7 +217,7 @@ class FlyPlane(PhasedTask[_Phase]):
         if not observation.armed:
             text = "The vehicle was disarmed during the goal."
             return self._over(OutcomeCode.DISARMED, text, observation)
-        if self._sent and not observation.in_control:
+        if self._was_sent and not observation.in_control:
             text = "The vehicle left the mode in which it flies to targets."
             return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
         if self._landed.holds(observation.airborne is False, now):
@@ -250,14 +259,24 @@ class FlyPlane(PhasedTask[_Phase]):
     # --- the flight ------------------------------------------------------------------
 
     def _send(self, place: Vector3, observation: Observation, now: float) -> Answer:
-        """Have it fly to a place and circle it; None once it has taken that."""
-        if self._sent:
+        """Have it fly to a place and circle it; None once it has taken that.
+
+        As long as it has to give way, it is another place.
+        """
+        place = self._giving_way.place(place, self._is_taken, observation, now)
+        if place != self._sent_enu_m:
+            self._sent_enu_m, self._is_taken = place, False
+            self._requests.forget()
+        if self._is_taken:
             return None
         intent = Perform(TaskOperation.REPOSITION, target_enu_m=place)
         answer = self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
         if answer is None:
-            self._sent = True
+            self._is_taken = self._was_sent = True
             self._requests.forget()
+        elif self._giving_way.evades and _is_refusal(answer):
+            self._giving_way.give_up(now)
+            return Wait()
         return answer
 
     def _tell_speed(self, observation: Observation, now: float) -> Answer:
@@ -282,32 +301,51 @@ class FlyPlane(PhasedTask[_Phase]):
         answer = self._send(target, observation, now)
         if answer is None:
             answer = self._tell_speed(observation, now)
+        if answer is None:
+            answer = self._check_headway(observation, now)
         if answer is not None:
             return answer
-        if now - self._nearest_s > _STUCK_S:
-            text = f"The vehicle has not come closer to its target for {_STUCK_S:g} s."
-            return self._over(OutcomeCode.TIMEOUT, text, observation)
         if not is_located(observation, self._config.position_stale_s):
             return Wait()
         here = measured_state(observation)
         position = here.position_enu_m
         if self._route.passed(position, here.velocity_enu_m_s):
             return self._next(observation, now)
-        if self._route.stops and self._circling.watch(position, target):
-            sent = self._sent
+        on_circle = self._circling.watch(position, target) and not self._giving_way.evades
+        if self._route.stops and on_circle:
+            self._giving_way.restart()
             self._go(_Phase.CIRCLING, now)
-            self._sent = sent
             return None
         left_m = distance(position, target) + _HEIGHT_WEIGHT * abs(position[2] - target[2])
         if left_m < self._nearest_m - _NEARER_M:
             self._nearest_m, self._nearest_s = left_m, now
+            self._giving_way.restart()
         return Wait()
+
+    def _check_headway(self, observation: Observation, now: float) -> Answer:
+        """Look for a flight that does not get on, by itself or for traffic."""
+        view, waiting = observation.traffic, self._giving_way.waiting
+        if view is not None and waiting is not None:
+            self._nearest_s = now
+            if self._giving_way.waited_s > view.timeout_s:
+                return self._over(OutcomeCode.TRAFFIC, waiting.text, observation)
+        if now - self._nearest_s > _STUCK_S:
+            text = f"The vehicle has not come closer to its target for {_STUCK_S:g} s."
+            return self._over(OutcomeCode.TIMEOUT, text, observation)
+        return None
 
     def _circle(self, observation: Observation, now: float) -> Answer:
         """Circle for the dwell, and for the hold time of the waypoint."""
         if self._pause_asked or observation.position_doubt:
             return self._begin_stay(_Phase.PAUSED, observation, now)
         waypoint = self._route.current
+        answer = self._send(waypoint.position_enu_m, observation, now)
+        if self._giving_way.evades:
+            self._circling = Circling(self._traits.circle_radius_m)
+            self._go(_Phase.FLYING, now)
+            return None
+        if answer is not None:
+            return answer
         if now - self._phase_since_s > _STUCK_S + waypoint.hold_time_s:
             text = "The vehicle did not stay on its circle around the target."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
@@ -377,7 +415,8 @@ class FlyPlane(PhasedTask[_Phase]):
         if isinstance(answer, Outcome):
             return self._over(OutcomeCode.CANCELED, f"{text} {answer.message}", observation)
         if answer is None:
-            text += " A plane cannot stop: it circles where it was."
+            where = "elsewhere, to give way" if self._giving_way.evades else "where it was"
+            text += f" A plane cannot stop: it circles {where}."
             return self._over(OutcomeCode.CANCELED, text, observation)
         return answer
 
@@ -398,3 +437,7 @@ class FlyPlane(PhasedTask[_Phase]):
         position = observation.position_enu_m
         target = self._route.current.position_enu_m
         return Outcome(code, text, None if position is None else distance(position, target))
+
+
+def _is_refusal(answer: Answer) -> bool:
+    return isinstance(answer, Outcome) and answer.code is OutcomeCode.MODE_REFUSED
