@@ -143,6 +143,25 @@ def test_reposition_as_command_int_sends_it_there() -> None:
 # GUIDED.
 
 
+def test_in_guided_it_sinks_on_its_way_and_climbs_at_once() -> None:
+    """Plane::setup_alt_slope of the real one: a slope down for more than ALT_SLOPE_MIN (15 m)."""
+    station, _ = in_guided()
+    x, y = round(-35.363261e7 + 1500.0 / 0.0111318845), round(149.165230e7)
+
+    def height_after_m(height_m: float, seconds: float) -> float:
+        sent = station.command_int(mav.MAV_CMD_DO_REPOSITION, 6, -1, 1, x=x, y=y, z=height_m)
+        assert sent == ACCEPTED
+        station.run(seconds)
+        return -station.position[2]
+
+    assert height_after_m(110.0, 20.0) > 105.0
+    assert 95.0 < height_after_m(98.0, 8.0) < 101.0
+    # Some 900 m are left: 50 m down take it about 40 s, not 10.
+    assert 70.0 < height_after_m(48.0, 15.0) < 92.0
+    station.run(60.0)
+    assert -station.position[2] == pytest.approx(48.0, abs=4.0)
+
+
 def test_guided_circles_where_it_began_and_reports_it_as_item_0() -> None:
     station, place = in_guided()
     station.run(40.0)
