@@ -149,10 +149,11 @@ def begin(
     autopilot: str = "ardupilot",
     height_m: float = 10.0,
     speed_m_s: float = 4.0,
+    vehicle: dict[str, float] | None = None,
     **parameters: object,
 ) -> FlownFleet:
-    """Return one vehicle that stands, or hovers, at its home."""
-    config = VehicleConfig(kind, autopilot, ready_after_s=1.0)
+    """Return one vehicle, with parameters of its autopilot, that stands, or hovers, at its home."""
+    config = VehicleConfig(kind, autopilot, ready_after_s=1.0, parameters=vehicle or {})
     settings = {"speed_default_m_s": speed_m_s, "speed_max_m_s": max(speed_m_s, 5.0), **parameters}
     fleet = FlownFleet([config], **settings).ready()  # type: ignore[arg-type]
     if kind == "copter":

@@ -11,6 +11,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 from navigation_bridge.goals.goal import LogLine
 from navigation_bridge.goals.requests import TakeoffRequest
@@ -67,9 +68,10 @@ class PlaneFlown:
         return min(place[2] for place in self.places)
 
 
-def fly_up(autopilot: str, **parameters: object) -> FlownFleet:
-    """Return a plane at 45 m that still takes off."""
-    fleet = begin("plane", autopilot, **{**_SETTINGS, **parameters})
+def fly_up(autopilot: str, **parameters: Any) -> FlownFleet:
+    """Return a plane at 45 m in its take-off."""
+    settings: dict[str, Any] = {**_SETTINGS, **parameters}
+    fleet = begin("plane", autopilot, **settings)
     (craft,) = fleet.crafts
     assert isinstance(fleet.send(craft, TakeoffRequest(50.0)), str)
     fleet.run_until(lambda: float(fleet.simulation.positions_ned_m[0][2]) < -45.0, 120.0)
@@ -89,7 +91,7 @@ def fly(
         fleet: the plane.
         intruders: with their meeting positions, relative to the plane's home.
         goal_enu_m: relative to its home, too.
-        stays_s: how long the flight goes on at least.
+        stays_s: how long the flight lasts at least.
         timeout_s: how long it may take.
     """
     (craft,) = fleet.crafts
@@ -137,7 +139,7 @@ def meet_plane(
     autopilot: str,
     intruders: Sequence[Intruder],
     goal_enu_m: Vector3 = GOAL_ENU_M,
-    **parameters: object,
+    **parameters: Any,
 ) -> PlaneFlown:
     """Fly a goal among intruders on collision courses; courses count from the plane's."""
     places = alone(autopilot, goal_enu_m).places

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
@@ -120,6 +121,29 @@ def test_a_paused_copter_leaves_the_path_of_an_intruder() -> None:
     fleet.run_for(20.0)
     assert least_m >= 5.0
     assert craft.statuses()[-1] == "PAUSED"
+
+
+def test_an_evasion_stays_below_the_fence_of_the_autopilot() -> None:
+    fence = {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 1.0, "FENCE_ALT_MAX": 25.0}
+    highest_m = []
+    for vehicle in (None, fence):
+        fleet = begin(vehicle=vehicle, arrival_dwell_s=30.0, volume_radius_m=5.0)
+        heights_m: list[float] = []
+        tick = fleet.tick
+
+        def watched(
+            tick: Callable[[], None] = tick,
+            heights_m: list[float] = heights_m,
+            fleet: FlownFleet = fleet,
+        ) -> None:
+            tick()
+            heights_m.append(-float(fleet.simulation.positions_ned_m[0][2]))
+
+        fleet.tick = watched  # type: ignore[method-assign]
+        meet(fleet, [Intruder(210.0, 3.0, 25.0)], goal_m=0.0)
+        highest_m.append(max(heights_m))
+    assert highest_m[0] > 26.0
+    assert highest_m[1] < 24.5
 
 
 def test_an_evasion_stays_within_the_flight_volume() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,20 +39,20 @@ HEAD_ON = Intruder(np.array([500.0, 0.0, 60.0]), np.array([-20.0, 0.0, 0.0]), 0.
 Place = tuple[float, float, float]
 
 
-def view(intruder: Intruder = HEAD_ON, **fields: object) -> TrafficView:
+def view(intruder: Intruder = HEAD_ON, **fields: Any) -> TrafficView:
     """Return traffic with one intruder."""
     picture = TrafficPicture()
     entry = picture.entry("X")
     entry.intruder, entry.moves = intruder, True
-    values: dict[str, object] = {"heights_m": (5.0, 120.0), "timeout_s": 30.0, **fields}
-    return TrafficView(picture, "a", Footing.level(), **values)  # type: ignore[arg-type]
+    values: dict[str, Any] = {"heights_m": (5.0, 120.0), "timeout_s": 30.0, **fields}
+    return TrafficView(picture, "a", Footing.level(), **values)
 
 
 def seen(
     traffic: TrafficView | None,
     status: OperationStatus | None = None,
     place: Place = (0.0, 0.0, 60.0),
-    **fields: object,
+    **fields: Any,
 ) -> Observation:
     """Return a plane that flies east."""
     report = None if status is None else OperationReport(TaskOperation.REPOSITION, status, "no")
@@ -138,7 +139,7 @@ def test_a_rejected_evasion_does_not_end_the_goal() -> None:
     assert plane.step(seen(traffic, OperationStatus.ACHIEVED), 0.3) == Wait()
 
 
-def test_one_that_cannot_give_way_goes_on_and_says_so() -> None:
+def test_one_that_cannot_give_way_continues_and_reports_that() -> None:
     near = replace(HEAD_ON, position_m=np.array([40.0, 0.0, 60.0]))
     plane, traffic = task(), view(near, reach_m=1.0)
     assert sent_to(plane.step(seen(traffic), 0.0)) == GOAL
