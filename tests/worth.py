@@ -1,4 +1,4 @@
-"""Which planted defects do tests find, and in what time?
+"""Measures which planted defects tests find, and in what time.
 
 `python -m tests.worth tests/pair/test_stalls.py ...` plants the defects of tests/explore/defects.py
 that these files reach, one after another and in memory only, and runs each file until a test fails.

@@ -1,4 +1,4 @@
-"""Which of the wide tests run when, and what tests find."""
+"""Tells when a wide test runs, and what tests find."""
 
 from __future__ import annotations
 
