@@ -24,7 +24,8 @@ from rclpy.utilities import remove_ros_args
 from drone_navigation.console.board import Board
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.options import TokenError, make_parser, token_of
-from drone_navigation.console.tiles import TileError, open_tiles
+from drone_navigation.console.tiles.folder import TileError
+from drone_navigation.console.tiles.source import open_tiles
 from drone_navigation.console.web import Web
 
 _REDIRECT = '<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n'

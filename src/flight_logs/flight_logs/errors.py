@@ -25,3 +25,7 @@ class SwappedStampsError(LogError):
 
 class ExportError(LogError):
     """The messages cannot be written."""
+
+
+class MissingPackageError(LogError):
+    """A package that only this needs is not installed."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 
 import pyarrow as pa
@@ -15,18 +14,12 @@ import pyarrow.parquet
 from flight_logs.columns import fields_table, flattened, to_table
 from flight_logs.dialect import message_names
 from flight_logs.errors import ExportError
+from flight_logs.formats import Format
 from flight_logs.tlog import Counts, Progress, iterate_tlog
 
 _CHUNK_BYTES = 32 << 20  # a piece becomes a row group, and those should not be small
 FIELDS_FILE = "fields.csv"
 """What CSV has no room for: unit and enum of each column."""
-
-
-class Format(Enum):
-    """The file format; the value is also the file extension."""
-
-    PARQUET = "parquet"
-    CSV = "csv"
 
 
 @dataclass(frozen=True)

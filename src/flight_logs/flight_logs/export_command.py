@@ -8,13 +8,18 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from flight_logs.command_version import add_version
-from flight_logs.errors import ExportError, LogError
+from flight_logs.errors import ExportError, LogError, MissingPackageError
 from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
-from flight_logs.export import Exported, Format, export_tlog
+from flight_logs.extras import extra
+from flight_logs.formats import Format
 from flight_logs.progress import bytes_bar
 from flight_logs.tlog import for_each_log
+
+if TYPE_CHECKING:
+    from flight_logs.export import Exported
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -70,6 +75,8 @@ def _export(options: argparse.Namespace, log: Path) -> int:
     several = len(options.log) > 1
     folder = options.to / log.stem if several else options.to
     try:
+        with extra("pyarrow", "An export"):
+            from flight_logs.export import export_tlog  # noqa: PLC0415 its package is an extra
         with nullcontext() if several else bytes_bar(f"Reading {log.name}") as progress:
             exported = export_tlog(
                 log,
@@ -81,7 +88,9 @@ def _export(options: argparse.Namespace, log: Path) -> int:
             )
     except LogError as error:
         print(error, file=sys.stderr)
-        return EXIT_FAILED if isinstance(error, ExportError) else EXIT_BAD_INPUT
+        return (
+            EXIT_FAILED if isinstance(error, (ExportError, MissingPackageError)) else EXIT_BAD_INPUT
+        )
     print(_summary(exported, folder))
     return EXIT_OK
 

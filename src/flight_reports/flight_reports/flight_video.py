@@ -14,6 +14,7 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from flight_logs.command_version import add_version
+from flight_logs.extras import missing
 from flight_reports.flight_recording import NoFlightError, read_recording
 from flight_reports.pictures import scene
 from flight_reports.pictures.film import SIZE_PX, Film, Picture, make_pace
@@ -36,9 +37,7 @@ _SHADES = 4
 _QUALITY = 27
 _SILENT_S = 2.0
 _PERIOD_S = 1.0
-_NO_ENCODER = (
-    "MP4 output needs imageio-ffmpeg (dev group of pyproject.toml); only the GIF was written."
-)
+_NO_ENCODER = f"Only the GIF was written. {missing('imageio-ffmpeg', 'An MP4 file')}"
 
 
 class VideoError(RuntimeError):

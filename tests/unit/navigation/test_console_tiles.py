@@ -10,7 +10,8 @@ import pytest
 from pmtiles.tile import TileType
 
 from drone_navigation.console.options import make_parser
-from drone_navigation.console.tiles import TileError, media_type, open_tiles, tile_of
+from drone_navigation.console.tiles.folder import TileError, media_type, tile_of
+from drone_navigation.console.tiles.source import open_tiles
 from tests.support.tiles import TileKey, draw_tiles, write_archive, write_folder
 
 PLACE = (52.0, 13.0)

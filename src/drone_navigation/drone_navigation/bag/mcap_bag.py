@@ -6,13 +6,16 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
-from mcap.writer import Writer
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 
 from drone_navigation.bag.message_definitions import ENCODING, definition, type_name
+from flight_logs.extras import extra
+
+if TYPE_CHECKING:
+    from mcap.writer import Writer
 
 __all__ = ["Bag", "Channel", "open_bag"]
 
@@ -55,7 +58,13 @@ class Bag:
     """Writes a bag into a stream that is open; :meth:`finish` comes last."""
 
     def __init__(self, stream: IO[bytes]) -> None:
-        """Begin."""
+        """Begin.
+
+        Raises:
+            MissingPackageError: the package that writes MCAP is not installed.
+        """
+        with extra("mcap", "A bag"):
+            from mcap.writer import Writer  # noqa: PLC0415 an extra
         self._writer: Any = Writer(stream)  # has methods without types
         self._writer.start(profile=_PROFILE, library=_LIBRARY)
         self._schemas: dict[str, int] = {}
@@ -119,6 +128,7 @@ def open_bag(path: Path) -> Iterator[Bag]:
 
     Raises:
         OSError: it can't be written.
+        MissingPackageError: the package that writes MCAP is not installed.
     """
     partial = path.with_name(path.name + _PARTIAL)
     try:

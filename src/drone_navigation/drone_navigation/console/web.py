@@ -24,7 +24,7 @@ from drone_navigation.console.board import Board
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.messages import SIZE_MAX_BYTES
 from drone_navigation.console.session import Page, Rules
-from drone_navigation.console.tiles import Tiles, media_type, tile_of
+from drone_navigation.console.tiles.folder import Tiles, media_type, tile_of
 
 __all__ = ["Web"]
 

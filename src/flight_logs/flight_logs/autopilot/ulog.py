@@ -12,10 +12,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pyulog import ULog
 
 from flight_logs.autopilot.telling import OwnLog, Place, Telling, Told, credible
 from flight_logs.errors import LogError
+from flight_logs.extras import extra
 from mavlink_vehicle.codec import mavlink
 
 __all__ = ["MAGIC", "read_ulog"]
@@ -86,6 +86,8 @@ def read_ulog(path: Path, progress: Callable[[float], object]) -> OwnLog:
     Raises:
         LogError: it cannot be read.
     """
+    with extra("pyulog", "A ULog file"):
+        from pyulog import ULog  # noqa: PLC0415 an extra
     try:
         # It prints what it thinks of the file.
         with path.open("rb") as file, redirect_stdout(io.StringIO()):

@@ -1,4 +1,4 @@
-"""Map tiles from a local file: a folder `z/x/y.png`, or a PMTiles archive. No ROS, no network.
+"""Map tiles from a PMTiles archive. No ROS, no network.
 
 https://github.com/protomaps/PMTiles/blob/main/spec/v3/spec.md
 """
@@ -6,11 +6,9 @@ https://github.com/protomaps/PMTiles/blob/main/spec/v3/spec.md
 from __future__ import annotations
 
 import os
-import re
 import zlib
 from functools import lru_cache
 from pathlib import Path
-from typing import Protocol
 
 from pmtiles.tile import (
     Compression,
@@ -22,107 +20,16 @@ from pmtiles.tile import (
     zxy_to_tileid,
 )
 
-__all__ = ["Archive", "Folder", "TileError", "Tiles", "media_type", "open_tiles", "tile_of"]
+from drone_navigation.console.tiles.folder import TILE_MAX_BYTES, ZOOM_MAX, TileError
 
-ZOOM_MAX = 24
-_EXTENSIONS = ("png", "jpg", "jpeg", "webp")
+__all__ = ["Archive"]
+
 _RASTER = {TileType.PNG, TileType.JPEG, TileType.WEBP}
-_ADDRESS = re.compile(r"/tile/([0-9]{1,2})/([0-9]{1,8})/([0-9]{1,8})")
-# Of a tile, and of a directory.
-_TILE_MAX_BYTES = 4_000_000
 _HEADER_BYTES = 127
 _DIRECTORIES_MAX = 64
 # A root, leaves, and leaves of leaves.
 _DEPTH_MAX = 4
 _DAMAGE = (OSError, EOFError, ValueError, IndexError, OverflowError, zlib.error)
-
-
-class TileError(ValueError):
-    """There are no tiles to show; the text says why."""
-
-
-class Tiles(Protocol):
-    """Where tiles come from.
-
-    Attributes:
-        zoom_min: least zoom that has any.
-        zoom_max: greatest zoom that has any.
-    """
-
-    zoom_min: int
-    zoom_max: int
-
-    def read(self, zoom: int, x: int, y: int) -> bytes | None:
-        """Return an image, None if there is none; y counts from the north."""
-
-
-def open_tiles(path: Path) -> Tiles:
-    """Return the tiles in a folder or a PMTiles archive.
-
-    Raises:
-        TileError: there are none, or none that can be drawn.
-    """
-    try:
-        return Folder(path) if path.is_dir() else Archive(path)
-    except OSError as error:
-        raise TileError(f"Cannot read {path}: {error.strerror or error}.") from None
-
-
-def tile_of(path: str) -> tuple[int, int, int] | None:
-    """Return zoom, x and y in the path of an address; None if it is not that of a tile."""
-    found = _ADDRESS.fullmatch(path)
-    if found is None:
-        return None
-    zoom, x, y = map(int, found.groups())
-    return (zoom, x, y) if zoom <= ZOOM_MAX and max(x, y) < 1 << zoom else None
-
-
-def media_type(content: bytes) -> str | None:
-    """Return the media type of an image, None if it is of no kind that is served."""
-    if content.startswith(b"\x89PNG\r\n\x1a\n"):
-        return "image/png"
-    if content.startswith(b"\xff\xd8\xff"):
-        return "image/jpeg"
-    if content[:4] == b"RIFF" and content[8:12] == b"WEBP":
-        return "image/webp"
-    return None
-
-
-class Folder:
-    """Tiles in files `z/x/y.png`, `.jpg` or `.webp`; see `Tiles`."""
-
-    def __init__(self, path: Path) -> None:
-        """Find the zooms.
-
-        Raises:
-            TileError: there are none.
-            OSError: it cannot be read.
-        """
-        self._root = path.resolve()
-        zooms = [
-            int(child.name)
-            for child in self._root.iterdir()
-            if re.fullmatch("[0-9]{1,2}", child.name) and child.is_dir()
-        ]
-        zooms = [zoom for zoom in zooms if zoom <= ZOOM_MAX]
-        if not zooms:
-            raise TileError(f"{path} has no folders named by zoom, with tiles as z/x/y.png.")
-        self.zoom_min, self.zoom_max = min(zooms), max(zooms)
-
-    def read(self, zoom: int, x: int, y: int) -> bytes | None:
-        """See `Tiles`."""
-        for extension in _EXTENSIONS:
-            file = self._root / str(zoom) / str(x) / f"{y}.{extension}"
-            try:
-                # A link must not lead out of the folder.
-                if not file.resolve(strict=True).is_relative_to(self._root):
-                    return None
-                with file.open("rb") as opened:
-                    content = opened.read(_TILE_MAX_BYTES + 1)
-            except (OSError, RuntimeError):
-                continue
-            return content if len(content) <= _TILE_MAX_BYTES else None
-        return None
 
 
 class Archive:
@@ -193,7 +100,7 @@ class Archive:
         return deserialize_directory(self._bytes(offset, length))
 
     def _bytes(self, offset: int, length: int) -> bytes:
-        if length > _TILE_MAX_BYTES:
+        if length > TILE_MAX_BYTES:
             raise ValueError
         content = os.pread(self._file, length, offset)
         if len(content) < length:
