@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-night explore bench lint lock pages wheels version clean distclean
+.PHONY: help setup setup-dev setup-extras build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-night explore bench lint lock pages wheels version clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -15,9 +15,15 @@ help: ## Show this list
 setup: ## Set up .venv and build the workspace (PYTHON=python3.12 chooses the interpreter)
 	@scripts/setup.sh
 
+setup-dev: ## The same, and what testing and developing need, on top
+	@scripts/setup.sh --with dev
+
+setup-extras: ## The same, and what bags, tables, ULog files, films and PMTiles need, on top
+	@scripts/setup.sh --with extras
+
 build: setup ## The same as setup
 
-setup-nav2: ## The same, and build the interfaces of Nav2 where ROS has none
+setup-nav2: ## The same as setup, and build the interfaces of Nav2 where ROS has none
 	@scripts/setup.sh --with nav2_msgs
 
 demo: setup ## Fly a copter round obstacles in the simulator; leaves out/demo/
@@ -26,13 +32,13 @@ demo: setup ## Fly a copter round obstacles in the simulator; leaves out/demo/
 demo-rover: setup ## The same with a rover; leaves out/demo-rover/
 	@$(ENTER) python -m drone_navigation.demo --vehicle rover --out out/demo-rover
 
-demo-fleet: setup ## Fly eight copters through one point, one of them paused; leaves out/demo-fleet/
+demo-fleet: setup-dev ## Fly eight copters through one point, one of them paused; leaves out/demo-fleet/
 	@$(ENTER) python -m tests.fleets.demo
 
 demo-nav2: setup-nav2 ## Offer a simulated vehicle to clients of Nav2 (ARGS="--vehicle rover")
 	@$(ENTER) python -m drone_navigation.demo_nav2 $(ARGS)
 
-demo-video: setup ## Make out/demo/flight.mp4 and .gif from the demo's recording (LOG=other.tlog)
+demo-video: setup-extras ## Make out/demo/flight.mp4 and .gif from the demo's recording (LOG=other.tlog)
 	@$(ENTER) python -m flight_reports.flight_video $(LOG)
 
 console: setup ## Fly a simulated copter from a page in the browser (ARGS="--no-browser --port 8800")
@@ -52,7 +58,7 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 PYTEST := unset PYTHONDONTWRITEBYTECODE && \
 	python -m pytest -n 4 --dist loadgroup --max-worker-restart 0
 
-test: setup ## Run the tests, all but the slow and broad ones
+test: setup-dev ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
 	@$(ENTER) $(PYTEST) -m "not wide" tests
 
@@ -66,33 +72,43 @@ SEEDS ?= 200
 FIRST ?= 0
 WORKERS ?= 2
 
-explore: setup ## Fly SEEDS scenarios from FIRST on, with MINUTES at most that long, and check policies
+explore: setup-dev ## Fly SEEDS scenarios from FIRST on, with MINUTES at most that long, and check policies
 	@$(ENTER) python -m tests.explore --seeds $(SEEDS) --first $(FIRST) --workers $(WORKERS) \
 		$(if $(MINUTES),--minutes $(MINUTES))
 
-bench: setup ## Run the benchmarks; prints a table, writes out/bench.json (ARGS="--compare old.json")
+bench: setup-dev ## Run the benchmarks; prints a table, writes out/bench.json (ARGS="--compare old.json")
 	@$(ENTER) python tests/bench/run.py $(ARGS)
 
-lint: setup ## Check style, types and import rules
+lint: setup-dev ## Check style, types and import rules
 	@$(ENTER) ruff check .
 	@$(ENTER) ruff format --check .
 	@$(ENTER) mypy
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
 
-# `uv pip compile` keeps locked versions; UPGRADE=--upgrade takes the newest.
+# `uv pip compile` keeps locked versions; UPGRADE=--upgrade takes the newest. All that developing
+# needs is resolved first, and the other locks take its versions. Only the build needs empy; lxml
+# is for pymavlink's generator, setuptools for building.
 LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-header \
-	--no-emit-index-url --no-annotate --quiet --system-certs $(UPGRADE) \
-	--group runtime --group build --group dev
+	--no-emit-index-url --no-annotate --quiet --system-certs $(UPGRADE)
 
-lock: setup ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgrade takes the newest)
-	@$(ENTER) $(LOCK) --group ros-wheels -o requirements/wheels.txt
-	@$(ENTER) $(LOCK) --group ros-system -o requirements/system.txt
+lock: setup-dev ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgrade takes the newest)
+	@$(ENTER) for ros in wheels system; do \
+		running="--group runtime --group ros-$$ros --no-emit-package empy"; \
+		light="--no-emit-package lxml --no-emit-package setuptools"; \
+		extras="--group extras --group ros-$$ros-extras"; \
+		at=requirements/$$ros; \
+		$(LOCK) $$running $$extras --group dev -o $$at-dev.txt; \
+		$(LOCK) $$running $$light $$extras -c $$at-dev.txt -o $$at-extras.txt; \
+		$(LOCK) $$running $$light -c $$at-dev.txt -o $$at.txt; \
+		$(LOCK) --group build --group ros-$$ros --group ros-$$ros-build -c $$at-dev.txt \
+			-o $$at-build.txt; \
+	done
 
-pages: setup ## Write the pages that list what the simulated firmwares know
+pages: setup-dev ## Write the pages that list what the simulated firmwares know
 	@$(ENTER) python scripts/list_simulated.py
 
-wheels: setup ## Build the packages that need no ROS as wheels in dist/ (mavlink-sitl, flight-logs)
-	@$(ENTER) python scripts/make_wheels.py
+wheels: setup-dev ## Build wheels in dist/: the packages that need no ROS, and the interfaces
+	@$(ENTER) python scripts/make_wheels.py --interfaces
 
 version: ## Write the version in VERSION to all packages
 	@python3 scripts/set_version.py
@@ -101,4 +117,4 @@ clean: ## Remove build results and outputs; keeps the installed packages
 	rm -rf build dist install log out .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 
 distclean: clean ## Remove everything that the set-up made
-	rm -rf .venv
+	rm -rf .venv .venv.before

@@ -1,13 +1,15 @@
-"""Builds the packages that are useful without ROS as wheels: `make wheels`.
+"""Builds wheels: the packages that are useful without ROS, and the interfaces: `make wheels`.
 
-Each is built from a copy, with the `setup.cfg` that colcon uses less the sections that only ROS
-needs: the entries of ament's index, and the folder of the executables. No network: the build
-tools are those of this environment.
+The former are each built from a copy, with the `setup.cfg` that colcon uses less the sections that
+only ROS needs: the entries of ament's index, and the folder of the executables. No network: the
+build tools are those of this environment. The interfaces are compiled for each version of Python
+that is found and that ROS has wheels for.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
 import subprocess
 import sys
@@ -32,7 +34,14 @@ def main() -> int:
     parser.add_argument(
         "--out", type=Path, default=ROOT / "dist", help="folder to write to (default: dist)"
     )
-    folder = parser.parse_args().out.resolve()
+    parser.add_argument(
+        "--interfaces",
+        action="store_true",
+        help="also the interfaces, for each Python 3.10 to 3.13 that is found; WHEEL_PYTHONS names "
+        "more interpreters, separated by colons",
+    )
+    options = parser.parse_args()
+    folder = options.out.resolve()
     with tempfile.TemporaryDirectory() as scratch:
         copies = [_copy(package, Path(scratch)) for package in PACKAGES]
         pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "--quiet"]
@@ -41,7 +50,24 @@ def main() -> int:
     if not code:
         version = (ROOT / "VERSION").read_text("utf-8").strip()
         print("\n".join(sorted(str(path) for path in folder.glob(f"*-{version}-*.whl"))))
+    set_up = [str(ROOT / "scripts" / "setup_environment.py"), "--ros", "wheels"]
+    for python in interpreters() if options.interfaces and not code else ():
+        code = subprocess.call([python, "-I", "-S", *set_up, "--wheel", str(folder)]) or code
     return code
+
+
+def interpreters() -> list[str]:
+    """Return one interpreter for each version that is found, this one first, and those named."""
+    found = [sys.executable, *filter(None, os.environ.get("WHEEL_PYTHONS", "").split(":"))]
+    pyenv = Path.home() / ".pyenv/versions"
+    for version in (f"3.{minor}" for minor in (10, 11, 12, 13)):
+        if version == f"3.{sys.version_info.minor}":
+            continue
+        # What pyenv puts on the path needs not work; its folders do.
+        there = [shutil.which(f"python{version}")]
+        there += [str(path) for path in sorted(pyenv.glob(f"{version}.*/bin/python"))]
+        found += [path for path in there if path is not None][-1:]
+    return list(dict.fromkeys(found))
 
 
 def _copy(package: Path, folder: Path) -> str:

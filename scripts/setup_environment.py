@@ -1,27 +1,38 @@
 """Makes the environment of the project: pinned packages in .venv, the workspace in install.
 
 Run by setup.sh, with the interpreter that the environment is to be made from; needs nothing
-but the standard library. Each of the two steps leaves a stamp as the last thing it does. A
-stamp names all that the step depended on, so a step runs again when one of those changes,
-and after it was interrupted.
+but the standard library. Each step leaves a stamp as the last thing it does. A stamp names all
+that the step depended on, so a step runs again when one of those changes, and after it was
+interrupted. What a step that fails had before stays.
+
+.venv has what running needs. Packages for development, and those that single commands need, come
+on top of that when they are asked for. The interfaces come from a wheel that fits, if there is
+one; else they are built with tools in build/, which goes again.
 """
 
 from __future__ import annotations
 
 import argparse
+import atexit
+import base64
 import contextlib
 import fcntl
+import functools
 import hashlib
 import os
 import platform
 import re
+import resource
 import shlex
 import shutil
 import signal
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import time
+import zipfile
+from configparser import ConfigParser
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,21 +45,57 @@ ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
 INSTALL = ROOT / "install"
 LOGS = ROOT / "log" / "setup"
+BUILD = ROOT / "build"
+PACKAGES = INSTALL / "packages"
+INTERFACES = INSTALL / "interfaces"
 PACKAGES_STAMP = VENV / "packages.stamp"
+INTERFACES_STAMP = INTERFACES / "interfaces.stamp"
 WORKSPACE_STAMP = INSTALL / "workspace.stamp"
 # Interval of progress messages without a terminal, in seconds.
 TELL_S = 15.0
 # Interfaces that the wheels of ROS lack: built from definitions of our own where they are missing.
 STAND_INS = ("geographic_msgs", "tf2_msgs")
-# The same, but only when they are asked for: these take longer than the whole workspace.
+# The same, but only when they are asked for: these take as long as all others.
 ON_DEMAND = ("nav2_msgs",)
-# Progress lines of colcon, CMake and pip.
-PROGRESS = re.compile(
-    r"^(?:Starting >>> (\S+)|(\[ *\d+%\])|Collecting (\S+)|(Installing collected packages))",
-    re.MULTILINE,
-)
-OURS = (VENV, INSTALL, ROOT / "build")
+# Packages on top of those for running, each with a lock of its own. "dev" contains "extras".
+LAYERS = ("extras", "dev")
+# Free disk that the set-up needs: .venv, the tools of the build, and packages as downloaded.
+NEEDED_DISK_MB = 1500
+WHEEL_NAME = "mavbridge_interfaces"
+WHEELS_FOLDER = "MAVBRIDGE_WHEELS"
+# Progress lines of CMake and Ninja.
+PROGRESS = re.compile(r"^(?:-- (Configuring done|Installing)|(\[ *\d+/\d+\]))", re.MULTILINE)
+OURS = (VENV, INSTALL, BUILD)
 ENVIRONMENT_FILE = INSTALL / "environment.bash"
+# What `make demo` and the server import.
+IMPORTED = (
+    "drone_navigation.demo",
+    "drone_navigation.navigation_client",
+    "drone_navigation.navigation_server",
+    "flight_reports.flight_plot",
+    "mavlink_sitl.__main__",
+)
+# Appended to rosidl_parser/parser.py: a definition is parsed by seven generators.
+PARSED_ONCE = """
+
+_parse_idl_file = parse_idl_file
+
+
+def parse_idl_file(locator, png_file=None):
+    import pickle
+
+    path = f"{locator.get_absolute_path()}.parsed"
+    try:
+        with open(path, "rb") as file:
+            return pickle.load(file)
+    except FileNotFoundError:
+        parsed = _parse_idl_file(locator, png_file)
+    part = f"{path}.{os.getpid()}"
+    with open(part, "wb") as file:
+        pickle.dump(parsed, file)
+    os.replace(part, path)
+    return parsed
+"""
 
 # Lists separated by colons that sourcing a workspace puts entries in front of.
 PATH_LISTS = (
@@ -88,9 +135,13 @@ def main() -> int:
         "--with",
         dest="wanted",
         action="append",
-        choices=ON_DEMAND,
+        choices=(*ON_DEMAND, *LAYERS),
         default=[],
-        help="also build these interfaces, unless the sourced ROS has them",
+        help="also build these interfaces, unless the sourced ROS has them; or also install what "
+        "single commands (extras) or development (dev) need",
+    )
+    parser.add_argument(
+        "--wheel", type=Path, metavar="DIR", help="only build the wheel of the interfaces into DIR"
     )
     options = parser.parse_args()
     # A signal to this process also ends its children.
@@ -98,10 +149,17 @@ def main() -> int:
     started = time.monotonic()
     try:
         with only_one_at_a_time():
+            if options.wheel:
+                print(make_wheel(options.wheel.resolve()))
+                return 0
             changed = update(options.ros)
             for name in options.wanted:
-                changed = build_on_demand(options.ros, name) or changed
+                add = add_layer if name in LAYERS else add_interfaces
+                changed = add(options.ros, name) or changed
     except SetupError as error:
+        print(f"Set-up failed: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:
         print(f"Set-up failed: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
@@ -121,21 +179,60 @@ def update(ros: str) -> bool:
     Returns:
         Whether there was anything to do.
     """
-    lock = ROOT / "requirements" / f"{ros}.txt"
-    packages_key = key_of_packages(ros, lock)
+    packages_key = key_of_packages(ros)
     packages_due = read(PACKAGES_STAMP) != packages_key
-    workspace_key = f"{packages_key}\n{hash_of(workspace_inputs())}"
-    if not packages_due and read(WORKSPACE_STAMP) == workspace_key:
+    names = ("custom_interfaces", *STAND_INS)
+    interfaces_key = f"{packages_key}\n{hash_of_interfaces(names)}"
+    interfaces_due = packages_due or read(INTERFACES_STAMP) != interfaces_key
+    workspace_key = f"{interfaces_key}\n{hash_of(workspace_inputs())}"
+    if not interfaces_due and read(WORKSPACE_STAMP) == workspace_key:
         return False
-    check_prerequisites(ros)
+    wheel = fitting_wheel() if ros == "wheels" and interfaces_due else None
+    check_prerequisites(ros, packages_due, compiles=interfaces_due and wheel is None)
     where = "the sourced ROS 2 Jazzy" if ros == "system" else "ROS 2 Jazzy from pinned wheels"
     print(f"Setting up with Python {platform.python_version()} and {where}.", flush=True)
+    WORKSPACE_STAMP.unlink(missing_ok=True)
     if packages_due:
-        install_packages(ros, lock)
-        PACKAGES_STAMP.write_text(packages_key)
-    build_workspace(ros)
+        with replacing(VENV):
+            install_packages(ros)
+            PACKAGES_STAMP.write_text(packages_key)
+    if interfaces_due:
+        with replacing(INTERFACES):
+            if wheel is None:
+                build_interfaces(ros, names, INTERFACES)
+            else:
+                unpack(wheel, INTERFACES)
+            INTERFACES_STAMP.write_text(interfaces_key)
+    link_packages()
+    record_environment(ros)
+    prepare_start(ros)
     WORKSPACE_STAMP.write_text(workspace_key)
     return True
+
+
+@contextlib.contextmanager
+def replacing(folder: Path) -> Iterator[None]:
+    """Lets a folder be made again; what was there before comes back when that fails."""
+    before = folder.with_name(f"{folder.name}.before")
+    if before.exists():
+        # A set-up that was killed left it.
+        shutil.rmtree(folder, ignore_errors=True)
+        before.rename(folder)
+    if folder.exists():
+        folder.rename(before)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        if before.exists():
+            before.rename(folder)
+        raise
+    shutil.rmtree(before, ignore_errors=True)
+
+
+def lock_of(ros: str, layer: str = "") -> Path:
+    """The file that pins what running needs, or one that also pins a layer on top of that."""
+    return ROOT / "requirements" / (f"{ros}-{layer}.txt" if layer else f"{ros}.txt")
 
 
 def base_interpreter() -> str:
@@ -144,21 +241,31 @@ def base_interpreter() -> str:
     return os.path.realpath(path)
 
 
-def key_of_packages(ros: str, lock: Path) -> str:
+def key_of_packages(ros: str) -> str:
     """What the installed packages depend on: interpreter, place, ROS, lock and this file."""
     underlay = outside(ros).get("AMENT_PREFIX_PATH", "")
-    content = hash_of([lock, Path(__file__).resolve()])
+    content = hash_of([lock_of(ros), Path(__file__).resolve()])
     return "\n".join([base_interpreter(), sys.version, str(ROOT), ros, underlay, content])
 
 
 def workspace_inputs() -> Iterator[Path]:
-    """The files whose change calls for a build. Python modules are linked, so not they."""
-    for interfaces in ("custom_interfaces", *STAND_INS):
-        yield from sorted((ROOT / "src" / interfaces).rglob("*"))
-    for package in sorted([*(ROOT / "src").iterdir(), ROOT / "sitl"]):
-        for name in ("package.xml", "setup.py", "setup.cfg", "launch", "resource"):
+    """The files that are copied or linked. Python modules are linked as whole packages."""
+    for package in python_packages():
+        for name in ("package.xml", "setup.cfg", "launch", "resource"):
             path = package / name
             yield from sorted(path.glob("*")) if path.is_dir() else [path]
+
+
+def python_packages() -> list[Path]:
+    """The folders of the Python packages."""
+    files = sorted([*ROOT.glob("src/*/setup.cfg"), ROOT / "sitl/setup.cfg"])
+    return [path.parent for path in files]
+
+
+def hash_of_interfaces(names: Iterable[str]) -> str:
+    """A digest of all that compiled interfaces depend on, but for the interpreter."""
+    files = (path for name in names for path in sorted((ROOT / "src" / name).rglob("*")))
+    return hash_of([*files, ROOT / "scripts/interfaces.cmake", lock_of("wheels", "build")])
 
 
 def hash_of(paths: Iterable[Path]) -> str:
@@ -194,90 +301,338 @@ def only_one_at_a_time() -> Iterator[None]:
         os.close(descriptor)
 
 
-def check_prerequisites(ros: str) -> None:
+def check_prerequisites(ros: str, packages: bool = True, compiles: bool = True) -> None:
     """Looks for what a package manager has to provide.
 
+    Args:
+        ros: "wheels" or "system".
+        packages: whether packages are to be installed.
+        compiles: whether interfaces are to be compiled.
+
     Raises:
-        SetupError: something is missing; names the Debian or Ubuntu package.
+        SetupError: something is missing; names all of it, with the Debian or Ubuntu packages.
     """
     if ros == "wheels" and platform.machine() != "x86_64":
         raise SetupError(
             f"The ROS 2 wheels are made for x86-64, and this is {platform.machine()}: "
             "install ROS 2 Jazzy, source it and run this again."
         )
-    for variable, default, package, what in (
-        ("", "git", "git", "git"),
-        ("", "make", "build-essential", "make"),
-        ("CC", "cc", "build-essential", "the C compiler"),
-        ("CXX", "c++", "build-essential", "the C++ compiler"),
-    ):
+    missing, names = [], []
+    compilers = (("CC", "cc", "the C compiler"), ("CXX", "c++", "the C++ compiler"))
+    for variable, default, what in compilers if compiles else ():
         # Like CMake, take CC with arguments ("ccache gcc").
         command = (shlex.split(os.environ.get(variable, "")) or [default])[0]
         if shutil.which(command) is None:
-            raise SetupError(f"There is no {command} ({what}): sudo apt install {package}")
+            missing.append(f"there is no {command} ({what})")
+            names.append("build-essential")
     python = base_interpreter()
     # Debian's packages are named after the version when it is not the default one.
     package = Path(python).name if python.startswith("/usr/bin/") else "python3"
-    if not Path(sysconfig.get_path("include"), "Python.h").is_file():
-        raise SetupError(f"The headers of {python} are missing: sudo apt install {package}-dev")
+    if compiles and not Path(sysconfig.get_path("include"), "Python.h").is_file():
+        missing.append(f"the headers of {python} are missing")
+        names.append(f"{package}-dev")
     probe = [python, "-I", "-c", "import ensurepip, venv"]
-    if subprocess.run(probe, stderr=subprocess.DEVNULL, check=False).returncode:
-        raise SetupError(f"The venv module of {python} is missing: sudo apt install {package}-venv")
+    if packages and subprocess.run(probe, stderr=subprocess.DEVNULL, check=False).returncode:
+        missing.append(f"the venv module of {python} is missing")
+        names.append(f"{package}-venv")
+    text = ", ".join(missing)
+    if text:
+        text = f"{text[0].upper()}{text[1:]}: sudo apt install {' '.join(dict.fromkeys(names))}"
+    free_mb = shutil.disk_usage(ROOT).free // 1_000_000
+    if packages and free_mb < NEEDED_DISK_MB:
+        text += "; also, " if text else ""
+        text += f"{ROOT} has {free_mb} MB of free disk, and the set-up needs {NEEDED_DISK_MB} MB"
+    if text:
+        raise SetupError(text)
 
 
-def install_packages(ros: str, lock: Path) -> None:
-    """Makes a new .venv, with exactly the packages of the lock."""
-    # Build results contain paths of the former environment.
-    for folder in OURS:
-        shutil.rmtree(folder, ignore_errors=True)
-    environment = outside("wheels")
-    # Packages go into .venv, regardless of the user's pip configuration.
-    for variable in ("PIP_USER", "PIP_TARGET", "PIP_PREFIX", "PIP_ROOT"):
-        environment.pop(variable, None)
-    run("venv", "Making .venv", [base_interpreter(), "-m", "venv", VENV], environment)
-    # The lock is complete, so pip has nothing to resolve.
-    flags = "--no-input --no-deps --require-hashes --disable-pip-version-check"
-    pip: list[str | Path] = [VENV / "bin" / "python", "-m", "pip", "install", *flags.split()]
-    pip += ["--only-binary", ":all:"]
-    # empy is published as source only. It is built with the pinned build tools, installed
-    # first, rather than with whatever is newest on the day.
-    tools = VENV / "build-tools.txt"
-    tools.write_text(build_tools(lock.read_text()))
-    run("build-tools", "Installing the build tools", [*pip, "-r", tools], environment)
-    count = len(re.findall(r"^\S+==", lock.read_text(), re.MULTILINE))
-    what = f"Installing {count} pinned packages (some minutes)"
-    pip += ["--no-build-isolation", "--no-binary", "empy"]
-    run("packages", what, [*pip, "-r", lock], environment)
-    if ros == "wheels":
-        mend_cmake_files()
+def install_packages(ros: str) -> None:
+    """Makes a new .venv, with exactly the packages that running needs."""
+    command: list[str | Path] = [base_interpreter(), "-m", "venv", "--without-pip", VENV]
+    run("venv", "Making .venv", command, outside("wheels"))
+    install_lock(lock_of(ros), VENV)
+    # Headers are for the build, which has its own; they are 30 MB.
+    shutil.rmtree(VENV / "include", ignore_errors=True)
 
 
-def build_tools(lock: str) -> str:
-    """The part of a lock that building a package from source needs."""
-    blocks = re.split(r"\n(?=\S)", lock)
-    return "\n".join(b for b in blocks if re.match(r"(setuptools|wheel|packaging)==", b))
+def add_layer(ros: str, layer: str) -> bool:
+    """Installs packages on top of those that running needs.
+
+    Args:
+        ros: "wheels" or "system".
+        layer: one of LAYERS.
+
+    Returns:
+        Whether there was anything to do.
+    """
+    lock = lock_of(ros, layer)
+    stamp = VENV / f"{layer}.stamp"
+    key = f"{read(PACKAGES_STAMP)}\n{hash_of([lock])}"
+    if read(stamp) == key:
+        return False
+    stamp.unlink(missing_ok=True)
+    install_lock(lock, VENV)
+    stamp.write_text(key)
+    return True
 
 
-def mend_cmake_files() -> None:
-    """Points the CMake files of the ROS wheels at this environment.
+def install_lock(lock: Path, where: Path) -> None:
+    """Installs the packages of a lock that a virtual environment does not have yet.
+
+    It is uv that installs them, in a tenth of pip's time. The lock is complete, so there is nothing
+    to resolve.
+    """
+    uv, variables = installer()
+    flags = "pip install --no-config --system-certs --index-strategy unsafe-best-match"
+    install: list[str | Path] = [uv, *flags.split(), "--no-deps", "--require-hashes"]
+    install += ["--only-binary", ":all:", "--python", where / "bin" / "python"]
+    text = lock.read_text()
+    if "\nempy==" in text:
+        # empy is published as source only. It is built with the pinned setuptools, installed first,
+        # rather than with whatever is newest on the day.
+        tools = where / "build-tools.txt"
+        tools.write_text(blocks_of(lock, "setuptools"))
+        run("build-tools", "Installing setuptools", [*install, "-r", tools], variables)
+        install += ["--no-build-isolation", "--no-binary", "empy"]
+    count = len(re.findall(r"^\S+==", text, re.MULTILINE))
+    what = f"Installing {count} pinned packages"
+    run(f"packages-{lock.stem}", what, [*install, "-r", lock], variables)
+
+
+@functools.cache
+def installer() -> tuple[Path, dict[str, str]]:
+    """uv, as pinned, and the environment to run it in.
+
+    It belongs to the packages for development. Where they are not installed it comes from a folder
+    that goes with this process, put there by the pip that every Python has for its environments.
+    """
+    # uv looks for packages where pip is to look; where they go is not the user's choice.
+    ignored = ("PIP_USER", "PIP_TARGET", "PIP_PREFIX", "PIP_ROOT", "UV_TARGET", "UV_PREFIX")
+    environment = {k: v for k, v in outside("wheels").items() if k not in ignored}
+    pip = {**environment, "PYTHONPATH": str(bundled_pip()), "PIP_REQUIRE_VIRTUALENV": "0"}
+    python: list[str | Path] = [base_interpreter(), "-S", "-m", "pip"]
+    uv = VENV / "bin" / "uv"
+    if not uv.exists():
+        folder = tempfile.mkdtemp(prefix="mavbridge-")
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        uv, pin = Path(folder, "bin", "uv"), Path(folder, "uv.txt")
+        pin.write_text(blocks_of(lock_of("wheels", "dev"), "uv"))
+        options = "--no-input --no-deps --require-hashes --disable-pip-version-check"
+        command = [*python, "install", *options.split(), "--only-binary", ":all:"]
+        run("installer", "Fetching uv", [*command, "--target", folder, "-r", pin], pip)
+    listed = subprocess.run([*python, "config", "list"], env=pip, stdout=-1, check=False).stdout
+    return uv, {**settings_of_pip(os.fsdecode(listed)), **environment}
+
+
+def bundled_pip() -> Path:
+    """The wheel of pip that belongs to this Python's ensurepip."""
+    folders = [sysconfig.get_config_var("WHEEL_PKG_DIR") or ""]
+    folders += [str(Path(sysconfig.get_path("stdlib"), "ensurepip", "_bundled"))]
+    return next(path for each in folders if each for path in Path(each).glob("pip-*.whl"))
+
+
+def settings_of_pip(listed: str) -> dict[str, str]:
+    """Variables that tell uv what pip's settings say of where packages come from.
+
+    Args:
+        listed: what `pip config list` writes; what comes later there counts more.
+    """
+    names = {
+        "index-url": "UV_DEFAULT_INDEX",
+        "extra-index-url": "UV_INDEX",
+        "find-links": "UV_FIND_LINKS",
+        "no-index": "UV_NO_INDEX",
+        "cert": "SSL_CERT_FILE",
+    }
+    found = {}
+    setting = re.compile(r"^(?:global|install|:env:)\.([\w-]+)='(.*)'$", re.MULTILINE)
+    for key, value in setting.findall(listed):
+        if key in names:
+            found[names[key]] = " ".join(value.replace("\\n", " ").split())
+    if "UV_FIND_LINKS" in found:
+        found["UV_FIND_LINKS"] = found["UV_FIND_LINKS"].replace(" ", ",")
+    return found
+
+
+def blocks_of(lock: Path, *names: str) -> str:
+    """The entries of some packages in a lock, with their hashes."""
+    blocks = re.split(r"\n(?=\S)", lock.read_text())
+    return "\n".join(b for b in blocks if b.split("==", 1)[0] in names) + "\n"
+
+
+def build_interfaces(ros: str, names: Sequence[str], *prefixes: Path) -> None:
+    """Compiles packages of interfaces, but for those that ROS has.
+
+    Args:
+        ros: "wheels" or "system".
+        names: of the packages, in src; each after those that it needs.
+        prefixes: the folder to install into, and others with interfaces that these need.
+    """
+    prefix = prefixes[0]
+    with build_tools(ros) as (python, environment):
+        needed = [name for name in names if not is_provided(name, environment)]
+        for variable in ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH"):
+            environment[variable] = ":".join([*map(str, prefixes), environment[variable]])
+        for name in needed:
+            script = "cmake -S $1 -B $2 -G Ninja -DCMAKE_INSTALL_PREFIX=$3 $4 $5 $6"
+            script += " && cmake --build $2 --target install"
+            command: list[str | Path] = ["bash", "-c", script, "bash"]
+            command += [ROOT / "src" / name, BUILD / name, prefix]
+            command += ["-DBUILD_TESTING=OFF", f"-DPython3_EXECUTABLE={python}"]
+            command += [f"-DCMAKE_PROJECT_INCLUDE={ROOT / 'scripts/interfaces.cmake'}"]
+            run(name, f"Building {name}", command, environment)
+
+
+@contextlib.contextmanager
+def build_tools(ros: str) -> Iterator[tuple[Path, dict[str, str]]]:
+    """An interpreter with CMake and the generators of ROS, and the environment to run them in.
+
+    They are in build/, which goes when this ends: 200 MB that only the compilation needs.
+    """
+    tools = BUILD / "tools"
+    shutil.rmtree(BUILD, ignore_errors=True)
+    try:
+        command: list[str | Path] = [base_interpreter(), "-m", "venv", "--without-pip", tools]
+        run("venv", "Making an environment for the build", command, outside("wheels"))
+        install_lock(lock_of(ros, "build"), tools)
+        if ros == "wheels":
+            mend_cmake_files(tools)
+            keep_parsed_definitions(tools)
+        environment = base_environment(ros, tools)
+        # Some dozen processes import the same modules.
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        yield tools / "bin" / "python", environment
+    finally:
+        shutil.rmtree(BUILD, ignore_errors=True)
+
+
+def mend_cmake_files(tools: Path) -> None:
+    """Points the CMake files of the ROS wheels at an environment.
 
     They name the include folders of the machine that the wheels were built on, and CMake
     stops at folders that don't exist.
     """
     include = re.compile(r"/opt/python/[^/;\"]+/include/python3\.\d+")
     packages = re.compile(r"/opt/python/[^/;\"]+/lib/python3\.\d+/site-packages")
-    for path in (VENV / "share").glob("*/cmake/*.cmake"):
+    for path in (tools / "share").glob("*/cmake/*.cmake"):
         text = path.read_text()
         mended = include.sub(sysconfig.get_path("include"), text)
-        mended = packages.sub(str(site_packages()), mended)
+        mended = packages.sub(str(site_packages(tools)), mended)
         if mended != text:
-            path.write_text(mended)
+            rewrite(path, mended)
 
 
-def site_packages() -> Path:
-    """Where the packages of .venv are."""
+def keep_parsed_definitions(tools: Path) -> None:
+    """Lets the generators read each definition once: parsing is a third of their time."""
+    path = site_packages(tools) / "rosidl_parser" / "parser.py"
+    rewrite(path, path.read_text() + PARSED_ONCE)
+
+
+def rewrite(path: Path, text: str) -> None:
+    """Changes an installed file, and not uv's cache that it may be a hard link into."""
+    path.unlink()
+    path.write_text(text)
+
+
+def make_wheel(folder: Path) -> Path:
+    """Builds all interfaces, packed as a wheel for this version of Python.
+
+    It works beside the pinned wheels of ROS, and wherever these do. The set-up takes it instead of
+    building (`fitting_wheel`).
+
+    Args:
+        folder: where to put it.
+
+    Returns:
+        The wheel.
+    """
+    check_prerequisites("wheels")
+    with tempfile.TemporaryDirectory(prefix="mavbridge-") as scratch:
+        prefix = Path(scratch, "prefix")
+        build_interfaces("wheels", (*STAND_INS, "custom_interfaces", *ON_DEMAND), prefix)
+        files = sorted(path for path in prefix.rglob("*") if path.is_file())
+        libraries = [path.read_bytes() for path in files if path.suffix == ".so"]
+        # What they need of the C library decides where they work; installers know 2.17 and later.
+        found = [int(n) for b in libraries for n in re.findall(rb"GLIBC_2\.(\d+)", b)]
+        tag = f"{python_tag()}-{python_tag()}-manylinux_2_{max(17, *found)}_x86_64"
+        about = f"{WHEEL_NAME}-{wheel_version()}"
+        folder.mkdir(parents=True, exist_ok=True)
+        wheel = folder / f"{about}-{tag}.whl"
+        record = []
+        with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED) as archive:
+
+            def add(name: str, content: bytes) -> None:
+                digest = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=")
+                record.append(f"{name},sha256={digest.decode()},{len(content)}")
+                archive.writestr(name, content)
+
+            for path in files:
+                inside = path.relative_to(prefix)
+                # Headers are for packages that are compiled on top of these.
+                if inside.parts[0] != "include" and "__pycache__" not in inside.parts:
+                    modules = site_packages(prefix)
+                    if modules in path.parents:
+                        add(str(path.relative_to(modules)), path.read_bytes())
+                    else:
+                        add(f"{about}.data/data/{inside}", path.read_bytes())
+            summary = "mavbridge: its interfaces for ROS 2 Jazzy from wheels"
+            metadata = f"Metadata-Version: 2.1\nName: {WHEEL_NAME.replace('_', '-')}\n"
+            metadata += f"Version: {wheel_version()}\nSummary: {summary}\nLicense: Apache-2.0\n"
+            metadata += "Requires-Dist: ros-jazzy-common-interfaces\n"
+            metadata += "Requires-Dist: ros-jazzy-rclpy[fastrtps]\n"
+            kind = f"Wheel-Version: 1.0\nGenerator: mavbridge\nRoot-Is-Purelib: false\nTag: {tag}\n"
+            add(f"{about}.dist-info/METADATA", metadata.encode())
+            add(f"{about}.dist-info/WHEEL", kind.encode())
+            add(f"{about}.dist-info/licenses/LICENSE", (ROOT / "LICENSE").read_bytes())
+            listed = "\n".join([*record, f"{about}.dist-info/RECORD,,", ""])
+            archive.writestr(f"{about}.dist-info/RECORD", listed)
+    return wheel
+
+
+def python_tag() -> str:
+    """The tag of this version of Python in the name of a wheel."""
+    return f"cp{sys.version_info.major}{sys.version_info.minor}"
+
+
+def wheel_version() -> str:
+    """The version of a wheel of interfaces, with a digest of what it was built from."""
+    digest = hash_of_interfaces(("custom_interfaces", *STAND_INS, *ON_DEMAND))
+    return f"{(ROOT / 'VERSION').read_text().strip()}+{digest[:12]}"
+
+
+def fitting_wheel() -> Path | None:
+    """A wheel of exactly these interfaces for this Python and this C library; None without one.
+
+    It may be in wheels/, or in the folder that MAVBRIDGE_WHEELS names.
+    """
+    folders = [Path(os.environ[WHEELS_FOLDER])] if os.environ.get(WHEELS_FOLDER) else []
+    start = f"{WHEEL_NAME}-{wheel_version()}-{python_tag()}-{python_tag()}-manylinux_2_"
+    kind, _, version = (os.confstr("CS_GNU_LIBC_VERSION") or "").partition(" 2.")
+    for path in (path for folder in [*folders, ROOT / "wheels"] for path in folder.glob("*.whl")):
+        needed = path.name.removeprefix(start).removesuffix("_x86_64.whl")
+        if path.name.startswith(start) and kind == "glibc" and int(needed) <= int(version):
+            return path
+    return None
+
+
+def unpack(wheel: Path, prefix: Path) -> None:
+    """Puts the files of a wheel where a build puts them."""
+    print(f"  Taking the interfaces from {wheel.name}", flush=True)
+    try:
+        with zipfile.ZipFile(wheel) as archive:
+            for name in archive.namelist():
+                _, data, rest = name.partition(".data/data/")
+                path = prefix / rest if data else site_packages(prefix) / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(archive.read(name))
+    except zipfile.BadZipFile as error:
+        raise SetupError(f"{wheel} is damaged: {error}") from error
+
+
+def site_packages(prefix: Path) -> Path:
+    """Where the Python packages of a prefix are."""
     version = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    return VENV / "lib" / version / "site-packages"
+    return prefix / "lib" / version / "site-packages"
 
 
 def without_folders(environment: Environment, folders: Sequence[str | Path]) -> dict[str, str]:
@@ -301,27 +656,19 @@ def outside(ros: str) -> dict[str, str]:
     return result
 
 
-def base_environment(ros: str) -> dict[str, str]:
-    """What the workspace is built on: ROS and .venv, entered."""
+def base_environment(ros: str, venv: Path = VENV) -> dict[str, str]:
+    """What the workspace is built on: ROS and a virtual environment, entered."""
     environment = outside(ros)
     if ros == "wheels":
-        environment["AMENT_PREFIX_PATH"] = str(VENV)
-        environment["CMAKE_PREFIX_PATH"] = str(VENV)
+        environment["AMENT_PREFIX_PATH"] = str(venv)
         # The start-up hook of the wheels would set these by starting the interpreter twice.
-        libraries = [VENV / "lib", *sorted(site_packages().glob("ros_*.libs"))]
+        libraries = [venv / "lib", *sorted(site_packages(venv).glob("ros_*.libs"))]
         environment["LD_LIBRARY_PATH"] = ":".join(map(str, libraries))
         environment["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"
-    environment["VIRTUAL_ENV"] = str(VENV)
-    environment["PATH"] = f"{VENV / 'bin'}:{environment['PATH']}"
+    environment.setdefault("CMAKE_PREFIX_PATH", environment["AMENT_PREFIX_PATH"])
+    environment["VIRTUAL_ENV"] = str(venv)
+    environment["PATH"] = f"{venv / 'bin'}:{environment['PATH']}"
     return environment
-
-
-def colcon_build(*arguments: str | Path) -> list[str | Path]:
-    """The command that builds packages of this workspace."""
-    command: list[str | Path] = [VENV / "bin" / "colcon", "--log-base", ROOT / "log", "build"]
-    command += ["--symlink-install", "--base-paths", ROOT / "src", ROOT / "sitl"]
-    command += ["--build-base", ROOT / "build", "--install-base", INSTALL]
-    return [*command, "--event-handlers", "console_direct+", *arguments]
 
 
 def is_provided(name: str, environment: Environment) -> bool:
@@ -330,22 +677,59 @@ def is_provided(name: str, environment: Environment) -> bool:
     return any(Path(prefix, "share", name).is_dir() for prefix in prefixes)
 
 
-def build_workspace(ros: str) -> None:
-    """Builds all packages with colcon and records what entering the result changes."""
-    WORKSPACE_STAMP.unlink(missing_ok=True)
-    environment = base_environment(ros)
-    skipped = [name for name in STAND_INS if is_provided(name, environment)]
-    command = colcon_build("--packages-skip", *skipped, *ON_DEMAND)
-    run("workspace", "Building the workspace", command, environment)
-    # Else the first start compiles it; with PYTHONDONTWRITEBYTECODE set, every start does.
-    command = [VENV / "bin" / "python", "-m", "compileall", "-q", ROOT / "src", ROOT / "sitl"]
-    run("bytecode", "Compiling the packages", command, environment)
-    record_environment(ros, environment)
+def link_packages() -> None:
+    """Links the Python packages of the workspace where Python and ROS look for them.
+
+    A change of a module acts at once. What their setup.cfg names is all there is to do: modules,
+    files for ROS and commands; the metadata are those that `importlib.metadata` reads.
+    """
+    shutil.rmtree(PACKAGES, ignore_errors=True)
+    modules = site_packages(PACKAGES)
+    modules.mkdir(parents=True)
+    for package in python_packages():
+        settings = ConfigParser(interpolation=None, delimiters="=")
+        settings.optionxform = str  # type: ignore[assignment,method-assign]
+        settings.read(package / "setup.cfg", "utf-8")
+        about, options = settings["metadata"], settings["options"]
+        name = about["name"]
+        (modules / name).symlink_to(package / name)
+        for module in options.get("py_modules", "").split():
+            (modules / f"{module}.py").symlink_to(package / f"{module}.py")
+        for folder, patterns in settings["options.data_files"].items():
+            (PACKAGES / folder).mkdir(parents=True, exist_ok=True)
+            for path in (path for pattern in patterns.split() for path in package.glob(pattern)):
+                (PACKAGES / folder / path.name).symlink_to(path)
+        metadata = modules / f"{name}-{about['version']}.dist-info"
+        metadata.mkdir()
+        text = f"Metadata-Version: 2.1\nName: {name}\nVersion: {about['version']}\n"
+        needs = "".join(f"Requires-Dist: {each}\n" for each in options["install_requires"].split())
+        (metadata / "METADATA").write_text(f"{text}Summary: {about['description']}\n{needs}")
+        section = "options.entry_points"
+        groups = dict(settings.items(section)) if settings.has_section(section) else {}
+        points = "".join(f"[{group}]{lines}\n" for group, lines in groups.items())
+        (metadata / "entry_points.txt").write_text(points)
+        for line in filter(None, groups.get("console_scripts", "").splitlines()):
+            command, module, function = re.split(r"\s*[=:]\s*", line)
+            path = PACKAGES / "lib" / name / command
+            path.parent.mkdir(exist_ok=True)
+            call = f"import sys\nfrom {module} import {function}\nsys.exit({function}())\n"
+            path.write_text(f"#!{VENV / 'bin/python'}\n{call}")
+            path.chmod(0o755)
+
+
+def prepare_start(ros: str) -> None:
+    """Writes what bash completes, and lets Python compile what a flight imports.
+
+    Else the first start compiles it; with PYTHONDONTWRITEBYTECODE set, every start does.
+    """
     script = "source ./setup.bash && python -m drone_navigation.completion install/completion.bash"
-    run("completion", "Writing what bash completes", ["bash", "-c", script], environment)
+    script += f" && python -c 'import {', '.join(IMPORTED)}'"
+    environment = base_environment(ros)
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    run("completion", "Preparing the first start", ["bash", "-c", script], environment)
 
 
-def build_on_demand(ros: str, name: str) -> bool:
+def add_interfaces(ros: str, name: str) -> bool:
     """Builds interfaces that the workspace does without, and that a rebuild of it keeps.
 
     Args:
@@ -355,30 +739,39 @@ def build_on_demand(ros: str, name: str) -> bool:
     Returns:
         Whether there was anything to do.
     """
-    environment = base_environment(ros)
-    stamp = INSTALL / f"{name}.stamp"
-    packages = (name, *STAND_INS)
-    files = (path for each in packages for path in sorted((ROOT / "src" / each).rglob("*")))
-    key = f"{read(PACKAGES_STAMP)}\n{hash_of(files)}"
-    if is_provided(name, environment) or read(stamp) == key:
+    stamp = INSTALL / name / "interfaces.stamp"
+    key = f"{read(PACKAGES_STAMP)}\n{hash_of_interfaces((name, *STAND_INS))}"
+    if is_provided(name, workspace_environment(ros, INTERFACES)) or read(stamp) == key:
         return False
-    stamp.unlink(missing_ok=True)
-    command = colcon_build("--packages-select", name)
-    run(name, f"Building {name} (one or two minutes)", command, environment)
-    record_environment(ros, environment)
-    stamp.write_text(key)
+    check_prerequisites(ros, packages=False)
+    with replacing(INSTALL / name):
+        build_interfaces(ros, (name,), INSTALL / name, INTERFACES)
+        stamp.write_text(key)
+    record_environment(ros)
     return True
 
 
-def record_environment(ros: str, base: dict[str, str]) -> None:
-    """Writes the changes that colcon's own script makes, which `set -u` would stop."""
-    script = f". {shlex.quote(str(INSTALL / 'local_setup.bash'))} && env -0"
-    output = subprocess.run(["bash", "-c", script], env=base, stdout=subprocess.PIPE, check=True)
-    variables = os.fsdecode(output.stdout).split("\0")
-    after = dict(variable.split("=", 1) for variable in variables if "=" in variable)
+def workspace_environment(ros: str, *prefixes: Path) -> dict[str, str]:
+    """The environment with some of the folders in install entered."""
+    environment = base_environment(ros)
+    for prefix in prefixes:
+        for variable, folder in (
+            ("AMENT_PREFIX_PATH", prefix),
+            ("CMAKE_PREFIX_PATH", prefix),
+            ("LD_LIBRARY_PATH", prefix / "lib"),
+            ("PYTHONPATH", site_packages(prefix)),
+        ):
+            environment[variable] = f"{folder}:{environment.get(variable, '')}".rstrip(":")
+    return environment
+
+
+def record_environment(ros: str) -> None:
+    """Writes what `source setup.bash` changes."""
+    more = [INSTALL / name for name in ON_DEMAND if (INSTALL / name).is_dir()]
+    after = workspace_environment(ros, *more, INTERFACES, PACKAGES)
     # `ros2 run` finds the executables here; this makes them commands.
     for package in ("flight_logs", "drone_navigation"):
-        after["PATH"] = f"{INSTALL / package / 'lib' / package}:{after['PATH']}"
+        after["PATH"] = f"{PACKAGES / 'lib' / package}:{after['PATH']}"
     lines = [f"# for {ros}", "# Written by scripts/setup_environment.py, read by setup.bash."]
     before = outside(ros)
     if ros == "system":
@@ -421,6 +814,7 @@ def run(name: str, what: str, command: Sequence[str | Path], environment: dict[s
     started = time.monotonic()
     print(f"  {what} ...", end="" if live else "\n", flush=True)
     told_s, told = started, ""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with log.open("w") as output:
         process = subprocess.Popen(
             list(map(str, command)),
@@ -448,12 +842,25 @@ def run(name: str, what: str, command: Sequence[str | Path], environment: dict[s
             process.wait()
             if live:
                 print(flush=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    with (LOGS / "cpu_seconds.log").open("a") as times:
+        times.write(f"{cpu_s:7.1f} s  {what}\n")
     if process.returncode:
-        tail = log.read_text(errors="replace").splitlines()[-25:]
-        print("\n".join(tail), file=sys.stderr)
         raise SetupError(
-            f"'{what}' ended with code {process.returncode}; the whole output is in {log}"
+            f"'{what}' ended with code {process.returncode}"
+            f"{reason(log.read_text(errors='replace'))}; the whole output is in {log}"
         )
+
+
+def reason(log: str) -> str:
+    """The line of a program's output that says best why it failed, for the end of a sentence."""
+    lines = [line.strip() for line in log.splitlines() if line.strip()]
+    for pattern in (r"No space left on device", r"\berror\b|Failed to|FAILED", r""):
+        for line in lines:
+            if re.search(pattern, line, re.IGNORECASE):
+                return f": {line[:200]}"
+    return ""
 
 
 if __name__ == "__main__":

@@ -43,10 +43,16 @@ def bash(
 @pytest.fixture
 def fresh_clone(tmp_path: Path) -> Path:
     """As much of a clone as the checks of the set-up look at, never set up."""
+    clone = tmp_path / "clone"
     for folder in ("scripts", "requirements"):
-        shutil.copytree(ROOT / folder, tmp_path / "clone" / folder)
-    (tmp_path / "clone/src").mkdir()
-    return tmp_path / "clone"
+        shutil.copytree(ROOT / folder, clone / folder)
+    for name in ("setup.cfg", "package.xml", "resource"):
+        for path in [*ROOT.glob(f"src/*/{name}"), ROOT / "sitl" / name]:
+            there = clone / path.relative_to(ROOT)
+            there.parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copytree if path.is_dir() else shutil.copy)(path, there)
+    shutil.copy(ROOT / "VERSION", clone)
+    return clone
 
 
 def set_up_with(commands: dict[str, str], clone: Path, **variables: str) -> str:
@@ -80,31 +86,19 @@ BASE_PYTHON = os.path.realpath(getattr(sys, "_base_executable", sys.executable))
 
 
 def test_missing_python_is_one_sentence_with_its_package(fresh_clone: Path) -> None:
-    said = set_up_with(commands("git", "make", "cc", "c++"), fresh_clone)
+    said = set_up_with(commands("cc", "c++"), fresh_clone)
     assert "No Python 3.10 to 3.13 was found: sudo apt install python3" in said
 
 
-@pytest.mark.parametrize(
-    ("missing", "package"),
-    [
-        ("git", "git"),
-        ("make", "build-essential"),
-        ("cc", "build-essential"),
-        ("c++", "build-essential"),
-    ],
-)
-def test_missing_tool_is_one_sentence_with_its_package(
-    fresh_clone: Path, missing: str, package: str
-) -> None:
-    tools = {**commands("git", "make", "cc", "c++"), "python3": BASE_PYTHON}
-    del tools[missing]
+def test_all_that_is_missing_is_one_sentence_with_its_packages(fresh_clone: Path) -> None:
+    tools = {**commands(), "python3": BASE_PYTHON}
     said = set_up_with(tools, fresh_clone, MAVBRIDGE_ROS="wheels")
-    assert f"There is no {missing} (" in said
-    assert f"sudo apt install {package}" in said
+    assert "There is no cc (the C compiler), there is no c++ (the C++ compiler)" in said
+    assert said.endswith("sudo apt install build-essential\n")
 
 
 def test_compiler_named_by_the_environment_is_the_one_looked_for(fresh_clone: Path) -> None:
-    tools = {**commands("git", "make", "cc", "c++"), "python3": BASE_PYTHON}
+    tools = {**commands("cc", "c++"), "python3": BASE_PYTHON}
     said = set_up_with(tools, fresh_clone, MAVBRIDGE_ROS="wheels", CXX="no-such-compiler -O2")
     assert "There is no no-such-compiler (the C++ compiler)" in said
 
@@ -146,27 +140,128 @@ def test_interfaces_on_demand_are_built_once_and_not_where_ros_has_them(
     monkeypatch.setattr(
         setup_environment, "base_environment", lambda _ros: {"AMENT_PREFIX_PATH": str(ros)}
     )
-    monkeypatch.setattr(setup_environment, "run", lambda name, *_: steps.append(name))
+
+    def build(_ros: str, names: tuple[str, ...], prefix: Path, *_: Path) -> None:
+        steps.extend(names)
+        prefix.mkdir()
+
+    monkeypatch.setattr(setup_environment, "build_interfaces", build)
     monkeypatch.setattr(setup_environment, "record_environment", lambda *_: None)
     (name,) = setup_environment.ON_DEMAND
-    assert setup_environment.build_on_demand("wheels", name)
-    assert not setup_environment.build_on_demand("wheels", name)
+    assert setup_environment.add_interfaces("wheels", name)
+    assert not setup_environment.add_interfaces("wheels", name)
     monkeypatch.setattr(setup_environment, "hash_of", lambda _paths: "another definition")
-    assert setup_environment.build_on_demand("wheels", name)
-    (tmp_path / f"{name}.stamp").unlink()
+    assert setup_environment.add_interfaces("wheels", name)
+    (tmp_path / name / "interfaces.stamp").unlink()
     (ros / "share" / name).mkdir(parents=True)
-    assert not setup_environment.build_on_demand("system", name)
+    assert not setup_environment.add_interfaces("system", name)
     assert steps == [name, name]
+
+
+def test_a_failed_step_leaves_what_was_there_and_nothing_half_made(
+    setup_environment: ModuleType, tmp_path: Path
+) -> None:
+    folder = tmp_path / "made"
+    folder.mkdir()
+    (folder / "old").touch()
+
+    def fail() -> None:
+        with setup_environment.replacing(folder):
+            folder.mkdir()
+            (folder / "new").touch()
+            raise OSError("full")
+
+    with pytest.raises(OSError, match="full"):
+        fail()
+    assert [path.name for path in tmp_path.rglob("*")] == ["made", "old"]
+    with setup_environment.replacing(folder):
+        folder.mkdir()
+        (folder / "new").touch()
+    assert [path.name for path in tmp_path.rglob("*")] == ["made", "new"]
+    # Killed between: neither is lost.
+    folder.rename(tmp_path / "made.before")
+    with pytest.raises(OSError, match="full"):
+        fail()
+    assert [path.name for path in tmp_path.rglob("*")] == ["made", "new"]
+
+
+def test_a_missing_package_is_one_sentence_and_nothing_stays(fresh_clone: Path) -> None:
+    lock = fresh_clone / "requirements/wheels-dev.txt"
+    lock.write_text(lock.read_text("utf-8").replace("uv==", "uv==9999."), "utf-8")
+    tools = {**commands("cc", "c++"), "python3": BASE_PYTHON}
+    said = set_up_with(tools, fresh_clone, MAVBRIDGE_ROS="wheels")
+    assert "Set-up failed: 'Fetching uv' ended with code 1" in said
+    assert not (fresh_clone / "install/environment.bash").exists()
+
+
+def test_a_full_disk_is_named_before_anything_begins(
+    setup_environment: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(setup_environment, "NEEDED_DISK_MB", 10**9)
+    with pytest.raises(
+        setup_environment.SetupError, match=r"MB of free disk, and the set-up needs"
+    ):
+        setup_environment.check_prerequisites("system")
+
+
+def test_uv_looks_where_pip_is_told_to_look(setup_environment: ModuleType) -> None:
+    listed = "global.index-url='https://a/simple'\n:env:.index-url='https://b/simple'\n"
+    listed += "global.find-links='/x\\n/y'\ninstall.user='true'\n"
+    found = setup_environment.settings_of_pip(listed)
+    assert found == {"UV_DEFAULT_INDEX": "https://b/simple", "UV_FIND_LINKS": "/x,/y"}
+
+
+@pytest.mark.parametrize(
+    ("log", "said"),
+    [
+        ("Resolved\nerror: Failed to fetch: `https://x`\n  cause: y\n", "error: Failed to fetch"),
+        ("a.c:1: fatal error: x.h\nb\ncause: No space left on device\n", "cause: No space left"),
+        ("one\ntwo\n", "one"),
+    ],
+)
+def test_a_failed_program_is_quoted_by_its_reason(
+    setup_environment: ModuleType, log: str, said: str
+) -> None:
+    assert setup_environment.reason(log).startswith(f": {said}")
+
+
+def test_a_wheel_of_the_interfaces_is_taken_only_where_it_fits(
+    setup_environment: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MAVBRIDGE_WHEELS", str(tmp_path))
+    tag = setup_environment.python_tag()
+    names = [
+        f"mavbridge_interfaces-{version}-{python}-{python}-manylinux_2_{libc}_x86_64.whl"
+        for version, python, libc in (
+            (setup_environment.wheel_version(), tag, "99"),
+            (setup_environment.wheel_version(), "cp39", "17"),
+            ("0.1.0+000000000000", tag, "17"),
+        )
+    ]
+    for name in names:
+        (tmp_path / name).touch()
+    assert setup_environment.fitting_wheel() is None
+    fits = tmp_path / names[0].replace("_99_", "_17_")
+    fits.touch()
+    assert setup_environment.fitting_wheel() == fits
+    with pytest.raises(setup_environment.SetupError, match="is damaged"):
+        setup_environment.unpack(fits, tmp_path / "prefix")
+
+
+def test_with_a_wheel_no_compiler_is_needed(
+    setup_environment: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", "no-such-compiler")
+    monkeypatch.setattr("sysconfig.get_path", lambda _name: "/nowhere")
+    setup_environment.check_prerequisites("system", compiles=False)
 
 
 @pytest.mark.parametrize(
     ("log", "doing"),
     [
         ("", ""),
-        ("Starting >>> custom_interfaces\n-- Found x\n", "custom_interfaces"),
-        ("Starting >>> custom_interfaces\n[ 43%] Building C object\n", "[ 43%]"),
-        ("Collecting numpy==2.2.6 (from -r x)\n  Downloading\n", "numpy==2.2.6"),
-        ("Collecting a==1\nInstalling collected packages: a, b\n", "Installing collected packages"),
+        ("-- Found x\n-- Configuring done (4.1s)\n", "Configuring done"),
+        ("-- Configuring done (4.1s)\n[ 3/57] Building C object\n", "[ 3/57]"),
     ],
 )
 def test_the_set_up_reports_what_it_does(
@@ -185,7 +280,7 @@ def test_entries_of_the_project_are_taken_out_of_an_environment(
 
 @pytest.mark.parametrize("python", ["no-such-python", "/bin/false"])
 def test_chosen_python_that_does_not_fit_is_rejected(fresh_clone: Path, python: str) -> None:
-    said = set_up_with(commands("git", "make", "cc", "c++"), fresh_clone, PYTHON=python)
+    said = set_up_with(commands("cc", "c++"), fresh_clone, PYTHON=python)
     assert f"PYTHON is '{python}', which is not a working Python 3.10 to 3.13" in said
 
 
@@ -243,11 +338,11 @@ def test_environment_enters_strict_shells_twice_from_anywhere(tmp_path: Path) ->
     """
     result = bash(script, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    executables = ROOT / "install/drone_navigation/lib/drone_navigation"
+    executables = ROOT / "install/packages/lib/drone_navigation"
     assert result.stdout.splitlines() == [
         f"{executables}/navigation_server",
         f"{executables}/navigation_client",
-        f"{ROOT}/install/flight_logs/lib/flight_logs/tlog_export",
+        f"{ROOT}/install/packages/lib/flight_logs/tlog_export",
         f"{ROOT}/.venv/bin/python",
         "LOCALHOST",
     ]

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import os
 import re
+import runpy
 import shutil
 import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -30,18 +32,9 @@ DEPENDENCIES = (
 STARTS_IN_S = 30.0
 
 
-def interpreters() -> list[str]:
-    """This one, and others of the versions that the packages are made for."""
-    found = [sys.executable, *filter(None, os.environ.get("WHEEL_PYTHONS", "").split(":"))]
-    versions = [f"3.{minor}" for minor in (10, 11, 12, 13)]
-    pyenv = Path.home() / ".pyenv/versions"
-    for version in versions:
-        if version == f"3.{sys.version_info.minor}":
-            continue
-        there = [shutil.which(f"python{version}")]
-        there += [str(path) for path in sorted(pyenv.glob(f"{version}.*/bin/python"))]
-        found += [path for path in there if path is not None][-1:]
-    return list(dict.fromkeys(found))
+interpreters: Callable[[], list[str]] = runpy.run_path(str(ROOT / "scripts/make_wheels.py"))[
+    "interpreters"
+]
 
 
 def outside() -> dict[str, str]:
