@@ -33,6 +33,7 @@ WHOLE = {
     # The tests themselves are what runs this.
     "test": ("PYTEST=python -m pytest --version",),
     "test-all": ("PYTEST=python -m pytest --version",),
+    "test-night": ("PYTEST=python -m pytest --version",),
     "explore": ("SEEDS=1", "FIRST=1014", "WORKERS=1"),
     "bench": ("ARGS=--short --only traffic --output bench.json",),
     "pages": (),
