@@ -58,12 +58,18 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 PYTEST := unset PYTHONDONTWRITEBYTECODE && \
 	python -m pytest -n 4 --dist loadgroup --max-worker-restart 0
 
+# Tests that wait for processes run beside each other, and not beside those that only compute.
+IN_REAL_TIME := tests/bench tests/interop tests/ros tests/unit/test_make_targets.py
+
 test: setup-dev ## Run the tests, all but the slow and broad ones
 	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
 	@$(ENTER) $(PYTEST) -m "not wide" tests
 
 test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a quarter of an hour)
-	@$(ENTER) $(PYTEST) -m "wide and not night" tests
+	@$(ENTER) status=0; \
+	{ $(PYTEST) -m "wide and not night" $(IN_REAL_TIME); } || status=$$?; \
+	{ $(PYTEST) -m "wide and not night" tests $(IN_REAL_TIME:%=--ignore=%); } || status=$$?; \
+	exit $$status
 
 test-night: test-all ## And those with all their parameters (an hour)
 	@$(ENTER) $(PYTEST) -m night tests
