@@ -11,7 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from flight_logs.errors import ExportError
-from flight_logs.export import FIELDS_FILE, Format, export_tlog
+from flight_logs.export import FIELDS_FILE, export_tlog
+from flight_logs.formats import Format
 from flight_logs.export_command import main
 from flight_logs.tlog import Tlog, read_tlog
 from mavlink_vehicle.codec import Codec, make
