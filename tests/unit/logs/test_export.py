@@ -12,8 +12,8 @@ import pytest
 
 from flight_logs.errors import ExportError
 from flight_logs.export import FIELDS_FILE, export_tlog
-from flight_logs.formats import Format
 from flight_logs.export_command import main
+from flight_logs.formats import Format
 from flight_logs.tlog import Tlog, read_tlog
 from mavlink_vehicle.codec import Codec, make
 from tests.support.logs.made_logs import random_packets, tlog_of
