@@ -497,6 +497,7 @@ def build_tools(ros: str) -> Iterator[tuple[Path, dict[str, str]]]:
         install_lock(lock_of(ros, "build"), tools)
         if ros == "wheels":
             mend_cmake_files(tools)
+            leave_out_generator(tools, "rosidl_typesupport_introspection_cpp")
             keep_parsed_definitions(tools)
         environment = base_environment(ros, tools)
         # Some dozen processes import the same modules.
@@ -520,6 +521,13 @@ def mend_cmake_files(tools: Path) -> None:
         mended = packages.sub(str(site_packages(tools)), mended)
         if mended != text:
             rewrite(path, mended)
+
+
+def leave_out_generator(tools: Path, name: str) -> None:
+    """Keeps a generator from making code that no Python program loads."""
+    path = tools / "share" / name / "cmake" / f"{name}-extras.cmake"
+    kept = re.sub(r"ament_register_extension\([^)]*\)", "", path.read_text())
+    rewrite(path, kept)
 
 
 def keep_parsed_definitions(tools: Path) -> None:
