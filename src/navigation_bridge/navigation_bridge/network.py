@@ -12,6 +12,7 @@ from mavlink_vehicle.io.links import Link, LinkUrl, Report, open_link, parse_url
 from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.io.signing_key import open_signing
 from mavlink_vehicle.io.tlog import TlogWriter
+from mavlink_vehicle.io.tlog_thread import ThreadedTlogWriter
 from navigation_bridge.configuration.make_config import ServerConfig
 
 __all__ = ["Network", "open_network"]
@@ -71,7 +72,7 @@ def open_network(
     for link in (*links.values(), *stations):
         if link.note is not None:
             report(link.note)
-    recorder = None if config.record_tlog is None else TlogWriter(config.record_tlog)
+    recorder = None if config.record_tlog is None else ThreadedTlogWriter(config.record_tlog)
     source = (config.vehicle.source_system or 1, config.vehicle.source_component)
     router = Router(
         list(links.values()), lambda: Codec(*source, signing), stations, recorder, len(vehicles)

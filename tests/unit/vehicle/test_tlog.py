@@ -1,8 +1,11 @@
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -13,6 +16,7 @@ from pymavlink import mavutil
 from mavlink_vehicle.codec import Codec, make
 from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
+from mavlink_vehicle.io.tlog_thread import ThreadedTlogWriter
 
 FRAMES = [Codec(1, 1).encode(make("ATTITUDE", roll=float(n), yawspeed=1.0)) for n in range(5)]
 TIMES_S = [1_700_000_000.25 + n for n in range(5)]
@@ -94,3 +98,43 @@ def test_a_place_that_cannot_be_written_is_said_plainly(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(LinkError, match="Cannot record to"):
         TlogWriter(tmp_path / "file" / "flight.tlog")
+
+
+def told(writer: ThreadedTlogWriter) -> str:
+    """Wait for the end of a recording; return why it has ended."""
+    limit_s = time.monotonic() + 30.0
+    while (failure := writer.failure) is None and time.monotonic() < limit_s:
+        threading.Event().wait(0.01)
+    return str(failure)
+
+
+def test_a_thread_writes_the_same(tmp_path: Path) -> None:
+    writer = ThreadedTlogWriter(tmp_path / "flight.tlog")
+    for frame, time_s in zip(FRAMES, TIMES_S, strict=True):
+        writer.write(frame, time_s)
+    writer.close()
+    assert writer.failure is None
+    assert (tmp_path / "flight.tlog").read_bytes() == written(tmp_path / "a.tlog").read_bytes()
+
+
+def test_a_disk_that_takes_nothing_holds_up_neither_a_turn_nor_the_end(tmp_path: Path) -> None:
+    """A pipe that nobody reads is one; its writer waits in the system for ever."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    writer = ThreadedTlogWriter(pipe)
+    for _ in range(10_000):  # a pipe takes 65,536 bytes
+        writer.write(FRAMES[0])
+        writer.flush()
+    writer.close()
+    assert writer.failure is None
+    os.close(reader)
+    assert "Broken pipe" in told(writer)
+
+
+def test_a_full_disk_ends_the_recording_of_a_thread_only() -> None:
+    writer = ThreadedTlogWriter("/dev/full")
+    writer.write(FRAMES[0])
+    assert "No space left on device" in told(writer)
+    writer.write(FRAMES[0])
+    writer.close()
