@@ -12,6 +12,7 @@ from collections.abc import Sequence
 FILES = frozenset(
     {
         "bench/test_short_forms.py",
+        "fleets/test_hangs.py",
         "fleets/test_many_encounters.py",
         "fleets/test_many_fleets.py",
         "interop/test_mavkit.py",
@@ -152,19 +153,13 @@ PARTS = {
         "test_an_evasion_of_a_plane",
         "test_a_plane_keeps_apart_wherever",
     ),
-    "fleets/test_hangs.py": (
-        "test_after_hangs_all_that_swap",
-        "test_who_is_sent_to_where_one_of_another_server_hovers_keeps_apart[0",
-        "test_who_is_sent_to_where_one_of_another_server_hovers_keeps_apart[1",
-        *(
-            f"test_who_is_sent_to_where_one_of_another_server_hovers_keeps_apart[{seed}"
-            for seed in range(3, 10)
-        ),
-    ),
+    "fleets/test_plane_encounters.py": ("without_traffic",),
+    "fleets/test_reported_traffic.py": ("near_is_no_echo",),
     "interop/test_report.py": (
         "test_nothing_is_cut_off_at_any_width",
         "test_two_flights_are_laid_over_each_other",
     ),
+    "pair/test_crossed_modes.py": ("a_second_change", "not_overtaken_for_good"),
     "pair/test_missions.py": (
         "test_a_mission_on_a_bad_link",
         "test_laps_stays_headings",
@@ -177,6 +172,11 @@ PARTS = {
         "test_a_fast_flight_stops_at_its_goal_and_not_beyond",
         "test_take_off_land_and_return",
         "test_the_arm_service_leaves_offboard_first",
+    ),
+    "pair/test_server_too_late.py": (
+        "test_a_hang_is_not_held",
+        "again_and_again",
+        "test_data_that_is_old",
     ),
     "property/test_core_avoidance.py": (
         "test_a_route_hits_nothing_and_ends",

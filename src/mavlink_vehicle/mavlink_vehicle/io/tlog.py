@@ -21,9 +21,10 @@ _SIGNED = 0x01
 _DAMAGE_MAX = 4096
 
 
-def record(packet: bytes, unix_time_s: float) -> bytes:
-    """Return a packet as it stands in a recording."""
-    return _STAMP.pack(int(unix_time_s * 1e6)) + packet
+def record(packet: bytes, unix_time_s: float | None = None) -> bytes:
+    """Return a packet as it stands in a recording, by default of the present time."""
+    stamp = time.time() if unix_time_s is None else unix_time_s
+    return _STAMP.pack(int(stamp * 1e6)) + packet
 
 
 class TlogWriter:
@@ -61,7 +62,7 @@ class TlogWriter:
     def write(self, packet: bytes, unix_time_s: float | None = None) -> None:
         """Add one packet, by default at the present time."""
         if self.failure is None:
-            taken = record(packet, time.time() if unix_time_s is None else unix_time_s)
+            taken = record(packet, unix_time_s)
             self._dirty = True
             self._try(lambda: self._file.write(taken))
 

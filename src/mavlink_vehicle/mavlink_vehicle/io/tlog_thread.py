@@ -7,7 +7,6 @@ packages meanwhile. A server must not stop for that: its vehicle would.
 from __future__ import annotations
 
 import threading
-import time
 from collections import deque
 from functools import partial
 from pathlib import Path
@@ -55,7 +54,7 @@ class ThreadedTlogWriter(TlogWriter):
                 f"Recording to {self.path} has ended: the disk has taken nothing for too long."
             )
             return
-        taken = record(packet, time.time() if unix_time_s is None else unix_time_s)
+        taken = record(packet, unix_time_s)
         self._added_bytes += len(taken)
         self._waiting.append(taken)
 
