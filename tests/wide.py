@@ -152,8 +152,8 @@ PARTS = {
         "test_a_paused_plane",
         "test_an_evasion_of_a_plane",
         "test_a_plane_keeps_apart_wherever",
+        "without_traffic",
     ),
-    "fleets/test_plane_encounters.py": ("without_traffic",),
     "fleets/test_reported_traffic.py": ("near_is_no_echo",),
     "interop/test_report.py": (
         "test_nothing_is_cut_off_at_any_width",
