@@ -720,7 +720,9 @@ def link_packages() -> None:
             command, module, function = re.split(r"\s*[=:]\s*", line)
             path = PACKAGES / "lib" / name / command
             path.parent.mkdir(exist_ok=True)
-            call = f"import sys\nfrom {module} import {function}\nsys.exit({function}())\n"
+            # A process that multiprocessing spawns imports this again.
+            call = f"import sys\nfrom {module} import {function}\nif __name__ == '__main__':\n"
+            call += f"    sys.exit({function}())\n"
             path.write_text(f"#!{VENV / 'bin/python'}\n{call}")
             path.chmod(0o755)
 

@@ -34,6 +34,7 @@ pytestmark = [pytest.mark.xdist_group("shown_commands"), pytest.mark.timeout(600
 
 NOT_RUN = {
     "git clone": "it needs the network",
+    "mkdir wheels": "it needs a wheel of a release",
     "python3 -m venv old": "it installs from the network",
     "python3 -m pip install": "it installs from the network",
     "python -m tests.interop.autotest": "it needs a clone of ArduPilot",
@@ -110,9 +111,15 @@ class Place:
         assert "Traceback" not in process.text, process.text
 
 
+@pytest.fixture(scope="module")
+def domain() -> int:
+    """The ROS domain of all commands: they run one after the other, and there are 101 domains."""
+    return new_domain()
+
+
 @pytest.fixture
-def place(tmp_path: Path) -> Place:
-    environment = ros_environment(new_domain())
+def place(tmp_path: Path, domain: int) -> Place:
+    environment = ros_environment(domain)
     environment["PYTHONPATH"] = f"{ROOT}:{environment.get('PYTHONPATH', '')}"
     place = Place(tmp_path, {port: str(free_udp_port()) for port in OWN_PORTS}, environment)
     shutil.copytree(ROOT / "bridge_config", tmp_path / "bridge_config")
