@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
-import signal
 import sys
+import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -57,8 +57,10 @@ def main(args: list[str] | None = None) -> int:
             print(f"Clients of Nav2 find this vehicle with ROS_DOMAIN_ID={domain}", flush=True)
             if options.serve:
                 print("Ctrl-C ends it.", flush=True)
+                # An interrupt just before a wait without a limit would only be seen after it.
                 with contextlib.suppress(KeyboardInterrupt):
-                    signal.pause()
+                    while True:
+                        threading.Event().wait(0.5)
                 return EXIT_OK
             # It needs nav2_msgs, which is built for this demo.
             from drone_navigation.nav2.demo_flight import fly  # noqa: PLC0415
