@@ -232,8 +232,16 @@ EVERY = frozenset(
 )
 """Of these, all parameters by day: each is another program."""
 
-NIGHT: dict[str, tuple[str, ...]] = {}
-"""Wide tests that take more than half a minute: these names, with parameters, hold one of these."""
+NIGHT: dict[str, tuple[str, ...]] = {
+    "interop/test_mavpilot.py": ("[star]",),
+    "interop/test_mavsdk_px4.py": ("[land]",),
+    # Once it was cut off for longer than DDS remembers, on a loaded machine.
+    "ros/test_hosts.py": ("test_a_host_that_is_cut_off",),
+    "ros/test_stopped_server.py": ("again_and_again",),
+    # For each Python of the machine it compiles the interfaces.
+    "unit/test_make_targets.py": ("[wheels]",),
+}
+"""Wide tests that take long: those whose names, with parameters, hold one of these."""
 
 
 def is_left_out(file: str, marks: str) -> bool:
