@@ -63,7 +63,7 @@ def interpreters() -> list[str]:
     for version in (f"3.{minor}" for minor in (10, 11, 12, 13)):
         if version == f"3.{sys.version_info.minor}":
             continue
-        # What pyenv puts on the path needs not work; its folders do.
+        # The commands that pyenv puts on the path need not work; those in its folders do.
         there = [shutil.which(f"python{version}")]
         there += [str(path) for path in sorted(pyenv.glob(f"{version}.*/bin/python"))]
         found += [path for path in there if path is not None][-1:]

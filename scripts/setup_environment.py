@@ -67,7 +67,7 @@ WHEELS_FOLDER = "MAVBRIDGE_WHEELS"
 PROGRESS = re.compile(r"^(?:-- (Configuring done|Installing)|(\[ *\d+/\d+\]))", re.MULTILINE)
 OURS = (VENV, INSTALL, BUILD)
 ENVIRONMENT_FILE = INSTALL / "environment.bash"
-# What `make demo` and the server import.
+# Modules that `make demo` and the server import.
 IMPORTED = (
     "drone_navigation.demo",
     "drone_navigation.navigation_client",
@@ -560,7 +560,7 @@ def make_wheel(folder: Path) -> Path:
         build_interfaces("wheels", (*STAND_INS, "custom_interfaces", *ON_DEMAND), prefix)
         files = sorted(path for path in prefix.rglob("*") if path.is_file())
         libraries = [path.read_bytes() for path in files if path.suffix == ".so"]
-        # What they need of the C library decides where they work; installers know 2.17 and later.
+        # The C library that they need decides where they work; installers know 2.17 and later.
         found = [int(n) for b in libraries for n in re.findall(rb"GLIBC_2\.(\d+)", b)]
         tag = f"{python_tag()}-{python_tag()}-manylinux_2_{max(17, *found)}_x86_64"
         about = f"{WHEEL_NAME}-{wheel_version()}"
@@ -665,7 +665,7 @@ def outside(ros: str) -> dict[str, str]:
 
 
 def base_environment(ros: str, venv: Path = VENV) -> dict[str, str]:
-    """What the workspace is built on: ROS and a virtual environment, entered."""
+    """The base of the workspace: ROS and a virtual environment, entered."""
     environment = outside(ros)
     if ros == "wheels":
         environment["AMENT_PREFIX_PATH"] = str(venv)

@@ -27,7 +27,7 @@ _LOOK_S = 0.4
 _KEEP_S, _BETTER_SHARE = 2.0, 0.8
 # One that the vehicle has not taken by then is given up.
 _TAKEN_S = 4.0
-# What planes climb and descend by at least (PX4's FW_T_CLMB_R_SP and FW_T_SINK_R_SP; ArduPlane's
+# Least rates of climb and descent of planes (PX4's FW_T_CLMB_R_SP and FW_T_SINK_R_SP; ArduPlane's
 # TECS_CLMB_MAX and TECS_SINK_MAX are 5 m/s).
 _CLIMBS = Limits(speed_up_m_s=3.0, speed_down_m_s=2.0)
 # From a position that is older nothing is predicted.
@@ -43,7 +43,7 @@ class PlaneGivingWay:
         self._evasion: Vector3 | None = None
         self._looked_s = self._chosen_s = self._given_up_s = -math.inf
         self.waiting: TrafficWait | None = None
-        """What it gives way to, or None."""
+        """The traffic that it gives way to, or None."""
         self.waited_s = 0.0
         """For how long it has given way since :meth:`restart`."""
 
