@@ -38,7 +38,7 @@ _NOTHING_FAILED = 0
 
 @dataclass(frozen=True)
 class Worth:
-    """What a file of tests found.
+    """The defects that a file of tests found.
 
     Attributes:
         file: from the folder of the tests on.

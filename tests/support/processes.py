@@ -5,7 +5,7 @@ from __future__ import annotations
 from drone_navigation import processes
 
 _PATIENCE = 6.0
-"""What an idle machine does within a limit takes one with eight busy loops so many times as long"""
+"""How much longer a machine with eight busy loops may take than an idle one"""
 _LONGEST_S = 300.0
 """A test ends by its own timeout after 400 s"""
 STARVED = ("The control loop is", "The server was suspended")

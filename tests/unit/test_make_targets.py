@@ -66,7 +66,7 @@ CLEANED = {
     "clean": ("build", "install", "dist", "log", "out", ".mypy_cache"),
     "distclean": ("build", "install", "dist", "log", "out", ".mypy_cache", ".venv"),
 }
-"""What a target removes."""
+"""Folders that a target removes."""
 
 
 def make(*words: str) -> list[str]:
