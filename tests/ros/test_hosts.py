@@ -181,7 +181,8 @@ def test_a_host_that_is_cut_off_flies_on_and_reports_the_ends_later(fleet: Fleet
 
 def test_a_vehicle_that_is_cut_off_ends_its_goal_and_no_other(fleet: Fleet) -> None:
     other = fleet.fly("a", *east(20.0), *STEADY)
-    cut = fleet.fly("b", *east(0.0), *STEADY)
+    # West: away from 0 and 46 m, where b is without and with the test before.
+    cut = fleet.fly("b", *east(-30.0), *STEADY)
     wait_for_flight(other)
     wait_for_flight(cut)
     fleet.field.unplug()
