@@ -1,7 +1,7 @@
 """Runs searches that take longer than a setpoint period beside the flight.
 
 A task hands over a piece of work that depends on nothing but its arguments, and asks for its
-result at every step. Who does the work, and how, is the owner's business: a live server has a
+result at every step. The owner decides how and where the work is done: a live server has a
 thread for it, a simulation does it at once. So a flight is the same code in both.
 """
 
@@ -16,7 +16,7 @@ ResultT = TypeVar("ResultT")
 ResultT_co = TypeVar("ResultT_co", covariant=True)
 
 IsWanted: TypeAlias = Callable[[], bool]
-"""Tells a search whether anybody still waits for it; asked now and then."""
+"""Returns whether anybody still waits for a search; the search asks now and then."""
 
 
 class Search(Protocol[ResultT_co]):

@@ -28,9 +28,9 @@ _FULL_AT = 2.0
 _MISS = 0.5
 _FREE_AT = 0.5
 _EVIDENCE_MAX = 3.0
-# What was hit at one height is taken to be there this far above and below too. The scanner of a
-# vehicle that pitches and bobs looks at another height each time, and what has moved away is to
-# be told from what is lower than the ray.
+# A hit at one height counts as an obstacle this far above and below, too. The scanner of a vehicle
+# that pitches and bobs looks at another height each time, and an obstacle that has moved away must
+# be told apart from one that is lower than the ray.
 _SAME_HEIGHT_M = 0.5
 
 

@@ -1,6 +1,6 @@
 """Detects moving obstacles by hits in space seen free before, and predicts their motion.
 
-What stands still is never hit where a ray went through a moment ago, however the vehicle moves:
+A stationary obstacle is never hit where a ray went through a moment ago, however the vehicle moves:
 it comes into view, or was hidden, but nobody has seen its place free. So the hits of a scan are
 held against the rays of some scans before. Those whose places were free follow one another
 where something moves; a line through them in space and time is its velocity.
@@ -25,8 +25,8 @@ __all__ = ["Movers", "Moving"]
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-# All scans are made as coarse as a usual OBSTACLE_DISTANCE. A single beam tells nothing about
-# what moves: nobody looks at where it comes from.
+# All scans are made as coarse as a usual OBSTACLE_DISTANCE. A single beam cannot show motion: no
+# other ray looks at where the obstacle comes from.
 _SECTORS, _RAYS_MIN = 72, 16
 _HALF_RAD = math.pi / _SECTORS
 # How long ago a place must have been seen free, and how long scans are kept for that. Something
@@ -36,10 +36,10 @@ _RECENT_S, _KEPT_S, _KEPT_EACH_S = 0.4, 2.0, 0.2
 _BEYOND_M, _BEYOND_PER_M = 0.4, 1.2 * _HALF_RAD
 # From much nearer a sector was much narrower than what is asked for now.
 _NEARER_MAX = 1.6
-# Rays this far above or below tell nothing: they may have gone over a wall.
+# Rays this far above or below are not evidence: they may have gone over a wall.
 _SAME_HEIGHT_M = 1.0
-# Hits that follow one another so near in space, with time as a distance at so many m/s, are of one
-# thing. So long, and so many, they are kept.
+# Hits belong to one obstacle if they follow one another within this distance, with time counted as
+# a distance at this speed; how long hits are kept, and how many at most.
 _LINK_M, _LINK_M_S, _TRACK_S, _HITS_MAX = 1.5, 3.0, 1.2, 400
 # Hits so near to one in a place that was free are of the same thing, unless something was hit
 # there, so near and so long ago.
@@ -47,7 +47,7 @@ _REST_M, _STOOD_M, _STOOD_S = 0.8, 0.5, 1.2
 # When a line through them is believed.
 _SCANS_MIN, _SPAN_MIN_S, _ERROR_MAX_M_S = 5, 0.4, 0.35
 _SPEED_MIN_M_S, _SPEED_MAX_M_S = 0.3, 4.0
-# What was not hit for so long is not foretold any more.
+# The motion of an obstacle that was not hit for this long is not predicted any more.
 _FRESH_S = 0.3
 
 
@@ -193,7 +193,7 @@ def _things(hits: Array) -> list[Array]:
 
 
 def _fitted(hits: Array, now: float) -> Moving | None:
-    """Return the motion of hits (N, 6), None if they do not tell it."""
+    """Return the motion of hits (N, 6), None if they are too few or too scattered for it."""
     times, scan = np.unique(hits[:, 3], return_inverse=True)
     if len(times) < _SCANS_MIN or np.ptp(times) < _SPAN_MIN_S or now - times[-1] > _FRESH_S:
         return None

@@ -29,10 +29,10 @@ from navigation_core.mapping.sensor_rays import (
 
 __all__ = ["ObstacleMap", "RayScan"]
 
-# What is hit no higher than this above the ground, and a share of the distance more, is the
-# ground: it is not even, and an attitude that is wrong by a degree moves a hit at 30 m by half
-# a metre. Never more than half way up to the sensor: one that is close to the ground sees its
-# obstacles close to the ground, too.
+# A hit no higher than this above the ground, and a share of the distance more, is the ground: it
+# is not even, and an attitude error of a degree moves a hit at 30 m by half a metre. Never more
+# than half way up to the sensor: one that is close to the ground sees its obstacles close to the
+# ground, too.
 _GROUND_M = 0.3
 _GROUND_PER_M = 0.02
 # When the places are looked at to which something will have moved. It may turn at any moment, so
@@ -182,7 +182,7 @@ class ObstacleMap:
         within = np.abs(offsets).max(axis=1) < fan.free_m.max()
         known, offsets = known[within], offsets[within]
         above, seen = fan.passes(offsets, self._columns.cell_m)
-        # A ray that is as low as the ground has met it without telling.
+        # A ray that is as low as the ground has met the ground, which shows in no range.
         seen &= _stands(offsets[:, None], above, origin_enu_m, ground_enu_m)
         passed = seen.any(axis=1)
         above_m = above[passed] + origin_enu_m[2]

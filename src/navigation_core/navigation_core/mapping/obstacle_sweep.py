@@ -12,8 +12,8 @@ __all__ = ["Indices", "Sweep"]
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
 
-# What reaches farther from its middle is held against every line: a long wall would widen all
-# searches.
+# An obstacle that reaches farther than this from its middle is compared with every line: a long
+# wall would widen all searches.
 _LONG_M = 6.0
 # With a greater share of all pairs left, it is quicker to look at all of them at once.
 _SHARE_MAX = 0.25

@@ -1,8 +1,8 @@
 """Obstacles as upright cylinders and boxes, and the clearance to them.
 
-Every obstacle is a prism with a level top and bottom. What a sensor has seen is a set of
-posts, a cylinder is one post, a wall is a thin box. All of them are rows of two arrays, so
-that a question about thousands of them is a few NumPy calls.
+Every obstacle is a prism with a level top and bottom. A cylinder is one post, a wall is a thin
+box, and the obstacles that a sensor has seen are a set of posts. All of them are rows of two
+arrays, so that a question about thousands of them is a few NumPy calls.
 
 Clearance is measured as a vehicle of a given size needs it: a point is clear of a prism by
 ``c`` if it is ``c`` beside its outline, or ``c`` above its top or below its bottom. So it is
@@ -173,7 +173,7 @@ class Obstacles:
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
         reach_m = np.sqrt(((points - middle) ** 2).sum(axis=1).max())
         gap_m = self._all_m(middle[None])[0]
-        # What is not above the bound, rather than what is below: all of them for NaN.
+        # Not `<=`: each comparison with NaN is false, and with NaN all obstacles must stay.
         keep = ~(gap_m > gap_m.min() + 2.0 * reach_m + _ROUNDING_M)
         count = len(self.posts)
         return Obstacles(self.posts[keep[:count]], self.boxes[keep[count:]])

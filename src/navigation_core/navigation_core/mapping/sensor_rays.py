@@ -55,7 +55,7 @@ class RayScan:
         directions_enu: unit vectors along the middles of the beams, shape (N, 3), in the map
             frame: the attitude of vehicle and sensor is in them. No two have the same bearing.
         ranges_m: along them, shape (N,). Infinity, or more than the reach: nothing is there.
-            NaN: no reading, which tells nothing.
+            NaN: no reading, neither free nor hit.
         range_min_m: what is nearer is no reading: the sensor does not see it rightly.
         range_max_m: the reach.
         half_angle_rad: half of what a beam or sector is wide; the range is that of the nearest
@@ -102,7 +102,7 @@ class Fan:
         ray, aside = _nearest_bearing(self.bearings_rad, bearing)
         # A beam frees each column that it touches, as it would fill each that it hits.
         width = self.half_angle_rad + _HALF_DIAGONAL * cell_m / np.maximum(away, cell_m)
-        # What was hit may be in the next column already: a diagonal is left to it.
+        # A hit may lie in the next column already, so the last column's diagonal is not freed.
         beyond = self.free_m[ray] - 1.5 * cell_m
         seen = (aside <= width)[:, None] & (away[:, None] < beyond)
         return away[:, None] * self.slopes[ray], np.asarray(seen)
@@ -124,7 +124,7 @@ def scan_fan(scan: RayScan, ranges_m: Array) -> Fan:
 
 
 def scan_ranges_m(scan: RayScan, own_radius_m: float) -> Array:
-    """Return the ranges, NaN for all that tell nothing, infinity for all that hit nothing.
+    """Return the ranges, NaN for all that are no reading, infinity for all that hit nothing.
 
     Args:
         scan: the scan.

@@ -13,9 +13,9 @@ from navigation_core.trajectories.trajectory import Trajectory
 
 # Between two samples of a trajectory its chord is off by a centimetre at 2 m/s^2.
 _SAMPLE_S = 0.2
-# So many lines are looked at with the obstacles near them.
+# Number of consecutive lines that are compared together with the obstacles near them.
 _LINES = 24
-# What is too near already may get this much nearer while it leaves: noise of a sensor.
+# A vehicle that is too near to an obstacle may get this much nearer while it leaves: sensor noise.
 _NEARER_M = 0.05
 
 

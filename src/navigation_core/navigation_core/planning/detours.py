@@ -105,8 +105,8 @@ def _promising(
 ) -> list[float]:
     """Return the heights of the ends, and those that lead over most obstacles.
 
-    What a scanner has seen has no top, but for a column here and there that it looked over, and
-    each height costs as much as the search in the plane.
+    Obstacles seen by a scanner have no known top, but for a column here and there that the scanner
+    looked over, and each height costs as much as the search in the plane.
     """
     met = obstacles.hits(ends[:1], ends[1:], clearance_m)[1]
     heights = []

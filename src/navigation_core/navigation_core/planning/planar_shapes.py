@@ -110,8 +110,8 @@ class PlanarShapes:
     def sampled(self, spacing_m: float) -> tuple[Array, Indices]:
         """Return points along the outlines, and whose they are.
 
-        What is thinner than the spacing has its points along its middle: two rows of them so
-        near to each other would say nothing more.
+        A shape that is thinner than the spacing has its points along its middle: two rows so near
+        to each other would add nothing.
 
         Returns:
             Shapes (N, 2) and (N,).

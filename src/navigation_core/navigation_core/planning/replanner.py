@@ -67,7 +67,7 @@ TRANSITIONS: dict[tuple[State, ReplanEvent], State] = {
     (State.REPLANNING, ReplanEvent.STOP): State.BLOCKED,
     (State.COMPARING, ReplanEvent.FOUND): State.KEEPING,
     (State.COMPARING, ReplanEvent.NOT_FOUND): State.KEEPING,
-    # What is flown may come into conflict, or have to stop, while a shorter one is looked for.
+    # The path in use may come into conflict, or have to stop, while a shorter one is looked for.
     (State.COMPARING, ReplanEvent.CONFLICT): State.REPLANNING,
     (State.COMPARING, ReplanEvent.STOP): State.BLOCKED,
     (State.BLOCKED, ReplanEvent.RETRY): State.REPLANNING,

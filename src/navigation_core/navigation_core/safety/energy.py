@@ -1,9 +1,9 @@
 """Estimates consumption in use, and the battery that remains after a flight.
 
-What empties a battery is time: a copter needs nearly as much to hover as to fly, and a rover
+Time empties a battery, not distance: a copter needs nearly as much to hover as to fly, and a rover
 that stands needs next to nothing. So the estimate is a fraction of the battery for each second
-under way (in the air, or driving). It begins with the endurance that is configured and moves to
-what is measured as that comes in.
+under way (in the air, or driving). It begins with the configured endurance and approaches the
+measured one as measurements come in.
 
 Gauges are not trusted blindly. A fraction that falls faster than any battery can be emptied
 is a jump (a voltage that sags at take-off; PX4's simulated battery falls to 50 % within half a

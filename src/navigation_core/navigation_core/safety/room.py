@@ -73,8 +73,8 @@ class Room:
     ) -> Vector3:
         """Return the velocity, slower where it would lead out.
 
-        The direction over ground is kept: a vehicle does not slide along a bound that it was not
-        told to follow.
+        The direction over ground is kept: a vehicle does not slide along a bound that nobody
+        commanded it to follow.
 
         Args:
             velocity_enu_m_s: what is asked for.

@@ -28,7 +28,8 @@ _SHARES = np.linspace(0.0625, 1.0, 16)
 # what moves; what is hit there of something is about as high as the rest of it.
 _SPEEDS, _STEP_S, _SAME_HEIGHT_M = np.linspace(1.0, 0.125, 8), 0.2, 2.0
 _NEARER_M, _SOONER_S = 0.05, 0.2
-# What moves is looked at for so long, if the vehicle comes to rest before: its server may hang.
+# Moving obstacles are predicted for at least this long, even if the vehicle comes to rest before:
+# its server may hang.
 _AFTER_S = 3.0
 # Moments of a run-out with an acceleration.
 _MOMENTS = 9
@@ -119,8 +120,8 @@ def safe_speed_beside_m_s(
 ) -> float:
     """Return how fast a setpoint may be so that its run-out does not meet what moves.
 
-    What moves is assumed to continue as it does. What would come as near to a stationary vehicle
-    is no reason to be slower.
+    A moving obstacle is assumed to keep its velocity. One that would come as near to a stationary
+    vehicle is no reason to be slower.
 
     Args as for :func:`safe_speed_m_s`; ``moving``: obstacles that move.
 

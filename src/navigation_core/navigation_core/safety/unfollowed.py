@@ -2,11 +2,11 @@
 
 An ArduCopter moves its target on by the velocity and the acceleration of the last setpoint until
 its timeout (GUID_TIMEOUT; mode_guided.cpp, posvelaccel_control_run, velaccel_control_run and
-accel_control_run). A brake of 2 m/s² at 3 m/s leads to 3 m/s backwards 3 s later. So of an
-acceleration only so much is sent as brings the velocity to zero within the timeout. What is left
-of it goes into the position, in the measure of the firmware's own controller: it follows the sum
-of both. A climb or descent goes into the position as a whole, so that it ends after its braking
-distance, about a metre, and not on the ground.
+accel_control_run). A brake of 2 m/s² at 3 m/s leads to 3 m/s backwards 3 s later. So an
+acceleration is sent only up to the value that brings the velocity to zero within the timeout. The
+rest of it becomes a shift of the position, by the gain of the firmware's own controller: it
+follows the sum of both. A climb or descent goes into the position as a whole, so that it ends after
+its braking distance, about a metre, and not on the ground.
 """
 
 from __future__ import annotations

@@ -37,8 +37,8 @@ def check_departure(
 ) -> Rejection | None:
     """Return why a vehicle must stay where it stands, or None.
 
-    Somebody may stand beside its propellers: without leave, only a vehicle that says that it
-    flies is flown. What drives may go once it is armed.
+    A person may stand beside its propellers: without leave to arm, only a vehicle that reports
+    that it flies is flown. A rover or boat may drive once it is armed.
     """
     if not observation.armed and not config.may_arm:
         return Rejection(
@@ -97,7 +97,7 @@ class Dwell:
 class Headway:
     """Whether a vehicle that flies by itself still makes progress.
 
-    It is told lengths that shrink as the vehicle gets on, and that do not shrink forever: so
+    It gets lengths that shrink as the vehicle gets on, and that do not shrink forever: so
     there is an end to whatever the vehicle does.
     """
 

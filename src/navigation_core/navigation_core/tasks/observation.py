@@ -115,9 +115,9 @@ class Observation:
         obstacles: the known obstacles; the same object until something about it is new.
         obstacles_seen: those, without where something that moves is about to be, for what drives;
             None for the same.
-        obstacles_age_s: time since the sensor that tells about them was last heard; 0 when none
+        obstacles_age_s: time since the sensor that sees the obstacles was last heard; 0 when none
             is expected to be heard.
-        obstacles_reach_m: how far the sensor sees that tells about them; infinite without one.
+        obstacles_reach_m: how far the sensor of the obstacles sees; infinite without one.
         moving: those of them that move.
         late_s: by how much setpoints were late of late, at worst.
         position_doubt: why the position is not to be relied on, though it is given; empty while it

@@ -27,8 +27,8 @@ _PHASE_CHANGES_MAX = 8
 class PhasedTask(ABC, Generic[PhaseT]):
     """A :class:`~navigation_core.tasks.task.Task` whose phases answer for it.
 
-    What it does not override is that of a vehicle that flies by itself: no setpoint is sent, no
-    mode is accepted, and nothing has to be taken up after a pause.
+    Its defaults fit a vehicle that flies by itself: no setpoint is sent, no mode is accepted, and
+    nothing has to be resumed after a pause.
     """
 
     def __init__(self, config: GotoConfig, phase: PhaseT) -> None:

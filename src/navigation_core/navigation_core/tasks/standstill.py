@@ -57,10 +57,10 @@ class Standstill:
 
     @classmethod
     def of_stop(cls, config: GotoConfig, traits: Traits) -> Standstill:
-        """Return what judges whether a vehicle that was told to stop has done so.
+        """Return the judge of whether a vehicle that was commanded to stop has done so.
 
-        What drives and rolls back after its stop has hardly moved on the whole: there the reported
-        velocity counts as it is.
+        A rover that rolls back after its stop has hardly moved on the whole: for vehicles that
+        drive the reported velocity counts as it is.
         """
         error_m_s = HOVERING_VELOCITY_ERROR_M_S if traits.flies else 0.0
         return cls(config.stop_speed_m_s, config.stop_dwell_s, error_m_s)

@@ -18,7 +18,7 @@ class Traits:
         hovers: whether it can stand still away from the ground, or on it. A plane cannot.
         control_before_takeoff: whether it must be in the mode in which it follows setpoints
             before it takes off (ArduCopter), or must not (PX4).
-        lands_itself: whether it can be told to land where it is.
+        lands_itself: whether it has a mode or command that lands it where it is.
         circle_radius_m: radius of the circle that it flies instead of standing still.
         circles_left: whether it flies its circles to the left, counter-clockwise.
         sinks_along_leg: whether it descends to a target gradually on its way there, not at once.
@@ -36,7 +36,7 @@ class Traits:
             last setpoint when none follows; 0 if it does not.
         following: how it comes to a setpoint whose target it moves on by itself in that time; None
             if it does not move the target.
-        drives_by_turn_rate: whether it can be told a speed along its nose, also backwards, and a
+        drives_by_turn_rate: whether it follows a speed along its nose, also backwards, and a
             turn rate.
     """
 

@@ -20,7 +20,7 @@ __all__ = ["Detour", "DetourSearch"]
 _MULTIPLES = (1, 2, 3)
 _SHARES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.25, 0.75))
 _ALL_ROUND = tuple(math.tau * part / 8 for part in range(8))
-# What a corner of a detour costs, and what each metre of height does beside its time.
+# Cost of each corner of a detour, added to its time of flight.
 _CORNER_S = 0.6
 # A little more than just enough.
 _SPARE_M = 0.3

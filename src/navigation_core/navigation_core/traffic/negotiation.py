@@ -7,9 +7,9 @@ hold, with a number that counts changes, and the numbers of the others' states t
 2. It agrees to a volume that keeps apart from all that its own vehicles hold or would like to
    hold. Where only a wish of its own is in the way, and the other vehicle has the better rank, it
    gives up the wish and agrees.
-3. What it has agreed to it treats as held, until the other's later state gives it up.
-4. When a server is heard for the first time, it has agreed to nothing: who flies stops, and
-   continues with what both agree to.
+3. A volume that it has agreed to counts as held, until the other's later state gives it up.
+4. When a server is heard for the first time, it has agreed to nothing: vehicles in flight stop, and
+   continue with what both agree to.
 
 So of two volumes that are in each other's way at most one is ever agreed to by both servers,
 whatever is lost, delayed or doubled: whoever agreed second had the first in its picture. A server
@@ -30,21 +30,21 @@ __all__ = ["Negotiation", "PeerState", "PeerVehicle"]
 
 # Silence of a server after which what its vehicles may do without a link counts as held.
 SILENT_S = 1.5
-# After its start, and when another one is found, a server listens for this time before a vehicle of
-# its goes on. Time that it did not run does not count.
+# After its start, and when another one is found, a server listens for this time before a vehicle
+# of its moves. Time that it did not run does not count.
 LISTEN_S, _LISTENS_S = 2.0, 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class PeerVehicle:
-    """What a server says about one vehicle.
+    """The state of one vehicle, as its server reports it.
 
     Attributes:
         name: its name among all servers.
         rank: its right of way.
         number: counts the changes of what it holds.
         held: what it holds or would like to hold, in the traffic frame.
-        alone: what it may take up besides if its server falls silent.
+        alone: what it may enter besides if its server falls silent.
         reach: where it can ever be sent; NOWHERE for anywhere.
         path: its announced path, or NOWHERE.
         after_s: time from the state until it is at each point of that.
@@ -87,7 +87,7 @@ class PeerState:
 
 @dataclass
 class _Peer:
-    """What is known about another server.
+    """Another server, and what has been agreed with it.
 
     Attributes:
         state: what it said last.
@@ -121,7 +121,7 @@ class Negotiation:
         """Begin without having heard anybody.
 
         Args:
-            picture: of this server, which is told what must be agreed to.
+            picture: of this server; it learns from here what must be agreed to.
             server: name of this server.
             epoch: of this start.
             expected: servers that must have been heard before anything is agreed.
@@ -183,7 +183,7 @@ class Negotiation:
         """Return what to send now.
 
         Args:
-            alone: for each vehicle of ours what it may take up if this server falls silent, and
+            alone: for each vehicle of ours what it may enter if this server falls silent, and
                 where it can ever be sent.
             now: time in seconds.
         """
@@ -240,7 +240,7 @@ class Negotiation:
         self._found = servers
 
     def look(self, now: float) -> None:
-        """Close what the vehicles of silent servers may take up by themselves."""
+        """Close what the vehicles of silent servers may enter by themselves."""
         self._listened_s += min(now - self._looked_s, _LISTENS_S)
         self._now = self._looked_s = now
         is_alone = not self._peers and not self._expected
@@ -266,8 +266,8 @@ class Negotiation:
         before, entry.waiting = entry.waiting, None
         if vehicle.waits_for:
             entry.waiting = wait_for(before, vehicle.waits_for, "as its server says", now)
-        # What it holds by earlier agreement is in there, so all of it is closed to ours, agreed
-        # to or not.
+        # Volumes that it holds by earlier agreement are in there, so all of it is closed to ours,
+        # agreed to or not.
         entry.held = vehicle.held
         if self._agrees_to(vehicle):
             peer.agreed_to[vehicle.name] = vehicle.number

@@ -8,18 +8,18 @@ that safety needs, whatever is planned, and however late or wrong a plan is.
 Each vehicle that flies a path also announces it, with the time at which it expects to be where.
 This decides who goes first:
 
-1. Nobody's reservation may end within the announced path of one with a better rank. So who must
-   stop, stops beside it.
-2. Who gets through such a path before the other comes may pass it, and reserves all of it up to
-   behind it at once.
-3. One that is within such a path from the beginning may go on, out of it.
+1. No reservation may end within the announced path of a vehicle with a better rank. So a vehicle
+   that must stop, stops beside that path.
+2. A vehicle that gets through such a path before the other comes may pass it, and reserves all of
+   it up to behind it at once.
+3. One that is within such a path from the beginning may continue, out of it.
 
 Ranks are a total order, so the vehicle with the best rank is never kept waiting by anybody's plan,
 and by reservations only until their owners have left or stand. Around what stands, and out of a
 circle of vehicles that wait for each other, leads a detour, which the vehicle with the worst rank
 in the circle takes (:meth:`TrafficPicture.must_give_way`).
 
-Intruders reserve nothing. Nobody's path is held up by where they are, or go: it is compared with
+Intruders reserve nothing. Their positions and courses block no path: it is compared with
 their motion, moment by moment (:mod:`navigation_core.traffic.intruders`). What an autopilot flies
 by itself, but for a plane's leg, is not begun where they are about to pass.
 """
@@ -48,9 +48,9 @@ __all__ = ["Agreement", "Ask", "Entry", "Grant", "Intent", "TrafficPicture", "wa
 
 # An owner, a volume, and when the owner is at each of its points, which counts for paths only.
 _Part: TypeAlias = tuple[str, Volume, Array | None]
-# What passes before another must be through so long before.
+# A vehicle that passes before another one must be through this long before it comes.
 _BEFORE_S = 2.0
-# So many points ahead are looked at, and so often.
+# Number of points ahead that are checked, and the period of the checks.
 _LOOK_AHEAD, _LOOK_S = 160, 0.24
 
 
@@ -92,7 +92,7 @@ class Agreement(Protocol):
 
 @dataclass
 class Entry:
-    """What is known about one vehicle.
+    """The picture of one vehicle: its reservation, its announced path, its rank.
 
     Attributes:
         name: its name.
@@ -369,8 +369,8 @@ class TrafficPicture:
     ) -> tuple[int, int, TrafficWait | None]:
         """Return the same where others have to agree to each extension before it is used.
 
-        As much as is free is asked for, so that a cut network finds it agreed to. What is not
-        needed yet is given back where the path of a better rank leads through it.
+        All of the path that is free is asked for, so that agreement exists when the network is
+        cut. Parts not needed yet are given back where the path of a better rank leads through.
         """
         if entry.is_new_to_others:
             self.give_up_wish(entry.name)
@@ -496,9 +496,10 @@ class TrafficPicture:
     ) -> tuple[int, str] | None:
         """Return where a path first gets into what others hold, and whose that is.
 
-        Who is already within what another keeps, taken by force because its autopilot may fly
-        there, may get out of it: a path that leads out counts from where it has. Who is too near to
-        what another holds, as by drifting, may get away from it, but never nearer.
+        A vehicle may be within a volume that another keeps, which was closed by force because its
+        autopilot may fly there. It may get out of it: a path that leads out counts from the point
+        where it is out. A vehicle too near to what another holds, as by drifting, may get away
+        from it, but never nearer.
         """
         among = list(self._reserving(entry.name)) if others is None else others
         found: list[tuple[int, str]] = []
@@ -540,7 +541,7 @@ class TrafficPicture:
     ) -> tuple[str, str] | None:
         """Return whose announced path has the right of way, of those who do not wait for this one.
 
-        Who waits for it has to let it go first, or both would wait for ever.
+        A vehicle that waits for this one has to let it pass first, or both would wait for ever.
         """
         for other in among:
             if other.intent is None or not other.rank < entry.rank:

@@ -9,10 +9,10 @@ __all__ = ["Claimant", "Rank", "TrafficWait"]
 
 
 class Claimant(IntEnum):
-    """What moves a vehicle; the lesser goes first."""
+    """The cause of a vehicle's motion; the lesser goes first."""
 
     FIRMWARE = 0
-    """It flies by itself: a failsafe, a pilot, a mission. Nobody here can make it wait."""
+    """It flies by itself: a failsafe, a pilot, a mission. No server can make it wait."""
     GOAL = 1
     """It flies a goal of a server."""
     NOTHING = 2

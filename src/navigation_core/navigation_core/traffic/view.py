@@ -44,7 +44,7 @@ class Footing:
 
 @dataclass(frozen=True, eq=False)
 class TrafficView:
-    """What a task needs of the traffic.
+    """The other traffic, as a task sees it.
 
     Attributes:
         picture: shared by all vehicles of the server.
@@ -69,7 +69,7 @@ class TrafficView:
     searcher: Searcher = AT_ONCE
 
     def volume(self, points_enu_m: Array) -> Volume:
-        """Return what is taken up along points (N, 3) of the map."""
+        """Return the volume that the vehicle occupies along points (N, 3) of the map."""
         return Volume.along(self.footing.traffic(points_enu_m), self.radius_m, self.rise_m)
 
     def admits(self, line: Array, ends_where_asked: bool = True) -> bool:
@@ -113,7 +113,7 @@ class TrafficView:
 
     @property
     def waiting(self) -> TrafficWait | None:
-        """What the vehicle waits for, or None."""
+        """The vehicle that this one waits for, and why; or None."""
         return self.picture.entry(self.name).waiting
 
     def must_give_way(self, now: float) -> bool:

@@ -24,8 +24,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 # Points of a line follow one another so closely, level and upright.
 GAP_M, RISE_GAP_M = 1.0, 0.5
-# So many points that follow one another are in a block, and so many pairs of blocks are compared
-# at once.
+# Number of consecutive points in a block, and of pairs of blocks that are compared at once.
 BLOCK, _TOGETHER = 16, 256
 
 

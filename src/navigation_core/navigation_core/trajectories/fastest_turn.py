@@ -135,7 +135,7 @@ def _line_after(
 def _keeps_to_speed(turn: MotionPiece, limits: Limits) -> bool:
     """Whether the horizontal speed of a turn keeps to its limit, also if it is broken off.
 
-    What counts is the velocity that is left once the acceleration has been taken away. So
+    Checked is the velocity that is left once the acceleration has been taken away. So
     every state of every trajectory can be relaxed and turned again within the limits.
     """
     speed_max = limits.speed_horizontal_m_s * (1.0 + _SPEED_TOLERANCE)

@@ -205,7 +205,7 @@ def _turn_axes(state: KinematicState, change_m_s: Vector3) -> tuple[Vector3, ...
         and norm(state.velocity_enu_m_s) <= _ABOUT_REST_M_S
         and norm(across(state.acceleration_enu_m_s2, chord)) < TINY_M_S2
     ):
-        # What does not change is carried on by a second axis.
+        # A component of the velocity that stays constant gets an axis of its own, across the chord.
         side = unit_between(ZERO, across(state.velocity_enu_m_s, chord))
         return (chord,) if side is None else (chord, side)
     level = unit_between(ZERO, (change_m_s[0], change_m_s[1], 0.0)) or EAST

@@ -240,11 +240,11 @@ def _choose_corners(
         for point, (before, after) in zip(points, pairs, strict=False)
     ]
     corners.append(_STOP)
-    # What leaves room to brake for the next corner, from the end backwards.
+    # Limit each corner's speed so that the vehicle can brake for the next one, from the end back.
     for i in range(len(pairs) - 1, -1, -1):
         sound = partial(_can_brake, legs[i + 1], corners[i + 1])
         corners[i] = _fastest(*pairs[i], sound, corners[i].speed_m_s)
-    # What can be reached by speeding up, from the start forwards.
+    # Limit each corner's speed to what can be reached by speeding up, from the start forwards.
     speed_m_s = dot(state.velocity_enu_m_s, legs[0].direction)
     entry = _Corner(speed_m_s, 0.0, None)
     acceleration_m_s2 = dot(state.acceleration_enu_m_s2, legs[0].direction)

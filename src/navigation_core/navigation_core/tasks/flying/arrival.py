@@ -17,7 +17,7 @@ from navigation_core.tasks.traits import Traits
 
 # Two full turns at 1 m/s, per metre of their radius.
 _TURNS_S_M = 4.0 * math.pi
-# Over a shorter time positions do not tell whether the vehicle moves.
+# Over a shorter time positions do not show whether the vehicle moves.
 _STILL_MIN_S = 0.5
 
 
@@ -30,7 +30,7 @@ class Arrival:
         self._traits = traits
         window_s = max(config.arrival_dwell_s, _STILL_MIN_S)
         self._still = Standstill(config.arrival_speed_m_s, window_s)
-        # What cannot turn on the spot may have to go away first, and round once more.
+        # A vehicle that cannot turn on the spot may have to leave first, and turn round once more.
         self.patience_s = config.settle_timeout_s + _TURNS_S_M * traits.turning_radius_m
         """How long to wait without getting nearer."""
         self.expect(section)
@@ -99,7 +99,7 @@ class Arrival:
     def _yaw_error_rad(self, observation: Observation) -> float:
         """Return how far the yaw is from the one that the goal names; 0 if it names none.
 
-        What drives has the yaw of its path.
+        A rover or boat has the yaw of its path.
         """
         yaw, wanted = observation.yaw_enu_rad, self.goal.yaw_enu_rad
         if wanted is None or yaw is None or not self._traits.flies:

@@ -101,7 +101,7 @@ class Departure:
                 return answer
         if moves and not taking_off:
             return PhaseEvent.FLIES
-        # What was sent in the air is no start on the ground.
+        # The vehicle is on the ground: the last setpoint of an earlier flight is no start for this.
         self._parts.follower.forget_commanded()
         ready = observation.armed or taking_off
         return PhaseEvent.NEEDS_TAKEOFF if ready else PhaseEvent.NEEDS_ARMING

@@ -49,13 +49,13 @@ from navigation_core.tasks.progress import Progress, Status
 from navigation_core.trajectories.trajectory import TrajectoryError
 
 _PAUSABLE = frozenset({GotoPhase.NAVIGATING, GotoPhase.SETTLING, GotoPhase.BLOCKED})
-# What drives is led by its pursuit; in all other phases it is being stopped, or stands.
+# The phases in which a rover or boat is led by its pursuit; in all others it is stopping or stands.
 _LED = frozenset({GotoPhase.NAVIGATING, GotoPhase.SETTLING})
 _DOUBTING = _PAUSABLE | {GotoPhase.PAUSED}
 _FLYING = _PAUSABLE | {GotoPhase.HOLDING, GotoPhase.PAUSED, GotoPhase.BRAKING}
 _STOPPING = frozenset({GotoPhase.BRAKING, GotoPhase.DISARMING})
 _BEGINS = frozenset({PhaseEvent.FLIES, PhaseEvent.REPLAN})
-# So much nearer along the path than ever before is progress.
+# The remaining path must get shorter than ever before by this much to count as progress.
 _NEARER_M = 1.0
 
 
@@ -87,7 +87,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._handover_s = terms.handover.time_s
         self._by_itself = terms.handover.by_itself  # until the first change of phase
         self._last_step_s = 0.0
-        # Whether the vehicle was held by its velocity, so that it is not where it was told to be.
+        # Whether the vehicle was held by its velocity, so that it has drifted from its setpoint.
         self._doubted = False
         self._thought_failed: TrajectoryError | None = None
         # Time without a position since the flight last got nearer to its end.
@@ -495,8 +495,8 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         assert self._avoider is not None
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
-        # Who is there already only waits to be slow; but the first search, without a reason yet,
-        # is no obstacle to a goal that is close by, or a turn.
+        # A vehicle that is at its target already only waits to be slow; but the first search,
+        # without a reason yet, is no obstacle to a goal that is close by, or a turn.
         is_blocked = bool(self._avoider.reason)
         if is_blocked and self._arrival.holds(observation, now):
             return self._arrived(observation, now)

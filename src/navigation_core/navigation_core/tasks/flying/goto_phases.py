@@ -58,7 +58,7 @@ TRANSITIONS: dict[tuple[GotoPhase, PhaseEvent], GotoPhase] = {
     (GotoPhase.PREPARING, PhaseEvent.STOP_ON_GROUND): GotoPhase.DISARMING,
     (GotoPhase.PREPARING, PhaseEvent.STOP_IN_AIR): GotoPhase.BRAKING,
     (GotoPhase.ARMING, PhaseEvent.NEEDS_TAKEOFF): GotoPhase.TAKING_OFF,
-    # What drives needs no take-off.
+    # A rover or boat needs no take-off.
     (GotoPhase.ARMING, PhaseEvent.NEEDS_CONTROL): GotoPhase.PREPARING,
     (GotoPhase.ARMING, PhaseEvent.STOP_ON_GROUND): GotoPhase.DISARMING,
     # Some autopilots leave the mode that obeys setpoints for the take-off.

@@ -31,9 +31,10 @@ from navigation_core.trajectories.route_trajectory import RoutePoint
 # Share of a waypoint's radius by which the planned path may cut its corner; the rest is for
 # the vehicle, which does not follow exactly.
 _CORNER_SHARE = 0.5
-# What could not be met in so many more attempts cannot be met.
+# Further attempts at a waypoint that was missed. One that is missed again then is given up.
 _RETURNS = 2
-# What drives heads for a waypoint until it is this near to it, in radii; then for what follows.
+# A rover or boat heads for a waypoint until it is this near to it, as a share of the acceptance
+# radius; then for the next one.
 _MET_SHARE = 0.6
 
 

@@ -156,8 +156,8 @@ class Avoider:
         if follower.path is not None and not carrot.ended:
             conflict = self._is_in_conflict(follower.path, carrot, observation)
             leads_away = bool(follower.path.passed_s)
-            # What drives begins each plan as fast as it is: a brake that is under way would
-            # never get slower if it were replanned in every step.
+            # A rover or boat begins each plan at its present speed: a brake that is under way
+            # would never get slower if it were replanned in every step.
             brakes = not leads_away and follower.starts_here
             if (conflict and not brakes) or (leads_away and self._must_brake(observation)):
                 follower.plan_stop(observation)
@@ -189,7 +189,7 @@ class Avoider:
         here, commanded = measured_state(observation), self._follower.commanded
         if commanded is not None:
             here = replace(here, acceleration_enu_m_s2=commanded.acceleration_enu_m_s2)
-        # What drives cannot leave again what it stops too near to.
+        # A rover or boat cannot back away from an obstacle that it stops too near to.
         late_s = observation.late_s if self._follower.starts_here else 0.0
         acts = must_brake(
             MotionSamples.at(here),

@@ -29,7 +29,7 @@ _FREE_SHARE = 0.5
 # Fastest change of the rate at which trajectory time passes, per second. At speed the
 # acceleration limit is stricter.
 _RATE_CHANGE_PER_S = 2.0
-# So much faster than planned the vehicle may be told to fly where it is late; see cruise_limits.
+# A vehicle that is late may be sent a speed up to this many times the planned; see cruise_limits.
 _HURRY_SHARE = 1.03
 # Smoothing of the rate that the time remaining is divided by, and its floor.
 _RATE_AVERAGE_S = 2.0
@@ -266,8 +266,8 @@ class Carrot:
     def _leading_acceleration(self) -> Vector3:
         """Return the acceleration to send.
 
-        An airframe needs time to lean. While it gains speed over ground it is told the
-        acceleration that is wanted then; else it would keep accelerating beyond the speed. Not
+        An airframe needs time to lean. While it gains speed over ground, the acceleration that is
+        wanted after that time is sent; else it would keep accelerating beyond the speed. Not
         while it brakes: it would stop short of its target.
         """
         wanted, velocity = self._state.acceleration_enu_m_s2, self._state.velocity_enu_m_s

@@ -1,7 +1,7 @@
 """Setpoints that are safe if none follows, and a lower speed while setpoints are late.
 
-Whoever sends setpoints may stop at any moment: the process is killed, the machine hangs. Then the
-vehicle continues with the last one until its own timeout. Near obstacles that run-out
+The server may stop sending setpoints at any moment: the process is killed, the machine hangs. Then
+the vehicle continues with the last one until its own timeout. Near obstacles that run-out
 (:mod:`navigation_core.safety.run_out`) is part of the stopping distance, so the flight is slower
 there. A setpoint whose velocity would lead too near is sent with its position alone, at which the
 vehicle comes to rest.
@@ -153,10 +153,10 @@ class Caution:
         return min(safe_m_s, beside_m_s)
 
     def _safe_ahead_m_s(self, speed_m_s: float, observation: Observation) -> float:
-        """Return how fast what drives may be towards what its nose points at.
+        """Return how fast a rover or boat may be towards the obstacles that its nose points at.
 
-        Told to turn away from an obstacle, it continues along its nose until its wheels, or its
-        rudder, have turned.
+        Commanded to turn away from an obstacle, it continues along its nose until its wheels, or
+        its rudder, have turned.
         """
         yaw, here = observation.yaw_enu_rad, observation.position_enu_m
         if self._avoidance is None or yaw is None or here is None:

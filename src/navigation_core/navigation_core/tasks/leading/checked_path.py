@@ -42,13 +42,13 @@ from navigation_core.trajectories.trajectory import Trajectory, plan_stop
 _HORIZON_M, _POINTS_MAX, _EXTEND_S = 100.0, 6, 10.0
 # Slower than this a vehicle need not stop before it takes another path.
 _SLOW_M_S = 0.3
-# So many trajectories are tried along the same lines, and from the same beginning.
+# Maximum number of trajectories tried along the same lines, and from the same start.
 _TRIES_MAX, _TRIES_IN_ALL = 3, 4
 # Shares of the corner allowance that are tried, one after the other.
 _ALLOWANCE_SHARES = (1.0, 0.4, 0.0)
-# What drives strays from its path by about this share of its turning radius.
+# A rover or boat strays from its path by about this share of its turning radius.
 _STRAY_SHARE = 0.5
-# And so much of that it is never planned without, but for a target that has no such room.
+# At least this share of that margin is planned with, except to a target that has no such room.
 _STRAY_LEAST = 0.5
 # How far it steers to either side to see whether it can leave a place that is too near to an
 # obstacle, and by how much it may come nearer.

@@ -2,8 +2,8 @@
 
 A car or a boat cannot be where a trajectory says at a time: it has to turn round first, it slides,
 and its firmware accelerates as it likes. So it is not asked to. It is where its place projects
-onto the path, it heads for a point on the path ahead of that, and it is told the speed that the
-path allows there: what the corners ahead leave room to brake to.
+onto the path, it heads for a point on the path ahead of that, and it is sent the speed that the
+path allows there, from which it can brake for the corners ahead.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ class Evasion:
     def plan_away(self, start: KinematicState, obstacles: Obstacles) -> CheckedPath | None:
         """Return a path to the nearest clear place; None if there is none within reach.
 
-        What drives has none: it could not leave sideways, and stands better than it turns.
+        A rover or boat has none: it could not leave sideways, and is safer standing than turning.
 
         Args:
             start: state at the beginning, in the map frame.

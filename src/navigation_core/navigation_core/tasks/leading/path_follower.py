@@ -37,15 +37,15 @@ from navigation_core.trajectories.trajectory import plan_stop, plan_to
 _START_ERROR_SHARE = 1.5
 
 
-# Shares of the greatest speeds that are planned with, since they bound what the vehicle really
-# does. It sways about the speed it is told, and overshoots a climb rate by a tenth when the
+# Shares of the greatest speeds that are planned with, since the limits bound the real motion, too.
+# The vehicle sways about the commanded speed, and overshoots a climb rate by a tenth when the
 # acceleration ends: the loop around the acceleration of an ArduCopter takes a second to settle.
 _CRUISE_SHARE = 0.97
 _CLIMB_SHARE = 0.92
-# What drives does not sway, and is slowed down when it is too fast (see Pursuit).
+# A rover or boat does not sway, and is slowed down when it is too fast (see Pursuit).
 _DRIVEN_SHARE = 0.99
-# As near to a point as so many times the allowed distance from its corner, it counts as passed by
-# a setpoint that goes over to another path: it could not be met again without a stop.
+# When a setpoint moves over to another path, a waypoint counts as passed within this many times
+# the distance by which its corner may be cut: it could not be met again without a stop.
 _PASSED_CORNERS = 1.5
 # Slower than this, a direction of travel says nothing.
 _COURSE_SPEED_M_S = 0.5
@@ -107,7 +107,7 @@ class PathFollower:
         # Whether time has passed without setpoints, so that the last one says nothing.
         self.is_stale = False
         self._goal = goal
-        # What drives is not led by its carrot's derivatives.
+        # A rover or boat is not led by its carrot's derivatives.
         if not traits.flies:
             config = dataclasses.replace(config, following_gain_per_s=0.0, response_s=0.0)
         self._config = config
@@ -126,7 +126,7 @@ class PathFollower:
         self._traits = traits
         self.planner: PathPlanner | None = None
         self.evasion: Evasion | None = None
-        # What drives is led by where it is, not by where it should be.
+        # A rover or boat is led from its measured position, not from the planned one.
         self.starts_here = not traits.flies
         self._keep(self.limits)
 
@@ -309,7 +309,7 @@ class PathFollower:
         searcher, carrot = self._avoidance.searcher, self.carrot
         start, joint_s, begins_here = self.start(observation), 0.0, self._begins_here(observation)
         if begins_here:
-            # It goes on as it moves now, at least until it is told otherwise.
+            # The vehicle keeps its present velocity at least until the new path is found.
             moved = scale(start.velocity_enu_m_s, searcher.lead_s)
             start = replace(start, position_enu_m=add(start.position_enu_m, moved))
         elif carrot is not None and carrot.state.position_enu_m == start.position_enu_m:
@@ -357,10 +357,10 @@ class PathFollower:
     def _begins_here(self, observation: Observation) -> bool:
         """Whether a path begins where the vehicle is, and not at its setpoint.
 
-        It does for what drives; and for what flies, if it has not stopped where it was told to,
-        but somewhere further on: an emergency's brake may be harder than the autopilot follows. A
-        path that began at the setpoint would lead back first, or to another side of an obstacle
-        that comes.
+        It does for a rover or boat; and for an aircraft that has not stopped at its setpoint but
+        somewhere further on: an emergency's brake may be harder than the autopilot follows. A
+        path that began at the setpoint would lead back first, or to another side of an approaching
+        obstacle.
         """
         if self.starts_here:
             return True

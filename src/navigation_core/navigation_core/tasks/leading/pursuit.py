@@ -1,12 +1,12 @@
 """Steer a ground vehicle along its path: pure pursuit, as a velocity.
 
-A rover or a boat moves along its nose only. It is told a velocity: its direction is where to
+A rover or a boat moves along its nose only. It is sent a velocity: its direction is where to
 head for, its length how fast. It heads for a point on the path ahead of it, as fast as the path,
-the turn and the distance to the end allow, however late it is. A vehicle that is told velocities
-stops by itself when they stop coming (ArduRover after 3 s, PX4 by its OFFBOARD failsafe), which
-one that is told a position does not.
+the turn and the distance to the end allow, however late it is. A vehicle that follows velocities
+stops by itself when they stop coming (ArduRover after 3 s, PX4 by its OFFBOARD failsafe); one that
+follows a position does not.
 
-What a vehicle cannot do is learned where its parameters do not say it: how tight it turns, in
+Limits that no parameter of the vehicle gives are learned: how tight it turns, in
 :mod:`.turning_circle`, and how slowly it moves at all, here.
 
 R. C. Coulter, "Implementation of the Pure Pursuit Path Tracking Algorithm", 1992.
@@ -45,8 +45,8 @@ _GAIN_1_S = 1.4
 _CRAWL_M_S = 0.4
 # Fastest while the nose points more than a right angle away from where to go.
 _TURNING_MAX_M_S = 2.0
-# In a turn it is told so much of the speed at which it would just get round to the point: at that
-# speed itself the point would lie on the edge of its circle, and now and then within.
+# In a turn this share of the speed is commanded at which it would just get round to the point: at
+# that speed itself the point would lie on the edge of its circle, and now and then within.
 _TURN_MARGIN = 0.75
 # How far ahead on the path is headed for: turning radii, seconds of the present speed, and as far
 # as it is beside it.
@@ -56,18 +56,19 @@ _LOOK_AHEAD_RADII, _LOOK_AHEAD_S = 1.2, 0.6
 # ArduRover's overshoots a ramp that ends abruptly by 0.3 s times its slope (recorded set-up), and
 # hardly one that eases in.
 _EASE_1_S = 0.7
-# What is too fast over ground is taken off the told speed so many times at once, and at this rate
-# for as long as it lasts; both together up to half of the told speed. PX4's rovers drive 1.4 m/s
-# when told 1.0 (observed on its simulated one).
+# Excess speed over ground is taken off the commanded speed this many times at once, and at this
+# rate for as long as it lasts; both together up to half of the commanded speed. PX4's rovers drive
+# 1.4 m/s when 1.0 is commanded (observed on its simulated one).
 _EXCESS_GAIN, _EXCESS_1_S = 2.0, 1.0
-# Told to stand when this near, in arrival radii; not told to go again before it has drifted
-# this far.
+# Commanded to stand when this near, in arrival radii; not commanded to drive again before it has
+# drifted this far.
 _STAND_SHARE, _RESTART_SHARE = 0.6, 0.95
-# A vehicle that is told to move and has moved by less than this in this time is stuck, and told
-# more and more until it moves: PX4's simulated rover does not start below 0.8 m/s (observed).
+# A vehicle that is commanded to move and has moved by less than this in this time is stuck, and
+# gets more and more speed until it moves: PX4's simulated rover does not start below 0.8 m/s
+# (observed).
 _STUCK_M, _STUCK_S, _PUSH_M_S2, _PUSH_MAX_M_S = 0.2, 1.5, 0.4, 1.5
-# A vehicle that is to stop is told next to nothing along its nose while it rolls faster than this:
-# of a velocity of zero both firmwares take the direction, too, which is North, and steer there.
+# A vehicle that is to stop is sent this small velocity along its nose while it rolls faster than
+# this: of a velocity of zero both firmwares take the direction, too: North, and steer there.
 _ROLLS_M_S, _NEXT_TO_NOTHING_M_S = 0.1, 0.001
 
 
@@ -105,7 +106,7 @@ class Pursuit:
         self._circle.forget()
 
     def hold_back(self) -> None:
-        """Learn nothing from how slowly it moves: it was told less than it should have been."""
+        """Learn nothing from how slowly it moves: less was commanded than its path allows."""
         self._moved = None
 
     @property
@@ -151,7 +152,7 @@ class Pursuit:
             most_m_s = min(most_m_s, path.speed_m_s)
         late_m = self._traits.brake_lag_s * pursuer.speed_m_s
         wanted_m_s = _approach_m_s(left_m - late_m, braking_m_s2)
-        # What it drives away from comes after a turn.
+        # A target that it drives away from now comes only after a turn.
         turning_m_s = self._turning_m_s(math.pi if leaves else away, aim, pursuer)
         wanted_m_s = min(most_m_s, wanted_m_s, turning_m_s)
         least_m_s = min(self._least_m_s, limits.speed_horizontal_m_s)
@@ -207,7 +208,7 @@ class Pursuit:
     def _ease(
         self, wanted_m_s: float, most_m_s: float, pursuer: Pursuer, limits: Limits, now: float
     ) -> float:
-        """Return the speed to tell: less at once, more by and by, and never too much for long."""
+        """Return the speed to send: less at once, more by and by, and never too much for long."""
         told = self._told
         if told is None:
             forward_m_s = dot(pursuer.velocity_enu_m_s, pursuer.heading)
@@ -217,7 +218,7 @@ class Pursuit:
         up_m_s2 = min(eased_m_s2, limits.acceleration_horizontal_m_s2)
         speed_m_s = min(wanted_m_s, told.speed_m_s + up_m_s2 * dt_s)
         self._told = _Told(speed_m_s, now)
-        # A boat slides outwards in a turn, and so gets faster over ground than it is told.
+        # A boat slides outwards in a turn, and so gets faster over ground than commanded.
         beyond_m_s = pursuer.speed_m_s - limits.speed_horizontal_m_s
         excess_m_s = self._excess_m_s + _EXCESS_1_S * beyond_m_s * dt_s
         self._excess_m_s = min(max(excess_m_s, 0.0), 0.5 * speed_m_s)

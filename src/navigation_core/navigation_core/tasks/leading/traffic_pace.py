@@ -173,7 +173,7 @@ class TrafficPace:
 
     @property
     def waiting(self) -> TrafficWait | None:
-        """What the vehicle waits for, or None while it is not slowed down."""
+        """The vehicle that this one waits for, and why; None while it is not slowed down."""
         return self._giving_way.waiting or self._waiting
 
     @property

@@ -17,8 +17,8 @@ from navigation_core.geometry import Vector3, horizontal_norm, subtract, wrap_an
 _INSIDE_SHARE, _OUTSIDE_SHARE = 0.95, 1.25
 # Straight ahead and straight behind, inside and outside say nothing.
 _ASIDE_SHARE = 0.2
-# What turns towards something more than this aside has its wheels at the stop, and after this
-# time they are there.
+# A vehicle that turns towards a point more than this aside has its wheels at the stop, and after
+# this time they are there.
 _HARD_RAD, _SETTLED_S = math.radians(60.0), 1.0
 # The radius is measured over so much of a turn, or in this time. One that is wider by less than
 # this share is the same.
@@ -123,7 +123,7 @@ class TurningCircle:
         """Learn from how the vehicle turns.
 
         Args:
-            away_rad: how far aside of its nose is what it was told to head for.
+            away_rad: how far aside of its nose is the point that it was commanded to head for.
             pursuer: the vehicle.
             now: time in seconds.
         """

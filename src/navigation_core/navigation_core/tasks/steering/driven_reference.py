@@ -1,7 +1,7 @@
 """The speed and course of a rover or boat that drives by velocity commands.
 
-It moves along its nose only. One with the trait ``drives_by_turn_rate`` is told a speed, also
-backwards, and a turn rate; another is told a velocity, whose direction it steers to, so a turn rate
+It moves along its nose only. One with the trait ``drives_by_turn_rate`` is sent a speed, also
+backwards, and a turn rate; another is sent a velocity, whose direction it steers to, so a turn rate
 turns that direction, and it cannot be driven backwards.
 """
 
@@ -19,11 +19,12 @@ from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFram
 
 __all__ = ["DrivenReference"]
 
-# The course leads the nose by no more than this: what steers hardest at a right angle would else go
-# on turning long after the command has ended.
+# The course leads the nose by no more than this: a vehicle that steers hardest at a right angle
+# would otherwise continue to turn long after the command has ended.
 _COURSE_LEAD_RAD = 0.8
 # Excess speed over ground is taken off the commanded speed this many times, and ever more while it
-# lasts, up to half of it: PX4's rovers drive 1.4 m/s when told 1.0 (observed on its simulated one).
+# lasts, up to half of it: PX4's rovers drive 1.4 m/s when 1.0 is sent (observed on its simulated
+# one).
 _EXCESS_GAIN, _EXCESS_GAIN_1_S = 2.0, 0.5
 _STANDS_M_S = 0.01
 # The speed is raised towards the one that is asked for at this rate, and at least so fast: the
@@ -139,7 +140,7 @@ class DrivenReference:
         return Fly(without_turn(setpoint, observation), True)
 
     def _told_m_s(self, here: KinematicState) -> float:
-        """Return the speed to tell, less than it is to be while the vehicle is too fast."""
+        """Return the speed to send, less than the wanted one while the vehicle is too fast."""
         lagging = self._since_s == 0.0
         kept_m_s = self._limits.speed_horizontal_m_s if lagging else abs(self.speed_m_s)
         beyond_m_s = horizontal_norm(here.velocity_enu_m_s) - kept_m_s

@@ -24,7 +24,7 @@ __all__ = ["FREE", "Obstruction", "Obstructions"]
 
 @dataclass(frozen=True)
 class Obstruction:
-    """What obstacles leave of a velocity.
+    """How much of a commanded velocity obstacles allow.
 
     Attributes:
         share: of its speed that may be flown.
@@ -59,7 +59,7 @@ class Obstructions:
 
     @property
     def brake_factor(self) -> float:
-        """So much harder than the limits say may the vehicle brake."""
+        """How many times harder than the limits the vehicle may brake in an emergency."""
         return 1.0 if self._avoidance is None else self._avoidance.emergency_factor
 
     @property

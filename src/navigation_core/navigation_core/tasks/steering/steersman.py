@@ -42,7 +42,7 @@ _START_ERROR_SHARE = 1.5
 # until it is left more than the second.
 _HELD_BACK_SHARE, _RELEASED_SHARE = 0.1, 0.3
 _ASKED_M_S = 0.05
-# So much of its speed may the motion lose by a bound before it is stopped.
+# A bound that leaves less than this share of the present speed stops the vehicle over ground.
 _KEPT_SHARE = 0.95
 
 
@@ -69,7 +69,7 @@ class Steersman:
     """Steers one vehicle; what it sent last is where it continues from.
 
     Attributes:
-        held_back: why the vehicle does not move although it is told to; empty while it does.
+        held_back: why the vehicle does not move although it is commanded to; empty while it does.
         obstruction: what obstacles left of the last command.
     """
 
@@ -90,7 +90,7 @@ class Steersman:
         self._braking = Braking(
             braking_m_s2, limits.acceleration_vertical_m_s2, self._flown.ease_s + lag_s
         )
-        # What has been begun already, in whatever direction, is slowed down at the latest.
+        # Motion in any direction that is under way already is slowed down with this margin.
         self._last_brake = replace(self._braking, reaction_s=lag_s)
         self._inherited = flight.handover.commanded
         self._sent: KinematicState | None = None
@@ -246,7 +246,7 @@ class Steersman:
         return scale(slowed, speed_m_s / length) if length > 0.0 else ZERO
 
     def _judge(self, wanted: Vector3, allowed: Vector3) -> None:
-        """Find out why the vehicle does not move although it is told to."""
+        """Find out why the vehicle does not move although it is commanded to."""
         share = _RELEASED_SHARE if self._is_held_back else _HELD_BACK_SHARE
         asked_m_s = norm(wanted)
         self._is_held_back = asked_m_s > _ASKED_M_S and norm(allowed) <= share * asked_m_s

@@ -105,7 +105,7 @@ class FlyMission(PhasedTask[MissionPhase]):
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         super().start(observation, now)
-        # What is between them is the vehicle's own business.
+        # Items other than waypoints are the autopilot's own business.
         self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in self._plan.waypoints)
         if self._measures.on_ground(observation) and observation.position_enu_m is not None:
             self._plan = replace(

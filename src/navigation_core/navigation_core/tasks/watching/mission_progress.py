@@ -48,7 +48,7 @@ class MissionTally:
             self._reached |= {i for i in report.reached if i <= self.current}
         position = observation.position_enu_m
         if position is not None and not observation.position_doubt:
-            # The vehicle may go on to the next one before it is nearest to the one that it passes.
+            # The vehicle may head for the next one before it is nearest to the one that it passes.
             for index in range(max(self.current - 1, 0), self.current + 1):
                 away_m = distance(position, self._waypoints[index].position_enu_m)
                 self._nearest_m[index] = min(self._nearest_m[index], away_m)

@@ -24,8 +24,8 @@ _NEAR_CIRCLES = 1.25
 _PASS_CIRCLES, _CLOSING_SHARE, _TURNING_SHARE = 2.0, 0.6, 0.3
 # ArduPlane and PX4 hold a height to a few metres in calm air.
 _HEIGHT_M = 8.0
-# Whoever goes half round a point, and neither nearer nor further by this share, circles it:
-# at the radius of a parameter that is not known here.
+# A plane that goes half round a point without coming nearer or leaving by this share circles it,
+# at a radius from a parameter that is not known here.
 _ROUND_RAD = math.pi
 _ROUND_SHARE = 0.3
 

@@ -45,11 +45,12 @@ _TOUCHDOWN_S = 3.0
 _CIRCLE_SHARE = 1.5
 # One that only passes is out of the circle again sooner than this.
 _CIRCLING_S = 12.0
-# Who comes down within this of where the return began has not returned, unless it began at home.
+# A landing this near to where the return began is no return, unless that is home.
 _NOWHERE_M = 3.0
 # Both firmwares descend slower than this at last, and disarm a second or more after the touchdown.
-# What was faster a moment before has crashed, or its motors were stopped in the air; a PX4 without
-# motors says that it is on the ground. The moment is that of a HEARTBEAT.
+# A vehicle that was faster than this a moment before its disarming has crashed, or its motors were
+# stopped in the air; a PX4 without motors reports that it is on the ground. The moment is that of
+# a HEARTBEAT.
 _FELL_M_S, _FELL_S = 2.0, 1.5
 
 
