@@ -7,7 +7,7 @@
     driver.call(lambda: vehicle.change_mode("GUIDED", clock.now()))
     event = driver.call(vehicle.next_event)  # OperationFinished(... ACHIEVED ...), in time
 
-`Vehicle` (vehicle.py) does no I/O and is told the time; `Driver` (io/driver.py) runs it, or an
-application that holds it, on a router and its links. docs/protocols.md tells what happens on
-the wire.
+`Vehicle` (vehicle.py) does no I/O and gets the time as an argument; `Driver` (io/driver.py) runs
+it, or an application that holds it, on a router and its links. docs/protocols.md describes what
+happens on the wire.
 """

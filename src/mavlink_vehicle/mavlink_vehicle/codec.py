@@ -4,7 +4,7 @@ Frames are decoded whole, with the tables of pymavlink's generated classes, inst
 by byte with its parser: the result is the same message object (a test holds every message
 class to that) for a quarter of the time.
 
-Whatever comes from outside, `Codec.decode` does not raise. Garbage, damaged frames and
+`Codec.decode` does not raise, whatever bytes it gets. Garbage, damaged frames and
 messages that the dialect does not know are skipped and counted. MAVLink 2 rules are kept:
 truncated payloads are filled with zeros, and fields that a newer dialect appended are ignored
 (https://mavlink.io/en/guide/serialization.html). With a key, what isn't signed with it, or was

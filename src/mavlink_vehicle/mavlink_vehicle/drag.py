@@ -27,14 +27,14 @@ _GRAVITY_M_S2 = 9.80665
 # The derivative part of PX4's velocity loop works against every acceleration, also the one that
 # is asked for (MPC_XY_VEL_D_ACC, 0.2).
 _AGAINST_DAMPING = 1.2
-# What was learned may be wrong: no push leans the vehicle farther than 36 degrees.
+# The learned drag may be wrong: no push leans the vehicle farther than 36 degrees.
 _PUSH_MAX_M_S2 = 7.0
 _FIRST_PER_S = 0.3
 _MOST_PER_S = 1.2
 # Means over so long hold enough leans at 10 a second, and velocities differ by more than noise.
 _WINDOW_S = 0.4
 _LEANS_MIN = 3
-# What was missed for longer than this is no mean any more.
+# A window with a gap longer than this gives no mean.
 _GAP_S = 1.0
 # Slower than this there is no drag to learn from but that of the wind, which the vehicle's
 # integral part has dealt with before it sets off.

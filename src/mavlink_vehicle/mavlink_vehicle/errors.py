@@ -1,7 +1,7 @@
 """Errors of this package; each carries a sentence that says what to do.
 
 They mean a mistake in the program or its configuration, or a link that cannot be opened.
-What an autopilot does or rejects is never an exception; it is an event (see `events`).
+An action or a rejection of an autopilot is never an exception; it is an event (see `events`).
 """
 
 from __future__ import annotations

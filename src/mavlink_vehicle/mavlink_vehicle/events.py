@@ -148,7 +148,7 @@ class FailsafeKind(enum.Enum):
 class FailsafeBegan:
     """The autopilot acts by itself; `text` is what shows it, in the autopilot's words if any.
 
-    It comes up to half a second after the state shows it, as the words that tell the kind may
+    It comes up to half a second after the state shows it, as the text that names the kind may
     come after the HEARTBEAT.
     """
 
@@ -176,7 +176,7 @@ class HeartbeatRegained:
 
     Attributes:
         rebooted: the first message with a boot time already shows a restart. A restart that
-            is seen only later is told by `VehicleRebooted`.
+            is seen only later is reported by `VehicleRebooted`.
     """
 
     rebooted: bool
@@ -313,7 +313,7 @@ def parameter_text(value: float) -> str:
 
 
 class ParameterChange(enum.Enum):
-    """What has become of a parameter that was to be read, or to have a value."""
+    """The result for a parameter that was to be read, or to get a value."""
 
     READ = "read"
     CHANGED = "changed"

@@ -55,7 +55,7 @@ class MessageLayout:
     def _decode_first(
         self, data: bytes, start: int, frame: bytes, crc: int, header: FrameHeader
     ) -> Any:
-        # What the generated constructors set in each message besides the fields.
+        # The generated constructors set these in each message besides the fields.
         self.cls._payload = self.cls._link_id = self.cls._instances = None
         self.cls._signed = False
         self.cls._fieldnames, self.cls._type = self.cls.fieldnames, self.cls.msgname

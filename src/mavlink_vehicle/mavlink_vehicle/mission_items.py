@@ -116,7 +116,7 @@ def has_place(item: MissionItem) -> bool:
 
 
 HOME_PLACEHOLDER = MissionItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL)
-"""What is sent as item 0 where that is home: the vehicle puts home in its place."""
+"""Sent as item 0 where that is home: the vehicle puts home in its place."""
 
 
 @dataclass(frozen=True)
@@ -188,9 +188,9 @@ def list_difference(
 ) -> str | None:
     """Return the first difference between two fences, or two lists of rally points.
 
-    What is compared: of a fence's item the command, the number in param1 (corners, or radius) and
-    the place; its frame and height mean nothing, and ArduPilot gives 0 for them. Of a rally point
-    frame, place and altitude.
+    Compared are, of a fence's item, the command, the number in param1 (corners, or radius) and
+    the position; its frame and altitude mean nothing, and ArduPilot gives 0 for them. Of a rally
+    point frame, position and altitude.
     """
     return _first(sent, stored, lambda a, b: _list_item_difference(a, b, kind))
 

@@ -20,7 +20,7 @@ from mavlink_vehicle.vehicle_core import VehicleCore
 _TIME_S = 50.0
 _TIME_PER_ITEM_S = 0.3
 _JUDGED_S = 1.0
-"""So long a PX4 may reject the start of a mission that it has just taken: it judges it first. On
+"""A PX4 may reject the start of a mission for this long after its upload: it judges it first. On
 a fast link an upload, its read-back and the start take 10 ms."""
 
 

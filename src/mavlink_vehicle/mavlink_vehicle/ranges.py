@@ -1,9 +1,9 @@
 """Range readings: OBSTACLE_DISTANCE and DISTANCE_SENSOR as rays; sans I/O.
 
-What the fields mean is said in common.xml (mavlink.io/en/messages/common.html). What firmwares
-make of them was read in their sources, as facts:
+The fields are described in common.xml (mavlink.io/en/messages/common.html). How firmwares fill
+them was read in their sources, as facts:
 
-- ArduPilot tells what its proximity sensors see as DISTANCE_SENSOR with ids from 10 on, one for
+- ArduPilot sends what its proximity sensors see as DISTANCE_SENSOR with ids from 10 on, one for
   each eighth of the horizon and one upwards. It sends no field of view with them; each is the
   nearest thing in its eighth. One that sees nothing has the reach itself as its distance.
 - ArduPilot and PX4 send a rangefinder that looks down the same way, so where it looks counts.
@@ -101,7 +101,7 @@ class RangesMeasured:
         range_max_m: its reach.
         width_rad: angle about the vertical that each of the readings stands for; 0: a thin ray,
             or not known.
-        deviation_m: standard deviation; None when it is not told.
+        deviation_m: standard deviation; None when it is not given.
     """
 
     time_s: float
@@ -130,7 +130,7 @@ class RangeReader:
     """Reads the two messages; counts what makes no sense.
 
     Attributes:
-        ignored: messages that told nothing.
+        ignored: number of messages without a usable reading.
     """
 
     def __init__(self) -> None:

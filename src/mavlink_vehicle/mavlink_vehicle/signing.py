@@ -46,7 +46,7 @@ class Signing:
 
         Args:
             key: `KEY_SIZE` bytes, the same for all that take part.
-            unix_time_s: tells the seconds since 1970.
+            unix_time_s: returns the seconds since 1970.
 
         Raises:
             ValueError: the key has another size.

@@ -25,8 +25,8 @@ _SILENT = "The autopilot is silent; check the link."
 class Storage:
     """Reads and writes it, one list and one job on parameters at a time.
 
-    Each method but `stop_parameters` returns why it does not begin, a sentence, or None. What has
-    begun ends in one `StoredListFinished` or `ParametersFinished`.
+    Each method but `stop_parameters` returns why it does not begin, a sentence, or None. Each that
+    has begun ends in one `StoredListFinished` or `ParametersFinished`.
     """
 
     def __init__(self, core: VehicleCore) -> None:

@@ -301,7 +301,7 @@ class Vehicle(VehicleCore):
         state, name = self.state, self.mode_name
         if state.armed or name == profile.arming_mode:
             return None
-        # What CURRENT_MODE shows, the status in the next HEARTBEAT is about.
+        # The status in a HEARTBEAT is about that HEARTBEAT's mode; CURRENT_MODE may be newer.
         judged = state.heartbeat_mode == state.custom_mode
         cannot_run = profile.status_tells_runnable and judged and state.mode_may_not_run
         return profile.arming_mode if cannot_run or name in profile.not_armed_in else None

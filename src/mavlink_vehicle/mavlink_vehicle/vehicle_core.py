@@ -1,8 +1,8 @@
 """One autopilot: its protocols combined, without I/O or a clock.
 
-`VehicleCore` is told what arrives (`receive`) and what time it is (`handle_timer`), and says
-what to send, what happened and when it wants to be called again. `vehicle.Vehicle` adds what it
-can be asked to do.
+`VehicleCore` gets what arrives (`receive`) and the time (`handle_timer`), and returns what to send,
+what happened and when it wants to be called again. `vehicle.Vehicle` adds the requests that it
+accepts.
 """
 
 from __future__ import annotations
@@ -73,9 +73,9 @@ _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
 _HEARTBEAT = mavlink.MAVLink_heartbeat_message
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 _CURRENT_MODE = mavlink.MAVLink_current_mode_message
-# What tells no event but by its time since boot: most of the work is not for it.
+# Messages that can make no event but by their time since boot: most of the work is not for them.
 _TELEMETRY = frozenset({*MEASUREMENTS, mavlink.MAVLink_gps_raw_int_message})
-# What is no answer to anything.
+# Messages that answer nothing.
 _REPORTS = _TELEMETRY | {
     _HEARTBEAT,
     _CURRENT_MODE,
@@ -215,7 +215,7 @@ class VehicleCore:
             self._external,
         )
 
-    # What is known
+    # State
 
     @property
     def state(self) -> VehicleState:
@@ -392,8 +392,8 @@ class VehicleCore:
     def intakes(self, system: int, component: int) -> dict[int, Intake]:
         """Return what takes measurements of a sender straight from their frames, by number.
 
-        None of them if the sender is not this vehicle's autopilot, or not known yet. What has been
-        taken has changed nothing but the state, is no answer, and makes no event.
+        None of them if the sender is not this vehicle's autopilot, or not known yet. A measurement
+        taken this way changes nothing but the state, is no answer, and makes no event.
         """
         state = self._live.known
         ours = (state.system_id, state.component_id) == (system, component)
@@ -432,7 +432,7 @@ class VehicleCore:
         self.state = state
         if kind is _HEARTBEAT:
             self._heartbeat(message, now)
-        # The time since boot is all that a measurement can tell an event by.
+        # A measurement can show an event only by its time since boot.
         if kind not in _TELEMETRY or state.boot_count != before.boot_count:
             self._compare(before, kind is _HEARTBEAT, now)
             self._compare_mission(before, now)
@@ -506,7 +506,7 @@ class VehicleCore:
     def overhear(self, message: Message, now: float) -> None:
         """Process what a ground station sends to the vehicle, and nothing else.
 
-        It is never taken for the vehicle's word. What it does to the vehicle comes as
+        It is never taken for the vehicle's word. Its effect on the vehicle is reported as
         `StationActed`.
         """
         self._lists.overhear(message, now)
@@ -651,7 +651,7 @@ class VehicleCore:
             made = part.messages_to_send()
             if not made:
                 continue
-            # Who repeats a command takes this for a loss on the link.
+            # A sender that repeats its command takes this for a loss on the link.
             if not (self._own_gap.is_open and (part is self.slot or part is self._stream)):
                 messages += made
         if messages:
@@ -810,7 +810,7 @@ class VehicleCore:
             self._close_by_interlock(f"control was released for {name}")
 
     def _went_back(self, before: VehicleState) -> bool:
-        """Return whether it took up an earlier mode because it has landed (PX4)."""
+        """Return whether it went back to an earlier mode because it has landed (PX4)."""
         profile, state = self.profile, self.state
         if profile is None or not profile.earlier_mode_after_landing:
             return False

@@ -1,7 +1,7 @@
 """Skips telemetry that has waited until it was stale, where newer of the same kind waits behind it.
 
-A starved process reads in order, and the newest comes last. Whoever acted on each message in turn
-would act on the past for seconds. So all that waits is read at once, and of each stream of
+A starved process reads in order, and the newest comes last. Acting on each message in turn would
+mean acting on the past for seconds. So all that waits is read at once, and of each stream of
 measurements only the last message is processed. Everything else is kept, in its order: answers,
 texts, heartbeats, missions, parameters, logs.
 """

@@ -9,7 +9,7 @@ from mavlink_vehicle.errors import SettingError
 
 
 class Clock(Protocol):
-    """Tells the time in seconds, from any beginning; it never goes back."""
+    """Gives the time in seconds, from any beginning; it never goes back."""
 
     @property
     def rate(self) -> float:

@@ -234,10 +234,11 @@ class Driver:
             self._run_timer(deadline, now)
         late_s = self._clock.now()
         if late_s - now > _STALL_S:
-            # What was made before the machine hung must not leave as if it had not.
+            # The machine hung meanwhile: the application must learn so before its messages from
+            # before the hang are sent.
             self._run_timer(late_s, late_s)
         self._flush()
-        # What is passed on comes after what flies the vehicle, however much it is.
+        # Frames for ground stations are forwarded after the vehicle's, however many there are.
         if self._router.has_stations:
             now = self._clock.now()
             self._hand_over(self._router.overhear(now), self._application.overhear, now)

@@ -79,7 +79,7 @@ class Mailbox:
                 future.set_exception(error)
 
     def close(self) -> None:
-        """Drop what is left; those who wait for it are told."""
+        """Drop the calls that are left; those who wait for them get a `DriverError`."""
         self._closed = True
         while self._works:
             _, future = self._works.popleft()

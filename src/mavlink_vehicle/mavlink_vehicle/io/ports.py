@@ -9,10 +9,10 @@ from mavlink_vehicle.io.endpoints import Endpoint, LinkStatistics, TokenBucket
 from mavlink_vehicle.io.links import Link, Peer
 
 STATION_FRAMES_HZ, STATION_BURST = 500.0, 1000.0
-"""What a ground station may send: several times what uploads and joysticks need."""
+"""Frames that a ground station may send: several times what uploads and joysticks need."""
 
 NEIGHBOUR_FRAMES_HZ, NEIGHBOUR_BURST = 3000.0, 6000.0
-"""What a vehicle may send that shares its port with others: thirty times its telemetry."""
+"""Frames that a vehicle may send that shares its port with others: thirty times its telemetry."""
 
 
 class PeerEndpoint(Endpoint):
@@ -111,7 +111,7 @@ class RouterStatistics:
     def of_system(self, system: int) -> LinkStatistics:
         """Return the counts of a vehicle's endpoints; of all vehicle links for system 0.
 
-        Whoever was never understood on the vehicle's link, as for lack of the key, is counted, too.
+        Peers that were never understood on the vehicle's link, as for lack of the key, count, too.
         """
         total = LinkStatistics()
         if system == 0:

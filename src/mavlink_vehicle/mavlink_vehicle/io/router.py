@@ -1,9 +1,9 @@
 """Routes between links and an application: decodes, encodes, forwards, records.
 
 A router has *vehicle links* and *station links*. Each peer of a link is an endpoint with a
-codec of its own, so that nobody's garbage hurts another on the same port. What comes by a
-vehicle link is for the application; what comes by a station link is passed on, and the
-application may only overhear it. Who is sent what is decided by `RoutingTable`.
+codec of its own, so that the garbage of one cannot hurt another on the same port. Frames that come
+by a vehicle link are for the application; those that come by a station link are forwarded, and the
+application may only overhear them. `RoutingTable` decides to whom a frame is sent.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MakeCodec: TypeAlias = Callable[[], Codec]
 FindIntakes: TypeAlias = Callable[[int, int], Mapping[int, Intake]]
 
 STATIONS_FRAMES_HZ, STATIONS_BURST = 2000.0, 4000.0
-"""What all ground stations together may send, however many there are."""
+"""Frames that all ground stations together may send, however many there are."""
 
 STATION_COPIES_HZ, STATION_COPIES_BURST = 4000.0, 1000.0
 """Frames passed on to all ground stations together, each some 10 to 20 us of work: four stations
@@ -260,7 +260,7 @@ class Router:
         return True
 
     def _pass_unknown(self, origin: PeerEndpoint, now: float) -> None:
-        """Pass on frames of which nobody can tell for whom they are: to all."""
+        """Forward frames that the dialect does not know, so without a known target: to all."""
         for frame in self._unknown:
             system, component = frame[5:7] if frame[0] == _MAGIC_2 else frame[3:5]
             if self._table.admit(origin, frame, (system, component), now):

@@ -46,8 +46,8 @@ class FrameFinder:
     def frame(self) -> LocalFrame | None:
         """The local frame, None until its origin is known.
 
-        An origin that was told may move. One from a pair stays, so that the frame does not
-        wander, but for what is learned of the projection.
+        An origin that the autopilot reported may move. One from a pair stays, so that the frame
+        does not wander, but for what is learned of the projection.
         """
         return self._frame
 

@@ -2,8 +2,8 @@
 
 An autopilot flies in metres north and east of a local origin, and turns every latitude and
 longitude into such metres by a projection of its own. None of them is exact: against the WGS-84
-ellipsoid they are off by up to 0.7 % of the distance (docs/frames_and_units.md). Whoever wants a
-vehicle to stand where it is told to must measure as the vehicle does, so the profiles name the
+ellipsoid they are off by up to 0.7 % of the distance (docs/frames_and_units.md). To make a vehicle
+stand at a position that is given, one must measure as the vehicle does, so the profiles name the
 projection of their firmware.
 
 Latitudes and longitudes are in degrees, distances in metres. Plain floats, no state.

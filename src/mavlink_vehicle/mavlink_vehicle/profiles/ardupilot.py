@@ -1,7 +1,7 @@
 """ArduPilot: copter, rover, boat and plane, and the mode tables of its other vehicles.
 
 Mode numbers are those of the dialect's COPTER_MODE, ROVER_MODE, PLANE_MODE and SUB_MODE
-enums. What the vehicles do with commands and setpoints was observed on ArduPilot's own
+enums. The vehicles' behaviour on commands and setpoints was observed on ArduPilot's own
 simulator (master of May 2025) and read in ArduCopter's GCS_MAVLink_Copter.cpp.
 """
 

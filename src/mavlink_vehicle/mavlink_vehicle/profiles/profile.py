@@ -161,7 +161,7 @@ class Profile:
         status_tells_runnable: whether HEARTBEAT's system_status is 0 while the selected mode
             cannot run.
         pauses_in_mode: whether MAV_CMD_DO_PAUSE_CONTINUE makes it stand in the control mode, and
-            ignore setpoints until it is told to continue or has been in another mode.
+            ignore setpoints until it is commanded to continue or has been in another mode.
         earlier_mode_after_landing: whether it goes back, by itself, to the mode from before
             when it has landed.
         heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.

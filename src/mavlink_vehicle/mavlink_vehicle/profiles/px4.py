@@ -96,7 +96,7 @@ _COMMON = Profile(
     missions=_MISSIONS,
     altitude_reference=CommandAltitude.AMSL,
     # navigator_main.cpp: the cruising speed of the navigator's modes; OFFBOARD has none. It
-    # does not tell ground speed from airspeed.
+    # does not distinguish ground speed from airspeed.
     speed_command=SpeedCommand(1, frozenset({"AUTO.LOITER", "AUTO.MISSION"})),
     status_tells_runnable=True,
     earlier_mode_after_landing=True,

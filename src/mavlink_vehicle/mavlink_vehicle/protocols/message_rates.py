@@ -47,7 +47,7 @@ _RETRY_S = 1.0
 _MAX_RETRY_S = 10.0
 _GROUP_ATTEMPTS = 3
 _LATE_S = 5.0
-"""So long after a repeated command an answer may still be one to it."""
+"""Time after a repeated command in which an answer may still be to an earlier one"""
 _UNSURE_ANSWERS = 3
 _NO_ANSWER = frozenset({mavlink.MAV_RESULT_TEMPORARILY_REJECTED})
 
@@ -162,8 +162,8 @@ class MessageRates(Machine[None]):
     ) -> None:
         """Return what is wanted: Hz by message name.
 
-        What is optional comes only from vehicles that are equipped for it: it is no rejection when
-        it does not come.
+        Optional messages come only from vehicles that are equipped for them: it is no rejection
+        when they do not come.
 
         Raises:
             MessageError: there is no such message.

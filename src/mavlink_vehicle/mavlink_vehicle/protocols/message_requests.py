@@ -1,7 +1,7 @@
 """Messages needed once, requested by MAV_CMD_REQUEST_MESSAGE until they arrive.
 
-The message itself is the answer. What the acknowledgement says decides whether to ask again, so
-one request is in progress at a time; an acknowledgement does not say which message it is about.
+The message itself is the answer. The acknowledgement decides whether to ask again, so one request
+is in progress at a time; an acknowledgement does not say which message it is about.
 
 - FAILED (an ArduPilot, GCS_Common.cpp) and UNSUPPORTED mean that the autopilot does not have the
   message. It is not asked for again before a restart.

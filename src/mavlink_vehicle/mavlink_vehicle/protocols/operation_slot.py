@@ -80,7 +80,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         """Start an operation and return its id; the parameters are those of `Operation`.
 
         `then` begins what follows when it is achieved, with the same `operation_id`: only the
-        end of that is told.
+        end of that is reported.
         """
         self.cancel(f"{goal.kind.value} was requested instead", now)
         operation = Operation(

@@ -63,7 +63,7 @@ class ModeOrder(SequenceOrder):
         """Record a message; returns whether its mode has been left since, None if all it says.
 
         A HEARTBEAT that was overtaken by CURRENT_MODE would show a mode that has been left
-        since, but it is a sign of life, and tells whether the vehicle is armed.
+        since, but it is a sign of life, and shows whether the vehicle is armed.
 
         Args:
             sequence: its sequence number.

@@ -41,7 +41,7 @@ class Slot(Generic[PartT, EventT]):
 
     @property
     def pending(self) -> PartT | None:
-        """What is under way."""
+        """The part that is under way; None without one."""
         return self._part
 
     def start(self, now: float) -> None:

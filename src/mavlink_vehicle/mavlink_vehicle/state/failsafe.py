@@ -2,9 +2,9 @@
 
 A failsafe is in force while the vehicle is armed and its HEARTBEAT says CRITICAL or EMERGENCY
 (both firmwares), while a fence is breached (ArduPilot stays ACTIVE then), or while PX4 flies
-another mode than the one that was chosen (CURRENT_MODE.intended_custom_mode). What it is about
-is what began last of what the vehicle shows to be wrong (:mod:`.signs`). Only where it shows
-nothing its words name the kind: the loss of a ground station, and the fence of a PX4.
+another mode than the one that was chosen (CURRENT_MODE.intended_custom_mode). Its kind is that of
+the fault that began last of those that the vehicle shows (:mod:`.signs`). Only where it shows
+none its words name the kind: the loss of a ground station, and the fence of a PX4.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from mavlink_vehicle.state.warning_signs import Failsafe
 TEXT_AGE_S = 3.0
 """A text may come this long before the HEARTBEAT that shows the failsafe."""
 _SIGN_LATE_S = 2.0
-"""What is wrong may show this long after the failsafe: EKF_STATUS_REPORT comes once a second."""
+"""A fault may show this long after its failsafe: EKF_STATUS_REPORT comes once a second."""
 _SIGN_AGE_S = 30.0
-"""What has been wrong for longer without a failsafe is not what this one is about."""
+"""A fault that has lasted longer without a failsafe is not the cause of this one."""
 _STREAM_AGE_S = 3.0
 """PX4 acts on a lost stream after COM_OF_LOSS_T, 1 s; an older gap was another one."""
 

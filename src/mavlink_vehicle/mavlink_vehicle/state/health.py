@@ -50,7 +50,7 @@ def sees_glitch(state: VehicleState) -> bool:
 def arming_faults(state: VehicleState, now: float) -> tuple[str, ...]:
     """Return the autopilot's own recent words on why it would not arm, each once.
 
-    What is about the mode is left out: a goal is not flown in that one.
+    Reasons about the mode are left out: a goal is not flown in that one.
 
     Empty when it would, doesn't say whether, or gives no reason.
     """

@@ -1,4 +1,4 @@
-"""Tells vehicles from what else sends HEARTBEAT, by MAV_TYPE and MAV_AUTOPILOT."""
+"""Distinguishes vehicles from other senders of HEARTBEAT, by MAV_TYPE and MAV_AUTOPILOT."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from mavlink_vehicle.state.telemetry import Attitude, GlobalPosition, LocalPosit
 _UINT16_MAX = 0xFFFF
 _INT32_MAX = 0x7FFFFFFF
 _CENTIDEGREE = math.radians(0.01)
-# What a named tuple's own constructor does, without its Python: it runs for every position.
+# Does what a named tuple's own constructor does, without its Python: it runs for every position.
 _make: Callable[..., Any] = tuple.__new__
 
 

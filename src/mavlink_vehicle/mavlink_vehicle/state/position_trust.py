@@ -1,13 +1,13 @@
 """Judges whether the vehicle's own position can be trusted. Pure.
 
-An estimator that is misled by its GPS continues to give a position. What shows it, on both
+An estimator that is misled by its GPS continues to give a position. These signs show it, on both
 firmwares' own simulators with a receiver that is 20 m off:
 
 - The estimate continues by itself at first, and the GPS is elsewhere than it. The estimator says
   that it rejects it: EKF3 after 1.3 s, for as long as that lasts and 10 s more; EKF2 at once.
 - After 10 s (EKF3) or 7 s (EKF2) the estimate jumps to the GPS, in one message to the next.
   A vehicle that follows positions then flies the jump back, 20 m in truth; and from then on
-  (EKF2), or 10 s later (EKF3), all that is said is well again. Only the jump tells.
+  (EKF2), or 10 s later (EKF3), all reports are good again. Only the jump shows the fault.
 
 So the two are followed apart. A jump is remembered until it has jumped back, or the vehicle is
 disarmed: which of the two places was the right one is not known here.
@@ -27,8 +27,8 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 JUMP_MAX_M = 2.0
 """How far the position may have jumped, all jumps added up, before it is in doubt."""
 
-# What a change of the position may differ from the velocity over the same time: a velocity is
-# off by up to 0.7 m/s (PX4, see the tasks' `standstill`), and changes by 5 m/s2.
+# Difference allowed between a change of the position and the velocity over the same time: a
+# velocity is off by up to 0.7 m/s (PX4, see the tasks' `standstill`), and changes by 5 m/s2.
 _SLACK_M, _VELOCITY_ERROR_M_S, _ACCELERATION_M_S2 = 1.0, 0.7, 5.0
 # After a longer silence, nothing can be said of a jump.
 _SILENCE_MS = 2000
@@ -53,8 +53,8 @@ class PositionTrust:
         self.jump_ned_m = (0.0, 0.0)
         self.jumped_s: float | None = None
         self._agreed = False
-        # What is wrong, by the message that tells it, with the time of the first such message;
-        # and what of that has held for long enough.
+        # The faults by the message that reports them, with the time of the first such message;
+        # and those that have held for long enough.
         self._since_s: dict[type, float] = {}
         self._complaints: dict[type, str] = {}
 

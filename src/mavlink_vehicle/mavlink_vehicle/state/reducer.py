@@ -274,8 +274,8 @@ MEASUREMENTS: dict[type, _Reducer] = {
     mavlink.MAVLink_local_position_ned_message: _local_position,
     mavlink.MAVLink_attitude_message: _attitude,
 }
-"""What comes most often and is nothing but a measurement; whoever takes the reducer from here
-has seen to it that the message is the vehicle's own."""
+"""Messages that come most often and hold nothing but a measurement; a caller that takes the reducer
+from here has checked that the message is the vehicle's own."""
 _REDUCERS: dict[type, _Reducer] = {
     **MEASUREMENTS,
     mavlink.MAVLink_heartbeat_message: heartbeat,

@@ -78,7 +78,7 @@ def battery_status(state: VehicleState, message: Message, now: float) -> Vehicle
 
 
 def sys_status(state: VehicleState, message: Message, now: float) -> VehicleState:
-    """Process health and fence, and the battery where BATTERY_STATUS does not tell."""
+    """Process health and fence, and the battery where BATTERY_STATUS does not report it."""
     health = message.onboard_control_sensors_health
     # PX4 sets the health bit of a check that it does not list as present.
     tells_prearm = state.autopilot == mavlink.MAV_AUTOPILOT_PX4 or bool(

@@ -118,11 +118,11 @@ class MissionProgress(NamedTuple):
     Attributes:
         time_s: when MISSION_CURRENT came.
         current: number of the item that is under way, as sent: on ArduPilot home is 0.
-        total: number of items, home not counted; None when the firmware doesn't tell.
-        state: MISSION_STATE; 0 when the firmware doesn't tell.
+        total: number of items, home not counted; None when the firmware doesn't report it.
+        state: MISSION_STATE; 0 when the firmware doesn't report it.
         mission_id: PX4's number for what is stored; 0 when there is none.
         reached: the items that were reached, in order, since the last upload of ours. One
-            that is told repeatedly (PX4: once a second for 10 s) is there once.
+            that is reported repeatedly (PX4: once a second for 10 s) is there once.
         fence_id: PX4's number for the fence that is stored; 0 when there is none.
         rally_id: the same for the rally points.
     """

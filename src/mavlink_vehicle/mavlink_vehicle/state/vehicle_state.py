@@ -87,7 +87,7 @@ class VehicleState:
         armed: the armed flag of HEARTBEAT.
         base_mode: as sent.
         custom_mode: as sent; its meaning depends on the firmware.
-        intended_mode: the mode that was chosen, of CURRENT_MODE; 0 when not told.
+        intended_mode: the mode that was chosen, of CURRENT_MODE; 0 when not reported.
         system_status: MAV_STATE. Don't derive `armed` from it.
         heartbeat_mode: the mode that HEARTBEAT showed last; `system_status` is about it.
         landed_state: of EXTENDED_SYS_STATE.
@@ -105,9 +105,9 @@ class VehicleState:
         mission: how the stored mission stands.
         terrain_ready: whether it has the terrain around it, by TERRAIN_REPORT; None when it does
             not say.
-        wind_ned_m_s: velocity of the air as the vehicle estimates it; None before it tells.
+        wind_ned_m_s: velocity of the air as the vehicle estimates it; None before it is reported.
         sensors_health: SYS_STATUS.onboard_control_sensors_health.
-        prearm_ok: whether the autopilot would arm, None when it doesn't tell.
+        prearm_ok: whether the autopilot would arm, None when it doesn't report it.
         boot_count: how many restarts were seen; `state.restarts` says by what.
         boot_time_ms: the newest time since boot, counted on beyond 32 bits (49.7 days).
         boot_time_s: when it came.
@@ -115,8 +115,8 @@ class VehicleState:
         boot_announced_s: when HEARTBEAT announced a restart that no time since boot has
             shown yet.
         capabilities: MAV_PROTOCOL_CAPABILITY of AUTOPILOT_VERSION.
-        estimator_told: whether the vehicle has ever told how its estimator is; one that has is
-            waited for after a restart, when there is a position before a word about it.
+        estimator_told: whether the vehicle has ever reported how its estimator is; one that has is
+            waited for after a restart, when there is a position before a report about it.
         texts: STATUSTEXTs; see `status_texts`.
     """
 

@@ -16,7 +16,7 @@ MAX_BYTES = 1 << 15
 READ_SIZE = 1 << 16
 
 Peer: TypeAlias = tuple[str, int] | None
-"""Who speaks on a link: an address, or None where there can be only one."""
+"""The remote end of a link: an address, or None where there can be only one."""
 
 Report = Callable[[str], None]
 """Takes a sentence about the link: opened, lost, who connected."""
@@ -57,7 +57,7 @@ class Link(Protocol):
     def send(self, data: bytes, peer: Peer = None) -> bool:
         """Send to one peer, or to all of them; False if none could be sent to.
 
-        What can't be sent now is dropped, as MAVLink repeats what matters.
+        A frame that can't be sent now is dropped, as MAVLink repeats what matters.
         """
 
     def poll(self, now: float) -> float | None:
@@ -79,7 +79,7 @@ class UrlLink:
     """The parts that all links share; of those that don't say otherwise, one peer."""
 
     def __init__(self, url: LinkUrl, report: Report, warn: Report) -> None:
-        """Keep the URL and who is told."""
+        """Keep the URL and the callbacks that get reports and warnings."""
         self._url = url
         self._report = report
         self._warn = warn

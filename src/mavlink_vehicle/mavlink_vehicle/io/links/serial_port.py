@@ -75,7 +75,7 @@ class SerialLink(UrlLink):
             data = b""  # it is stuck; drop whole frames
         self._unsent += data
         try:
-            # Not by pyserial, which waits for room even when told not to.
+            # Not by pyserial, which waits for room even when its timeout is 0.
             sent = os.write(self._port.fileno(), self._unsent) if self._unsent else 0
         except BlockingIOError:
             return room

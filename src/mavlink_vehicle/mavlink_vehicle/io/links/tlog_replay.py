@@ -43,7 +43,7 @@ class TlogLink(UrlLink):
         return [(packet, None) for _, packet in due]
 
     def send(self, data: bytes, peer: Peer = None) -> bool:
-        """Nobody is there."""
+        """Send nothing: a recording has no other end."""
         return False
 
     def poll(self, now: float) -> float | None:

@@ -26,7 +26,7 @@ _ATTEMPTS = 12
 
 
 class FtpOp(enum.IntEnum):
-    """What is asked for."""
+    """The operation of a request (MAVLink FTP opcodes)."""
 
     TERMINATE = 1
     LIST = 3

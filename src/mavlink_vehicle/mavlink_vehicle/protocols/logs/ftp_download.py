@@ -27,7 +27,7 @@ from mavlink_vehicle.protocols.logs.log_parts import LogDownloader
 # An ArduPilot keeps 5 requests, and drops what comes while it has as many.
 _WINDOW = 4
 _SPACING_S = DATA_BYTES / RATE_BYTES_S
-# What has come is kept until what is before it has.
+# Bytes that arrive early are kept, up to this many, until those before them have come.
 _AHEAD_BYTES = 64 * DATA_BYTES
 _QUIET_S, _QUIET_MAX_S = 0.15, 3.0
 _ROUND_TRIPS = 3.0

@@ -5,8 +5,8 @@ an ArduPilot ignores requests while it answers one, a PX4 drops the one it is an
 (AP_Logger_MAVLinkLogTransfer.cpp, mavlink_log_handler.cpp; both observed). Gaps that lie close
 together are asked for as one span, since a request costs a round trip and may be lost itself.
 
-Bytes are given out in order only. What the receiver has stored is therefore always the start of
-the log, and its length is all that is needed to resume.
+Bytes are given out in order only. So the receiver has always stored the start of the log, and its
+length is all that is needed to resume.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class LogDownload(LogDownloader, TimedOutbox):
         self._go_on(now)
 
     def end(self) -> None:
-        """Tell the autopilot that nothing more is wanted; the rest of an answer is ignored."""
+        """End the transfer on the autopilot's side; the rest of an answer is ignored."""
         self._deadline = None
         self._outbox = [self._to_autopilot("LOG_REQUEST_END")]
 

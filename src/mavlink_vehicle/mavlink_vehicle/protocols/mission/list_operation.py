@@ -1,6 +1,6 @@
 """Reads or writes a fence or the rally points; what fails leaves the former list, or says so.
 
-A list is read before another is written. What is stored afterwards is read again, whatever the
+A list is read before another is written. The stored list is read again afterwards, whatever the
 answer to the upload was, and compared. If it is not what was sent, it is sent again, a few times.
 If it stays another one, or is rejected, the former list is put back, unless it is still there:
 ArduPilot stores rally points as they come, so that an upload that breaks off leaves a mixture
@@ -109,7 +109,7 @@ class ListOperation(TransfersInTurn[StoredListFinished]):
         self._fire(ListInput.START, now)
 
     def stop(self, result: OperationResult, reason: str, now: float) -> None:
-        """End it for this reason; the vehicle is told to forget a half-done transfer."""
+        """End it for this reason; a MISSION_ACK ends a half-done transfer in the vehicle, too."""
         if self.state is ListState.FINISHED:
             return
         self._fail(result, reason)
@@ -117,7 +117,7 @@ class ListOperation(TransfersInTurn[StoredListFinished]):
             self._stored = None
         self._fire(ListInput.CANCEL, now)
 
-    # What its parts say
+    # Called by its parts
 
     def _end_late(self, now: float) -> None:
         self.stop(OperationResult.TIMED_OUT, "timed out", now)

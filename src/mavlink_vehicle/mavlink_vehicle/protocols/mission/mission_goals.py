@@ -40,7 +40,7 @@ class MissionModeGoal(ModeGoal):
     kind: OperationKind = OperationKind.START_MISSION
 
     def hint(self, state: VehicleState) -> str | None:
-        """Say that the vehicle has judged its mission: a real PX4 tells it in no other way."""
+        """Say that the vehicle has judged its mission: a real PX4 reports it in no other way."""
         mission = state.mission
         if (
             mission is None

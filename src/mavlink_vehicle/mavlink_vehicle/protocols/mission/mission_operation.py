@@ -112,7 +112,7 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         self.operation_id = operation_id
         self.goal = goal
         self.stored: tuple[MissionItem, ...] | None = None
-        """What was read, without home; None before."""
+        """The mission that was read, without home; None before."""
         self._address = address
         self._timing = timing
         self._reasons_s: float | None = None
@@ -156,7 +156,7 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         """Nothing that was asked before matters to it."""
 
     def cancel(self, reason: str, now: float) -> None:
-        """End it CANCELLED for this reason; the vehicle is told to forget a half-done transfer."""
+        """End it CANCELLED for this reason; a MISSION_ACK ends a half-done transfer, too."""
         self._result, self._reason = OperationResult.CANCELLED, reason
         self._fire(MissionInput.CANCEL, now)
 
@@ -172,7 +172,7 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         else:
             self._fire(MissionInput.WAITED, now)
 
-    # What its parts say
+    # Called by its parts
 
     def _end_late(self, now: float) -> None:
         self._reason = "timed out"

@@ -10,7 +10,7 @@ same; PX4 with MISSION_REQUEST_INT). Only the first message is ours to repeat.
   transfer is in progress: the offer is repeated until that is over.
 - INVALID_SEQUENCE only says that an item came twice or late; the vehicle asks on.
 - An error after the last item may be the answer to its repetition, when all is stored already
-  (ArduPilot): the result is UNSURE, and reading back tells.
+  (ArduPilot): the result is UNSURE, and reading back decides.
 - Requests that come after the end are still answered: a repeated MISSION_COUNT may have begun
   the transfer again.
 """

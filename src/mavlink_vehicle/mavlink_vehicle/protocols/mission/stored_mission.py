@@ -1,8 +1,8 @@
 """Detects whether the stored mission is still the one that was uploaded last.
 
-MISSION_CURRENT tells how many items there are and, on a PX4, the number of the mission. What was
-sent before the upload was over says nothing about it, even when it arrives later or twice: so
-only packets with a later place in the order of sending count. An ArduPilot also says in words
+MISSION_CURRENT has the number of items and, on a PX4, the number of the mission. A report sent
+before the upload was over says nothing about it, even when it arrives later or twice: so only
+packets with a later place in the order of sending count. An ArduPilot also says in words
 that a mission was changed in flight, which may have as many items as before.
 """
 
@@ -15,7 +15,7 @@ from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.state.telemetry import MissionProgress
 
 _SETTLE_S = 2.0
-"""What MISSION_CURRENT tells for so long is so, even if ours was never told."""
+"""Another mission in MISSION_CURRENT for this long is real, even if ours was never reported"""
 
 
 class StoredMission:
@@ -66,7 +66,7 @@ class StoredMission:
         return StationAct.CLEARED_MISSION if removed else StationAct.REPLACED_MISSION
 
     def _is_settled(self, mission: MissionProgress) -> bool:
-        """Whether ours must have been replaced before it was told once."""
+        """Whether ours must have been replaced before it was reported once."""
         if mission.total is None:
             return False
         if self._other_s is None:

@@ -1,8 +1,8 @@
-"""Tells how old the vehicle's data is when it is read, by the vehicle's clock against ours.
+"""Calculates how old the vehicle's data is when it is read, by the vehicle's clock against ours.
 
 A starved server reads packets that have waited in a buffer for seconds, in order, and each looks
-new. So the vehicle's time since boot is compared with ours. What relates the two clocks is an
-answer to TIMESYNC that came quickly: what was read just before it was new. Between such answers
+new. So the vehicle's time since boot is compared with ours. The two clocks are related by an
+answer to TIMESYNC that came quickly: a message read just before it was new. Between such answers
 the vehicle's clock is taken to run on at the rate that it showed between the last ones, as that of
 a simulator may run at a tenth or at twenty times of ours. An answer that took longer than the
 quickest says nothing; the quickest may become slower in time, as links do.
@@ -20,7 +20,7 @@ _SLOWER_PER_S = 0.005
 # With 2 s between two questions, the rate is known to a few per cent.
 _KEPT = 4
 _LEAST_SPAN_S = 1.5
-# A time since boot is told at least once a second (SYSTEM_TIME).
+# A time since boot comes at least once a second (SYSTEM_TIME).
 _OF_ONE_CLOCK_MS = 2000
 
 

@@ -1,10 +1,10 @@
 """Takes measurements of the vehicle straight from their frames, as nothing else comes so often.
 
 The messages of `state.reducer.MEASUREMENTS`, and EXTENDED_SYS_STATE while it says the same, go from
-the bytes into the state without a message object, and nobody else is asked. Whatever is not plain
-is left to `VehicleCore.receive`: what is not a number, a time since boot that is older or of
-another clock, the first message after a silence, ours or the vehicle's, and what a pending
-operation waits for.
+the bytes into the state without a message object, and no other part is asked. Anything that is not
+plain is left to `VehicleCore.receive`: a value that is not a number, a time since boot that is
+older or of another clock, the first message after a silence, ours or the vehicle's, and what a
+pending operation waits for.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Reports the begin and the end of a failsafe, with its kind.
 
 The HEARTBEAT that shows a failsafe and the text that says which one come in either order. So a
-failsafe without a known kind is told half a second later, with what is known by then.
+failsafe without a known kind is reported half a second later, with what is known by then.
 """
 
 from __future__ import annotations

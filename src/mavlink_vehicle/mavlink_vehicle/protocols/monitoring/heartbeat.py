@@ -103,7 +103,7 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
     def excuse(self, gap_s: float) -> None:
         """Do not count a time in which we did not run: nobody listened.
 
-        What came meanwhile is still in a buffer, or was not sent, as the whole machine hung.
+        Messages of that time are still in a buffer, or were not sent, as the whole machine hung.
         """
         self._last_s += gap_s
         self.heard_s += gap_s

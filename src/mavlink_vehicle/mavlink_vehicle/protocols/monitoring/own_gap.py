@@ -1,13 +1,13 @@
 """Detects gaps in our own operation: the machine hung while the vehicle continued.
 
 Meanwhile a PX4 takes the missing setpoints for a failure and leaves OFFBOARD, or a pilot takes the
-vehicle over. Whoever then continues with what was known before brings a PX4 back to OFFBOARD with
-a single setpoint (observed). So after a gap nothing that commands may leave before a HEARTBEAT has
-shown the mode again.
+vehicle over. A server that then continues with its old knowledge brings a PX4 back to OFFBOARD
+with a single setpoint (observed). So after a gap nothing that commands may leave before a HEARTBEAT
+has shown the mode again.
 
-What arrived during the gap is still in the buffers of this machine, and says how things were. A
+Messages that arrived during the gap are still in the buffers of this machine, and show the past. A
 HEARTBEAT counts only when it was sent after the gap: when the vehicle's clock, its time since boot,
-had gone on for longer than the gap by then. Where no message tells that clock, it counts when it
+had advanced by more than the gap by then. Where no message has that clock, it counts when it
 comes later than a buffer takes to be read.
 
 It comes once a second by itself, and a moving vehicle would follow its last setpoint for that long.
@@ -25,7 +25,7 @@ from mavlink_vehicle.protocols.outbox import Outbox
 
 _MARGIN_S = 0.1
 _BUFFERED_S = 1.5
-# By then the clock of the vehicle has been heard to have gone on for longer than the gap.
+# By then the vehicle's clock has been seen to have advanced by more than the gap.
 _ASK_AFTER_S, _ASK_EVERY_S = 0.15, 0.3
 _REQUEST = CommandRequest(mavlink.MAV_CMD_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 
@@ -40,7 +40,7 @@ class OwnGap(Outbox):
     """
 
     def __init__(self, address: Callable[[], Address]) -> None:
-        """Begin without a gap; `address` tells those of a request."""
+        """Begin without a gap; `address` returns source and target of a request."""
         super().__init__()
         self._address = address
         self.ran: tuple[float, int | None] | None = None
@@ -87,7 +87,7 @@ class OwnGap(Outbox):
         current = False
         if boot_time_ms is not None and before_ms is not None:
             gone_s = (boot_time_ms - before_ms) * 1e-3
-            # A restarted vehicle tells its mode again, too.
+            # A restarted vehicle reports its mode again, too.
             current = gone_s < 0.0 or gone_s >= self._noticed_s - before_s + _MARGIN_S
         if current or now - self._noticed_s >= _BUFFERED_S:
             self._before = None

@@ -10,7 +10,7 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 
 # PX4 takes the stream for lost after COM_OF_LOSS_T (1 s); the link's jitter comes on top.
 STREAM_GAP_S = 0.8
-# What was streamed longer ago was another flight.
+# A setpoint stream that ended longer ago belonged to another flight.
 _STREAM_OVER_S = 10.0
 
 

@@ -7,7 +7,7 @@ carries nothing but the command's number, so:
 - Acknowledgements for another ground station (target fields that are set and not ours) are
   ignored.
 - Doubled acknowledgements, which repeated commands bring, are ignored after the first.
-- An acknowledgement of an earlier command with the same number can't be told from ours. So
+- An acknowledgement of an earlier command with the same number looks like that of ours. So
   no more than one command of a number is under way at a time, and what matters is confirmed
   from the vehicle's state (see `operations`).
 """

@@ -59,7 +59,7 @@ class StateGoal:
 
 @dataclass(frozen=True)
 class ModeGoal(StateGoal):
-    """HEARTBEAT shows this mode, and that it can run where the firmware tells that."""
+    """HEARTBEAT shows this mode, and that it can run where the firmware reports that."""
 
     name: str
     custom_mode: int
@@ -100,7 +100,7 @@ class ModeGoal(StateGoal):
 
 @dataclass(frozen=True)
 class ArmingModeGoal(ModeGoal):
-    """HEARTBEAT shows the mode to arm in; whether it can run there, arming will tell."""
+    """HEARTBEAT shows the mode to arm in; whether it can run there, arming will show."""
 
     kind: OperationKind = OperationKind.ARM
 

@@ -74,7 +74,7 @@ class Operation(Machine[OperationFinished]):
             command_timing: repetitions of the command.
             timing: patience of the whole.
             first_ack_counts: False where the autopilot acknowledges twice and only the second
-                one tells the truth.
+                one is right.
             gate: what the command has to wait for.
         """
         super().__init__(OperationState.IDLE)

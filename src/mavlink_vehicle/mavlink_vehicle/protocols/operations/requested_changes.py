@@ -37,7 +37,7 @@ class RequestedChanges:
                 licence.ended_s = now
 
     def take_mode(self, mode: int, now: float) -> bool:
-        """The mode changed to this; use up the request for it and tell whether there was one."""
+        """The mode changed to this; use up the request for it and return whether there was one."""
         return self._take(_Licence(mode, None), now)
 
     def take_armed(self, armed: bool, now: float) -> bool:

@@ -105,7 +105,7 @@ class TakeoffGoal(StateGoal):
         )
 
     def cut_short(self, state: VehicleState, requested: bool) -> bool:
-        """Return whether the mode has nothing to do with a take-off; it is not taken up again."""
+        """Return whether the mode has nothing to do with a take-off; it is not begun again."""
         return not self.expects_mode(state)
 
     def next_modes(self, state: VehicleState) -> tuple[int, ...]:

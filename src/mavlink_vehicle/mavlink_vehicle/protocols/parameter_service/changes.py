@@ -36,7 +36,8 @@ class ParameterChanges(Outbox):
     With a reading of all before, only what differs is asked for, and what the autopilot maintains
     itself stays. A name that the complete list lacks is unknown, without a question about it. Some
     exist only once others are set (ArduPilot's _ENABLE and _TYPE), so all are read again while
-    something has changed and names are unknown. What an incomplete list lacks is read by its name.
+    something has changed and names are unknown. Names that an incomplete list lacks are read one
+    by one.
     """
 
     def __init__(

@@ -24,7 +24,7 @@ FLOAT_MAX = 1e7
 """The largest magnitude of a parameter that is a float.
 
 Neither firmware has one that means anything beyond it, and ArduPilot stores whatever number it is
-sent: a WPNAV_SPEED of 5e9 cm/s (observed). No message tells a parameter's own range.
+sent: a WPNAV_SPEED of 5e9 cm/s (observed). No message has a parameter's own range.
 """
 
 

@@ -1,14 +1,14 @@
 """Reports what other stations make the autopilot do, once each, with the sender.
 
-Who sends to the autopilot may be a ground station beside us, another computer on board, or
-another station behind the same link: anybody but the autopilot itself and ourselves. `hear`
-takes what they send to the autopilot, `answered` what it answers them, and `mission_changed`
-what MISSION_CURRENT shows while nobody was seen.
+A sender may be a ground station beside us, another computer on board, or another station behind
+the same link: anybody but the autopilot itself and ourselves. `hear` takes what they send to the
+autopilot, `answered` what it answers them, and `mission_changed` what MISSION_CURRENT shows while
+nobody was seen.
 
 - Commands to other systems, or to a camera or gimbal, are nothing to us. A PX4 itself sends
   COMMAND_LONG to component 0 on every link (observed: gimbal), as the autopilot.
 - A command is repeated until it is acknowledged, and a packet may come twice: that is one act.
-  What comes after the answer is another one: who clears two goals in a row means both.
+  A message after the answer is another act: a station that clears two goals in a row means both.
 - Another mission counts when the autopilot begins to take it, not when it is offered: it may be
   rejected.
 
@@ -59,7 +59,7 @@ HEARD = frozenset(
         mavlink.MAVLink_command_int_message,
     }
 )
-"""What of a station's messages can matter."""
+"""The messages of a station that can matter."""
 ANSWERS = frozenset(
     {
         _COMMAND_ACK,
@@ -68,7 +68,7 @@ ANSWERS = frozenset(
         mavlink.MAVLink_mission_request_int_message,
     }
 )
-"""What of the autopilot's answers to others can matter."""
+"""The answers of the autopilot to others that can matter."""
 
 Station = tuple[int, int]
 
@@ -85,13 +85,13 @@ class _Upload:
 
 @dataclass
 class _Past:
-    """What one station did lately: act, sequence number and when it was last heard."""
+    """The recent acts of one station: act, sequence number and when it was last heard."""
 
     acts: deque[tuple[Act, int, float]] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
     upload: _Upload | None = None
     cleared_s: float | None = None
     awaits: int | None = None
-    """What answers the last act: the command that a COMMAND_ACK names, or _BY_MISSION_ACK."""
+    """The answer that the last act waits for: the command of a COMMAND_ACK, or _BY_MISSION_ACK."""
     answered_s: float | None = None
 
 

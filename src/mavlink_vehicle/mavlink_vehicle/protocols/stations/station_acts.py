@@ -1,6 +1,6 @@
 """Reads a ground station's message as an action on the autopilot, if it matters to the goal.
 
-Pure: one message in, at most one act out. It tells what is asked, not what the autopilot makes
+Pure: one message in, at most one act out. It says what is asked, not what the autopilot makes
 of it: an ArduPilot answers MISSION_CLEAR_ALL with an error while it flies its mission, and a PX4
 has no DO_PAUSE_CONTINUE, but what the station's user wants is clear all the same.
 """
@@ -184,7 +184,7 @@ COMMANDS: dict[int, _Reader] = {
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: _going(lambda profile: profile.return_mode),
     mavlink.MAV_CMD_DO_ORBIT: _going(lambda _: None),
 }
-"""What reads a command, by its number."""
+"""The functions that read a command, by its number."""
 _READERS: dict[type, _Reader] = {
     mavlink.MAVLink_command_long_message: _command,
     mavlink.MAVLink_command_int_message: _command,

@@ -23,7 +23,7 @@ _PAUSED = mavlink.MISSION_STATE_PAUSED
 
 
 class StationObserver:
-    """Who else talks to the autopilot, and whether the mission in it is still ours."""
+    """Watches others that talk to the autopilot, and whether the mission in it is still ours."""
 
     def __init__(self) -> None:
         """Begin without having heard anybody."""

@@ -5,8 +5,8 @@ ArduPilot, whose velocity would otherwise become NaN. An ArduPilot takes ODOMETR
 MAV_FRAME_LOCAL_FRD only (GCS_Common.cpp); to a PX4 that frame has an unknown heading, so it gets
 MAV_FRAME_LOCAL_NED (mavlink_receiver.cpp). https://mavlink.io/en/messages/common.html#ODOMETRY
 
-Without a GPS nothing tells the autopilot where on earth its local frame lies. It is told once,
-by SET_GPS_GLOBAL_ORIGIN, before it has a position and while it is disarmed.
+Without a GPS the autopilot cannot know where on earth its local frame lies. It is sent the origin
+once, by SET_GPS_GLOBAL_ORIGIN, before it has a position and while it is disarmed.
 """
 
 from __future__ import annotations
