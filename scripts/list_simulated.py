@@ -95,10 +95,10 @@ def answers(autopilot: str, personality: Personality) -> Answers:
 
 
 def answer(entry: tuple[Callable[..., Any], int] | None) -> str:
-    """What becomes of a command, by what carries it out.
+    """Return how a command is answered, by the function that carries it out.
 
-    Whoever does not look at the server, which has the vehicle, changes nothing: unused arguments
-    begin with an underscore here, or are `*_`.
+    A function that does not use the server, which has the vehicle, changes nothing: unused
+    arguments begin with an underscore here, or are `*_`.
     """
     if entry is None:
         return ABSENT
@@ -160,7 +160,7 @@ def _names(kind: Personality) -> dict[int, str]:
 
 
 def server_of(autopilot: str, vehicle: str) -> Any:
-    """What answers for a vehicle that has just started."""
+    """Return the server that answers for a vehicle that has just started."""
     simulation = Simulation([VehicleConfig(vehicle=vehicle, autopilot=autopilot)])
     simulation.run_for(3.0)
     return simulation.vehicles[0]._servers[0]

@@ -3,7 +3,7 @@
 Run by setup.sh, with the interpreter that the environment is to be made from; needs nothing
 but the standard library. Each step leaves a stamp as the last thing it does. A stamp names all
 that the step depended on, so a step runs again when one of those changes, and after it was
-interrupted. What a step that fails had before stays.
+interrupted. A step that fails leaves what it had made before.
 
 .venv has what running needs. Packages for development, and those that single commands need, come
 on top of that when they are asked for. The interfaces come from a wheel that fits, if there is
@@ -242,7 +242,7 @@ def base_interpreter() -> str:
 
 
 def key_of_packages(ros: str) -> str:
-    """What the installed packages depend on: interpreter, place, ROS, lock and this file."""
+    """Return what the installed packages depend on: interpreter, place, ROS, lock, this file."""
     underlay = outside(ros).get("AMENT_PREFIX_PATH", "")
     content = hash_of([lock_of(ros), Path(__file__).resolve()])
     return "\n".join([base_interpreter(), sys.version, str(ROOT), ros, underlay, content])
@@ -432,7 +432,7 @@ def bundled_pip() -> Path:
 
 
 def settings_of_pip(listed: str) -> dict[str, str]:
-    """Variables that tell uv what pip's settings say of where packages come from.
+    """Return variables by which uv gets packages from where pip's settings say.
 
     Args:
         listed: what `pip config list` writes; what comes later there counts more.
@@ -688,7 +688,7 @@ def is_provided(name: str, environment: Environment) -> bool:
 def link_packages() -> None:
     """Links the Python packages of the workspace where Python and ROS look for them.
 
-    A change of a module acts at once. What their setup.cfg names is all there is to do: modules,
+    A change of a module acts at once. Their setup.cfg names all that has to be linked: modules,
     files for ROS and commands; the metadata are those that `importlib.metadata` reads.
     """
     shutil.rmtree(PACKAGES, ignore_errors=True)
@@ -801,7 +801,7 @@ def record_environment(ros: str) -> None:
 
 
 def progress(log: str) -> str:
-    """What a step is at, by its log: the package, and how much of it has been compiled."""
+    """Return where a step is, by its log: the package, and how much of it has been compiled."""
     found = list(PROGRESS.finditer(log))
     return next((text.strip() for text in found[-1].groups() if text), "") if found else ""
 

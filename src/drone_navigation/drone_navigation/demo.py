@@ -1,7 +1,7 @@
 """``make demo``: simulator, navigation server and client as three processes, one flight.
 
 The vehicle has a range scanner, and is sent round a world that the server knows nothing of. On
-the way it gets another goal. What was flown is then read from the recording and checked.
+the way it gets another goal. The flight is then read from the recording and checked.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The navigation client: ``ros2 run drone_navigation navigation_client``.
 
-What a command needs is imported when the command line has been read: a help text or a mistake needs
-no ROS, and only files and what the autopilot stores need the MAVLink codec.
+The modules of a command are imported when the command line has been read: a help text or a mistake
+needs no ROS, and only files and the autopilot's storage need the MAVLink codec.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def _main(argv: list[str]) -> int:
             file=sys.stderr,
         )
         return EXIT_FAILED
-    # What this imports needs nav2_msgs.
+    # Imported here because it imports nav2_msgs, whose absence is reported above.
     from drone_navigation.nav2.node import StartError, run  # noqa: PLC0415
 
     rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)

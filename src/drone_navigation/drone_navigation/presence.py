@@ -27,7 +27,7 @@ SERVER_ID = f"{time.time_ns():020d}-{uuid.uuid4().hex}"
 # Statuses come once a second. A server that was killed stays in the graph for 20 s (the lease of
 # its DDS participant), but says nothing any more.
 _SILENT_S = 2.5
-# What another server said last comes as soon as it is found.
+# Transient local: the last status of another server comes as soon as it is found.
 _STATUS_QOS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=10,

@@ -14,7 +14,7 @@ REFERENCES = {
     RallyPointMessage.ABOVE_MEAN_SEA_LEVEL: AltitudeReference.AMSL,
     RallyPointMessage.ABOVE_GROUND: AltitudeReference.GROUND,
 }
-"""What the numbers of RallyPoint.msg mean."""
+"""Altitude references by their numbers in RallyPoint.msg"""
 _NUMBERS = {reference: number for number, reference in REFERENCES.items()}
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mavlink_vehicle.codec import mavlink
 
 HEADER_FIELDS = ("time_s", "system", "component", "sequence_number")
-"""What stands before the message's own fields in each record."""
+"""The fields before the message's own ones in each record"""
 
 PAYLOAD_OFFSET = 16
 """Where the payload begins in a record: fields keep the alignment that the wire gives them."""

@@ -19,7 +19,7 @@ from flight_logs.tlog import Counts, Progress, iterate_tlog
 
 _CHUNK_BYTES = 32 << 20  # a piece becomes a row group, and those should not be small
 FIELDS_FILE = "fields.csv"
-"""What CSV has no room for: unit and enum of each column."""
+"""Beside the CSV files, which have no room for unit and enum of each column"""
 
 
 @dataclass(frozen=True)

@@ -194,7 +194,7 @@ def for_each_log(
     """Yield what a function returns for each log, in their order.
 
     Args:
-        function: of a module, so that another process can import it. What it returns is copied
+        function: of a module, so that another process can import it. Its result is copied
             from there: better figures than all records.
         paths: the logs.
         processes: how many at a time, as many as there are cores if not given.

@@ -31,7 +31,7 @@ IsOver = Callable[[], bool]
 
 
 class StoppedError(Exception):
-    """Nobody wants the result any more."""
+    """The result is not wanted any more."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Rehearsal:
         path_enu_m: where the vehicle would be, beginning where it is.
         duration_s: from the goal to its end.
         battery: charge at the end, from 0 to 1; None if nothing supports a number: the vehicle's
-            consumption was not measured, and it is no simulated PX4, whose own parameter tells.
+            consumption was not measured, and it is no simulated PX4, whose own parameter has it.
         clearance_m: least distance of its hull from an obstacle; None without obstacles.
     """
 
@@ -60,7 +60,7 @@ class Rehearsal:
 
 @dataclass(frozen=True)
 class Lost:
-    """What would follow from a loss of the link.
+    """The flight after a loss of the link.
 
     Attributes:
         mode: the last mode in which motors run.

@@ -123,7 +123,7 @@ def _order(given: dict[str, Any]) -> RehearsalRequest:
         server=dict(given.get("server") or {}),
         parameters=_finite(given.get("parameters") or {}),
         wind_enu_m_s=_vector(given.get("wind") or (0.0, 0.0, 0.0)),
-        # What sensors have seen is posts in the bridge's map, too.
+        # Obstacles seen by sensors are posts in the bridge's map, too.
         posts=_rows([*obstacles.get("posts", ()), *obstacles.get("seen", ())]),
         boxes=_rows(obstacles.get("boxes", ())),
     )

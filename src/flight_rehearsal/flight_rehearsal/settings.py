@@ -19,7 +19,7 @@ from navigation_bridge.configuration.make_config import ServerConfig, make_confi
 __all__ = ["home_point", "origin_of", "server_config", "vehicle_config", "world"]
 
 _STEPS_HZ, _AVOIDING_HZ = 5.0, 3.0
-"""Of setpoints and positions: 20 in a flight. What looks for obstacles has more to do at each"""
+"""Rate of setpoints and positions, 20 in a real flight; lower with obstacles, which cost more"""
 _RATES_HZ = {
     "EXTENDED_SYS_STATE": 4.0,
     "SYS_STATUS": 1.0,
@@ -74,7 +74,7 @@ def home_point(order: RehearsalRequest) -> GeoPoint | None:
 
 
 def origin_of(order: RehearsalRequest, kind: str, autopilot: str) -> GeoPoint:
-    """Return the place of the map's origin on the earth: home's place there and in the map tell."""
+    """Return the place of the map's origin on the earth, by home's places there and in the map."""
     point = home_point(order)
     if order.home is None or point is None:
         return DEFAULT_HOME

@@ -29,7 +29,7 @@ __all__ = ["Stage"]
 TICK_S = 0.05
 READY_TIMEOUT_S = 20.0
 _SETTLE_S = 0.5
-"""From the first position to the goal: everything has been told once"""
+"""From the first position to the goal: each message has come once"""
 _STATION, _BEAT_S = 255, 1.0
 """A ground station is there (MAV_GCS_SYSID): an ArduPilot's link failsafe is about its HEARTBEAT"""
 

@@ -53,7 +53,7 @@ def plot_flight(path: Path, picture: Path, system: int | None = None) -> FlightR
     _draw_line(distance, recording, "distance remaining (m)", recording.distance_m)
     _draw_line(battery, recording, "battery (%)", recording.battery_percent)
     middle = 0.5 * sum(altitude.get_ylim())
-    # What drives has no heights worth a magnifying glass.
+    # At least 1 m of altitude is shown: a rover's few centimetres need no magnifying glass.
     altitude.set_ylim(
         *(
             edge(middle + side, limit)
@@ -181,7 +181,7 @@ def _name_goals(axes: Axes, recording: FlightRecording) -> None:
 
 def _draw_line(axes: Axes, recording: FlightRecording, label: str, line: Timeline[float]) -> None:
     times_s, values = np.array(line.times_s), np.array(line.values, dtype=np.float64)
-    # Between two goals nothing is told.
+    # Between two goals nothing is reported.
     pauses = np.flatnonzero(np.diff(times_s) > _PAUSE_S) + 1
     axes.plot(np.insert(times_s, pauses, np.nan), np.insert(values, pauses, np.nan),
               color=scene.TRACK)  # fmt: skip

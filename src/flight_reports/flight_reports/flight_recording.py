@@ -2,8 +2,8 @@
 
 The messages go through the code that flies (the vehicle, the map frame, the obstacle
 map), so a recording shows what the server knew at the time. A recording of the server has
-notes, too (:mod:`navigation_bridge.notes`): goals, plans, progress. What a recording of
-another program lacks is said in :attr:`FlightRecording.remarks`.
+notes, too (:mod:`navigation_bridge.notes`): goals, plans, progress. For a recording of another
+program :attr:`FlightRecording.remarks` names what is missing.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class FlightRecording:
         battery_percent: from 0 to 100.
         status: what the server's goal does, or that it ended; without notes, the mode.
         warnings: what the vehicle said, from warnings upwards.
-        obstacles: what the map held, as the sensors told.
+        obstacles: the map's obstacles, from the sensors.
     """
 
     vehicle: str
@@ -92,7 +92,7 @@ class FlightRecording:
 
 
 def read_recording(path: Path, system: int | None = None) -> FlightRecording:
-    """Read the flight of a vehicle in a tlog that tells a position.
+    """Read the flight of a vehicle in a tlog that has its position.
 
     It is that of the system, else the best known vehicle, and of several such the first.
 
@@ -156,7 +156,7 @@ class _Reader:
 
     def __init__(self, vehicle: Source, other_systems: set[int], start_s: float) -> None:
         self._teller = Teller(vehicle, other_systems, self._take_event)
-        # What sensors see is placed in the server's own map frame.
+        # The readings of sensors are placed in the server's own map frame.
         self._map_frame = MapFrame()
         self._feed = ObstacleFeed(self._teller.vehicle, self._map_frame, ObstacleConfig())
         self._obstacles: list[tuple[float, Obstacles]] = []

@@ -28,7 +28,7 @@ from navigation_bridge.recording.recorded_notes import NotesReader
 TEXT = "text"
 """The kind of a moment in which the vehicle said something, from warnings upwards."""
 
-# What an autopilot says with the same severity as of an accident, while it stands.
+# Beginnings of texts that an autopilot sends on the ground, as severe as those of an accident.
 _GROUNDED = ("prearm:", "arm:", "preflight")
 
 
@@ -90,7 +90,7 @@ class Teller:
 
     Attributes:
         vehicle: as the flight code knows it by now.
-        retold: what was told until now.
+        retold: the events up to now.
     """
 
     def __init__(

@@ -384,7 +384,7 @@ class Bridge:
             return False, why_not
         goal.paused_by_client = False
         if goal.paused_by:
-            # Whoever stopped the vehicle may be standing beside it.
+            # The person who stopped the vehicle may be standing beside it.
             text = f"{goal.paused_by} Only a ground station can resume the goal, or cancel it here."
             return False, text
         goal.task.unpause(now)
@@ -494,7 +494,7 @@ class Bridge:
         self._stop_for(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
 
     def release(self, now: float) -> None:
-        """End the active goal although the vehicle may still move; it is told to hold."""
+        """End the active goal and command a hold, although the vehicle may still move."""
         goal = self._goal
         if goal is None:
             return

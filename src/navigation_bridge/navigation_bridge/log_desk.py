@@ -86,7 +86,7 @@ class LogDesk:
         self._end(reason)
 
     def take(self, event: VehicleEvent) -> bool:
-        """Process what the vehicle tells of a transfer; return whether it is about one."""
+        """Process an event of the vehicle; return whether it is about a transfer of logs."""
         if not isinstance(event, (LogsListed, LogChunkReceived, LogTransferEnded)):
             return False
         number = self._number

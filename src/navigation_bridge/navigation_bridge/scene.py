@@ -91,7 +91,7 @@ class Scene:
 
     @property
     def place(self) -> tuple[object, ...]:
-        """What positions in the map depend on, besides the items."""
+        """The map's origin and home, on which all positions in the map depend."""
         return (self._map_frame.frame, self._vehicle.state.home)
 
     def fence(self) -> SceneFence | None:

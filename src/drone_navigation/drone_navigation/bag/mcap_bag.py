@@ -22,7 +22,7 @@ __all__ = ["Bag", "Channel", "open_bag"]
 _PROFILE = "ros2"
 _LIBRARY = "drone_navigation tlog2mcap"
 _PARTIAL = ".part"
-# What an endpoint that was given no deadline, lifespan or lease says of them.
+# The deadline, lifespan or lease of an endpoint that was given none.
 _INFINITE = {"sec": 9223372036, "nsec": 854775807}
 _LIVELINESS_AUTOMATIC = 1
 

@@ -56,7 +56,7 @@ class RequestedRate:
         measured_hz: how often it came in the last seconds, since the first of them.
         refusal: why the vehicle does not send it, or None.
         own_hz: how often the firmware sends it at most, whatever is asked for; None: as asked.
-        pending: why its rate cannot be told yet, for people; empty when it can.
+        pending: why its rate cannot be judged yet, for people; empty when it can.
     """
 
     name: str
@@ -105,7 +105,7 @@ class Checker:
         self._reasons_asked_s = -math.inf
         self._outbox: list[Message] = []
 
-    # What the driver calls
+    # Called by the driver
 
     def start(self, now: float) -> None:
         """Start to listen."""
@@ -167,7 +167,7 @@ class Checker:
         """Report the end of the check."""
         self.fail(error)
 
-    # What is known
+    # Findings
 
     def heard_besides(self) -> list[str]:
         """Return who else sent HEARTBEAT: "255/190 (GCS)"."""

@@ -87,7 +87,7 @@ class Course:
         self._accepted_s: float | None = None
         self._watch = ServerWatch(lost_timeout_s)
 
-    # --- what is going on ----------------------------------------------------------------
+    # --- state ---------------------------------------------------------------------------
 
     @property
     def under_way(self) -> bool:
@@ -224,7 +224,7 @@ class Course:
             self.say("The server did not answer the goal request.", bad=True)
 
     def _on_end(self, ended: Ended) -> None:
-        # The end of a goal that was replaced can be told after the next one was accepted.
+        # The end of a goal that was replaced may be reported after the next one was accepted.
         if ended.goal >= self._current:
             self.code = _EXIT_CODES[ended.state]
 

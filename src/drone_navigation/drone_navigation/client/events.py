@@ -12,7 +12,7 @@ from navigation_core.geometry import Vector3
 
 @dataclass(frozen=True)
 class _Named:
-    """What all events have: the name in JSON, and whether it is something bad."""
+    """The parts common to all events: the name in JSON, and whether it is something bad."""
 
     name: ClassVar[str]
     bad: ClassVar[bool] = False

@@ -63,7 +63,7 @@ class SentGoal:
             number: counted from 1.
             client_goal: what to send.
             client: of the client_goal's action.
-            on_feedback: is told each feedback of this goal.
+            on_feedback: called with each feedback of this goal.
             now_s: the time, of any clock that goes steadily.
             typed: whether a person typed it in flight.
         """

@@ -19,7 +19,7 @@ exit codes:
   4  canceled
   5  no server, or it did not answer"""
 
-# What each verb of `parameters` is given.
+# The operands of each verb of `parameters`.
 _OPERANDS = {
     "list": (),
     "get": ("NAME",),

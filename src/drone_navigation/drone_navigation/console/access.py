@@ -1,7 +1,7 @@
 """Access to the console by HTTP: exact Host and Origin, and a token. No I/O.
 
 A page of another site can make a browser send requests to loopback, and a rebound host name can
-make it believe that they go to that site. The Host tells the second, the Origin the first; the
+make it believe that they go to that site. The Host shows the second, the Origin the first; the
 token keeps out other users of the machine.
 """
 

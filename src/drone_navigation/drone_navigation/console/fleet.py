@@ -26,12 +26,12 @@ __all__ = ["Fleet"]
 _STATUS_TOPIC = f"/{SERVER_NODE_NAME}/vehicle_status"
 _STATUS_TYPE = "custom_interfaces/msg/VehicleStatus"
 # rclpy builds a wait set of all entities for each wait: with hundreds of them a wait per message
-# would cost a core. Messages are collected instead, as often as pages are told.
+# would cost a core. Messages are collected instead, as often as pages are updated.
 _PERIOD_S = 0.1
 # Events and statuses come once in a while, and are kept until they are read.
 _PERIOD_UNWATCHED_S = 0.5
 _SEARCH_S = 1.0
-# So many periods a rehearsal waits for the parameters that decide the flight.
+# A rehearsal waits this many periods for the parameters that decide the flight.
 _TRIES = 50
 _CALLBACKS_MAX = 2000
 
@@ -81,7 +81,7 @@ class Fleet:
         self._wake.set()
 
     def watch(self, watched: bool) -> None:
-        """Tell whether anybody looks."""
+        """Set whether any page is open."""
         self.post(partial(self._watch, watched))
 
     def prepare(self, vehicle: str) -> None:
@@ -107,7 +107,7 @@ class Fleet:
         self.post(lambda: self._with(order.vehicle, lambda v: v.fly(order, by, answer), answer))
 
     def rehearse(self, order: Rehearse, by: str, tell: Callable[[dict[str, Any]], None]) -> None:
-        """Tell how a goal or a route would go; `by` names the page."""
+        """Simulate how a goal or a route would go; `by` names the page."""
         self.post(lambda: self._rehearse(order, by, tell))
 
     def replay(self, replay: Replay, answer: Answer) -> None:

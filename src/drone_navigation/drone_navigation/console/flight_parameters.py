@@ -40,7 +40,7 @@ class FlightParameters:
 
     @property
     def complete(self) -> bool:
-        """Whether the server has told its own, and some of the vehicle's, which may lack others."""
+        """Whether the server's own are known, and some of the vehicle's, which may lack others."""
         return bool(self._server and self._parameters)
 
     def values(self) -> dict[str, Any]:

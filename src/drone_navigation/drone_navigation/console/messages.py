@@ -132,7 +132,7 @@ class PageGoal(_Order):
 
 @dataclass(frozen=True)
 class Rehearse(_Order):
-    """Tell how a goal or a route would go; moves nothing. `number` comes back with the answer."""
+    """Simulate a goal or a route; moves nothing. `number` comes back with the answer."""
 
     kind: ClassVar[str] = "rehearse"
 

@@ -32,7 +32,7 @@ _ENDED = "The rehearsal has ended unexpectedly. Flying does not need it."
 
 @dataclass
 class _Order:
-    """A goal to rehearse, and whom to tell."""
+    """A goal to rehearse, and the page that gets the results."""
 
     by: str
     order: Rehearse
@@ -54,7 +54,7 @@ class _Program:
 
         Args:
             command: what to run.
-            take: is told each answer, and None at the end; from another thread.
+            take: called with each answer, and None at the end; from another thread.
 
         Raises:
             OSError: it cannot be started.
@@ -97,7 +97,7 @@ class Rehearsals:
 
     Attributes:
         server_names: the server's parameters that decide a flight; none before the process
-            has told.
+            has sent them.
     """
 
     def __init__(
@@ -121,7 +121,7 @@ class Rehearsals:
         self._vehicle_names: dict[str, tuple[str, ...]] = {}
 
     def vehicle_names(self, autopilot: str) -> tuple[str, ...]:
-        """Return the vehicle's parameters that decide a flight; none before the process told."""
+        """Return the vehicle's parameters that decide a flight; none before the process is up."""
         return self._vehicle_names.get(autopilot, ())
 
     def warm_up(self) -> None:
@@ -137,7 +137,7 @@ class Rehearsals:
             by: name of the page.
             order: the goal.
             known: what is known of the vehicle, the server and the obstacles.
-            tell: is told the results, one after the other.
+            tell: called with the results, one after the other.
         """
         document = {
             **known,

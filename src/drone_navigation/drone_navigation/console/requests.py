@@ -33,7 +33,7 @@ from navigation_bridge.names import (
 __all__ = ["ACTIONS", "Answer", "VehicleRequests"]
 
 Answer: TypeAlias = Callable[[bool, str], None]
-"""Is told whether a request succeeded, and a sentence."""
+"""Called with whether a request succeeded, and a sentence."""
 
 ACTIONS = {
     ACTION_NAME: Navigate,

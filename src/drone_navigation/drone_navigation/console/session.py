@@ -38,7 +38,7 @@ Tell = Callable[[dict[str, Any]], None]
 
 
 class Pilots(Protocol):
-    """What moves vehicles: `fleet.Fleet`."""
+    """The interface that moves vehicles: `fleet.Fleet`."""
 
     def prepare(self, vehicle: str) -> None:
         """Find the services of a vehicle."""
@@ -56,7 +56,7 @@ class Pilots(Protocol):
         """Send a goal or a route."""
 
     def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
-        """Tell how a goal or a route would go."""
+        """Simulate how a goal or a route would go."""
 
     def replay(self, replay: Replay, answer: Callable[[bool, str], None]) -> None:
         """Play a recording."""
@@ -108,7 +108,7 @@ class Rules:
             if page.pace.allows(now):
                 _answer_to(page, "")(False, f"Rejected: {error}")
             return
-        # What ends a flight is never too much.
+        # Messages that end a flight are never too many.
         if not isinstance(message, (Hold, Cancel)) and not page.pace.allows(now):
             self.reject("pace")
             return

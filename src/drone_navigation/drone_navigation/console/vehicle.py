@@ -34,7 +34,7 @@ from navigation_core.safety.energy import ConsumptionEstimator
 
 __all__ = ["VehicleClient"]
 
-# What is shown as it comes: type, topic, what a page is told of it.
+# Topics that are shown as they come: type, topic, function that makes the page's value of it.
 _SHOWN: tuple[tuple[Any, str, Callable[[Any], Any], QoSProfile], ...] = (
     (BatteryState, "battery", facts.battery, STREAM_QOS),
     (NavSatFix, "fix", facts.fix, STREAM_QOS),

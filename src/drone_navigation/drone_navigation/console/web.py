@@ -39,7 +39,7 @@ _TYPES = {
 # A page that does not read is closed, not waited for.
 _UNREAD_MAX_BYTES = 8_000_000
 _PAGES_MAX = 32
-# What strangers send is counted; their broken handshakes are not worth a traceback.
+# Rejected connections are counted; the broken handshakes of strangers need no traceback.
 _SILENT = logging.getLogger("drone_navigation.console")
 _SILENT.setLevel(logging.CRITICAL)
 
@@ -83,7 +83,7 @@ class Web:
         Args:
             host: name or address to listen on.
             port: of TCP; 0 for a free one.
-            ready: is told the port as soon as it is open.
+            ready: called with the port as soon as it is open.
 
         Raises:
             OSError: it cannot be opened.
@@ -162,7 +162,7 @@ class Web:
         alone = not self._pages
         self._pages[connection] = page
         version, changes = self._board.since(0)
-        # What this page gets here and again with the next changes does no harm.
+        # Changes that this page gets here and again with the next ones do no harm.
         first = {
             "type": "state",
             "page": page.number,
@@ -196,7 +196,7 @@ class Web:
         }
 
     async def _push(self) -> None:
-        """Tell all pages what has changed."""
+        """Send all pages what has changed."""
         due_s = time.monotonic()
         while True:
             # Late once, it does not hurry afterwards.

@@ -10,8 +10,8 @@ from mavlink_vehicle.events import StoredLog
 
 __all__ = ["LogFile", "log_path"]
 
-# So much of what is on disk is downloaded again, to see whether it is the same log: numbers are
-# given again when logs are erased.
+# The last bytes on disk are downloaded again, this many, to see whether it is the same log: numbers
+# are given again when logs are erased.
 _CHECKED_BYTES = 4096
 
 

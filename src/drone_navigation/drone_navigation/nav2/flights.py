@@ -51,7 +51,7 @@ class _Turn:
 
 @dataclass
 class FlightRequest:
-    """What a client's goal asks of the server.
+    """A client's goal, as the server gets it.
 
     Attributes:
         client_goal: the server's goal.

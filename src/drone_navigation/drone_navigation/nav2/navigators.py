@@ -207,7 +207,7 @@ class Navigators:
         """Return the map z of an altitude above the ellipsoid; 0 and NaN are no altitudes.
 
         Raises:
-            TargetError: the vehicle does not tell its own.
+            TargetError: the vehicle does not report its own.
         """
         if math.isnan(altitude_m) or altitude_m == 0.0:
             return 0.0

@@ -116,7 +116,7 @@ class HeightRule:
 
         Args:
             wanted_m: map z that a client sent. 0 means the present height: that of the last
-                target if the vehicle is there, else its own. What is not finite is returned, for
+                target if the vehicle is there, else its own. Infinity and NaN are returned, for
                 the server to reject.
             present: the vehicle.
         """

@@ -152,8 +152,9 @@ class _GoalActionServer(ActionServer):
     """An action server with a working "cancel all", and a reason for an id that is used twice.
 
     rclpy 7.1 removes rejected goals from the list that it is iterating, so that the goal
-    after a rejected one is skipped, still told to its client as being cancelled. It rejects a goal
-    whose id the action still knows, until :data:`RESULT_TIMEOUT_S` after the end, without a word.
+    after a rejected one is skipped, but reported to its client as being cancelled. It rejects a
+    goal whose id the action still knows, until :data:`RESULT_TIMEOUT_S` after the end, without a
+    reason.
 
     Attributes:
         on_known_id: called with the goal's id, as hexadecimal digits, when one is rejected so.

@@ -50,7 +50,7 @@ def declare_parameters(node: Node, simulator: bool) -> dict[str, ParameterValue]
     values: dict[str, ParameterValue] = {}
     for spec in PARAMETERS:
         if spec.name == "arming" and simulator and not overrides.keys() & {"arming", "link_url"}:
-            # The only set-up in which the server arms without having been told to.
+            # The only set-up in which the server arms although no setting allows it.
             spec = replace(spec, default="auto")  # noqa: PLW2901
         values[spec.name] = _declare(node, spec)
     make_config(values)

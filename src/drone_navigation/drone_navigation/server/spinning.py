@@ -49,7 +49,7 @@ class Spinner:
         self._executor.create_task(int)  # ends the wait for work that may have begun
 
     def _spin(self) -> None:
-        """Spin until told to stop, surviving what rclpy itself lets escape.
+        """Spin until stopped, surviving what rclpy itself lets escape.
 
         A KeyError can escape from an expiring goal (ros2/rclpy issues 1236, 1667); a server
         that flies a vehicle must not end because of it.

@@ -66,7 +66,7 @@ class TrafficTopic:
         steady_timer(node, _PERIOD_S, self._look)
 
     def close(self) -> None:
-        """Tell others that this server ends, and that nothing of it is agreed any more."""
+        """Report to others that this server ends, and that nothing of it is agreed any more."""
         self._post(lambda: self._send(ends=True))
 
     def _look(self) -> None:

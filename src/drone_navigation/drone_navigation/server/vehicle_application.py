@@ -31,7 +31,7 @@ _SEVERITIES = {LogLevel.ERROR: LoggingSeverity.ERROR, LogLevel.WARN: LoggingSeve
 _PUBLISHED = frozenset(
     {mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE}
 )
-# What somebody waits for, whatever a recording does.
+# Outputs that a client waits for, so they come also while a recording is played.
 _ANSWERS = (outputs.ServiceDone, log_outputs.LogRequestDone)
 
 
@@ -69,7 +69,7 @@ class VehicleApplication:
         self.attach_topics(topics)
 
     def attach_logs(self, logs: LogServers) -> None:
-        """Set the sink of what is told of the autopilot's own logs."""
+        """Set the sink of outputs about the autopilot's own logs."""
         for kind in (log_outputs.LogsFound, log_outputs.LogBytes, log_outputs.LogRequestDone):
             self._sinks[kind] = logs.take
 

@@ -105,7 +105,7 @@ class VehicleNode:
         Args:
             statistics: returns what was met on the vehicle's link.
             stations: returns URL and counts of the links to ground stations, if this node is
-                the one that tells of them.
+                the one that reports them.
         """
         node, bridge, member, clock = self.node, self._bridge, self.member, self._clock
         frames = FrameNames.of(node.get_namespace())
@@ -177,7 +177,7 @@ class VehicleNode:
         self.member.post(lambda: self._bridge.shut_down(self._clock.now()))
 
     def release(self) -> None:
-        """End a goal whose vehicle has not come to rest yet; it is told to hold."""
+        """End a goal whose vehicle has not come to rest yet, and command a hold."""
         self.member.post(lambda: self._bridge.release(self._clock.now()))
 
     def close(self) -> None:

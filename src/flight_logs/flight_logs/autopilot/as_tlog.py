@@ -1,4 +1,4 @@
-"""Writes what an autopilot's own log tells as a telemetry log."""
+"""Writes the content of an autopilot's own log as a telemetry log."""
 
 from __future__ import annotations
 

@@ -33,14 +33,14 @@ Handler: TypeAlias = Callable[[float, Any], None]
 
 
 def read_dataflash(path: Path, progress: Callable[[float], object]) -> OwnLog:
-    """Return what a `.BIN` log tells, as messages in the order of time.
+    """Return the content of a `.BIN` log, as messages in the order of time.
 
     Args:
         path: the file.
         progress: called now and then with the share that was read, 0 to 1.
 
     Raises:
-        LogError: it cannot be read, or tells nothing.
+        LogError: it cannot be read, or holds nothing.
         OSError: the intact part of a damaged log cannot be written.
     """
     with path.open("rb") as file, closing(mmap(file.fileno(), 0, access=ACCESS_READ)) as data:

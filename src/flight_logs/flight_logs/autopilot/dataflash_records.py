@@ -50,8 +50,8 @@ def find_records(data: mmap, progress: Callable[[float], object]) -> IntactRecor
     """Follow the records of a file from one to the next.
 
     A record counts if a FMT before it describes its type, and another record or the end of the
-    file follows it. What a FMT describes wrongly cannot be read, and is left out without being
-    damage.
+    file follows it. Records that a FMT describes wrongly cannot be read, and are left out without
+    being damage.
 
     Args:
         data: the file.

@@ -44,7 +44,7 @@ class VehicleFacts:
     """The vehicle of a log, by its records.
 
     Attributes:
-        kinds: the records that tell something.
+        kinds: the types of records that describe the vehicle.
         version: AUTOPILOT_VERSION.flight_sw_version of the first MSG; None if it names no firmware.
     """
 
@@ -74,7 +74,7 @@ class VehicleFacts:
 
     @property
     def vehicle_type(self) -> int:
-        """MAV_TYPE; GENERIC if nothing tells it."""
+        """MAV_TYPE; GENERIC if no record shows it."""
         parameters = self._parameters
         known = (_BUILD_PARAMETERS[name] for name in _BUILD_PARAMETERS if name in parameters)
         kind = _TYPES.get(self._build or next(known, 0), mavlink.MAV_TYPE_GENERIC)
@@ -94,7 +94,7 @@ class VehicleFacts:
 
 
 def arming_of(record: Any) -> bool | None:
-    """Return whether an ARM or EV tells that the motors are armed; None for other events."""
+    """Return whether the motors are armed after an ARM or EV; None for other events."""
     if record.get_type() == "EV":
         return _ARMING_EVENTS.get(record.Id)
     return bool(record.ArmState)

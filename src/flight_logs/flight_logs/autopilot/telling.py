@@ -45,16 +45,16 @@ def credible(time_s: float, next_s: float) -> bool:
 
 @dataclass
 class Telling:
-    """What a log has told so far of a vehicle.
+    """The state of a vehicle, as far as its log has been read.
 
     Attributes:
         autopilot: MAV_AUTOPILOT.
         vehicle_type: MAV_TYPE; GENERIC while unknown.
-        mode: custom_mode of HEARTBEAT; None before it was told.
+        mode: custom_mode of HEARTBEAT; None before the log has it.
         armed: whether the motors are armed.
-        velocity_ned_m_s: None before it was told.
-        heading_deg: clockwise from North; None before it was told.
-        home_altitude_m: above mean sea level; None before it was told.
+        velocity_ned_m_s: None before the log has it.
+        heading_deg: clockwise from North; None before the log has it.
+        home_altitude_m: above mean sea level; None before the log has it.
         version: AUTOPILOT_VERSION.flight_sw_version that the log names; None if it doesn't.
         told: the messages, in the order of the log.
     """

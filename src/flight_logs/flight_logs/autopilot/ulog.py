@@ -77,7 +77,7 @@ _KINDS = {
 
 
 def read_ulog(path: Path, progress: Callable[[float], object]) -> OwnLog:
-    """Return what a `.ulg` log tells, as messages in the order of time.
+    """Return the content of a `.ulg` log, as messages in the order of time.
 
     Args:
         path: the file.

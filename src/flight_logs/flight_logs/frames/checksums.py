@@ -52,7 +52,7 @@ def right_checksums(
     covered: NDArray[np.int64],
     extras: NDArray[np.uint8],
 ) -> NDArray[np.bool_]:
-    """Tell for each packet whether its checksum is right.
+    """Return for each packet whether its checksum is right.
 
     Args:
         data: bytes, shape (n,).
@@ -83,7 +83,7 @@ def _right_block(
     extras: NDArray[np.uint8],
     width: int,
 ) -> NDArray[np.bool_]:
-    """Tell the same of packets whose covered bytes fill at most `width` words."""
+    """Return the same for packets whose covered bytes fill at most `width` words."""
     cells = rows(data, ends - width * _WORD_SIZE, (width + 1) * _WORD_SIZE)
     words = np.ascontiguousarray(cells.view("<u8").T)
     for place in range(width - int(covered.min()) // _WORD_SIZE):
@@ -91,7 +91,7 @@ def _right_block(
         words[place] &= _MASKS.take(inside, mode="clip")
     tables = _tables()
     sent = words[width].astype(np.uint16)
-    # What the checksum of the covered bytes alone must be, if it began with 0.
+    # The value that the checksum of the covered bytes alone must have, if it began with 0.
     wanted = tables.before_byte.take(sent ^ tables.by_byte.take(extras))
     wanted ^= tables.of_start.take(covered)
     return np.asarray(_remainders(words[:width]) == wanted)

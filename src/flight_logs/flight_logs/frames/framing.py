@@ -2,7 +2,7 @@
 
 Every byte that could begin a packet is a candidate. Nearly all candidates that are none fall
 away because no other packet follows where it should; the checksum decides about the rest.
-What damage leaves behind is searched candidate by candidate, so that a packet is found
+The places around damage are searched candidate by candidate, so that a packet is found
 wherever it begins. A packet is what has a right checksum and doesn't begin inside another.
 """
 
@@ -218,7 +218,7 @@ def _touching(
     packet_start: NDArray[np.int64],
     packet_stop: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
-    """Tell which of the pieces from `start` to `stop` share a byte with one of the packets."""
+    """Return which of the pieces from `start` to `stop` share a byte with one of the packets."""
     # Of the packets that end behind a piece's start, the first is the only one to ask.
     following = np.searchsorted(packet_stop, start, side="right")
     starts = np.append(packet_start, np.iinfo(np.int64).max)

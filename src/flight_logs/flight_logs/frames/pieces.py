@@ -30,7 +30,7 @@ from flight_logs.frames.stamps import Stamps, are_swapped, read_stamps
 
 DEFAULT_CHUNK_BYTES = 4 << 20
 _LEAST_CHUNK_BYTES = 4 << 10
-# What becomes of a place in the file depends on the packets after it, but not on the third.
+# Whether a packet begins at some byte depends on the next two packets, but not on the third.
 _MARGIN = 3 * (PACKET_SIZE_LIMIT + STAMP_SIZE)
 _AHEAD = 2
 _SEARCHED_BYTES = 16 << 20
@@ -149,7 +149,7 @@ class _Scanner:
         self._last_stop -= done
 
     def _fill(self) -> bool:
-        """Read until the buffer is full; tell whether the file has ended."""
+        """Read until the buffer is full; return whether the file has ended."""
         capacity = len(self._memory) - PADDING
         space = memoryview(self._memory)[:capacity]
         while self._held < capacity:

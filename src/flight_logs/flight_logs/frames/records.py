@@ -19,7 +19,7 @@ Records: TypeAlias = NDArray[np.void]
 HEADERS = np.dtype(
     [("time_s", "<f8"), ("system", "u1"), ("component", "u1"), ("sequence_number", "u1")]
 )
-"""What is known of a packet whatever it holds."""
+"""The fields known of every packet, whatever its message."""
 
 _SOURCE_SIZE = 3
 """Sequence number, system and component stand side by side, behind length (and flags)."""

@@ -105,7 +105,7 @@ def _first(
 
 
 def are_swapped(packets: Packets) -> bool:
-    """Tell whether the times make sense only with their bytes the other way round."""
+    """Return whether the times make sense only with their bytes the other way round."""
     stamps_us = packets.stamp_us
     as_written = np.median(stamps_us.astype(np.float64))
     other_way = np.median(stamps_us.byteswap().astype(np.float64))

@@ -24,8 +24,8 @@ _STILL_SHARE = 0.7
 _AFTER_S = 0.2
 _BURST = 2.0
 _FLYING = frozenset({Status.NAVIGATING.value, Status.SETTLING.value, Status.BLOCKED.value})
-# The log doesn't tell the server's settings; these are their defaults. Nearer than its radius, the
-# vehicle touches what is there; it plans to keep a margin of twice this half.
+# The log doesn't have the server's settings; these are their defaults. Nearer than its radius, the
+# vehicle touches an obstacle; it plans to keep a margin of twice this half.
 _TOUCHES_M = ObstacleConfig().vehicle_radius_m
 _NEAR_M = _TOUCHES_M + 0.5 * ObstacleConfig().margin_m
 BEFORE_S = 5.0
@@ -92,7 +92,7 @@ def _late(flight: Flight, goal: RecordedGoal, setpoints_s: Floats) -> list[Momen
 
 
 def _flown_until_s(flight: Flight, goal: RecordedGoal, begin_s: float) -> float:
-    """Return until when a goal was flown by setpoints from a time on, as far as the log tells."""
+    """Return until when a goal was flown by setpoints from a time on, as far as the log shows."""
     ended_s = flight.contents.duration_s if goal.ended_s is None else goal.ended_s
     if not goal.accepted_s <= begin_s <= ended_s:
         return begin_s

@@ -47,7 +47,7 @@ class Speaker:
     Attributes:
         source: MAVLink system and component.
         what: for people, as it says of itself.
-        link: what its packets tell of the link to the recorder.
+        link: quality of the link to the recorder, by its packets.
         requests: how many commands, modes and missions it sent to the vehicle.
         setpoints: how many setpoints.
     """
@@ -230,7 +230,7 @@ def _count(contents: LogContents, names: tuple[str, ...], who: Source, vehicle: 
 def _what(contents: LogContents, who: Source) -> str:
     heartbeats = contents.of("HEARTBEAT", who)
     if heartbeats is None:
-        # Programs of others have this component id, too, but those tell that they live.
+        # Programs of others have this component id, too, but those send HEARTBEAT.
         return _NOTES if who[1] == notes.COMPONENT_ID else "no heartbeat"
     entry = mavlink.enums["MAV_TYPE"].get(int(of_vehicle(heartbeats)["type"][-1]))
     name = "unknown" if entry is None else entry.name

@@ -55,8 +55,8 @@ class LinkQuality:
 def missing_before(sequence_number: NDArray[np.uint8]) -> NDArray[np.int64]:
     """Return for each packet how many are missing before it; -1 for one that came late after all.
 
-    The sum is what was lost. Packets must not be repeated. Without an order of their own, the
-    numbers tell no loss of 240 packets or more in a row.
+    The sum is the number of lost packets. Packets must not be repeated. Without an order of their
+    own, the numbers do not show a loss of 240 packets or more in a row.
 
     Args:
         sequence_number: shape (n,), in the order in which they came.

@@ -34,7 +34,7 @@ class Tracking:
         vertical_rms: of the vertical error.
         vertical_max: the largest.
         delay_s: by which the vehicle followed, where the errors are smallest; None when the
-            setpoints moved too little to tell.
+            setpoints moved too little to show it.
         count: of setpoints that were compared.
         left_out: of setpoints that were not, as the vehicle was still on its way to them.
         time_s: shape (count,).
@@ -59,11 +59,11 @@ def tracking(setpoints: TrackSamples, followed: TrackSamples, unit: str) -> Trac
     """Compare setpoints with the response.
 
     Of positions, those are left out that the vehicle was still on its way to: after a step of
-    the setpoints it has first to come within a metre. What remains is how well it followed.
+    the setpoints it has first to come within a metre. The rest shows how well it followed.
 
     Args:
         setpoints: that were sent.
-        followed: what the vehicle told of itself.
+        followed: the vehicle's own positions or velocities.
         unit: "m" for positions, "m/s" for velocities.
 
     Returns:

@@ -14,7 +14,7 @@ from flight_reports.recorded_events import EventSeverity, Moment, named
 # Losing this share of the packets is worth a look, and this is bad.
 _LOSS, _LOSS_BAD = 0.01, 0.1
 _TOLD_MAX = 200
-# What the one who gave the goal wanted: that it be reached, or another one, or none.
+# Codes of goals that ended as their client wanted: reached, replaced or cancelled.
 _WANTED_CODES = frozenset({"", "SUCCESS", "PREEMPTED", "CANCELED"})
 _ANSWERED_WELL = frozenset({"ACCEPTED", "IN_PROGRESS", ""})
 # Autopilots reject these for the messages that they don't have, which harms nothing.

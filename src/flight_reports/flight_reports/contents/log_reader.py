@@ -129,7 +129,7 @@ class LogContents:
         return {source: 0 for records in places for source in _first_of_each(records)}
 
     def messages(self) -> Iterator[tuple[float, Message]]:
-        """Yield (time in s, message) of what tells events, by time.
+        """Yield (time in s, message) of the messages that show events, by time.
 
         Messages are renumbered for each sender, as much is left out.
         """
@@ -248,7 +248,7 @@ def _first_of_each(records: Records) -> list[Source]:
 
 
 def _retold(name: str, records: Records) -> NDArray[np.int64]:
-    """Return the places of the records of a message that tell events."""
+    """Return the places of the records of a message that show events."""
     if name in _NOTED:
         return np.flatnonzero(records["component"] == notes.COMPONENT_ID)
     if name not in POSITIONS:

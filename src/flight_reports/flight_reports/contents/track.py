@@ -34,7 +34,7 @@ class TrackSamples:
     vectors_ned: Floats
 
     def at(self, time_s: Floats) -> Floats:
-        """Return the vectors at some times, between those that were told in straight lines."""
+        """Return the vectors at some times, interpolated linearly between those reported."""
         return np.stack(
             [np.interp(time_s, self.time_s, part) for part in self.vectors_ned.T], axis=-1
         )
@@ -134,7 +134,7 @@ def read_track(contents: LogContents, vehicle: Source) -> Track:
     if places is not None:
         valid = (places["lat"] != 0) | (places["lon"] != 0)
         if local is not None:
-            # An ArduCopter tells a place before its estimator has one, but no local position.
+            # An ArduCopter sends a place before its estimator has one, but no local position.
             valid &= places["time_s"] >= local["time_s"][0] - PAIR_AGE_S
         confirmed = _confirmed(contents, vehicle, places["time_s"])
         if (valid & confirmed).any():

@@ -26,7 +26,7 @@ _SERIES = ("altitude (m)", "speed (m/s)", "tracking error (m)", "battery (%)", "
 
 @dataclass(frozen=True)
 class Alignment:
-    """What both flights are counted from.
+    """The event from which times of both flights are counted.
 
     Attributes:
         event: for people, "acceptance of the first goal".
@@ -121,7 +121,7 @@ def _map(flights: tuple[Flight, Flight], tracks: tuple[Track, Track]) -> Figure:
             begin = [track.position_enu_m[0].tolist()]
             traces.append(markers(begin, [f"{letter} begins"], f"{letter} begins", color=colour))
     for letter, track, colour, flight in shown:
-        # Goals are told in each flight's own map frame.
+        # The targets of goals are in each flight's own map frame.
         same = track.frame is not None and track.frame == flight.track.frame
         targets = [t for goal in flight.retold.noted.goals for t in goal.targets_enu_m]
         if same and targets:
@@ -233,7 +233,7 @@ def _figures(flight: Flight, zero_s: float) -> list[float | None]:
 
 
 def energy_wh(flight: Flight) -> float | None:
-    """Return the energy that SYS_STATUS tells of: voltage times current; None without both."""
+    """Return the energy from SYS_STATUS: voltage times current; None without both."""
     status = flight.contents.of("SYS_STATUS", flight.source)
     if status is None:
         return None

@@ -37,7 +37,7 @@ def shown(text: str) -> str:
 def line(
     x: Floats, y: Floats, name: str, colour: str, time_s: Floats | None = None, **more: Any
 ) -> Trace:
-    """Return a line that is broken where nothing was told, thinned to what can be seen.
+    """Return a line that is broken where no value came, thinned to what can be seen.
 
     Args:
         x: shape (n,).
@@ -69,7 +69,7 @@ def _line_with_breaks(x: Floats, y: Floats, name: str, breaks: NDArray[np.int64]
 
 
 def _breaks(time_s: Floats) -> NDArray[np.int64]:
-    """Return the places after pauses; what is told rarely isn't broken."""
+    """Return the places after pauses; a slow but regular message has none."""
     apart_s = np.diff(time_s)
     pause_s = max(GAP_S, 5.0 * float(np.median(apart_s))) if len(apart_s) else GAP_S
     return np.flatnonzero(apart_s > pause_s) + 1

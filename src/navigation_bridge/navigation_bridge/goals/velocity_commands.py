@@ -1,9 +1,9 @@
 """Velocity commands of clients, and which of them may start a goal. No ROS.
 
-Who publishes velocities often publishes them all the time. So a goal is started only by somebody
-who begins to steer: by the first command that is not zero after zeros or silence. And never against
-somebody else: not while the vehicle is in a mode that the server did not choose, and not after a
-goal that was ended by anything but the end of its commands.
+A client that publishes velocities often publishes them all the time. So only a client that begins
+to steer starts a goal: by the first command that is not zero after zeros or silence. And never
+against somebody else: not while the vehicle is in a mode that the server did not choose, and not
+after a goal that was ended by anything but the end of its commands.
 """
 
 from __future__ import annotations

@@ -329,7 +329,7 @@ class ReplayDriver:
 
     def _measure(self) -> None:
         time = RecordedTime()
-        # What was read counts by itself for each reader.
+        # A copy, since a reader's `position` follows its last iteration, which is the replay's.
         for number, (unix_s, _) in enumerate(copy(self._reader)):
             time.advance(unix_s)
             if number % _LOOK_PACKETS == 0 and self._stopping:

@@ -1,7 +1,7 @@
 """Asks again for a mode that a request of this server has overtaken on its way. No ROS.
 
-The pilot, a ground station or a failsafe chose last, and their mode is restored at once, once. What
-they choose meanwhile is left alone: the request is given up when any other mode shows.
+The pilot, a ground station or a failsafe chose last, and their mode is restored at once, once. A
+mode that they choose meanwhile stays: the request is given up when any other mode shows.
 """
 
 from __future__ import annotations

@@ -107,7 +107,7 @@ class PositionWatch:
             self._tell(goal, f"The position is in doubt: {reason}.")
         elif source not in doubt.reasons:
             self._tell(goal, f"The position is still in doubt: {reason}.")
-        # A position that is stuck jumps at each step, by more each time: that is told once.
+        # A position that is stuck jumps at each step, by more each time: that is reported once.
         doubt.reasons[source] = reason
         if goal.plan is None or goal.ending or now - doubt.since_s <= self._timeout_s:
             return None  # a landing and a return continue under the vehicle's own control

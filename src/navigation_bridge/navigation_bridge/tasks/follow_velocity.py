@@ -29,7 +29,7 @@ def _admit(request: VelocityRequest, situation: Situation) -> Admitted | Rejecti
     asked_m_s = min(request.max_speed_m_s, situation.speed_max_m_s)
     speed_m_s = asked_m_s or goto.limits.speed_horizontal_m_s
     obstacles = situation.obstacles
-    # Nobody looks ahead for a client that steers: whatever is known of obstacles counts.
+    # A client that steers plans no path: avoidance is on as soon as any obstacle may be known.
     knows_obstacles = obstacles.has_sensor or bool(obstacles.standing.known_by_name)
     avoidance = avoidance_of(knows_obstacles, situation)
 

@@ -1,9 +1,9 @@
 """Keeps one vehicle apart from the others: the volumes it holds, the operations that wait. No ROS.
 
 The path of a flight by setpoints is reserved by its task. Everything else is reserved here: where
-a vehicle stands, and what its autopilot flies by itself. What is asked of the autopilot is asked
-once its whole volume is free. What it does unasked, or when it is not heard, is assumed to
-continue, whatever others hold.
+a vehicle stands, and what its autopilot flies by itself. An operation is requested from the
+autopilot once its whole volume is free. An autopilot that acts unasked, or is not heard, is assumed
+to continue, whatever others hold.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _LED_S = 0.35
 _STALE_S = 0.5
 # Units of the parameters of the return height, in metres, and the height while it is unknown.
 _RETURN_HEIGHT_M = 60.0
-# What is reserved before it is asked for.
+# Operations whose volume is reserved before they are requested.
 _GATED = frozenset(
     {
         TaskOperation.ARM,
@@ -121,7 +121,7 @@ class TrafficConduct:
         if self._shared is not None and config.traffic.adsb_address:
             self._shared.others.own_addresses.add(config.traffic.adsb_address)
 
-    # --- what tasks are told -----------------------------------------------------------------
+    # --- for tasks ---------------------------------------------------------------------------
 
     def view(self) -> TrafficView | None:
         """Return the traffic; None where there is nobody else, or no position yet."""
@@ -182,7 +182,7 @@ class TrafficConduct:
             self._shared.see(seen, now, self.name)
 
     def announcements(self) -> list[Message]:
-        """Return and clear what is to be told about others."""
+        """Return and clear the messages that announce the others."""
         messages, self._announcements = self._announcements, []
         return messages
 
@@ -200,7 +200,7 @@ class TrafficConduct:
                 self._announcements.append(adsb_of(other, place))
 
     def _alone(self) -> tuple[Volume, Volume] | None:
-        """Return what the vehicle may take up without this server, and where it can be sent."""
+        """Return what the vehicle may enter without this server, and where it can be sent."""
         view, at = self._own_view(), self._whereabouts(self._now)
         if view is None or at is None:
             return None
@@ -360,7 +360,7 @@ class TrafficConduct:
     # --- what it holds ------------------------------------------------------------------------
 
     def update(self, goal: ActiveGoal | None, now: float) -> None:
-        """Hold what the vehicle takes up now, unless its task has just reserved its path."""
+        """Hold what the vehicle occupies now, unless its task has just reserved its path."""
         if self._shared is None or now - self._updated_s < self._shared.period_s:
             return
         view = self._own_view()

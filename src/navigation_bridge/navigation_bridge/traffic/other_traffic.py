@@ -256,7 +256,7 @@ class OtherTraffic:
 def seen_by_adsb(message: Any) -> Seen | None:
     """Return the report in an ADSB_VEHICLE; None without a possible position and altitude.
 
-    ADSB_FLAGS tells which fields are valid. The values that senders use for unknown speeds and
+    ADSB_FLAGS shows which fields are valid. The values that senders use for unknown speeds and
     headings are impossible ones, and are rejected as such.
     """
     if message.flags & _NEEDED != _NEEDED or (message.lat == 0 and message.lon == 0):

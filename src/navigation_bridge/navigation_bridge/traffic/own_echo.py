@@ -1,7 +1,7 @@
 """Recognises reports that are about one's own vehicles: the echo of their transponder. No ROS.
 
 An echo is where the vehicle is, or was just before, and moves as it does, for as long as it is
-watched. Who only is near, is not: a vehicle that hovers beside one that moves falls behind within
+watched. A neighbour is none: a vehicle that hovers beside one that moves falls behind within
 seconds, and beside one that stands it is farther away than an echo's error. Until an echo is
 recognised it is traffic like any other.
 """

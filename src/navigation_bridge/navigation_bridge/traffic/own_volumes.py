@@ -14,7 +14,7 @@ from navigation_core.traffic.volumes import NOWHERE, Volume, densified, joined
 
 __all__ = ["Whereabouts", "climb", "landing", "return_home", "route", "standing", "to_circle"]
 
-# What a plane and a multicopter stray by when the autopilot flies them, level and in height.
+# How far a plane and a multicopter stray when the autopilot flies them, level and in height.
 _PLANE_STRAYS_M, _PLANE_RISES_M = 15.0, 8.0
 _STRAYS_M = 1.5
 # A plane's circle is wider than its parameter says.

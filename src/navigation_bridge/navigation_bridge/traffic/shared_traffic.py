@@ -77,7 +77,7 @@ class SharedTraffic:
         epoch_s: what makes times of one clock of the driver's times, for ranks among servers.
         negotiation: with other servers; None without any.
         others: what else is seen.
-        alone_of: for each vehicle returns what it may take up if this server falls silent, and
+        alone_of: for each vehicle returns what it may enter if this server falls silent, and
             where it can ever be sent; None while its position is unknown.
     """
 
@@ -102,7 +102,7 @@ class SharedTraffic:
         return _ALONE_PERIOD_S if self.is_alone and len(self.alone_of) < 2 else _PERIOD_S
 
     def look(self, now: float) -> None:
-        """Move on what is not told about at each step: others, and servers that are silent."""
+        """Update the parts that no step of a task updates: others, and servers that are silent."""
         if now - self._looked_s < _LOOK_S:
             return
         self._looked_s = now

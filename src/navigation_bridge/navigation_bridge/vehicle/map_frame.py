@@ -53,7 +53,7 @@ class MapFrame:
 
     @property
     def wants_pairs(self) -> bool:
-        """Whether positions have anything to tell about the frame."""
+        """Whether the frame can still learn from positions."""
         return self._finder.wants_pairs
 
     def update(self, state: VehicleState) -> None:

@@ -1,8 +1,8 @@
 """The frame `odom` of REP 105, in which the vehicle never jumps. No ROS.
 
 The estimator of an autopilot can be reset, and its origin can move: the pose in `map` then
-changes from one message to the next. What velocity and turn rates do not explain of a change
-moves `odom` in `map`; everything else moves the vehicle in `odom`. So a pose in `odom` is
+changes from one message to the next. The part of a change that velocity and turn rates do not
+explain moves `odom` in `map`; everything else moves the vehicle in `odom`. So a pose in `odom` is
 continuous, and drifts by what was taken for a jump.
 """
 

@@ -20,7 +20,7 @@ circle of vehicles that wait for each other, leads a detour, which the vehicle w
 in the circle takes (:meth:`TrafficPicture.must_give_way`).
 
 Intruders reserve nothing. Their positions and courses block no path: it is compared with
-their motion, moment by moment (:mod:`navigation_core.traffic.intruders`). What an autopilot flies
+their motion, moment by moment (:mod:`navigation_core.traffic.intruders`). A flight of an autopilot
 by itself, but for a plane's leg, is not begun where they are about to pass.
 """
 

@@ -117,7 +117,7 @@ class Keyboard:
     def _enter(self) -> None:
         # A process in the background must not touch it: the kernel would stop the process.
         if self._file is not None and self._in_foreground(self._file):
-            # Ctrl-C goes on to be a signal; what was typed before is not lost.
+            # Ctrl-C still is a signal; what was typed before is not lost.
             tty.setcbreak(self._file, termios.TCSANOW)
 
     def read(self) -> str:

@@ -19,7 +19,7 @@ _PERIOD_S = 0.1
 _LABELS_WIDTH = 60
 _LABEL_WIDTH = 10
 _BAR_MIN, _BAR_MAX = 5, 40
-# What stands beside a bar: " 100 %  12345.6 m left".
+# Characters beside a bar: " 100 %  12345.6 m left".
 _BESIDE_BAR = 23
 _BATTERY_LOW_PERCENT = 25.0
 # A server sends several per second; a longer gap is shown.

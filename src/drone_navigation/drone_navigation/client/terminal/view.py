@@ -42,10 +42,10 @@ class ClientView(Protocol):
 
 
 class _PrintingView:
-    """What a view that only prints does about a terminal: nothing."""
+    """A view that only prints, so it leaves the terminal as it is."""
 
     def prompt(self, label: str, typed: str | None) -> None:
-        """Nobody types."""
+        """Show nothing: there is no keyboard."""
 
     def tick(self, t_s: float) -> None:
         """Nothing to redraw."""

@@ -24,7 +24,7 @@ _COLOURS = {KNOWN: (0.95, 0.6, 0.1, 0.8), SENSED: (0.85, 0.1, 0.1, 0.6)}
 _STEP_M = 0.5
 _THIN_M = 0.05
 _PERIOD_S = 0.5
-# What has no end is drawn to a height above the vehicle that moves with it in steps.
+# An obstacle without a top is drawn up to this height above the vehicle, rounded to steps.
 _ABOVE_M = 5.0
 
 
@@ -145,7 +145,7 @@ def _ended(table: Array, low_m: float, high_m: float) -> list[list[float]]:
     bottom, top = ended[:, -2], ended[:, -1]
     bottom[np.isinf(bottom)] = low_m
     top[np.isinf(top)] = high_m
-    # What ends above the picture's lower edge or below it still has a height.
+    # An obstacle that ends at the picture's lower edge or below still gets a height.
     top[:] = np.maximum(top, bottom + _THIN_M)
     rows: list[list[float]] = ended.tolist()
     return rows

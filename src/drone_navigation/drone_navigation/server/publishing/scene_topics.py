@@ -25,7 +25,7 @@ class SceneTopics:
 
         Args:
             create: makes a publisher of a type, name and QoS.
-            bridge: what is told about.
+            bridge: of the vehicle that is published.
             frame: name of the map frame.
         """
         self._bridge = bridge

@@ -1,7 +1,7 @@
 """The vehicle's state as standard ROS messages.
 
 Frames are those of REP-103 and REP-105: positions in ``map`` (ENU), velocities of an odometry
-in ``base_link`` (FLU). What the vehicle does not say is NaN or the message's own "unknown",
+in ``base_link`` (FLU). A value that the vehicle does not report is NaN or the message's "unknown",
 never a number that looks measured.
 """
 
@@ -38,8 +38,8 @@ from navigation_core.safety.lateness import LATE_S, TOO_LATE_S, WINDOW_S
 
 # MAVLink's GPS_FIX_TYPE.
 _FIX_3D, _FIX_DGPS, _FIX_RTK_FLOAT = 3, 4, 5
-# What is assumed where the vehicle says nothing of its accuracy, as standard deviations: a GPS
-# receiver without corrections, and the attitude and rates of a small autopilot.
+# Standard deviations assumed where the vehicle does not report its accuracy: of a GPS receiver
+# without corrections, and of the attitude and rates of a small autopilot.
 _POSITION_M, _HEIGHT_M, _VELOCITY_M_S = 2.5, 4.0, 0.3
 _TILT_RAD, _YAW_RAD, _RATE_RAD_S = math.radians(2.0), math.radians(5.0), math.radians(2.0)
 # Error of a receiver's range, by which its dilution of precision is multiplied.

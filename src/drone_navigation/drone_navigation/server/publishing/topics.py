@@ -53,7 +53,7 @@ class PublishingNode(Protocol):
         """Return the node's name with its namespace."""
 
     def get_clock(self) -> Any:
-        """Return what tells the time of stamps."""
+        """Return the clock of the stamps."""
 
 
 class Topics:
@@ -73,11 +73,11 @@ class Topics:
 
         Args:
             node: who publishes.
-            bridge: what is told about.
+            bridge: of the vehicle that is published.
             statistics: returns what was met on the vehicle's link.
             frames: names of the vehicle's frames.
             stations: returns URL and counts of the links to ground stations, if this is the
-                one that tells of them.
+                one that reports them.
             presence: knows of other servers of the name; None in a bag.
             publish_tf: which transforms are published.
         """

@@ -83,7 +83,7 @@ class SensorTopics:
             node: who subscribes.
             feed: takes what is seen, on the driver's thread.
             driver: of that thread.
-            clock: that tells when something was seen.
+            clock: gives the time at which something was seen.
             config: names the topics.
             frames: names of the vehicle's frames.
             add_frame: takes the name of each sensor's frame, on the driver's thread.
