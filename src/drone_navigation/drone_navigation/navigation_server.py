@@ -34,7 +34,7 @@ EXIT_OK = 0
 EXIT_FAILED = 1
 EXIT_USAGE = 2
 _WATCH_PERIOD_S = 0.5
-# A server that finds another one of its name so soon after its start is the one that is too many.
+# A server that finds another one of its name this soon after its start is the one too many.
 _NEW_S = 5.0
 
 

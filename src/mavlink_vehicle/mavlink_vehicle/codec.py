@@ -269,7 +269,7 @@ class Codec:
     own (a new datagram after a damaged one), the remainder is dropped at once.
 
     Attributes:
-        statistics: what was met so far.
+        statistics: counts of frames and errors.
         link_id: what signatures name as the link, 0 to 255. The same for all endpoints of a link,
             however often they come and go: MAVLink's C library, and so an autopilot, follows 16
             streams (MAVLINK_MAX_SIGNING_STREAMS) and rejects any further one until it restarts.

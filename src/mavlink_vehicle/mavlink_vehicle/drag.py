@@ -31,7 +31,8 @@ _AGAINST_DAMPING = 1.2
 _PUSH_MAX_M_S2 = 7.0
 _FIRST_PER_S = 0.3
 _MOST_PER_S = 1.2
-# Means over so long hold enough leans at 10 a second, and velocities differ by more than noise.
+# At 10 attitudes a second, this time has enough of them for a mean, and the velocity changes by
+# more than its noise.
 _WINDOW_S = 0.4
 _LEANS_MIN = 3
 # A window with a gap longer than this gives no mean.

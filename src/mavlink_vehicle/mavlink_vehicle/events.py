@@ -184,7 +184,7 @@ class HeartbeatRegained:
 
 @dataclass(frozen=True)
 class ExternalPosesStopped:
-    """No external pose has been sent for so long, after there were some."""
+    """No external pose has been sent for `silent_s` seconds, after there were some."""
 
     silent_s: float
 

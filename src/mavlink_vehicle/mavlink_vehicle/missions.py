@@ -17,9 +17,9 @@ from mavlink_vehicle.protocols.operations.operation_parts import OperationTiming
 from mavlink_vehicle.state.restarts import evolve
 from mavlink_vehicle.vehicle_core import VehicleCore
 
-_TIME_S = 50.0
-_TIME_PER_ITEM_S = 0.3
-_JUDGED_S = 1.0
+_TRANSFER_TIMEOUT_S = 50.0
+_TRANSFER_TIMEOUT_PER_ITEM_S = 0.3
+_START_JUDGED_S = 1.0
 """A PX4 may reject the start of a mission for this long after its upload: it judges it first. On
 a fast link an upload, its read-back and the start take 10 ms."""
 
@@ -83,7 +83,7 @@ class Missions:
             if rules.start_command
             else MissionModeGoal(name, mode, profile)
         )
-        timing = OperationTiming(self._core.config.operation_timeout_s, rejected_s=_JUDGED_S)
+        timing = OperationTiming(self._core.config.operation_timeout_s, rejected_s=_START_JUDGED_S)
         return self._desk.begin(profile, goal, Wanted(mode=mode), timing, now)
 
     def _operate(self, kind: OperationKind, items: tuple[MissionItem, ...], now: float) -> int:
@@ -100,7 +100,7 @@ class Missions:
         self._core.list_jobs.stop(OperationResult.CANCELLED, instead, now)
         job = MissionJob(kind, items, profile.missions, profile.name)
         timing = MissionTiming(
-            _TIME_S + _TIME_PER_ITEM_S * len(items),
+            _TRANSFER_TIMEOUT_S + _TRANSFER_TIMEOUT_PER_ITEM_S * len(items),
             TransferTiming(self._core.config.mission_timeout_s, self._core.config.mission_retries),
             self._core.command_timing,
         )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 __all__ = ["SILENCE_S", "Leases"]
 
 SILENCE_S = 5.0
-"""A page that is silent for so long loses control; a page reports once a second."""
+"""A page that is silent for this time loses control; a page reports once a second."""
 
 
 @dataclass

@@ -43,7 +43,8 @@ _STOPPING = (
     ManageLifecycleNodes.Request.SHUTDOWN,
     ManageLifecycleNodes.Request.CLEANUP,
 )
-_FAR_M = 3.0
+# An initial pose farther from the estimate than this is worth a warning; it is ignored anyway.
+_POSE_OFF_MAX_M = 3.0
 
 
 def reject_the_rest(node: Node) -> None:
@@ -143,7 +144,7 @@ class LifeCycle:
             return
         here, given = self._vehicle.present().position_enu_m, message.pose.pose.position
         off_m = math.hypot(given.x - here[0], given.y - here[1])
-        if off_m > _FAR_M:
+        if off_m > _POSE_OFF_MAX_M:
             self._node.get_logger().warning(
                 f"The initial pose is ignored, and {off_m:.0f} m from the vehicle: the autopilot "
                 "estimates its pose by itself.",

@@ -19,15 +19,16 @@ from navigation_core.tasks.progress import Status
 # one second without (COM_OF_LOSS_T), an ArduPilot flies on at its last velocity for three.
 _GAP_S, _GAP_PERIODS = 0.5, 5.0
 _GAP_BAD_S = 1.0
-# A loop that stood still read nothing meanwhile either, and has much to read afterwards.
+# A loop that stood still read nothing for this share of a gap, and within this time afterwards it
+# reads this many times the usual number of packets.
 _STILL_SHARE = 0.7
-_AFTER_S = 0.2
-_BURST = 2.0
+_BURST_S = 0.2
+_BURST_FACTOR = 2.0
 _FLYING = frozenset({Status.NAVIGATING.value, Status.SETTLING.value, Status.BLOCKED.value})
 # The log doesn't have the server's settings; these are their defaults. Nearer than its radius, the
 # vehicle touches an obstacle; it plans to keep a margin of twice this half.
 _TOUCHES_M = ObstacleConfig().vehicle_radius_m
-_NEAR_M = _TOUCHES_M + 0.5 * ObstacleConfig().margin_m
+_CLOSE_M = _TOUCHES_M + 0.5 * ObstacleConfig().margin_m
 BEFORE_S = 5.0
 """Time before a failed goal in which possible causes are searched."""
 
@@ -114,9 +115,9 @@ def _stood_still(flight: Flight, begin_s: float, end_s: float) -> bool:
     silence_s = float(np.diff(np.concatenate([[begin_s], time_s[first:last], [end_s]])).max())
     if silence_s < _STILL_SHARE * (end_s - begin_s):
         return False
-    usual = len(time_s) / max(flight.contents.duration_s, _AFTER_S)
-    after = np.searchsorted(time_s, end_s + _AFTER_S) - np.searchsorted(time_s, end_s - _AFTER_S)
-    return bool(after >= _BURST * usual * _AFTER_S)
+    usual = len(time_s) / max(flight.contents.duration_s, _BURST_S)
+    after = np.searchsorted(time_s, end_s + _BURST_S) - np.searchsorted(time_s, end_s - _BURST_S)
+    return bool(after >= _BURST_FACTOR * usual * _BURST_S)
 
 
 def _near(flight: Flight, goal: RecordedGoal) -> list[Moment]:
@@ -128,7 +129,7 @@ def _near(flight: Flight, goal: RecordedGoal) -> list[Moment]:
         return []
     place = int(during[np.argmin(near.distance_m[during])])
     nearest_m = float(near.distance_m[place])
-    if nearest_m >= _NEAR_M:
+    if nearest_m >= _CLOSE_M:
         return []
     severity = EventSeverity.BAD if nearest_m < _TOUCHES_M else EventSeverity.WARNING
     text = f"An obstacle was {nearest_m:.2f} m from the range sensor"

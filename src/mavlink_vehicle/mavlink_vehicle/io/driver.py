@@ -248,7 +248,7 @@ class Driver:
         """Return what has come by vehicle links.
 
         When much waits, all of it is read, so that the newest is known, and stale telemetry is
-        skipped. A flood may take only so long.
+        skipped. A flood may take `_DRAIN_S` at most.
         """
         messages = self._router.receive(now)
         if len(messages) < MAX_READS:

@@ -41,12 +41,12 @@ from mavlink_vehicle.protocols.operations.command import (
 
 _CHECK_PERIOD_S = 2.0
 _EXPECTED_IN_WINDOW = 4
-_ENOUGH = 0.4
+_RATE_SHARE_MIN = 0.4
 """A lossy link may swallow more than half; less than this means that the rate has fallen."""
 _RETRY_S = 1.0
 _MAX_RETRY_S = 10.0
 _GROUP_ATTEMPTS = 3
-_LATE_S = 5.0
+_LATE_ANSWER_S = 5.0
 """Time after a repeated command in which an answer may still be to an earlier one"""
 _UNSURE_ANSWERS = 3
 _NO_ANSWER = frozenset({mavlink.MAV_RESULT_TEMPORARILY_REJECTED})
@@ -116,7 +116,7 @@ class _Wish:
         """End a window and begin the next; return whether the message must be asked for."""
         self.measured_hz = self.received / (now - self.window_start_s)
         self.watch(now)
-        comes = self.measured_hz >= _ENOUGH * self.rate_hz
+        comes = self.measured_hz >= _RATE_SHARE_MIN * self.rate_hz
         if not self.settled:
             partly = self.refusal is not None or self.measured_hz > 0.0
             self.settled = comes or (partly and self.answers >= _UNSURE_ANSWERS)
@@ -126,7 +126,7 @@ class _Wish:
             if self.group is not None and not comes and self.attempts < _GROUP_ATTEMPTS:
                 return True
             self.usual_hz = self.measured_hz
-        fell = self.measured_hz < _ENOUGH * self.usual_hz
+        fell = self.measured_hz < _RATE_SHARE_MIN * self.usual_hz
         if fell:
             self.usual_hz, self.attempts, self.answers = None, 0, 0
         else:
@@ -271,7 +271,7 @@ class MessageRates(Machine[None]):
             return
         sure = end.attempts == 1 and now >= self._unsure_until_s
         if end.attempts > 1:
-            self._unsure_until_s = now + _LATE_S
+            self._unsure_until_s = now + _LATE_ANSWER_S
         wish.watch(now)
         wish.attempts += 1
         wish.settled = False

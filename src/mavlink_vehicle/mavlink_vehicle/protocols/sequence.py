@@ -27,8 +27,8 @@ class SequenceOrder:
         """Return the packet's place in the order of sending; it grows from packet to packet.
 
         A number up to half the circle behind the newest is a late packet. After a second
-        without progress any number is taken as a new one: the sender restarted, or so much was
-        lost that the number says nothing.
+        without progress any number is taken as a new one: the sender restarted, or half a circle
+        or more was lost.
         """
         newest = self._newest
         if newest is None:

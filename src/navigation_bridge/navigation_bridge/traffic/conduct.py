@@ -47,10 +47,10 @@ __all__ = ["TrafficConduct"]
 # How far a vehicle strays from its path, level and in height, its estimate's errors included.
 _STRAYS_M, _RISES_M, _DRIVING_STRAYS_M = 1.0, 0.7, 1.5
 # Age of a reservation by the task from which it does not count as led any more.
-_LED_S = 0.35
+_LED_AGE_MAX_S = 0.35
 # Age of a position from which what the vehicle held is not given back any more.
 _STALE_S = 0.5
-# Units of the parameters of the return height, in metres, and the height while it is unknown.
+# Height of a return above home while the vehicle's parameter for it is unknown.
 _RETURN_HEIGHT_M = 60.0
 # Operations whose volume is reserved before they are requested.
 _GATED = frozenset(
@@ -64,12 +64,12 @@ _GATED = frozenset(
     }
 )
 _ANNOUNCE_S = 1.0
-# A return goes before every other goal, as if it were so much older.
+# A return goes before every other goal, as if it had been accepted this much earlier.
 _RETURN_AHEAD_S = 1e9
 _ANY_HEIGHT_M = 20e3
 _BY_ITSELF = frozenset({VehicleMode.RETURN, VehicleMode.LAND, VehicleMode.MISSION})
-# A place so near is where the vehicle is.
-_HERE_M = 30.0
+# A plane that is sent to a target this near, over ground, circles where it is.
+_AT_TARGET_WITHIN_M = 30.0
 # Shares of a commanded velocity that are tried.
 _SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
 
@@ -386,7 +386,7 @@ class TrafficConduct:
         entry.target = None
         if goal is not None and goal.target_enu_m is not None:
             entry.target = view.volume(np.array([goal.target_enu_m]))
-        led = entry.intent is not None and now - entry.heard_s < _LED_S
+        led = entry.intent is not None and now - entry.heard_s < _LED_AGE_MAX_S
         self._keep(view, at, goal, led)
         if not led:
             self._stand(view, at, goal, now)
@@ -526,4 +526,4 @@ class TrafficConduct:
 def _stays(intent: Perform, at: Whereabouts) -> bool:
     """Whether a plane is to circle where it is, to be paused: it cannot wait with that."""
     target = intent.target_enu_m
-    return target is not None and math.dist(target[:2], at.position_enu_m[:2]) < _HERE_M
+    return target is not None and math.dist(target[:2], at.position_enu_m[:2]) < _AT_TARGET_WITHIN_M

@@ -25,7 +25,7 @@ _METRES_PER_DEGREE = 111_200.0
 # Length of the lines by which the axes of a map are found.
 _AXIS_M = 100.0
 _LOOK_S = 0.2
-# Each vehicle says so often what it holds; less often while there is nobody to keep apart from.
+# Period in which each vehicle updates what it holds, and while there is nobody to keep apart from.
 _PERIOD_S, _ALONE_PERIOD_S = 0.2, 1.0
 
 

@@ -41,8 +41,8 @@ _SAME_HEIGHT_M = 1.0
 # Hits belong to one obstacle if they follow one another within this distance, with time counted as
 # a distance at this speed; how long hits are kept, and how many at most.
 _LINK_M, _LINK_M_S, _TRACK_S, _HITS_MAX = 1.5, 3.0, 1.2, 400
-# Hits so near to one in a place that was free are of the same thing, unless something was hit
-# there, so near and so long ago.
+# Hits within _REST_M of one in a place that was free are of the same obstacle, unless something was
+# hit within _STOOD_M of there up to _STOOD_S ago.
 _REST_M, _STOOD_M, _STOOD_S = 0.8, 0.5, 1.2
 # When a line through them is believed.
 _SCANS_MIN, _SPAN_MIN_S, _ERROR_MAX_M_S = 5, 0.4, 0.35

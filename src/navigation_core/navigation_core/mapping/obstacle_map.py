@@ -35,11 +35,11 @@ __all__ = ["ObstacleMap", "RayScan"]
 # ground, too.
 _GROUND_M = 0.3
 _GROUND_PER_M = 0.02
-# When the places are looked at to which something will have moved. It may turn at any moment, so
-# the more distant future is not foretold. They get narrower, so that what is in there already is
-# led out of there away from what comes, and never towards it.
-_AHEAD_S = np.arange(0.3, 2.2, 0.3)
-_AHEAD_RADII_M = 0.5 - 0.2 * _AHEAD_S
+# Times ahead for which a moving obstacle's place is predicted, and the radius of each. It may turn
+# at any moment, so the more distant future is left out. The radii get smaller, so that a vehicle
+# that is inside already is led out away from the obstacle, and never towards it.
+_PREDICTED_AHEAD_S = np.arange(0.3, 2.2, 0.3)
+_PREDICTED_RADII_M = 0.5 - 0.2 * _PREDICTED_AHEAD_S
 
 
 class ObstacleMap:
@@ -146,7 +146,7 @@ class ObstacleMap:
             columns, inside = self._columns.find(one.points_enu_m)
             bottoms, tops = self._columns.ends_m(columns[inside])
             # The rest of the code takes obstacles to stand still, for as long as it thinks ahead.
-            for in_s, radius_m in zip(_AHEAD_S, _AHEAD_RADII_M, strict=True):
+            for in_s, radius_m in zip(_PREDICTED_AHEAD_S, _PREDICTED_RADII_M, strict=True):
                 moved = one.points_enu_m[inside, :2] + in_s * np.array(one.velocity_enu_m_s)
                 radii = np.full(len(moved), radius_m)
                 tables.append(np.column_stack([moved, radii, bottoms, tops]))

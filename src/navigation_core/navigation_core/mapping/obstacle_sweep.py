@@ -14,7 +14,7 @@ Indices: TypeAlias = NDArray[np.intp]
 
 # An obstacle that reaches farther than this from its middle is compared with every line: a long
 # wall would widen all searches.
-_LONG_M = 6.0
+_LONG_REACH_M = 6.0
 # With a greater share of all pairs left, it is quicker to look at all of them at once.
 _SHARE_MAX = 0.25
 
@@ -29,7 +29,7 @@ class Sweep:
             east_m: of the middles, shape (M,).
             reach_m: how far the outlines are from there at most, shape (M,).
         """
-        short = reach_m <= _LONG_M
+        short = reach_m <= _LONG_REACH_M
         order = np.argsort(np.where(short, east_m, np.inf), kind="stable")
         count = int(short.sum())
         self._short, self._long = order[:count], order[count:]

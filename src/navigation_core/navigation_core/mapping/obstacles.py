@@ -37,13 +37,13 @@ POST_COLUMNS = 5
 BOX_COLUMNS = 7
 # Pairs of lines and obstacles that are looked at in one go, to bound the memory.
 _PAIRS_MAX = 200_000
-# From so many pairs on, most are left out by the order of the obstacles from west to east.
+# With more pairs than this, most are left out by the order of the obstacles from west to east.
 _SWEEP_MIN = 3000
 # Points for which the few obstacles that can be nearest are looked up together. They come along
 # a path, so they are near each other; 400 points beside 2,000 posts take least time with this.
 _POINTS_TOGETHER = 32
-# A vehicle asks often about what is near it. From so many obstacles on, those of its vicinity are
-# kept for the next questions: all within this distance of the last one.
+# A vehicle asks often about obstacles near it. With more obstacles than this, those of its vicinity
+# are kept for the next questions: all within this distance of the last one.
 _VICINITY_MIN, _VICINITY_M = 100, 12.0
 # A line that rises less than this is level.
 _LEVEL_M = 1e-9

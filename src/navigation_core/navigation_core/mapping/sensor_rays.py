@@ -28,11 +28,11 @@ _STEEP_SLOPE = math.tan(math.radians(60.0))
 # A sector wider than this is a narrow beam with its neighbours missing (four or eight sensors
 # about a vehicle), or a sonar, which hears least at its edges: only the core says anything.
 _HALF_ANGLE_MAX_RAD = math.radians(5.0)
-# A sector's range is that of the nearest thing in it, somewhere on the arc. So near its middle
-# all of the arc is taken to be hit. Farther away only this much to each side of the middle is,
+# A sector's range is that of the nearest obstacle in it, somewhere on the arc. Close to the sensor
+# all of the arc is taken to be hit. Farther away only this much to each side of its middle is,
 # and that counts for no more than one ray that goes through: enough to find a post, and to leave
-# open a gap between two of them. The arc narrows as the vehicle comes nearer, and what it does
-# not hold any more is seen to be free.
+# open a gap between two of them. The arc narrows as the vehicle comes nearer, and the parts that
+# it leaves are seen to be free.
 _ARC_M = 0.5
 _ARC_SHARE = 0.5
 # Two neighbours that hit at about the same distance, as shares of it and at least in metres,

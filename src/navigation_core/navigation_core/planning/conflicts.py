@@ -14,9 +14,9 @@ from navigation_core.trajectories.trajectory import Trajectory
 # Between two samples of a trajectory its chord is off by a centimetre at 2 m/s^2.
 _SAMPLE_S = 0.2
 # Number of consecutive lines that are compared together with the obstacles near them.
-_LINES = 24
+_LINES_TOGETHER = 24
 # A vehicle that is too near to an obstacle may get this much nearer while it leaves: sensor noise.
-_NEARER_M = 0.05
+_NEARER_MAX_M = 0.05
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ def first_conflict(points_enu_m: Array, obstacles: Obstacles, clearance_m: float
     begin = _escape_index(points_enu_m, obstacles, clearance_m)
     if begin < 0:
         return -begin - 1
-    for i in range(begin, len(points_enu_m) - 1, _LINES):
-        part = points_enu_m[i : i + _LINES + 1]
+    for i in range(begin, len(points_enu_m) - 1, _LINES_TOGETHER):
+        part = points_enu_m[i : i + _LINES_TOGETHER + 1]
         clear = lines_clear(part[:-1], part[1:], obstacles, clearance_m)
         if not clear.all():
             return i + 1 + int(np.argmin(clear))
@@ -110,7 +110,7 @@ def _escape_index(points: Array, obstacles: Obstacles, clearance_m: float) -> in
         here_m = clearance_at_m(_vector(points[i]), obstacles, clearance_m)
         if here_m >= clearance_m:
             return i
-        if here_m < nearest_m - _NEARER_M:
+        if here_m < nearest_m - _NEARER_MAX_M:
             return -1 - i
         nearest_m = max(nearest_m, here_m)
     return -len(points)

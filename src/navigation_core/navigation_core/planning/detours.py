@@ -21,8 +21,8 @@ __all__ = ["around"]
 _OVER = 2
 _UNDER = 1
 _OVER_M = 0.01
-# A height leads over what is in the way if no more than this share of it is still there.
-_MOST = 0.5
+# A height leads over the obstacles on the line if less than this share of them still is there.
+_STILL_BLOCKED_SHARE = 0.5
 # Where to rise if it is not clear right above an end: directions, and how many clearances aside.
 _DIRECTIONS = 16
 _ASIDE = np.array([1.0, 2.0, 4.0, 7.0, 12.0])
@@ -112,7 +112,7 @@ def _promising(
     heights = []
     for height in others_m:
         there = obstacles.are_between(height - clearance_m, height + clearance_m)
-        if height in ends[:, 2] or (len(met) and there[met].mean() < _MOST):
+        if height in ends[:, 2] or (len(met) and there[met].mean() < _STILL_BLOCKED_SHARE):
             heights.append(height)
     return heights
 

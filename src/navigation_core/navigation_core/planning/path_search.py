@@ -13,7 +13,7 @@ from navigation_core.planning.roadmap import Net
 
 __all__ = ["CLIMB_COST", "cost_m", "path_cost_m", "shortest_path"]
 
-# A metre up or down takes about as long as so many metres along.
+# A metre up or down takes about as long as this many metres along.
 CLIMB_COST = 2.5
 # How many points of a net one is joined to, first and if that gives no path.
 _NEIGHBOURS = 40

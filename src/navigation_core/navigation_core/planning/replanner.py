@@ -25,8 +25,8 @@ from navigation_core.planning.conflicts import MotionSamples, first_conflict
 
 # Less than this is not worth another path: all paths are about as short shortly before the end.
 _GAIN_MIN_M = 1.0
-# A vehicle that has come so far from where it was blocked has had a path meanwhile.
-_AWAY_M = 2.0
+# A vehicle that is farther than this from where it was blocked has had a path meanwhile.
+_LEFT_BLOCK_M = 2.0
 
 
 class State(Enum):
@@ -168,7 +168,7 @@ class Replanner:
         return Decision.KEEP
 
     def is_clearly_shorter(self, length_m: float, left_m: float) -> bool:
-        """Whether a path is so much shorter than another that it is worth taking."""
+        """Whether a path is enough shorter than another to be worth taking."""
         gain_m = max(self._rules.elective_gain * left_m, _GAIN_MIN_M)
         return length_m < left_m - gain_m
 
@@ -226,7 +226,7 @@ class Replanner:
 
     def moved_on(self, place_enu_m: Vector3) -> None:
         """Forget where the vehicle was blocked once it has got away from there."""
-        if self._blocked_at is not None and distance(place_enu_m, self._blocked_at) > _AWAY_M:
+        if self._blocked_at is not None and distance(place_enu_m, self._blocked_at) > _LEFT_BLOCK_M:
             self._blocked_at = self._blocked_s = None
 
     def _block(self, place_enu_m: Vector3, now: float) -> None:

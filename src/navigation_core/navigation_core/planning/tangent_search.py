@@ -1,9 +1,9 @@
 """The shortest path around few obstacles, searched only among those that it meets.
 
 The shortest path in the plane is made of lines that touch the outlines they go round. So begin
-with the straight line; where the shortest path so far hits something, take that in, and
-look for the shortest path around all that was taken in. A path that hits nothing any more is
-the shortest there is: what was never taken in could only have made it longer.
+with the straight line; where the shortest path found yet hits an obstacle, add that, and
+look for the shortest path around all that were added. A path that hits nothing any more is
+the shortest there is: an obstacle that was never added could only have made it longer.
 
 Outlines are taken as polygons about them, which makes a path longer by up to 2 % of its bends.
 """

@@ -18,8 +18,8 @@ from navigation_core.planning.conflicts import MotionSamples, lines_clear
 STANDING_M_S = 0.2
 # Points at which a line that leads away from an obstacle is looked at, and by how much it may
 # come nearer nevertheless.
-_POINTS = 5
-_NEARER_M = 0.05
+_LINE_POINTS = 5
+_NEARER_MAX_M = 0.05
 
 
 def stopping_ends(motion: MotionSamples, limits: Limits, reaction_s: float) -> Array:
@@ -95,8 +95,8 @@ def deceleration_along_m_s2(course: Array, limits: Limits) -> Array:
 
 def leads_away(start: Array, end: Array, obstacles: Obstacles, clearance_m: float) -> bool:
     """Whether a line that begins nearer than a clearance comes no nearer."""
-    points = start + np.linspace(0.0, 1.0, _POINTS)[:, None] * (end - start)
+    points = start + np.linspace(0.0, 1.0, _LINE_POINTS)[:, None] * (end - start)
     clearances_m = obstacles.clearance_m(points)
     return bool(
-        clearances_m[0] < clearance_m and (clearances_m >= clearances_m[0] - _NEARER_M).all()
+        clearances_m[0] < clearance_m and (clearances_m >= clearances_m[0] - _NEARER_MAX_M).all()
     )

@@ -21,7 +21,7 @@ _WINDOW_S = 10.0
 _RATE_MAX_PER_S = 1.0 / 120.0
 # A gauge that rises by more than this shows another battery, or a charged one.
 _SWAPPED = 0.05
-# The configured endurance counts like so much measured time.
+# The configured endurance counts as much as this time of measurements.
 _PRIOR_S = 120.0
 _MEMORY_S = 600.0
 _LEAST_SHARE = 1.0 / 3.0

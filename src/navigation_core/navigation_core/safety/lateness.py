@@ -12,7 +12,7 @@ LATE_S = 0.25
 TOO_LATE_S = 1.0
 """Later than this nobody steers: PX4 gives OFFBOARD up after COM_OF_LOSS_T, by default 1 s."""
 WINDOW_S = 3.0
-"""For so long a delay counts: who was late a moment ago may be late again."""
+"""A delay counts for this time: a server that was late a moment ago may be late again."""
 
 
 class Lateness:
@@ -57,7 +57,7 @@ class Lateness:
 
 
 def speed_share(late_s: float) -> float:
-    """Return the share of its speed that a vehicle may have when setpoints are so late.
+    """Return the share of its speed that a vehicle may have when setpoints are this late.
 
     All of it up to LATE_S, nothing from TOO_LATE_S on.
     """

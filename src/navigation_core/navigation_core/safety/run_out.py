@@ -27,12 +27,12 @@ _SHARES = np.linspace(0.0625, 1.0, 16)
 # Shares of the speed that are tried, the greatest first, and moments that are looked at, beside
 # what moves; what is hit there of something is about as high as the rest of it.
 _SPEEDS, _STEP_S, _SAME_HEIGHT_M = np.linspace(1.0, 0.125, 8), 0.2, 2.0
-_NEARER_M, _SOONER_S = 0.05, 0.2
+_NEARER_MAX_M, _SOONER_MAX_S = 0.05, 0.2
 # Moving obstacles are predicted for at least this long, even if the vehicle comes to rest before:
 # its server may hang.
-_AFTER_S = 3.0
+_PREDICTED_MIN_S = 3.0
 # Moments of a run-out with an acceleration.
-_MOMENTS = 9
+_RUN_OUT_POINTS = 9
 
 
 class _RunOut:
@@ -135,7 +135,7 @@ def safe_speed_beside_m_s(
     place, velocity = np.array(position_enu_m), np.array(velocity_enu_m_s)
     for share in _SPEEDS:
         run_out = _RunOut(place, share * velocity, np.zeros(3), limits, timeout_s)
-        times = np.arange(0.0, max(run_out.rest_s, _AFTER_S) + _STEP_S, _STEP_S)
+        times = np.arange(0.0, max(run_out.rest_s, _PREDICTED_MIN_S) + _STEP_S, _STEP_S)
         path = run_out.places(times)[:, :2]
         if all(_passes(path, times, one, clearance_m) for one in near):
             return math.inf if share == 1.0 else float(share * speed)
@@ -155,7 +155,7 @@ def _passes(path: Array, times: Array, moving: Moving, clearance_m: float) -> bo
     if clear.all() or standing_clear.all():
         return bool(clear.all())
     sooner_s = times[standing_clear.argmin()] - times[clear.argmin()]
-    return bool(sooner_s <= _SOONER_S and apart_m.min() >= standing_m.min() - _NEARER_M)
+    return bool(sooner_s <= _SOONER_MAX_S and apart_m.min() >= standing_m.min() - _NEARER_MAX_M)
 
 
 def run_out_is_clear(
@@ -183,7 +183,8 @@ def run_out_is_clear(
     )
     here = np.array(position_enu_m)
     times = np.append(
-        np.linspace(0.0, timeout_s, _MOMENTS), (run_out.rest_s, max(run_out.rest_s, _AFTER_S))
+        np.linspace(0.0, timeout_s, _RUN_OUT_POINTS),
+        (run_out.rest_s, max(run_out.rest_s, _PREDICTED_MIN_S)),
     )
     places = run_out.places(times)
     starts = np.vstack([here, places[:-1]])

@@ -102,7 +102,7 @@ class Headway:
     """
 
     def __init__(self, patience_s: float) -> None:
-        """Wait so long without headway."""
+        """Begin; the vehicle may be without headway for this time."""
         self._patience_s = patience_s
         self._since_s: float | None = None
         self._least_m: list[float] = []

@@ -26,8 +26,8 @@ _CORNER_S = 0.6
 _SPARE_M = 0.3
 # A delay counts more than the same time on the way: others may be late.
 _DELAY_WEIGHT = 1.2
-# Points of what is judged first are so much farther apart than of what is reserved.
-_GAPS = 2.0
+# A detour is judged first with points this many times farther apart than those of a reservation.
+_JUDGED_GAP_FACTOR = 2.0
 # How far aside a vehicle goes that is in the way of all others.
 _ASIDE_RINGS = 6
 
@@ -92,7 +92,7 @@ class DetourSearch:
         for way, vias in sorted(shapes, key=lambda shape: self._time_s(shape[0])):
             if best is not None and self._time_s(way) >= best.cost_s:
                 break
-            found = self._judged(way, vias, _GAPS)
+            found = self._judged(way, vias, _JUDGED_GAP_FACTOR)
             if found is not None and (best is None or found.cost_s < best.cost_s):
                 best = self._judged(way, vias, 1.0) or best
         return best

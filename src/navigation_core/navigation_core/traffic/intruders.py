@@ -31,7 +31,7 @@ _ASIDE_MAX_M, _RISE_MAX_M = 10.0, 6.0
 # which it was seen to turn.
 _TURNS_ON: Array = np.array([0.0, 2.0])
 # Maximum number of intruders that are compared, the most urgent ones.
-_MOST = 12
+_COMPARED_MAX = 12
 # Weight in the penalty of the squared deficit at the closest approach, beside the mean deficit. The
 # square makes the nearest of several intruders count most.
 _LEAST_WEIGHT = 4.0
@@ -162,7 +162,7 @@ class Intruders:
         away_m -= np.hypot(self.level_m + _ASIDE_MAX_M, self.upright_m + _RISE_MAX_M)
         time_s = away_m / (its_speed_m_s + speed_m_s)
         rows = np.flatnonzero(time_s < HORIZON_S)
-        rows = rows[np.argsort(time_s[rows], kind="stable")[:_MOST]]
+        rows = rows[np.argsort(time_s[rows], kind="stable")[:_COMPARED_MAX]]
         return Intruders(
             tuple(self.names[row] for row in rows),
             tuple(self.reported[row] for row in rows),

@@ -49,9 +49,9 @@ __all__ = ["Agreement", "Ask", "Entry", "Grant", "Intent", "TrafficPicture", "wa
 # An owner, a volume, and when the owner is at each of its points, which counts for paths only.
 _Part: TypeAlias = tuple[str, Volume, Array | None]
 # A vehicle that passes before another one must be through this long before it comes.
-_BEFORE_S = 2.0
+_PASS_BEFORE_MARGIN_S = 2.0
 # Number of points ahead that are checked, and the period of the checks.
-_LOOK_AHEAD, _LOOK_S = 160, 0.24
+_LOOK_AHEAD_POINTS, _CHECK_PERIOD_S = 160, 0.24
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,7 +319,7 @@ class TrafficPicture:
             self.agreement is None
             and asked is course
             and entry.intent is not None
-            and now - looked_s < _LOOK_S
+            and now - looked_s < _CHECK_PERIOD_S
         )
 
     def follow(self, name: str, held: Volume, now: float) -> TrafficWait | None:
@@ -417,7 +417,7 @@ class TrafficPicture:
         return np.asarray(~(blocked | volume.meets(paths.volume, self.separation)))
 
     def _extended(self, entry: Entry, ask: Ask, now: float) -> tuple[int, TrafficWait | None]:
-        count = min(len(ask.path), ask.granted + _LOOK_AHEAD)
+        count = min(len(ask.path), ask.granted + _LOOK_AHEAD_POINTS)
         window = ask.path.part(0, count)
         limit, holder = count, ""
         blocked = self._first_held(entry, window, ask.granted)
@@ -456,7 +456,7 @@ class TrafficPicture:
         soonest_s = np.full(len(path), np.inf)
         np.minimum.at(soonest_s, mine, paths.arrival_s[theirs])
         near = np.isfinite(soonest_s)
-        late = near & (soonest_s < times_s + _BEFORE_S)
+        late = near & (soonest_s < times_s + _PASS_BEFORE_MARGIN_S)
 
         def owner(point: int) -> str:
             met = theirs[mine == point]
@@ -606,7 +606,7 @@ class TrafficPicture:
             return float("inf")
         paths = self._paths(entry, path, self.others(name))
         mine, theirs = path.pairs(paths.volume, self.separation)
-        return _first_gap(paths.arrival_s[theirs] - now - after_s[mine] - _BEFORE_S)
+        return _first_gap(paths.arrival_s[theirs] - now - after_s[mine] - _PASS_BEFORE_MARGIN_S)
 
     def snapshot(self) -> TrafficPicture:
         """Return a copy for a search beside the flight; volumes are never changed, and shared."""
@@ -646,7 +646,7 @@ class _Crowd:
 
 def _first_gap(begins_s: Array) -> float:
     """Return the least delay outside of intervals that each last twice the time to be before."""
-    length_s = 2.0 * _BEFORE_S
+    length_s = 2.0 * _PASS_BEFORE_MARGIN_S
     begins_s = np.sort(begins_s[begins_s + length_s > 0.0])
     if not len(begins_s) or begins_s[0] > 0.0:
         return 0.0

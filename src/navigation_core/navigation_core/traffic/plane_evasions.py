@@ -27,7 +27,7 @@ _TIMES_S = (3.0, 6.0, 12.0, 20.0)
 _CIRCLE_SHARE, _WIDEST_SHARE = 1.06, 2.0
 _RING = np.exp(1j * np.linspace(0.0, math.tau, 17))
 # Every small plane can do this, or more: turn at a bank of 27 degrees, and follow a change of its
-# bank and its climb so quickly. Nearer to its circle than in so many seconds it turns into it.
+# bank and its climb at these rates. Nearer to its circle than it flies in _TURN_IN_S it turns in.
 _TURN_M_S2, _BANK_LAG_S, _TURN_GAIN_1_S = 5.0, 0.5, 0.8
 _CLIMB_CHANGE_M_S2, _CLIMB_GAIN_1_S = 1.5, 0.3
 _TURN_IN_S, _TURN_SHARE = 7.0, 1.3

@@ -22,7 +22,7 @@ Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
 Mask: TypeAlias = NDArray[np.bool_]
 
-# Points of a line follow one another so closely, level and upright.
+# Largest distance between two points of a line that follow one another, level and upright.
 GAP_M, RISE_GAP_M = 1.0, 0.5
 # Number of consecutive points in a block, and of pairs of blocks that are compared at once.
 BLOCK, _TOGETHER = 16, 256

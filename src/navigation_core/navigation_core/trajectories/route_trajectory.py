@@ -216,7 +216,7 @@ class _Turn:
 
 @dataclass(frozen=True)
 class _Corner:
-    """How a point is passed: at a speed, in a turn that begins so far before it, or a stop."""
+    """How a point is passed: at a speed, in a turn that begins `reach_m` before it, or a stop."""
 
     speed_m_s: float
     reach_m: float

@@ -34,7 +34,7 @@ class Waiting(Generic[AnswerT]):
         """Return the answer; None if it did not come.
 
         Args:
-            timeout_s: for so long, from the last time that `look` returned True.
+            timeout_s: how long to wait, from the last time that `look` returned True.
             closed: whether the server is being stopped.
             look: called ten times a second; returns whether there was progress.
         """

@@ -31,7 +31,7 @@ _SPACING_S = DATA_BYTES / RATE_BYTES_S
 _AHEAD_BYTES = 64 * DATA_BYTES
 _QUIET_S, _QUIET_MAX_S = 0.15, 3.0
 _ROUND_TRIPS = 3.0
-# Both firmwares answer in order: what so many later requests have overtaken is lost.
+# Both firmwares answer in order: a request that this many later ones have overtaken is lost.
 _OVERTAKEN = 2
 _FAILURES_MAX = 80
 # A file that somebody else, or we before, left open. An ArduPilot closes it after 3 to 20 s; a PX4

@@ -12,16 +12,19 @@ from mavlink_vehicle.protocols.operations.command import CommandRequest
 from mavlink_vehicle.protocols.operations.operation_goals import StateGoal, mode_request
 from mavlink_vehicle.state.reducer import VehicleState
 
-_PART = 0.95
-_NEAR_M = 0.3
-_SLOW_M_S = 0.5
-_CLIMBED_M = 0.3
-_MODE_OVER_M = 1.5
+# The vehicle is at its height within this share of it and this distance, once its climb is slower
+# than this.
+_REACHED_SHARE = 0.95
+_REACHED_WITHIN_M = 0.3
+_CLIMB_ENDED_M_S = 0.5
+# A take-off has begun once the vehicle is this much higher than before.
+_ROSE_MIN_M = 0.3
+_MODE_BELOW_M = 1.5
 """PX4 calls a take-off over within 0.8 m of its height (NAV_MC_ALT_RAD); planes, 10 m below."""
-_LOW_MODE_OVER_M = 1.0
+_LOW_MODE_BELOW_M = 1.0
 """Of a low take-off: the same 0.8 m, and what a position lags behind."""
-_PLANE_OVER_M = 15.0
-_LEVEL_OUT_M = 15.0
+_PLANE_MODE_BELOW_M = 15.0
+_PLANE_LEVEL_ABOVE_M = 15.0
 """A plane that climbs no more above this has reached the height that its own parameter says."""
 
 
@@ -66,13 +69,13 @@ class TakeoffGoal(StateGoal):
             return False
         if state.landed_state is LandedState.ON_GROUND:
             return False
-        enough_m = min(_PART * self.height_m, self.height_m - _NEAR_M)
-        slow = abs(position.velocity_ned_m_s[2]) < _SLOW_M_S
+        enough_m = min(_REACHED_SHARE * self.height_m, self.height_m - _REACHED_WITHIN_M)
+        slow = abs(position.velocity_ned_m_s[2]) < _CLIMB_ENDED_M_S
         over = state.custom_mode == self.profile.mode_number(self.profile.after_takeoff_mode)
         if over and self.expects_mode(state) and slow:
             return True
         if self.profile.kind is VehicleKind.PLANE:
-            return height_m >= enough_m or (slow and height_m >= _LEVEL_OUT_M)
+            return height_m >= enough_m or (slow and height_m >= _PLANE_LEVEL_ABOVE_M)
         if state.landed_state not in (LandedState.IN_AIR, LandedState.UNDEFINED):
             return False
         return height_m >= enough_m and slow
@@ -82,7 +85,7 @@ class TakeoffGoal(StateGoal):
         if state.landed_state is LandedState.TAKEOFF:
             return True
         before_m, height_m = self._height_m(self.at_start), self._height_m(state)
-        return before_m is not None and height_m is not None and height_m > before_m + _CLIMBED_M
+        return before_m is not None and height_m is not None and height_m > before_m + _ROSE_MIN_M
 
     def failure(self, state: VehicleState) -> str | None:
         """Disarmed again: a vehicle that does not leave the ground does so after 10 s."""
@@ -96,8 +99,8 @@ class TakeoffGoal(StateGoal):
         if mode == profile.mode_number(profile.takeoff_mode):
             return True
         height_m = self._height_m(state)
-        over_m = _PLANE_OVER_M if profile.kind is VehicleKind.PLANE else _MODE_OVER_M
-        over_m = min(over_m, max(0.5 * self.height_m, _LOW_MODE_OVER_M))
+        over_m = _PLANE_MODE_BELOW_M if profile.kind is VehicleKind.PLANE else _MODE_BELOW_M
+        over_m = min(over_m, max(0.5 * self.height_m, _LOW_MODE_BELOW_M))
         return (
             mode == profile.mode_number(profile.after_takeoff_mode)
             and height_m is not None

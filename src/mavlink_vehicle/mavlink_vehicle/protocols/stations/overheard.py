@@ -30,9 +30,9 @@ from mavlink_vehicle.protocols.stations.station_acts import Act, act_of, is_miss
 REPEAT_S = 5.0
 """The same again within this time of the last is a repetition, not a new wish."""
 CROSSED_S = 0.5
-"""Once it was answered, only so long: the last repetition may have crossed the answer."""
+"""The same after the answer: the last repetition may have crossed it on the way."""
 UPLOAD_S = 10.0
-"""An upload of which nothing was heard for so long is over; an ArduPilot gives up after 8 s."""
+"""An upload is over after this time of silence; an ArduPilot gives up after 8 s."""
 _STATIONS_MAX = 32
 _NOTES = frozenset({StationAct.CHANGED_MODE, StationAct.CHANGED_ITEM})
 _NOTES_MAX, _NOTES_TIME_S = 20, 10.0

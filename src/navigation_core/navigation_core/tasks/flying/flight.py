@@ -56,7 +56,7 @@ _FLYING = _PAUSABLE | {GotoPhase.HOLDING, GotoPhase.PAUSED, GotoPhase.BRAKING}
 _STOPPING = frozenset({GotoPhase.BRAKING, GotoPhase.DISARMING})
 _BEGINS = frozenset({PhaseEvent.FLIES, PhaseEvent.REPLAN})
 # The remaining path must get shorter than ever before by this much to count as progress.
-_NEARER_M = 1.0
+_PROGRESS_MIN_M = 1.0
 
 
 class SetpointFlight(PhasedTask[GotoPhase]):
@@ -367,7 +367,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             return PhaseEvent.TRAJECTORY_ENDED
         if carrot.stalled_s > self._arrival.patience_s:
             return self._arrival.timeout("The vehicle made no progress", observation)
-        if carrot.distance_remaining_m < self._least_left_m - _NEARER_M:
+        if carrot.distance_remaining_m < self._least_left_m - _PROGRESS_MIN_M:
             self._least_left_m, self._held_s = carrot.distance_remaining_m, 0.0
         return Fly(self._setpoint(carrot, observation, path))
 

@@ -13,7 +13,7 @@ from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoGoal, fly_to
 from navigation_core.tasks.intents import Intent, Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.leading.traffic_pace import STUCK_S, IsFree
+from navigation_core.tasks.leading.traffic_pace import NO_DETOUR_RETRY_S, IsFree
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.progress import Progress
@@ -161,7 +161,7 @@ class RoomMaking:
             return False
         found = search.aside(here, ground_m)
         if found is None:
-            view.picture.entry(view.name).stuck_until_s = now + STUCK_S
+            view.picture.entry(view.name).stuck_until_s = now + NO_DETOUR_RETRY_S
             return False
         self._asides += 1
         view.picture.give_up_wish(view.name)

@@ -32,7 +32,7 @@ from navigation_core.trajectories.route_trajectory import RoutePoint
 # the vehicle, which does not follow exactly.
 _CORNER_SHARE = 0.5
 # Further attempts at a waypoint that was missed. One that is missed again then is given up.
-_RETURNS = 2
+_RETURNS_MAX = 2
 # A rover or boat heads for a waypoint until it is this near to it, as a share of the acceptance
 # radius; then for the next one.
 _MET_SHARE = 0.6
@@ -52,7 +52,7 @@ class RouteItinerary:
         self._missed: list[int] = []
         self._nearest_m = math.inf
         # How often it may still turn back for the next waypoint.
-        self._returns = self._returns_max = _RETURNS if turns_back else 0
+        self._returns = self._returns_max = _RETURNS_MAX if turns_back else 0
         self._planned_from = 0
 
     def _section_end(self) -> int:

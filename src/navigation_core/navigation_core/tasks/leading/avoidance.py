@@ -35,8 +35,8 @@ class AvoidanceConfig:
         retry_s: time between two searches for a path while there is none.
         elective_s: least time between two looks for a shorter path while the present one is sound.
         elective_gain: share by which a path must be shorter to be taken instead of a sound one.
-        emergency_factor: so much harder than a flight's own limits may a vehicle brake and give way
-            when those limits would not do.
+        emergency_factor: how many times harder than a flight's own limits a vehicle may brake and
+            give way when those limits would not do.
         give_way_reach_m: how far the vehicle goes out of the way of what comes near.
         search_timeout_s: longest time that a search for a path may take.
         searcher: who searches.

@@ -22,10 +22,11 @@ from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 
-# Time until a long path is tried to be planned on once more, how far from the next point that is
-# done, and for how long a good moment is waited for.
-_PLAN_ON_S, _AHEAD_S, _PATIENCE_S = 1.0, 2.5, 6.0
-_TURNS_M_S2 = 0.05
+# A long path is extended while it is flown. Time between two attempts; time to the next point below
+# which the vehicle is too near to it; and how long a better moment is waited for.
+_EXTEND_RETRY_S, _NEXT_POINT_NEAR_S, _EXTEND_PATIENCE_S = 1.0, 2.5, 6.0
+# A setpoint with more acceleration than this is in a corner, or speeds up.
+_IN_CORNER_M_S2 = 0.05
 
 
 class Avoider:
@@ -137,7 +138,7 @@ class Avoider:
         self._replanner.restart_clock()
 
     def is_too_near(self, observation: Observation, now: float) -> bool:
-        """Whether something has come so near to where the vehicle is to stay that it must go."""
+        """Whether an obstacle has come too near to the position at which the vehicle is to stay."""
         limit_m = self._config.conflict_clearance_m
         here = measured_state(observation).position_enu_m
         near_m = clearance_at_m(here, observation.obstacles, limit_m)
@@ -227,18 +228,18 @@ class Avoider:
             return
         # In a corner, or right before one, it could not be done without a stop.
         next_m = distance(carrot.state.position_enu_m, self._follower.points[0].position_enu_m)
-        turns = norm(carrot.state.acceleration_enu_m_s2) > _TURNS_M_S2
-        near = next_m < _AHEAD_S * norm(carrot.state.velocity_enu_m_s)
-        if (turns or near) and carrot.time_s < path.extend_s + _PATIENCE_S:
+        turns = norm(carrot.state.acceleration_enu_m_s2) > _IN_CORNER_M_S2
+        near = next_m < _NEXT_POINT_NEAR_S * norm(carrot.state.velocity_enu_m_s)
+        if (turns or near) and carrot.time_s < path.extend_s + _EXTEND_PATIENCE_S:
             return
-        last_moment = carrot.time_s > float(path.samples.times_s[-1]) - _PLAN_ON_S
+        last_moment = carrot.time_s > float(path.samples.times_s[-1]) - _EXTEND_RETRY_S
         onward = self._follower.find_path(observation, under_way=True)
         if isinstance(onward, CheckedPath):
             self._follower.take(onward)
         elif last_moment and isinstance(onward, NoPath):
             self._stop(observation, now, onward.reason)
         elif onward is not None:
-            self._follower.path = replace(path, extend_s=carrot.time_s + _PLAN_ON_S)
+            self._follower.path = replace(path, extend_s=carrot.time_s + _EXTEND_RETRY_S)
 
     def _least_m(self, place_enu_m: Vector3) -> float:
         """Return the length of the straight path through what is left of the points."""

@@ -37,9 +37,9 @@ from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint, RouteTrajectory, plan_route
 from navigation_core.trajectories.trajectory import Trajectory, plan_stop
 
-# A route is planned around obstacles so far ahead, or for this many of its points, to bound the
-# work; it is planned on so long before it gets there.
-_HORIZON_M, _POINTS_MAX, _EXTEND_S = 100.0, 6, 10.0
+# A route is planned around obstacles for this distance ahead, or this many of its points, to bound
+# the work; the path is extended this time before its end.
+_HORIZON_M, _POINTS_MAX, _EXTEND_BEFORE_END_S = 100.0, 6, 10.0
 # Slower than this a vehicle need not stop before it takes another path.
 _SLOW_M_S = 0.3
 # Maximum number of trajectories tried along the same lines, and from the same start.
@@ -49,10 +49,10 @@ _ALLOWANCE_SHARES = (1.0, 0.4, 0.0)
 # A rover or boat strays from its path by about this share of its turning radius.
 _STRAY_SHARE = 0.5
 # At least this share of that margin is planned with, except to a target that has no such room.
-_STRAY_LEAST = 0.5
+_STRAY_LEAST_SHARE = 0.5
 # How far it steers to either side to see whether it can leave a place that is too near to an
 # obstacle, and by how much it may come nearer.
-_STEERED_RAD, _STEERED_POINTS, _NEARER_M = 1.2, 6, 0.05
+_STEERED_RAD, _STEERED_POINTS, _NEARER_MAX_M = 1.2, 6, 0.05
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ class PathPlanner:
         route, joint_s = self._far[1], path.trajectory.duration_s
         passed_s = (*path.passed_s, *(joint_s + time_s for time_s in route.passed_s))
         trajectory = path.trajectory.then(route.trajectory)
-        return CheckedPath(trajectory, passed_s, path.samples, joint_s - _EXTEND_S)
+        return CheckedPath(trajectory, passed_s, path.samples, joint_s - _EXTEND_BEFORE_END_S)
 
     def _clearance_m(self, position_enu_m: Vector3, obstacles: Obstacles) -> float:
         config = self._config
@@ -215,7 +215,7 @@ class PathPlanner:
         extras_m = [
             self._stray_m + share * self._config.corner_allowance_m for share in _ALLOWANCE_SHARES
         ]
-        extras_m.append(_STRAY_LEAST * self._stray_m)
+        extras_m.append(_STRAY_LEAST_SHARE * self._stray_m)
         return [extra_m for extra_m in dict.fromkeys(extras_m) if extra_m <= room_m] or [room_m]
 
     def _is_cornered(
@@ -234,7 +234,7 @@ class PathPlanner:
             arc = np.zeros((_STEERED_POINTS, 3)) + np.array(place_enu_m)
             arc[:, 0] += ahead * cosine - side * aside * sine
             arc[:, 1] += ahead * sine + side * aside * cosine
-            least_m = min(here_m, self._config.brake_clearance_m) - _NEARER_M
+            least_m = min(here_m, self._config.brake_clearance_m) - _NEARER_MAX_M
             if float(obstacles.clearance_m(arc).min()) >= least_m:
                 return False
         return True

@@ -117,10 +117,10 @@ class DrivenPath:
         return max(self._until_m - self._here_m, 0.0)
 
     def ahead(self, distance_m: float) -> Vector3:
-        """Return the point that is so far ahead along the path, or as far as may be looked.
+        """Return the point this far ahead along the path, or the farthest that may be looked at.
 
-        Where the vehicle has come beyond what may be looked ahead to, that is behind it: a point
-        beside it would be headed for, and left, for as long as it drives.
+        Where the vehicle has come beyond that point, the point is behind it: one beside it would be
+        headed for, and left, for as long as it drives.
         """
         wanted_m = min(self._here_m + distance_m, self._until_m)
         if wanted_m >= self._gone_m[-1]:

@@ -39,7 +39,7 @@ _SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
 # Below this planned speed the pace is not computed from it.
 _SLOW_M_S = 0.5
 # Progress: the remaining length is the least ever, by this much.
-_NEARER_M = 1.0
+_PROGRESS_MIN_M = 1.0
 
 _IsFree = Callable[[Array], bool]
 
@@ -154,7 +154,7 @@ class GivingWay:
         places = [measured_state(observation).position_enu_m]
         places += [point.position_enu_m for point in self._follower.points]
         left_m = sum(itertools.starmap(math.dist, itertools.pairwise(places)))
-        if left_m < self._least_left_m - _NEARER_M:
+        if left_m < self._least_left_m - _PROGRESS_MIN_M:
             self._least_left_m, self.waited_s = left_m, 0.0
 
     def _search(self, view: TrafficView, state: KinematicState, now: float) -> EvasionSearch | None:

@@ -49,8 +49,8 @@ _DRIVEN_SHARE = 0.99
 _PASSED_CORNERS = 1.5
 # Slower than this, a direction of travel says nothing.
 _COURSE_SPEED_M_S = 0.5
-# A setpoint may jump by so much where a path that was found late is joined: less than the noise
-# of a position, and less than a vehicle's speed changes within a period.
+# A setpoint may jump by this distance and speed where a path that was found late is joined: less
+# than the noise of a position, and less than a vehicle's speed changes within a period.
 _JOINT_M, _JOINT_M_S = 0.15, 0.3
 # Farther than a vehicle that follows is from a setpoint that stands.
 _RUN_OUT_M = 0.5

@@ -66,7 +66,7 @@ _STAND_SHARE, _RESTART_SHARE = 0.6, 0.95
 # A vehicle that is commanded to move and has moved by less than this in this time is stuck, and
 # gets more and more speed until it moves: PX4's simulated rover does not start below 0.8 m/s
 # (observed).
-_STUCK_M, _STUCK_S, _PUSH_M_S2, _PUSH_MAX_M_S = 0.2, 1.5, 0.4, 1.5
+_STUCK_WITHIN_M, _STUCK_AFTER_S, _PUSH_M_S2, _PUSH_MAX_M_S = 0.2, 1.5, 0.4, 1.5
 # A vehicle that is to stop is sent this small velocity along its nose while it rolls faster than
 # this: of a velocity of zero both firmwares take the direction, too: North, and steer there.
 _ROLLS_M_S, _NEXT_TO_NOTHING_M_S = 0.1, 0.001
@@ -171,7 +171,7 @@ class Pursuit:
         ahead_m = _LOOK_AHEAD_RADII * radius_m + _LOOK_AHEAD_S * pursuer.speed_m_s + aside_m
         aim = path.ahead(ahead_m)
         while ahead_m < path.ahead_m and self._circle.holds(aim, pursuer):
-            ahead_m += max(radius_m, _STUCK_M)
+            ahead_m += max(radius_m, _STUCK_WITHIN_M)
             aim = path.ahead(ahead_m)
         return aim
 
@@ -228,9 +228,9 @@ class Pursuit:
     def _push(self, speed_m_s: float, pursuer: Pursuer, limits: Limits, now: float) -> float:
         """Return the speed, or more if the vehicle does not move at that; remember how much."""
         here = pursuer.position_enu_m
-        if self._moved is None or distance(here, self._moved[1]) >= _STUCK_M:
+        if self._moved is None or distance(here, self._moved[1]) >= _STUCK_WITHIN_M:
             self._moved = (now, here)
-        stuck_s = now - self._moved[0] - _STUCK_S
+        stuck_s = now - self._moved[0] - _STUCK_AFTER_S
         if stuck_s > 0.0:
             most_m_s = max(min(_PUSH_MAX_M_S, limits.speed_horizontal_m_s), speed_m_s)
             speed_m_s = min(speed_m_s + _PUSH_M_S2 * stuck_s, most_m_s)

@@ -48,7 +48,7 @@ from navigation_core.traffic.volumes import NOWHERE, Array, Volume, densified, j
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import Trajectory, TrajectoryError
 
-__all__ = ["BRAKE_SHARE", "REACTION_S", "STUCK_S", "IsFree", "TrafficPace"]
+__all__ = ["BRAKE_SHARE", "NO_DETOUR_RETRY_S", "REACTION_S", "IsFree", "TrafficPace"]
 
 BRAKE_SHARE = 0.6
 """Share of the maximum acceleration that is planned for the stop at the end of the reservation"""
@@ -56,19 +56,21 @@ BRAKE_SHARE = 0.6
 REACTION_S = 0.3
 """Time until that stop begins"""
 
-STUCK_S = 5.0
+NO_DETOUR_RETRY_S = 5.0
 """Time for which a vehicle that found no detour need not search for one again"""
 
 # Up to this speed a flying vehicle is led by positions alone: without a velocity in the setpoint it
 # does not fly on when setpoints end.
 _BY_POSITION_M_S = 1.0
-# Time of flight that is reserved beyond the stopping distance; and below which more is reserved.
-_AHEAD_S, _ENOUGH_S = 3.0, 1.5
+# Time of flight at the present speed that is reserved beyond the stopping distance, and the least,
+# below which the vehicle asks for more.
+_RESERVED_AHEAD_S, _RESERVED_LEAST_S = 3.0, 1.5
 # Number of points ahead that are checked for other vehicles.
-_LOOK_AHEAD = 160
+_LOOK_AHEAD_POINTS = 160
 # Delay from which a detour is searched for, time that it must save, time between two searches.
-_DELAY_S, _GAIN_S, _RETRY_S = 1.0, 1.0, 2.0
-_STANDS_M_S, _NEAR_M = 0.1, 0.3
+_DETOUR_DELAY_MIN_S, _DETOUR_GAIN_MIN_S, _DETOUR_RETRY_S = 1.0, 1.0, 2.0
+# Below this speed the vehicle stands; a distance that grows by less than this is position noise.
+_STANDS_M_S, _LATE_NOISE_M = 0.1, 0.3
 # A path is straight if it is longer than the straight line by less than this.
 _STRAIGHT_M = 0.03
 # Maximum number of times a flight steps aside, so that it ends.
@@ -106,7 +108,7 @@ class _Course:
         return cls(trajectory, times_s, points, lengths_m, view.volume(points))
 
     def is_straight(self, time_s: float, start: Array, direction: Array, length_m: float) -> bool:
-        """Whether the path leads straight on from its point at a time, for so far at least."""
+        """Whether the path leads straight on from its point at a time, for this length at least."""
         begin_m = float(np.interp(time_s, self.times_s, self.lengths_m))
         last = int(np.searchsorted(self.lengths_m, begin_m + length_m))
         if last >= len(self.lengths_m):
@@ -251,7 +253,7 @@ class TrafficPace:
             return 1.0
         if self._course is None or self._course.trajectory is not carrot.trajectory:
             self._course, self._granted = _Course.of(carrot.trajectory, view), 0
-            self._looked_s = min(self._looked_s, now - _RETRY_S)
+            self._looked_s = min(self._looked_s, now - _DETOUR_RETRY_S)
         room_m = self._reserve(view, carrot, observation, now)
         self._running_m_s = self._speed_for(min(room_m, self._aside_m), runs_out=True)
         self._allowed_m_s = min(
@@ -330,7 +332,7 @@ class TrafficPace:
         start_s = 0.0 if speed_m_s > 0.5 else 1.0
         top_m_s = carrot.trajectory.limits.speed_horizontal_m_s
         needed_m = course.lengths_m[first] + self._run_out_m(top_m_s)
-        ahead_m = needed_m + np.array([_AHEAD_S, _ENOUGH_S]) * speed_m_s
+        ahead_m = needed_m + np.array([_RESERVED_AHEAD_S, _RESERVED_LEAST_S]) * speed_m_s
         count = len(course.times_s)
         wanted, enough = np.searchsorted(course.lengths_m, ahead_m, side="right").tolist()
         return Ask(
@@ -365,7 +367,7 @@ class TrafficPace:
         nearest_m = math.dist(course.points_enu_m[first], here)
         while begin > 0:
             away_m = math.dist(course.points_enu_m[begin - 1], here)
-            if away_m > nearest_m + _NEAR_M:
+            if away_m > nearest_m + _LATE_NOISE_M:
                 break
             begin, nearest_m = begin - 1, min(nearest_m, away_m)
         return course.volume.part(begin, first + 1)
@@ -391,7 +393,7 @@ class TrafficPace:
         )
         until_m = course.lengths_m[first] + length_m + 1.0
         ahead = course.points_enu_m[first : int(np.searchsorted(course.lengths_m, until_m)) + 1]
-        apart = np.linalg.norm(line[:, None] - ahead, axis=2).min(axis=1) > _NEAR_M + 0.5
+        apart = np.linalg.norm(line[:, None] - ahead, axis=2).min(axis=1) > _LATE_NOISE_M + 0.5
         if not apart.any():
             return NOWHERE
         volume = view.volume(line)
@@ -432,20 +434,20 @@ class TrafficPace:
         self, view: TrafficView, observation: Observation, carrot: Carrot, now: float
     ) -> None:
         """Begin to look for a detour where waiting would take longer."""
-        if self._looking is not None or now - self._looked_s < _RETRY_S:
+        if self._looking is not None or now - self._looked_s < _DETOUR_RETRY_S:
             return
         course = self._course
         assert course is not None
         stands = self._speed_m_s(carrot, observation) < _STANDS_M_S
         is_needed = self._waiting is not None and stands and view.must_give_way(now)
         first = int(np.searchsorted(course.times_s, carrot.time_s))
-        after_s = course.times_s[first : first + _LOOK_AHEAD] - carrot.time_s
-        path = course.volume.part(first, first + _LOOK_AHEAD)
+        after_s = course.times_s[first : first + _LOOK_AHEAD_POINTS] - carrot.time_s
+        path = course.volume.part(first, first + _LOOK_AHEAD_POINTS)
         self._looked_s = now
         if not len(path):
             return
         delay_s = view.picture.delay_s(view.name, path, after_s, now)
-        if delay_s < _DELAY_S and not is_needed:
+        if delay_s < _DETOUR_DELAY_MIN_S and not is_needed:
             return
         self._begin(view, observation, carrot, delay_s, is_needed, now)
 
@@ -476,7 +478,7 @@ class TrafficPace:
             found = search.find(place, targets, stands=is_needed)
             if found is not None and not found.points_enu_m and math.isfinite(delay_s):
                 found = None  # the present path is as good
-            saves = found is not None and found.cost_s < left_s + delay_s - _GAIN_S
+            saves = found is not None and found.cost_s < left_s + delay_s - _DETOUR_GAIN_MIN_S
             if found is not None and (saves or is_needed):
                 return _planned(start, found, points, limits), False
             if not may_step_aside:
@@ -571,7 +573,7 @@ class IsFree:
 def _note_stuck(looking: _Looking, view: TrafficView, now: float) -> None:
     """Let the others in a wait cycle search for a detour if the vehicle that had to found none."""
     if looking.is_needed:
-        view.picture.entry(view.name).stuck_until_s = now + STUCK_S
+        view.picture.entry(view.name).stuck_until_s = now + NO_DETOUR_RETRY_S
 
 
 def _vector(point: Array) -> Vector3:

@@ -20,8 +20,8 @@ _ASIDE_SHARE = 0.2
 # A vehicle that turns towards a point more than this aside has its wheels at the stop, and after
 # this time they are there.
 _HARD_RAD, _SETTLED_S = math.radians(60.0), 1.0
-# The radius is measured over so much of a turn, or in this time. One that is wider by less than
-# this share is the same.
+# The radius is measured over this angle of a turn, or in this time. One that is wider by less than
+# this factor is the same.
 _MEASURED_RAD, _MEASURED_S, _SAME_SHARE = math.radians(45.0), 2.0, 1.1
 # Slower than this it does not turn at all.
 _STILL_M_S = 0.2

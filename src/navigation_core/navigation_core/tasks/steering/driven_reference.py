@@ -27,8 +27,9 @@ _COURSE_LEAD_RAD = 0.8
 # one).
 _EXCESS_GAIN, _EXCESS_GAIN_1_S = 2.0, 0.5
 _STANDS_M_S = 0.01
-# The speed is raised towards the one that is asked for at this rate, and at least so fast: the
-# speed controller of ArduRover overshoots a ramp that ends abruptly by a quarter (see Pursuit).
+# The speed is raised towards the commanded one in proportion to the difference, and at least at
+# this rate: ArduRover's speed controller overshoots a ramp that ends abruptly by a quarter (see
+# Pursuit).
 _EASE_1_S, _LEAST_M_S2 = 0.7, 0.1
 
 
@@ -85,7 +86,7 @@ class DrivenReference:
             speed_m_s: what of the speed that is asked for may be driven.
             command: the command, None to stop.
             yaw_enu_rad: the measured yaw.
-            brake_factor: so much harder than usual may it brake.
+            brake_factor: how many times harder than usual it may brake.
         """
         if speed_m_s < 0.0 and not self._traits.drives_by_turn_rate:
             speed_m_s = 0.0

@@ -27,8 +27,8 @@ __all__ = ["FlownReference"]
 
 # Least time constant with which the velocity eases into the one that is commanded.
 _EASE_S = 0.4
-# While it moves, the reference leads by so much that velocity and position together do not ask for
-# more than the speed limit, times this.
+# While it moves, the reference leads only as far as velocity and position together ask for no more
+# than the speed limit, times this.
 _HURRY_SHARE = 1.03
 _LEAD_MIN_M = 0.05
 # Slower than this, the reference stands, and the vehicle is to come to it.
@@ -101,7 +101,7 @@ class FlownReference:
             yaw_rate_rad_s: the turn rate, within the limits.
             here: the measured state.
             yaw_enu_rad: the measured yaw.
-            brake_factor: so much more than the acceleration of the limits may be used.
+            brake_factor: how many times the acceleration of the limits may be used.
         """
         state = self.state
         if state is None or dt_s <= 0.0:

@@ -31,13 +31,15 @@ from navigation_core.tasks.watching.mission_phases import (
 from navigation_core.tasks.watching.mission_progress import MissionTally
 from navigation_core.tasks.waypoint import MissionPlan, Route
 
+# A vehicle that has moved by less than this in this time, hold times aside, is stuck.
 _MOVED_M = 0.5
-_STUCK_S = 60.0
-# One that moves, but comes no nearer to its waypoint, is astray after this.
-_ASTRAY_S = 300.0
+_STUCK_AFTER_S = 60.0
+# A vehicle that moves, but comes no nearer to its waypoint, is astray after this.
+_ASTRAY_AFTER_S = 300.0
 # MISSION_CURRENT may come up to a second after the HEARTBEAT that belongs to it.
-_REPORT_S = 2.0
-_CLEAR_S = 10.0
+_REPORT_DELAY_MAX_S = 2.0
+# Time for a hold and the deletion of the mission after an end.
+_CLEAR_MAX_S = 10.0
 _ITEM_UPLOAD_S = 0.5
 # A waypoint that is not reported as reached counts as such when it was passed this near: the
 # firmwares' own radii are 2 to 3 m by default (WPNAV_RADIUS, WP_RADIUS, NAV_ACC_RAD), and a
@@ -83,7 +85,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         self._left_s: float | None = None
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
-        self._headway = Headway(_ASTRAY_S)
+        self._headway = Headway(_ASTRAY_AFTER_S)
         self._headed_for = 0
         self._arrival = Dwell(config.arrival_dwell_s)
         self._stopped = Standstill.of_stop(config, traits)
@@ -260,7 +262,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         if not observation.armed:
             text = "The vehicle was disarmed during its mission."
             return Outcome(OutcomeCode.DISARMED, text, None)
-        current_s = self._phase_since_s + _REPORT_S
+        current_s = self._phase_since_s + _REPORT_DELAY_MAX_S
         fresh = report if report is not None and report.time_s >= current_s else None
         self._mission.note(fresh, observation)
         arrived = self._measures.has_arrived(fresh, observation) and not observation.position_doubt
@@ -305,7 +307,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             self._left_s = now
         last_m = self._measures.error_m(observation)
         at_end = self._measures.near_end(observation)
-        patience_s = self._config.settle_timeout_s if at_end else _REPORT_S
+        patience_s = self._config.settle_timeout_s if at_end else _REPORT_DELAY_MAX_S
         if now - self._left_s <= patience_s:
             return Wait()
         if at_end:
@@ -320,7 +322,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             self._moved_from is None or distance(position, self._moved_from) > _MOVED_M
         ):
             self._moved_from, self._moved_s = position, now
-        limit_s = _STUCK_S + self._mission.target.hold_time_s
+        limit_s = _STUCK_AFTER_S + self._mission.target.hold_time_s
         if now - self._moved_s > limit_s:
             text = f"The vehicle has not moved for {limit_s:g} s in its mission."
             self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
@@ -408,7 +410,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         stands_in_mode = not observation.armed and observation.mode is VehicleMode.MISSION
         if stands_in_mode and not self._left_mode:
             hold = Perform(TaskOperation.HOLD)
-            answer = self._requests.perform(hold, self._ending.code, observation, now, _CLEAR_S)
+            answer = self._requests.perform(hold, self._ending.code, observation, now, _CLEAR_MAX_S)
             if answer is not None and not isinstance(answer, Outcome):
                 return answer
             self._left_mode = True
@@ -416,7 +418,11 @@ class FlyMission(PhasedTask[MissionPhase]):
         if not self._stored or changed:
             return self._ending
         answer = self._requests.perform(
-            Perform(TaskOperation.CLEAR_MISSION), self._ending.code, observation, now, _CLEAR_S
+            Perform(TaskOperation.CLEAR_MISSION),
+            self._ending.code,
+            observation,
+            now,
+            _CLEAR_MAX_S,
         )
         if isinstance(answer, Outcome):
             self._add_to_ending(answer.message)

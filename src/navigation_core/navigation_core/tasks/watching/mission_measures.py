@@ -47,7 +47,7 @@ class MissionMeasures:
         return slow or not self._traits.hovers
 
     def near_end(self, observation: Observation) -> bool:
-        """Whether it is so near to the last waypoint that it may hold because of that."""
+        """Whether it is near enough to the last waypoint to hold because of that."""
         error_m = self.error_m(observation)
         return error_m is not None and error_m <= self._arrival_m() + _GROUND_ARRIVAL_M
 

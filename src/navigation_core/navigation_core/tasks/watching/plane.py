@@ -37,11 +37,11 @@ from navigation_core.tasks.waypoint import Route
 # 12 to 22 m/s by frame, PX4's FW_AIRSPD_TRIM 15 m/s; both climb at 3 to 5 m/s.
 _CRUISE_M_S, _CLIMB_M_S = 15.0, 3.0
 _RUN_UP_S = 5.0
-# Without getting nearer, in distance or in height, for this long, it will not get there. A
-# circle of 80 m at 15 m/s takes half of it.
-_STUCK_S, _NEARER_M = 90.0, 2.0
+# A plane that gets no nearer by this much, in distance and height, within this time, will not get
+# there. A circle of 80 m at 15 m/s takes half of it.
+_STUCK_AFTER_S, _PROGRESS_MIN_M = 90.0, 2.0
 # Faster up or down than this, it only passes the height.
-_LEVEL_M_S = 1.5
+_LEVEL_CLIMB_MAX_M_S = 1.5
 # A metre of height takes a plane about as long as five on its way.
 _HEIGHT_WEIGHT = 5.0
 
@@ -317,7 +317,7 @@ class FlyPlane(PhasedTask[_Phase]):
             self._go(_Phase.CIRCLING, now)
             return None
         left_m = distance(position, target) + _HEIGHT_WEIGHT * abs(position[2] - target[2])
-        if left_m < self._nearest_m - _NEARER_M:
+        if left_m < self._nearest_m - _PROGRESS_MIN_M:
             self._nearest_m, self._nearest_s = left_m, now
             self._giving_way.restart()
         return Wait()
@@ -329,8 +329,8 @@ class FlyPlane(PhasedTask[_Phase]):
             self._nearest_s = now
             if self._giving_way.waited_s > view.timeout_s:
                 return self._over(OutcomeCode.TRAFFIC, waiting.text, observation)
-        if now - self._nearest_s > _STUCK_S:
-            text = f"The vehicle has not come closer to its target for {_STUCK_S:g} s."
+        if now - self._nearest_s > _STUCK_AFTER_S:
+            text = f"The vehicle has not come closer to its target for {_STUCK_AFTER_S:g} s."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
         return None
 
@@ -346,13 +346,13 @@ class FlyPlane(PhasedTask[_Phase]):
             return None
         if answer is not None:
             return answer
-        if now - self._phase_since_s > _STUCK_S + waypoint.hold_time_s:
+        if now - self._phase_since_s > _STUCK_AFTER_S + waypoint.hold_time_s:
             text = "The vehicle did not stay on its circle around the target."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
         if not is_located(observation, self._config.position_stale_s):
             return Wait()
         here = measured_state(observation)
-        level = abs(here.velocity_enu_m_s[2]) <= _LEVEL_M_S
+        level = abs(here.velocity_enu_m_s[2]) <= _LEVEL_CLIMB_MAX_M_S
         on_circle = self._circling.watch(here.position_enu_m, waypoint.position_enu_m) and level
         settled = self._circled.holds(on_circle, now - observation.position_age_s)
         if not settled or now - self._phase_since_s < waypoint.hold_time_s:

@@ -23,7 +23,8 @@ from navigation_core.traffic.view import TrafficView
 __all__ = ["PlaneGivingWay"]
 
 _LOOK_S = 0.4
-# An evasion is flown for so long before a better one is, which must be so much better.
+# An evasion is flown for this time at least; another one replaces it if its penalty is at most this
+# share of the present one's.
 _KEEP_S, _BETTER_SHARE = 2.0, 0.8
 # One that the vehicle has not taken by then is given up.
 _TAKEN_S = 4.0

@@ -19,7 +19,7 @@ from navigation_core.tasks.waypoint import Route, RouteWaypoint
 
 # A plane turns into its circle before it is over the point, and sways about the circle.
 _NEAR_CIRCLES = 1.25
-# Its circle is up to so much wider than its parameter says when it is fast; it has come up to a
+# A fast plane's circle is up to this many times wider than its parameter says; it has approached a
 # point when it flew towards it by this share of its speed, and circles it below the other.
 _PASS_CIRCLES, _CLOSING_SHARE, _TURNING_SHARE = 2.0, 0.6, 0.3
 # ArduPlane and PX4 hold a height to a few metres in calm air.

@@ -27,10 +27,10 @@ from navigation_core.tasks.watching.plane_route import Circling
 # A vehicle that has not moved this far for this long is stuck. ArduCopter waits 5 s above
 # the launch point before it lands (RTL_LOIT_TIME), PX4 up to 5 s (RTL_LAND_DELAY).
 _MOVED_M = 0.5
-_STUCK_S = 60.0
+_STUCK_AFTER_S = 60.0
 # One that moves, but comes neither nearer to the launch point nor lower, nor climbs to return,
 # is astray after this; an approach to a landing may lead away from it for a while.
-_ASTRAY_S = 300.0
+_ASTRAY_AFTER_S = 300.0
 # RTL_ALT of ArduCopter is at most 3000 m.
 _RETURN_HEIGHT_MAX_M = 3000.0
 _DEPTH_MAX_M = 1000.0
@@ -44,14 +44,14 @@ _TOUCHDOWN_S = 3.0
 # simulated plane at 96 m, where that says 80 m.
 _CIRCLE_SHARE = 1.5
 # One that only passes is out of the circle again sooner than this.
-_CIRCLING_S = 12.0
+_CIRCLING_MIN_S = 12.0
 # A landing this near to where the return began is no return, unless that is home.
-_NOWHERE_M = 3.0
+_NOT_RETURNED_WITHIN_M = 3.0
 # Both firmwares descend slower than this at last, and disarm a second or more after the touchdown.
 # A vehicle that was faster than this a moment before its disarming has crashed, or its motors were
 # stopped in the air; a PX4 without motors reports that it is on the ground. The moment is that of
 # a HEARTBEAT.
-_FELL_M_S, _FELL_S = 2.0, 1.5
+_CRASH_SPEED_MIN_M_S, _CRASH_WITHIN_S = 2.0, 1.5
 
 
 class _Phase(Enum):
@@ -101,9 +101,9 @@ class VehicleLed(PhasedTask[_Phase]):
         self._begun_at: Vector3 | None = None
         self._disarmed_s: float | None = None
         self._fast: tuple[float, float] = (-math.inf, 0.0)
-        self._headway = Headway(_ASTRAY_S if traits.flies else _STUCK_S)
+        self._headway = Headway(_ASTRAY_AFTER_S if traits.flies else _STUCK_AFTER_S)
         self._circling = Circling(traits.circle_radius_m)
-        self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_S)
+        self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_MIN_S)
         self._stopped = Standstill.of_stop(config, traits)
 
     # --- the task protocol -----------------------------------------------------------
@@ -160,7 +160,7 @@ class VehicleLed(PhasedTask[_Phase]):
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         speed_m_s = self._speed_m_s(observation)
-        if observation.armed and speed_m_s > _FELL_M_S:
+        if observation.armed and speed_m_s > _CRASH_SPEED_MIN_M_S:
             self._fast = (now, speed_m_s)
         if self._cancel_asked and self._phase is not _Phase.STOPPING:
             self._go(_Phase.STOPPING, now)
@@ -204,12 +204,12 @@ class VehicleLed(PhasedTask[_Phase]):
             self._moved_from, self._moved_s = self._position(observation), now
         # Without a position it may be on its way all the same.
         located = self._position(observation) is not None
-        stuck_s = _STUCK_S if located else _ASTRAY_S
+        stuck_s = _STUCK_AFTER_S if located else _ASTRAY_AFTER_S
         if now - self._moved_s > stuck_s:
             what = "has not moved" if located else "has not been seen to move, without a position,"
             text = f"The vehicle {what} for {stuck_s:g} s in its {self._goal.name}."
             return Outcome(OutcomeCode.TIMEOUT, text, None)
-        longer_s = _ASTRAY_S if observation.home_enu_m is None or not located else 0.0
+        longer_s = _ASTRAY_AFTER_S if observation.home_enu_m is None or not located else 0.0
         if self._headway.is_lost(self._lengths_m(observation), now, longer_s):
             text = f"The vehicle moves but makes no progress in its {self._goal.name}."
             return Outcome(OutcomeCode.TIMEOUT, text, self._home_m(observation))
@@ -264,7 +264,7 @@ class VehicleLed(PhasedTask[_Phase]):
 
     def _on_the_ground(self, observation: Observation, now: float) -> Wait | Outcome:
         fast_s, speed_m_s = self._fast
-        if now - fast_s < _FELL_S:
+        if now - fast_s < _CRASH_WITHIN_S:
             text = f"The vehicle was disarmed while it moved at {speed_m_s:.1f} m/s."
             return Outcome(OutcomeCode.DISARMED, text, None)
         if self._cancel_asked:
@@ -299,7 +299,7 @@ class VehicleLed(PhasedTask[_Phase]):
         position, begun = self._position(observation), self._begun_at
         if position is None or begun is None:
             return False
-        return horizontal_norm(subtract(position, begun)) < _NOWHERE_M
+        return horizontal_norm(subtract(position, begun)) < _NOT_RETURNED_WITHIN_M
 
     def _on_ground(self, observation: Observation) -> bool:
         return not observation.armed and not is_airborne(
