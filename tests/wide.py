@@ -1,8 +1,8 @@
 """The slow and broad tests: `make test` leaves them out, `make test-all` runs them, too.
 
-They try many links, kinds of vehicle, hosts, stations and moments, in real time or at length. What
-they are about is held by quicker tests, too, once. Of those with more than two sets of parameters,
-`make test-all` runs the first and the last; `make test-night` runs all.
+They try many links, kinds of vehicle, hosts, stations and moments, in real time or at length.
+Quicker tests hold the same once. Of those with more than two sets of parameters, `make test-all`
+runs the first and the last; `make test-night` runs all.
 """
 
 from __future__ import annotations

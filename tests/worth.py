@@ -3,7 +3,7 @@
 `python -m tests.worth tests/pair/test_stalls.py ...` plants the defects of tests/explore/defects.py
 that these files reach, one after another and in memory only, and runs each file until a test fails.
 Without a name it takes all files with slow or broad tests (tests/wide.py) that start no processes:
-that takes days of a core. What was found is kept in out/worth.jsonl, as long as the file is the
+that takes days of a core. The results are kept in out/worth.jsonl, as long as the file is the
 same; `--table` only prints it.
 """
 

@@ -42,7 +42,7 @@ _ALIVE_S = 1.0
 
 @dataclass(frozen=True)
 class Cost:
-    """What a process needed in the window: cores, and memory in MB."""
+    """Consumption of a process in the window: cores, and memory in MB."""
 
     cores: float
     memory_mb: float

@@ -35,7 +35,7 @@ _PAGE_MB = os.sysconf("SC_PAGE_SIZE") / 1e6
 
 @dataclass(frozen=True)
 class Cost:
-    """What a server process needed while its vehicles flew.
+    """Consumption of a server process while its vehicles flew.
 
     Attributes:
         cores: processor time by wall time, at 10 Hz of feedback.

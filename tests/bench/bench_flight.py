@@ -4,7 +4,7 @@ Bridge and simulated vehicle fly seeded goals, one after the other, from 5 to 80
 different speeds. The reference of a flight's time is the least in which a point may move there
 from rest to rest, by Ruckig on one axis, with the limits of speed, acceleration and jerk that the
 server flies with: on a straight line, or for what drives on the shortest path that begins along
-its nose and turns no tighter than the server counts with. What drives has the limits of its own
+its nose and turns no tighter than the server counts with. A rover or boat has the limits of its own
 parameters where they are lower. The time counts from the first moment under way, so without
 what a firmware takes to hand over control, to the arrival; the second for which the vehicle must
 stay there to have arrived comes after that.

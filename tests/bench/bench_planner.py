@@ -39,7 +39,7 @@ RIVALS = ("RRT-Connect", "BIT*")
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What all planners made of one world: lengths, infinity for no path."""
+    """The results of all planners for one world: lengths, infinity for no path."""
 
     solvable: bool
     lengths_m: dict[str, float]

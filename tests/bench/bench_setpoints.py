@@ -123,7 +123,7 @@ def _wood() -> tuple[list[_Place], list[_Place]]:
         place = (chance.uniform(*_EAST_M), chance.uniform(*_NORTH_M))
         if all(math.dist(place, other) >= _SPACING_M for other in places):
             places.append(place)
-    # What comes first has found the most room; the unknown ones are to be everywhere.
+    # The first ones found the most room; the unknown ones are to be everywhere.
     chance.shuffle(places)
     return places[:KNOWN], places[KNOWN:]
 

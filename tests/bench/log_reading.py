@@ -34,7 +34,7 @@ def _fasttlogparser(path: Path) -> int:
 def _mavutil(path: Path) -> int:
     from pymavlink import mavutil  # noqa: PLC0415 - the other readers shouldn't carry its memory
 
-    # What `mavlink_connection` gives for a log also makes an index first, and is slower.
+    # `mavlink_connection` makes an index of a log first, and is slower.
     log = mavutil.mavlogfile(str(path))
     count = 0
     while log.recv_msg() is not None:

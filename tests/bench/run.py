@@ -4,7 +4,7 @@ Every ``bench_*.py`` beside this file has a function ``measures(short: bool) -> 
 row says what was measured, what stands beside it as the reference in the same run, and whether
 the goal is met; all rows are printed as a table and written to ``out/bench.json``. A missed goal is
 printed with how far off it is. A file that fails is named at the end; the others keep their rows.
-What an earlier run wrote can be compared with.
+The figures can be compared with those of an earlier run.
 Machines differ and are noisy: read the ratios, not the absolute figures.
 
 ``--short`` runs every line of each file in a few seconds, with the smallest counts and windows.

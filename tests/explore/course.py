@@ -91,7 +91,7 @@ UNSEEN = Truth((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, False, "", False, math.in
 
 @dataclass
 class View:
-    """What is known of one vehicle and its server at a moment.
+    """The knowledge about one vehicle and its server at a moment.
 
     Attributes:
         craft: of the scenario.

@@ -42,7 +42,7 @@ _MARKS = "__reached__"
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """What one seed did with the sound sources.
+    """The lines that one seed reached in the sound sources.
 
     Attributes:
         seed: its number.

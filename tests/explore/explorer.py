@@ -19,7 +19,7 @@ from tests.explore.scenario import Scenario
 
 @dataclass(frozen=True)
 class Flown:
-    """What became of one scenario.
+    """The result of one scenario.
 
     Attributes:
         seed: its number.

@@ -1,6 +1,6 @@
 """Actions of people and faults, which the events of a scenario name.
 
-Each takes the ship and the event's arguments. What takes a while ends with another event.
+Each takes the ship and the event's arguments. One that takes a while ends with another event.
 """
 
 from __future__ import annotations

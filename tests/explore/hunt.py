@@ -37,7 +37,7 @@ _ALONE_S = 13.0
 # A flight that takes this many times as long as the sound one is cut off.
 _PATIENCE = 4.0
 _PATIENCE_S = 3.0
-# What a line executed by another kind of vehicle is worth, and one elsewhere in the module.
+# Worth of a line that another kind of vehicle executed, and of one elsewhere in the module.
 _KIND, _BESIDE, _LITTLE = 0.03, 0.01, 0.05
 _BY_TIME = "takes four times as long"
 _BY_IMPORT = "cannot be imported"
@@ -65,7 +65,7 @@ class Defect:
 
 
 class Fate(Enum):
-    """What became of a defect."""
+    """The fate of a defect."""
 
     FOUND = "found"
     TOLERATED = "has an effect within the policies' tolerances"
@@ -75,7 +75,7 @@ class Fate(Enum):
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a defect.
+    """The judgement of a defect.
 
     Attributes:
         name: of the defect.

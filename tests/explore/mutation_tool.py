@@ -35,7 +35,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
                 "mavlink_vehicle.protocols.monitoring.heartbeat",
                 "mavlink_vehicle.protocols.operation_slot", "navigation_core.tasks.flying."),
 }  # fmt: skip
-"""What is mutated: groups of modules, each with the beginnings of their names."""
+"""Groups of modules that are mutated, each with the beginnings of their names"""
 # Texts meant for people; what depends on none of them.
 _TELLING = frozenset({"log", "note", "remark", "text", "_tell"})
 

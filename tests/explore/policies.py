@@ -53,7 +53,7 @@ PARAMETERS = "docs/parameters.md"
 SETPOINT = "SET_POSITION_TARGET_LOCAL_NED"
 # A HEARTBEAT tells a mode, once a second; some may be lost.
 _ANSWER_S = 4.0
-# What is known of a vehicle is at most this old on a good link.
+# On a good link, knowledge of a vehicle is at most this old.
 _REPORTED_S = 0.5
 _HULL_M = 0.5
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
@@ -243,7 +243,7 @@ def success_is_at_the_target(end: GoalFinished, view: View, now_s: float) -> boo
 
 @always(_SUCCESS, OURS)
 def success_stands(end: GoalFinished, view: View, now_s: float) -> bool:
-    """What can stand still stands when it reports SUCCESS, by ground truth."""
+    """A vehicle that can stand still stands when it reports SUCCESS, by ground truth."""
     return not view.hovers or not _undisturbed(end, view, now_s) or _stands(view, 0.6)
 
 
@@ -347,7 +347,7 @@ def bad_numbers_are_rejected(asked: Asked, view: View, now_s: float) -> bool:
 
 @always(of_kind("asked"), "docs/navigate.md, kinds of vehicles")
 def takeoffs_are_for_what_flies(asked: Asked, view: View, now_s: float) -> bool:
-    """A Takeoff is accepted from nothing that drives, and no copter is told that it cannot."""
+    """Only a vehicle that flies gets a Takeoff accepted, and no copter is rejected as unable to."""
     if not isinstance(asked.request, TakeoffRequest):
         return True
     drives = view.craft.kind in ("rover", "boat")
@@ -381,7 +381,7 @@ def a_mishap_of_a_first_goal(end: GoalFinished, view: View, now_s: float) -> boo
     usual = usual and not (timeless and end.code is OutcomeCode.TIMEOUT)
     # A plane that starts with the wind behind it may never get fast enough on its wheels.
     usual = usual and (view.hovers or view.wind_m_s < 2.0)
-    # What lies in the way of one that avoids nothing is hit.
+    # An obstacle on the path of a vehicle that avoids nothing is hit.
     usual = usual and view.hit_s == math.inf
     return alone and usual and not _avoids_any(goal) and end.code in _MISHAPS
 
@@ -892,7 +892,7 @@ def setpoints_lead_to_the_target(message: Message, view: View, now_s: float) -> 
     if math.hypot(*velocity_m_s) < 1.0 or math.dist(target[:2], place) < 8.0:
         return True
     along = sum(v * (t - p) for v, t, p in zip(velocity_m_s, target, place, strict=False))
-    # What was set before a moment ago is still slowed down.
+    # A vehicle that was under way before this goal is still being slowed down.
     turns = any(math.hypot(*t.velocity_enu_m_s[:2]) > 1.0 for s, t in view.recent if s < now_s - 2)
     return along > 0.0 or (turns and now_s - goal.accepted_s < 15.0) or not view.calm(now_s, 60.0)
 

@@ -17,7 +17,7 @@ from tests.explore.log import Entry
 
 @dataclass(frozen=True)
 class Select:
-    """What a policy looks at.
+    """The entries that a policy looks at.
 
     Attributes:
         kind: of the entries.
@@ -93,7 +93,7 @@ class Steady(Policy):
 
 @dataclass
 class Within(Policy):
-    """What begins is over within a time.
+    """A policy: each thing that begins is over within a time.
 
     Attributes:
         begins: returns the key of what begins with an entry, or None.
@@ -147,7 +147,7 @@ def within(
     begins: Callable[[Entry, View], Hashable | None],
     source: str,
 ) -> Callable[[Callable[[View, Any, float, float], bool]], Any]:
-    """So long after something begins, the function tells that it is over, or excused."""
+    """Register a function that judges, this time after a begin, whether it is over or excused."""
 
     def register(over: Callable[[View, Any, float, float], bool]) -> Any:
         _registered.append(Within(*_named(over), source, "within", begins, over, seconds))

@@ -1,7 +1,7 @@
 """``make demo-fleet``: eight copters cross through one point; a ground station pauses one of them.
 
-Bridges fly simulated vehicles, which can hit each other, over MAVLink in simulated time. What was
-flown is checked and drawn: a film from above, and from the side.
+Bridges fly simulated vehicles, which can hit each other, over MAVLink in simulated time. The
+flights are checked and drawn: a film from above, and from the side.
 """
 
 from __future__ import annotations

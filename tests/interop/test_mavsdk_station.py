@@ -1,7 +1,7 @@
 """MAVSDK is the ground station while ROS goals fly; the server passes on what they say.
 
 Real processes and real UDP: simulator, navigation server and MAVSDK, which hears of the vehicle
-by the server's `gcs_links` only. What its acts do to a goal is in docs/ground_stations.md.
+by the server's `gcs_links` only. docs/ground_stations.md says what its acts do to a goal.
 """
 
 from __future__ import annotations

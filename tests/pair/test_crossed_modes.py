@@ -1,8 +1,8 @@
 """A mode that somebody else chooses while a request of the server for another one is on its way.
 
 Each case is flown twice: once alone, to know when the request leaves, and once with the other
-choice at a time before or after that. What counts is the simulator's truth: whoever chose last,
-and was seen to, has the vehicle.
+choice at a time before or after that. The simulator's truth counts: the last one to choose, if it
+was seen to, has the vehicle.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.models.kinematics import driven_way_m, least_time_s
 
 AUTOPILOTS = ["ardupilot", "px4"]
-# As near to the least time that the limits allow.
+# Greatest time, as a multiple of the least that the limits allow.
 _SHARE = 1.10
 
 
@@ -187,7 +187,7 @@ def test_it_turns_back_for_a_waypoint_if_it_is_to(autopilot: str) -> None:
     assert end.code.value == "SUCCESS", end.message
     assert end.waypoints_missed == ()
     assert end.waypoints_reached == 3
-    # What it reports is its estimate, which is off by some decimetres.
+    # The reported position is an estimate, which is off by some decimetres.
     assert max(nearest) < 0.6
 
 

@@ -177,7 +177,7 @@ def test_goals_agree_with_a_reposition_anywhere(
     check_agreement(autopilot, latitude_deg, bearing_rad, distance_m)
 
 
-# What else is told in degrees
+# Other messages in degrees
 
 
 @pytest.mark.parametrize("vehicle", ["copter", "rover", "plane"])

@@ -51,7 +51,7 @@ def test_a_goal_is_driven_to_without_circles_and_the_vehicle_stands_there(
     (end,) = drive.ends(goal_id)
     assert end.code.value == "SUCCESS", end.message
     assert turns < 1.4
-    # What it reports is its estimate, which is off by some decimetres.
+    # The reported position is an estimate, which is off by some decimetres.
     assert _off(drive, *target) < ERROR_M[drive.kind] + 0.2
     drive.run_for(5.0)
     assert _off(drive, *target) < ERROR_M[drive.kind] + 0.5

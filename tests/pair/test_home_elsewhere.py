@@ -1,7 +1,7 @@
 """A home that is not where the vehicle stands: above, below, far away, moved in flight.
 
-Heights of goals count from the ground, which is where the vehicle stands. What counts is the truth
-of the simulator, whose ground is at 0 m.
+Heights of goals count from the ground, which is where the vehicle stands. The truth is that of the
+simulator, whose ground is at 0 m.
 """
 
 from __future__ import annotations

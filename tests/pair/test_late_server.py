@@ -1,6 +1,6 @@
 """A server that stands still for a while, or for good, while its vehicle flies among obstacles.
 
-What counts is the truth of the simulator: how near the vehicle comes to what stands in the way.
+Judged by the simulator's truth: how near the vehicle comes to the obstacle.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def test_who_is_late_is_slow_says_so_and_sends_no_acceleration(firmware: str) ->
         if time_s > begun_s and message.get_type() == "SET_POSITION_TARGET_LOCAL_NED"
     ]
     assert len(sent) > 20
-    # What a PX4 is sent is what its drag takes: no more than in proportion to its speed.
+    # A PX4 is sent only the acceleration against its drag: at most in proportion to its speed.
     drag_per_s = 1.2 if firmware == "px4" else 0.0
     for m in sent:
         allowed = drag_per_s * math.hypot(m.vx, m.vy, m.vz) + 0.01

@@ -20,7 +20,7 @@ from tests.support.flights.loss_matrix import (
     outcomes_on_page,
 )
 
-# What 40 % does to a PX4 says it for these, too, and its many messages cost time.
+# The effect of a loss of 40 % on a PX4 covers these, too, and its many messages cost time.
 MILDER = ("loss 5 %", "loss 20 %")
 CELLS = [
     pytest.param(firmware, action, disturbance, id=f"{firmware}-{action.name}-{disturbance.name}")

@@ -1,6 +1,6 @@
 """A receiver that errs while a goal is flown: never a success beside the target.
 
-What the simulated vehicles do then is what both firmwares' own simulators were seen to do.
+The simulated vehicles then behave as both firmwares' own simulators were seen to.
 """
 
 from __future__ import annotations

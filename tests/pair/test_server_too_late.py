@@ -71,7 +71,7 @@ def test_a_server_that_stands_still_again_and_again_comes_to_an_end() -> None:
 def test_a_hang_is_not_held_against_the_vehicle(
     asked: Request, autopilot: str, stall_s: float
 ) -> None:
-    """Whatever it waits for: a vehicle that is left alone on the ground disarms itself."""
+    """In every phase: a vehicle that is left alone on the ground disarms itself."""
     for begun_s in (0.0, 0.05, 0.3, 0.6, 1.0, 1.5):
         if isinstance(asked, TakeoffRequest):
             simulated = VehicleConfig(autopilot=autopilot, ready_after_s=1.0)

@@ -154,7 +154,7 @@ def test_both_get_the_parameters_the_fence_and_the_time(network: Network) -> Non
 
 
 def test_two_uploads_at_once_are_reported_by_their_results(network: Network) -> None:
-    """Who is told that his mission is stored has it stored; who comes second replaces it."""
+    """A station whose mission is reported as stored has it stored; the second replaces it."""
     board, ground = network.board, network.ground
     ours, theirs = items(5, 12.0), items(3, 30.0)
     ends = network.finish(

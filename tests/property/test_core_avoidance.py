@@ -63,7 +63,7 @@ things = st.builds(Thing, shapes, moments, ends)
 
 
 class Sight:
-    """What a sensor sees of the things, and how near the vehicle truly is to them."""
+    """The sensor's view of the things, and how near the vehicle truly is to them."""
 
     def __init__(self, vehicle: PointMass, things: list[Thing]) -> None:
         """Prepare."""
@@ -82,7 +82,7 @@ class Sight:
             if not thing.appears_s <= elapsed_s < thing.vanishes_s:
                 self._real.discard(index)
             elif index not in self._real and (elapsed_s == 0.0 or clearance_m > SEEN_WITHIN_M):
-                self._real.add(index)  # What drops out of the sky in front of it is not fair.
+                self._real.add(index)  # One that drops out of the sky before it is not fair.
             if index in self._real:
                 self.nearest_m = min(self.nearest_m, clearance_m)
         if elapsed_s - self._looked_s < LOOK_S - 1e-6:

@@ -72,7 +72,7 @@ def test_a_path_that_a_coarse_grid_finds_is_found_and_no_longer(
 ) -> None:
     world = random_world(seed, count, kind)
     answer = planned(world, PlanLimits(CLEARANCE_M))
-    # So much more clearance that each line between two free cells has enough.
+    # With this much more clearance each line between two free cells has enough.
     length_m = grid_length_m(world, CLEARANCE_M + 0.75 * _CELL_M)
     if math.isfinite(length_m):
         assert isinstance(answer, Path)

@@ -161,7 +161,7 @@ def test_a_level_route_keeps_to_acceleration_and_jerk(corners: list[tuple[float,
     assert np.linalg.norm(accelerations, axis=1).max() <= LIMITS.acceleration_horizontal_m_s2 + 1e-6
     jerks = np.linalg.norm(np.diff(accelerations, axis=0), axis=1) / _STEP_S
     assert jerks.max() <= 1.01 * LIMITS.jerk_m_s3 + 1e-6
-    # What is said of the acceleration is what becomes of velocity and position.
+    # The given acceleration must be the derivative of velocity, and velocity that of position.
     for of, changes in ((velocities, accelerations), (places, velocities)):
         middle = 0.5 * (changes[1:] + changes[:-1])
         assert np.abs(np.diff(of, axis=0) - _STEP_S * middle).max() <= LIMITS.jerk_m_s3 * _STEP_S**2

@@ -101,7 +101,7 @@ def bridge() -> Bridge:
 
 
 def outcome(of: Bridge, sender: Codec, now: float) -> list[Any]:
-    """What can be seen of a bridge from outside."""
+    """Return all that can be seen of a bridge from outside."""
     outputs = []
     while (output := of.next_output()) is not None:
         outputs.append(str(getattr(output, "message", output)))

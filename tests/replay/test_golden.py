@@ -1,7 +1,7 @@
 """Each recording gives the same again and again: events, states and feedback as they are kept.
 
 `pytest tests/replay/test_golden.py --update-golden` keeps what is found now; look at what
-changes. What may differ is listed in `tests/support/logs/golden.py`.
+changes. Allowed differences are listed in `tests/support/logs/golden.py`.
 """
 
 from __future__ import annotations

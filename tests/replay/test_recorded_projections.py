@@ -63,7 +63,7 @@ def messages(name: str) -> tuple[tuple[float, Message], ...]:
 
 
 def states(name: str, *, known: bool = True) -> list[VehicleState]:
-    """What was known after each position; `known` says whether the firmware was."""
+    """Return the state after each position; `known` says whether the firmware was."""
     state, found = VehicleState(system_id=1), []
     for time_s, message in messages(name):
         if known or message.get_type() != "HEARTBEAT":

@@ -35,7 +35,7 @@ def bridge() -> Bridge:
 
 
 def replayed(path: Path) -> list[tuple[float, Output]]:
-    """What a replay puts out, with the time of each."""
+    """Return the outputs of a replay, with the time of each."""
     heard, told = bridge(), list[tuple[float, Output]]()
     noted = NotedOutputs(heard)
     for played in play(TlogReader(path), heard, Codec(1, 191)):
@@ -70,7 +70,7 @@ def test_what_was_put_out_in_flight_comes_out_of_the_recording(
 
 
 def told(output: object) -> tuple[object, list[float]]:
-    """What a client sees of an output: words, and numbers."""
+    """Return an output as a client sees it: words, and numbers."""
     if isinstance(output, GoalFinished):
         words = (output.goal_id, output.state, output.code, output.message)
         return (*words, output.waypoints_reached, output.waypoints_missed), [output.elapsed_s]

@@ -49,7 +49,7 @@ _PERIOD_S = 0.3
 
 
 class Vehicles:
-    """What three servers say of their vehicles, over and over."""
+    """The messages of three servers about their vehicles, over and over."""
 
     def __init__(self, domain: int) -> None:
         os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"

@@ -15,10 +15,10 @@ from drone_navigation.processes import ros_environment
 from tests.support.links.hosts import Host, Network, NoNamespacesError, networked
 from tests.support.processes import Process
 
-# What is cut off must stay so for longer than DDS remembers it: 20 s.
+# A host that is cut off must stay so for longer than DDS remembers it: 20 s.
 pytestmark = pytest.mark.xdist_group("ros_hosts")
 
-# Nobody else is in these hosts' network.
+# The network of these hosts is their own.
 DOMAIN = 1
 READY_S, FLIGHT_S = 40.0, 90.0
 # At 10 Hz and the 2 m/s of STEADY two feedbacks are 0.2 m apart; ten lost ones would be 2 m.

@@ -24,7 +24,7 @@ def _ground(flight: Flight) -> None:
 
 
 # How long a phase on the ground lasts hangs on when the next HEARTBEAT comes: it may be over
-# before the cancel arrives. What must hold holds for all of them.
+# before the cancel arrives. The same must hold for all of them.
 @pytest.mark.parametrize("delay_s", [0.0, 0.1, 0.3, 1.0])
 def test_a_cancel_on_the_ground_leaves_a_disarmed_vehicle(flight: Flight, delay_s: float) -> None:
     _ground(flight)

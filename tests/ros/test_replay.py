@@ -55,7 +55,7 @@ TOPICS: dict[str, tuple[Any, QoSProfile]] = {
 
 @dataclass
 class Heard:
-    """What a subscriber heard of one vehicle, in order."""
+    """The messages that a subscriber heard of one vehicle, in order."""
 
     messages: dict[str, list[Any]] = field(default_factory=lambda: {name: [] for name in TOPICS})
 
@@ -70,7 +70,7 @@ class Heard:
         return [(*_xyz(p.position), p.orientation.z, p.orientation.w) for p in found]
 
     def statuses(self) -> list[tuple[Any, ...]]:
-        """What the vehicle says, without those that are like the one before."""
+        """Return the vehicle's statuses, without those that are like the one before."""
         return _changes(
             (
                 s.mode, s.armed, s.in_control, s.landed_state, s.position_valid, s.failsafe,

@@ -17,6 +17,6 @@ def test_a_demo_whose_server_is_stopped_again_and_again_hits_nothing(
 ) -> None:
     flown = fly(tmp_path / "demo", autopilot, seed=3)
     assert flown.stops >= 3, flown.text
-    # Who is stopped cannot give way to what drives at it. How near that comes depends on the
-    # moment; ten runs of tests.support.ros.stopped_demo judge it.
+    # A vehicle whose server is stopped cannot give way to a rover that drives at it. How near that
+    # comes depends on the moment; ten runs of tests.support.ros.stopped_demo judge it.
     assert flown.is_sound or flown.obstacle in MOVING, flown

@@ -80,7 +80,7 @@ def test_neither_client_nor_server_takes_a_goal_beside_somebody_elses_server(
         foreign.stop()
 
 
-# What `ros2 action send_goal` does: it looks for nothing but a server. It sends for some seconds,
+# Does as `ros2 action send_goal`: it looks for nothing but a server. It sends for some seconds,
 # as it finds one server before the other.
 SEND = """
 import time

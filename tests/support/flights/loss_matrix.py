@@ -67,7 +67,7 @@ class Disturbance:
 
 @dataclass(frozen=True)
 class Cell:
-    """What came of a flight.
+    """The result of a flight.
 
     Attributes:
         outcome: the goal's code; what the vehicle did by itself if the bridge was killed.

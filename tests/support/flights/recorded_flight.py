@@ -21,7 +21,7 @@ BULK = {
     "MISSION_CURRENT", "EKF_STATUS_REPORT", "ESTIMATOR_STATUS", "TIMESYNC", "SYSTEM_TIME",
     "SET_POSITION_TARGET_LOCAL_NED", "OBSTACLE_DISTANCE", "PARAM_VALUE",
 }  # fmt: skip
-"""What comes again and again; a small recording has it more rarely."""
+"""Messages that come again and again; a small recording has them more rarely"""
 
 IDLE = {
     "ODOMETRY", "SERVO_OUTPUT_RAW", "ATTITUDE_QUATERNION", "ALTITUDE", "HIGHRES_IMU", "RAW_IMU",

@@ -103,7 +103,7 @@ class SimulatedFlight:
     def stall(self, seconds: float) -> None:
         """Let the vehicle continue for a while in which the server stands still, as after SIGSTOP.
 
-        What the vehicle sends waits in the link, and comes at once afterwards.
+        Messages of the vehicle wait in the link, and come at once afterwards.
         """
         end_s = self.now + seconds
         while self.now < end_s:

@@ -18,7 +18,7 @@ from tests.support.worlds.ground_truth import Encounter
 from tests.support.worlds.random_worlds import Mover, World
 
 TOP_M = 100.0
-"""What has no end upwards ends there in the simulator"""
+"""Top in the simulator of an obstacle that has none"""
 TIMEOUT_S = 600.0
 SCANNER = RangeSensor(reach_m=20.0)
 

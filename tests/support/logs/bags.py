@@ -36,7 +36,7 @@ class Topic:
 
     @property
     def plain(self) -> list[Any]:
-        """What the messages say, without their stamps."""
+        """Return the messages without their stamps."""
         return [plain(message) for _, message in self.messages]
 
 

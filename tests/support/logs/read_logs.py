@@ -62,7 +62,7 @@ def mavutil_packets(path: Path) -> list[Packet]:
 
 
 def codec_packets(path: Path) -> list[Packet]:
-    """What this project's reader and codec make of the log, packet by packet."""
+    """Return the log as this project's reader and codec read it, packet by packet."""
     codec = Codec(255, 190)
     return [
         Packet(time_s, frame, message)

@@ -174,7 +174,7 @@ class PointMass:
 
 @dataclass
 class Flight:
-    """What a task did, step by step: (time, observation, answer)."""
+    """The steps of a task: (time, observation, answer)."""
 
     steps: list[tuple[float, Observation, Intent | Outcome]] = field(default_factory=list)
 

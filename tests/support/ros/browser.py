@@ -193,7 +193,7 @@ class Tab:
 
     def press(self, key: str, code: str, held_s: float = 0.0) -> None:
         """Press a key, and release it after a time in s."""
-        # What the browser itself acts on is known to it by a number.
+        # The browser knows the keys on which it acts itself by a number.
         number = _KEY_CODES.get(key, 0)
         event = {"key": key, "code": code, "windowsVirtualKeyCode": number}
         self.call("Input.dispatchKeyEvent", type="rawKeyDown", **event)

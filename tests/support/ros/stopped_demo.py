@@ -31,7 +31,7 @@ TIMEOUT_S = 240.0
 
 @dataclass(frozen=True)
 class StoppedDemo:
-    """What came of one demo.
+    """The result of one demo.
 
     Attributes:
         stops: how often the server was stopped.

@@ -56,7 +56,7 @@ class Terminal:
 
     @property
     def modes(self) -> list[Any]:
-        """What termios says of the terminal."""
+        """Return the terminal's modes from termios."""
         return termios.tcgetattr(self._theirs)
 
     @property

@@ -1,6 +1,6 @@
 """Other ways to plan, to measure the planner beside: OMPL, and a search over a grid.
 
-All of them plan in the plane. What they return is checked exactly like any other path.
+All of them plan in the plane. Their answers are checked exactly like any other path.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle, Obstacles
 
 CLEARANCE_M = 1.5
-"""What a vehicle needs beside obstacles: worlds are made for this, and judged with it."""
+"""Clearance of a vehicle from obstacles: worlds are made for this, and judged with it"""
 
 KINDS = ("posts", "blocks", "walls", "gap", "dead end", "maze", "closed")
 
@@ -77,7 +77,7 @@ class World:
 
     @cached_property
     def obstacles(self) -> Obstacles:
-        """What stands still, as tables."""
+        """The stationary obstacles, as tables."""
         return Obstacles.of(self.fixed)
 
     @cached_property

@@ -423,7 +423,7 @@ def test_it_does_not_flap_between_two_sides() -> None:
     watched = Watched(task, vehicle)
 
     def change(elapsed_s: float) -> None:
-        # What the sensor makes of a post moves by some centimetres with every look.
+        # The sensor's view of a post moves by some centimetres with every scan.
         wobble_m = 0.1 * math.sin(7.0 * elapsed_s)
         vehicle.obstacles = post(25.0, wobble_m, 3.0)
 

@@ -58,7 +58,7 @@ def test_it_acts_in_time_to_stop_and_not_much_earlier() -> None:
     last_m = 10.0 - CLEARANCE_M - way_m
     assert not brakes(moving(last_m - 0.05, speed))
     assert brakes(moving(last_m + 0.05, speed))
-    # What is told to stop then, and moves on for the reaction time, keeps the clearance.
+    # A vehicle commanded to stop then, and moving on for the reaction time, keeps the clearance.
     begin = moving(last_m + speed * REACTION_S, speed)
     assert plan_stop(begin, LIMITS).end_position_enu_m[0] < 10.0 - CLEARANCE_M + 0.01
 

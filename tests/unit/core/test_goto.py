@@ -1089,7 +1089,7 @@ def test_an_estimate_that_jumps_while_it_is_in_doubt_moves_nothing() -> None:
 
 
 def test_a_brake_that_began_in_doubt_ends_by_the_velocity() -> None:
-    """What the vehicle was told of places is past when it was held without them."""
+    """Positions sent to the vehicle are past once it was held without them."""
     vehicle, task = hovering(), goto((60.0, 0.0, 2.5))
     each_step = doubtful_from(vehicle, 4.0, 8.0, jump_s=7.0)
 

@@ -55,7 +55,7 @@ class Server:
 
     @property
     def used(self) -> Volume:
-        """What its vehicle may use."""
+        """The volume that its vehicle may use."""
         return self.picture.entry(self.vehicle).used
 
 

@@ -62,7 +62,7 @@ def test_what_was_hit_is_found_where_it_is() -> None:
     assert clearance(obstacles, 13.0, 0.0, 5.0) < 0.3
     assert clearance(obstacles, 13.0, 4.5, 5.0) < 0.3
     assert clearance(obstacles, 11.5, 0.0, 5.0) > 1.0
-    # What is behind its front is unknown, and so are places to which nobody looked.
+    # The space behind its front is unknown, and so are places to which nobody looked.
     assert clearance(obstacles, 17.0, 0.0, 5.0) > 1.0
     assert clearance(obstacles, -10.0, 0.0, 5.0) > 20.0
 

@@ -61,7 +61,7 @@ def check(
 def test_a_path_is_kept_while_nothing_comes_nearer_than_the_conflict_distance() -> None:
     replanner, on = flown(), flown_samples()
     assert check(replanner, NOTHING, 1.0, on) is Decision.KEEP
-    # What a path was planned clear of is not in conflict once it seems a little nearer.
+    # An obstacle that the path was planned clear of is no conflict once it seems a little nearer.
     assert check(replanner, post(20.0, 0.5 + 1.5), 2.0, on) is Decision.KEEP
     assert check(replanner, post(20.0, 0.5 + 1.15), 3.0, on) is Decision.KEEP
     assert check(replanner, post(20.0, 0.5 + 1.05), 4.0, on) is Decision.REPLAN

@@ -83,7 +83,7 @@ def test_a_silent_vehicle_is_reported_in_one_line() -> None:
 
 
 class Graph:
-    """What a node is asked for here."""
+    """The questions to a node's graph that are asked here."""
 
     def __init__(self, vehicle: str) -> None:
         self._vehicle = vehicle

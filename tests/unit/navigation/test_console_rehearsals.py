@@ -37,7 +37,7 @@ sys.stdin.readline()
 
 
 class Thread:
-    """What the ROS thread does for rehearsals, step by step."""
+    """The work of the ROS thread for rehearsals, step by step."""
 
     def __init__(self, program: str) -> None:
         self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()

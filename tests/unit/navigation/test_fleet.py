@@ -87,7 +87,7 @@ class Three:
         self.forget()
 
     def turn(self) -> list[Message]:
-        """What a driver does in a turn, but for receiving."""
+        """Do what a driver does in a turn, but for receiving."""
         deadline_s = self.fleet.next_deadline()
         if deadline_s is not None and deadline_s <= self.clock.now():
             self.fleet.handle_timer(self.clock.now())

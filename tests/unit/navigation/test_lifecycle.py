@@ -19,7 +19,7 @@ from navigation_bridge.goals.lifecycle import (
 )
 from navigation_core.outcomes import OutcomeCode
 
-# What ROS 2's actions do not allow (design.ros2.org/articles/actions.html, "Goal States").
+# Changes that ROS 2's actions do not allow (design.ros2.org/articles/actions.html, "Goal States").
 REJECTED = [
     (GoalState.ACCEPTED, GoalEvent.SUCCEED),
     (GoalState.ACCEPTED, GoalEvent.CANCELED),

@@ -115,7 +115,7 @@ def test_reports_are_about_waypoints_without_home() -> None:
     now = tracker.report(state(report(6, (1, 2, 3, 4))))
     assert now is not None
     assert (now.current, now.reached, now.complete, now.changed) == (1, frozenset({0}), False, "")
-    # What was reached in the mission before is told a while longer by a PX4.
+    # A PX4 reports what was reached in the mission before for a while longer.
     early = tracker.report(state(report(2, (6,))))
     assert early is not None
     assert early.reached == frozenset()

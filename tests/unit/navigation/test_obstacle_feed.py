@@ -515,7 +515,7 @@ u8, u16, real = st.integers(0, 255), st.integers(0, 65535), st.floats(width=32)
 
 
 class TestAnything:
-    """Whatever a sensor says, the feed continues; what is wrong must not end a goal."""
+    """With any sensor message the feed continues; a wrong one must not end a goal."""
 
     flight = Flight()
 

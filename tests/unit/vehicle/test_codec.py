@@ -19,7 +19,7 @@ def pack(message: Any, *, version: int = 2, system: int = 1) -> bytes:
     return bytes(message.pack(packer, force_mavlink1=version == 1))
 
 
-# What is the same in all messages of a class; `_payload`, the raw payload, is set nowhere.
+# The same in all messages of a class; `_payload`, the raw payload, is set nowhere.
 _OF_CLASS = (
     "_fieldnames", "_type", "_signed", "_link_id", "_instances", "_instance_field",
     "_instance_offset",

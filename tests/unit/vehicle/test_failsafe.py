@@ -153,7 +153,7 @@ def test_px4_flying_another_mode_than_the_chosen_one_is_a_failsafe() -> None:
     assert px4_state(current_mode(PX4_RTL, 0)).failsafe is None  # not told
 
 
-# What a PX4 was seen to say on its own simulator, in OFFBOARD with the stream kept.
+# Texts of a PX4 on its own simulator, in OFFBOARD with the stream kept.
 RADIO = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 PX4_HOLD = 0x03040000
 

@@ -333,7 +333,7 @@ def test_repetitions_of_one_command_count_once(network: Network) -> None:
 
 
 def test_what_comes_after_the_answer_is_another_wish(network: Network) -> None:
-    """Who clears, or pauses, two goals in a row means both."""
+    """A station that clears, or pauses, two goals in a row means both."""
     pause = mavlink.MAV_CMD_DO_PAUSE_CONTINUE
     assert len(network.command(pause, 0.0)) == 1
     network.answer(network.autopilot.ack(mavlink.MAV_CMD_REQUEST_MESSAGE, 0))

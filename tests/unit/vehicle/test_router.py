@@ -241,7 +241,7 @@ def test_a_flood_of_a_station_is_throttled_and_the_quiet_vehicle_is_heard(
     assert heard == list(range(60))
     ((_, counts),) = server.router.statistics.station_links()
     assert counts.throttled > 0
-    # What the kernel has no room for while the link rests is lost before it can be counted.
+    # Frames that the kernel has no room for while the link rests are lost before they can count.
     assert counts.throttled + counts.frames <= 60 * 50 + 3
     assert counts.frames >= STATION_BURST
 

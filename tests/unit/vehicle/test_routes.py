@@ -92,7 +92,7 @@ def test_what_is_for_the_system_where_it_came_from_does_not_go_back() -> None:
     assert net.table.destinations(net.one, 1, 1) == []
 
 
-# What we send ourselves
+# Frames of our own
 
 
 def test_our_setpoints_go_only_to_their_vehicle() -> None:
@@ -120,7 +120,7 @@ def test_our_answer_to_a_station_goes_to_that_station() -> None:
     assert net.table.destinations_of_ours(1, *STATION) == [net.ground]
 
 
-# What is dropped
+# Frames that are dropped
 
 
 def test_our_own_frames_that_come_back_are_dropped_as_looped() -> None:
@@ -198,7 +198,7 @@ def test_frames_are_forgotten_after_a_while() -> None:
     assert net.table.admit(net.two, b"beat", (1, 1), 3.0 * MEMORY_S)
 
 
-# What changes
+# Changes of the network
 
 
 def test_a_vehicle_that_restarts_on_another_port_is_reached_there() -> None:
@@ -257,7 +257,7 @@ FRAMES = st.tuples(st.integers(0, 3), SOURCES, IDS, IDS, st.integers(0, 5))
 def test_never_back_never_twice_and_by_name_only_to_where_it_was_heard(
     stations: list[bool], frames: list[tuple[int, tuple[int, int], int, int, int]]
 ) -> None:
-    """Whoever sends what: frames are told apart by their source, target and number."""
+    """With any sequence of senders: frames are known by source, target and number."""
     table: RoutingTable[Endpoint] = RoutingTable()
     endpoints = [Endpoint(station) for station in stations]
     for endpoint in endpoints:

@@ -116,7 +116,7 @@ def test_yaw_must_be_finite_and_one(bad: float) -> None:
 @pytest.mark.parametrize(
     ("profile", "sent"),
     [
-        # What is left of P, V, PV, A, PA, VA and PVA; "-" is refused.
+        # The parts of P, V, PV, A, PA, VA and PVA that are sent; "-" is rejected.
         (COPTER, ["P", "V", "PV", "A", "-", "VA", "PVA"]),
         (PX4_COPTER, ["P", "V", "PV", "A", "PA", "VA", "PVA"]),
         (ROVER, ["-", "V", "V", "-", "-", "V", "V"]),
