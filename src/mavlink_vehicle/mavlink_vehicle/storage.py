@@ -87,7 +87,7 @@ class Storage:
         return None
 
     def stop_parameters(self, reason: str, now: float) -> None:
-        """End the job on parameters, if any; what is changed stays changed."""
+        """End the job on parameters, if any; changes made until then stay."""
         self._core.parameter_jobs.stop(OperationResult.CANCELLED, reason, now)
         self._core.take_ends(now)
 

@@ -471,7 +471,7 @@ class VehicleCore:
 
     def _replace_by(self, system_id: int, now: float) -> None:
         """Forget the vehicle that was found first, for a better one."""
-        boots = self.state.boot_count + 1  # whoever keeps something of the first one drops it
+        boots = self.state.boot_count + 1  # all that is kept of the first one is dropped
         self._forget_vehicle("another vehicle was found", now)
         self._timesync.pause()
         self._order.begin_again()

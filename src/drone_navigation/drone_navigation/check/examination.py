@@ -223,7 +223,7 @@ class Checker:
     def _rate(
         self, name: str, asked_hz: float, refusal: str | None, own_hz: float | None, now: float
     ) -> RequestedRate:
-        """Measure one rate; what begins to come while it is looked at counts from there on."""
+        """Measure one rate; a message that begins to come meanwhile counts from its first."""
         first_s = self._first_s.get(name, math.inf)
         seen_s = min(now - first_s, _WINDOW_S)
         pending, measured_hz = "", 0.0

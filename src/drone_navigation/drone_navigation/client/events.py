@@ -181,7 +181,7 @@ class Telemetry:
 
 
 def as_json(what: Event | Telemetry, t_s: float) -> str:
-    """Return one line of JSON: ``event``, ``t_s``, and the fields; what is unknown is null.
+    """Return one line of JSON: ``event``, ``t_s``, and the fields; unknown fields are null.
 
     Args:
         what: an event or a feedback.

@@ -31,7 +31,7 @@ def duration(seconds: float) -> Duration:
 
 
 def serve(node: Node, kind: Any, name: str, run: Run) -> None:
-    """Offer an action that accepts each goal; what cannot be done is aborted with a sentence.
+    """Offer an action that accepts each goal; one that cannot be done is aborted with a sentence.
 
     A rejected goal would have no result to carry the reason.
     """

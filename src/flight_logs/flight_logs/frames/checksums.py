@@ -25,7 +25,7 @@ _COVERED_LIMIT = 265
 """Bytes that a checksum covers at most: a header without its first byte, and a full payload."""
 # Packets of similar length are worked on together: as many words as the widest of them has.
 _WIDTHS = (2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 16, 24, 34)
-_BLOCK = 8192  # what is worked on at a time stays in the processor's cache
+_BLOCK = 8192  # a block stays in the processor's cache
 
 
 def rows(data: NDArray[np.uint8], starts: NDArray[np.int64], size: int) -> NDArray[np.uint8]:

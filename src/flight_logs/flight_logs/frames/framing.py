@@ -32,7 +32,7 @@ _HEAD_SIZE = 20
 _CHECKSUM_SIZE = 2
 _SIGNATURE_SIZE = 13
 _FLAG_SIGNED = 0x01
-_BLOCK_BYTES = 256 << 10  # what is searched at a time stays in the processor's cache
+_BLOCK_BYTES = 256 << 10  # a block stays in the processor's cache
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ class Markup(str):
 
 
 def safe(text: object) -> Markup:
-    """Return text as HTML that shows it, whatever it holds; what doesn't print becomes a space."""
+    """Return text as HTML that shows it, whatever it is; unprintable characters become spaces."""
     if isinstance(text, Markup):
         return text
     return Markup(html.escape("".join(c if c.isprintable() else " " for c in str(text))))

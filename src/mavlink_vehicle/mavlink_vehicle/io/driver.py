@@ -73,7 +73,7 @@ class TakesMeasurements(Protocol):
     """An application that takes measurements straight from their frames."""
 
     def intakes(self, system: int, component: int) -> Mapping[int, Intake]:
-        """Return what takes those of a sender, by message number; what isn't there are messages.
+        """Return the intakes of a sender, by message number; other numbers come as messages.
 
         Nothing that an intake takes gives the application anything to send, or a nearer deadline.
         """

@@ -82,7 +82,7 @@ class ParameterReader(TimedOutbox):
         """Nothing to ask before `resume`."""
 
     def resume(self, address: Address, names: Iterable[str], bytewise: bool, now: float) -> None:
-        """Ask for these from now on; what was known of them stays until it is answered."""
+        """Ask for these from now on; the known values stay until they are answered."""
         self._address, self._bytewise = address, bytewise
         self._wanted = tuple(names)
         self.refresh(now)

@@ -64,7 +64,7 @@ def assess(state: VehicleState, now: float) -> Failsafe | None:
     elif told is not None:
         kind, text = told
     elif last is not None and last.kind is not FailsafeKind.OTHER:
-        return last  # what was wrong is well again
+        return last  # the fault has ended
     else:
         kind, text = FailsafeKind.OTHER, _unknown(state)
     new = Failsafe(since_s, kind, text)

@@ -181,7 +181,7 @@ class StorageDesk:
         self._begin_parameters(obstacle, take)
 
     def stop_parameters(self, take: TakeParameters, reason: str, now: float) -> None:
-        """End the request of this taker, if it is under way; what is changed stays changed.
+        """End the request of this taker, if it is under way; changes made until then stay.
 
         Args:
             take: of the request.

@@ -239,7 +239,7 @@ def point_item(
 
 
 def fence_of_items(items: Sequence[MissionItem]) -> GeoFence:
-    """Return the fence that items describe; what is no part of one is left out."""
+    """Return the fence that items describe; other items are left out."""
     areas: list[GeoArea] = []
     return_point_deg: Degrees | None = None
     left = list(items)

@@ -200,7 +200,7 @@ class OtherTraffic:
 
     @staticmethod
     def _move(target: _Target) -> None:
-        """Take the reported velocity; what of it is not reported is derived from positions."""
+        """Take the reported velocity; components not reported are derived from positions."""
         while target.before and target.time_s - target.before[0][0] > _BASE_MAX_S:
             target.before.popleft()
         velocity = np.array(target.seen.velocity_enu_m_s)

@@ -71,7 +71,7 @@ class ObstacleMap:
         self._movers.clear()
 
     def recentre(self, position_enu_m: Vector3) -> None:
-        """Roll the window to be about the vehicle; what leaves it is forgotten."""
+        """Roll the window to be about the vehicle; obstacles outside are forgotten."""
         self._columns.recentre(position_enu_m[0], position_enu_m[1])
 
     def obstacles(self) -> Obstacles:

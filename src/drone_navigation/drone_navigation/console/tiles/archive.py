@@ -78,7 +78,7 @@ class Archive:
             raise TileError(f"{path} is damaged: its directory cannot be read.") from None
 
     def read(self, zoom: int, x: int, y: int) -> bytes | None:
-        """See `Tiles`; what is damaged is not there."""
+        """See `Tiles`; a damaged part counts as missing."""
         try:
             return self._find(zxy_to_tileid(zoom, x, y))
         except _DAMAGE:

@@ -8,7 +8,7 @@ from mavlink_vehicle.io.tlog import TlogReader
 
 
 class TlogLink(UrlLink):
-    """Replays a tlog by the driver's clock; what is sent to it is dropped.
+    """Replays a tlog by the driver's clock; messages sent to it are dropped.
 
     Both directions of the recording come out. A vehicle's state isn't disturbed by it: what
     other systems and components said is not taken in.

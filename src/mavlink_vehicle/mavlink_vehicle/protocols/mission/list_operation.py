@@ -1,4 +1,4 @@
-"""Reads or writes a fence or the rally points; what fails leaves the former list, or says so.
+"""Reads or writes a fence or the rally points; a failure leaves the former list, or is reported.
 
 A list is read before another is written. The stored list is read again afterwards, whatever the
 answer to the upload was, and compared. If it is not what was sent, it is sent again, a few times.

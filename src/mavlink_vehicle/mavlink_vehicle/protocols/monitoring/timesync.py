@@ -56,7 +56,7 @@ class Timesync(TimedOutbox):
         return self._deadline is not None
 
     def resume(self, address: Address, now: float) -> None:
-        """Begin to ask; what an earlier link took counts no more."""
+        """Begin to ask; times of an earlier link count no more."""
         self._identity = address.source_system << 8 | address.source_component
         self._round_trips_s.clear()
         self.answers = 0

@@ -112,7 +112,7 @@ class ParameterChanges(Outbox):
         return self._events.popleft() if self._events else None
 
     def stop(self, result: OperationResult, reason: str, now: float) -> None:
-        """End it for this reason; what is done stays done."""
+        """End it for this reason; changes made until then stay."""
         if self._events or (self._listing is None and self._one is None):
             return
         if self._one is not None:

@@ -33,7 +33,7 @@ _NORM_TOLERANCE = 0.02
 _JUMP_M, _JUMP_M_S = 0.5, 30.0
 _JUMP_RAD, _JUMP_RAD_S = math.radians(20.0), math.radians(720.0)
 _SHORTEST_S = 0.018
-"""At most 50 Hz; what comes faster is left out. PX4 wants 30 Hz, ArduPilot 4 Hz."""
+"""At most 50 Hz; samples that come faster are left out. PX4 wants 30 Hz, ArduPilot 4 Hz."""
 _ORIGIN_AGAIN_S = 2.0
 FRESH_S = 1.0
 """After a longer silence the source counts as stopped."""

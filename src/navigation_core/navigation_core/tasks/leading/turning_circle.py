@@ -91,7 +91,7 @@ class TurningCircle:
         self.leaves = False
 
     def forget(self) -> None:
-        """Forget the turn that was under way; what was learned stays."""
+        """Forget the turn that was under way; the measured radius stays."""
         self._turn = None
         self.leaves = False
 

@@ -87,7 +87,7 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         self._last_step_s = self._command_s = now
 
     def take_up(self, now: float) -> None:
-        """Take control again; what was sent before is past."""
+        """Take control again; setpoints sent before are past."""
         if self._phase not in (
             VelocityPhase.STOPPING,
             VelocityPhase.RELEASING,

@@ -66,7 +66,7 @@ class VelocityTerms:
 
 
 class Steersman:
-    """Steers one vehicle; what it sent last is where it continues from.
+    """Steers one vehicle; it continues from its last setpoint.
 
     Attributes:
         held_back: why the vehicle does not move although it is commanded to; empty while it does.
