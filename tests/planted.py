@@ -30,7 +30,7 @@ def pytest_configure() -> None:
 
 
 def pytest_unconfigure() -> None:
-    """Tell which defects were reached."""
+    """Report which defects were reached."""
     if "REACHED" in os.environ:
         names = [mutant.name for mutant in MUTANTS if _is_reached(mutant)]
         Path(os.environ["REACHED"]).write_text("\n".join(names), encoding="utf-8")

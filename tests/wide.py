@@ -245,7 +245,7 @@ NIGHT: dict[str, tuple[str, ...]] = {
 
 
 def is_left_out(file: str, marks: str) -> bool:
-    """Tell whether a run of the tests with these marks needs nothing of a file.
+    """Return whether a run of the tests with these marks needs nothing of a file.
 
     Importing it would cost each worker time.
 
@@ -260,7 +260,7 @@ def is_left_out(file: str, marks: str) -> bool:
 
 
 def is_wide(file: str, name: str, *, is_first: bool) -> bool:
-    """Tell whether a test is one of them.
+    """Return whether a test is one of them.
 
     Args:
         file: its file, from the folder of the tests on.

@@ -1,4 +1,4 @@
-"""Joins a ROS domain and tells, as JSON, when all servers are found: ``NAME SECONDS ...``.
+"""Joins a ROS domain and reports, as JSON, when all servers are found: ``NAME SECONDS ...``.
 
 Prints ``{"found_s": ...}``, then stays SECONDS, then prints what endpoints the servers have.
 """

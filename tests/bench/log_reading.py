@@ -51,7 +51,7 @@ READERS: dict[str, Callable[[Path], int]] = {
 
 
 def main(reader: str, path: Path, rounds: int) -> None:
-    """Read the log as often as told, and print what it took."""
+    """Read the log as often as asked, and print what it took."""
     least_s = float("inf")
     messages = 0
     for _ in range(rounds):

@@ -179,7 +179,7 @@ class Ship:
                 self._recorded.take(self.now_s, message)
 
     def measure(self) -> None:
-        """Log the server's size and what its recording tells of goals that have ended."""
+        """Log the server's size and the ends of goals in its recording."""
         if self.server is not None:
             self.log("size", largest(self.server.bridge))
         ends = {g.goal_id: (g.code, g.message) for g in self._recorded.goals if g.code}

@@ -51,7 +51,7 @@ OURS = "ours"
 ACTIONS = "design.ros2.org, Actions"
 PARAMETERS = "docs/parameters.md"
 SETPOINT = "SET_POSITION_TARGET_LOCAL_NED"
-# A HEARTBEAT tells a mode, once a second; some may be lost.
+# A HEARTBEAT shows the mode, once a second; some may be lost.
 _ANSWER_S = 4.0
 # On a good link, knowledge of a vehicle is at most this old.
 _REPORTED_S = 0.5
@@ -772,7 +772,7 @@ def _pauses(entry: Entry, view: View) -> bool:
 
 
 def _tells_of_pause(view: View, goal_id: str, now_s: float, calm_s: float) -> bool:
-    """Whether a goal has reported its pause, or is excused: it ended, went on, was disturbed."""
+    """Whether a goal has reported its pause, or is excused: it ended, continued, was disturbed."""
     goal = view.goals.get(goal_id)
     if goal is None or goal.ends or math.isfinite(goal.cancel_s) or goal.paused_s == math.inf:
         return True
@@ -941,7 +941,7 @@ def setpoints_climb_within_limits(message: Message, view: View, now_s: float) ->
 
 
 def _is_led(view: View) -> bool:
-    """Tell whether setpoints lead the motion, and are not the motion itself.
+    """Return whether setpoints lead the motion, and are not the motion itself.
 
     A part of an ArduCopter's brakes is in the position (navigation_core/safety/unfollowed.py);
     tests/property/test_unfollowed.py holds the motion that comes of it.
@@ -962,7 +962,7 @@ def setpoints_accelerate_within_limits(message: Message, view: View, now_s: floa
     limit_m_s2 = view.config.bridge.goto.limits.acceleration_horizontal_m_s2
     moved_m = math.dist((message.x, message.y), (before.x, before.y))
     if moved_m > 1.0 + 2.0 * speed_of(before) * (now_s - view.before_s):
-        return True  # begun anew where the vehicle is, which was far behind
+        return True  # begun again where the vehicle is, which was far behind
     change_m_s = math.hypot(message.vx - before.vx, message.vy - before.vy)
     return change_m_s <= 2.0 * limit_m_s2 * max(0.02, now_s - view.before_s) + 0.1
 

@@ -15,7 +15,7 @@ def shrink(
 
     Args:
         scenario: one that fails.
-        fails: flies one and tells whether it violates the policy.
+        fails: flies one and returns whether it violates the policy.
         tries: how many may be flown.
     """
     flown = 0

@@ -58,7 +58,7 @@ def under_way_s(drive: SimulatedFlight, goal_id: str) -> float:
 
 @pytest.mark.parametrize(
     ("autopilot", "speed_m_s"),
-    # Told 3 m/s, PX4's simulated car does not do more than 2.65: nothing but drag limits it.
+    # Commanded 3 m/s, PX4's simulated car does not do more than 2.65: nothing but drag limits it.
     [("ardupilot", 3.0), ("ardupilot", 2.5), ("px4", 2.5)],
 )
 def test_a_rover_is_as_fast_as_its_goal_allows(autopilot: str, speed_m_s: float) -> None:
@@ -130,7 +130,7 @@ def test_a_stop_ends_without_a_turn(autopilot: str, kind: str) -> None:
 
 
 def test_a_rover_that_does_not_move_gets_a_higher_speed() -> None:
-    """PX4's car stands still when it is told less than 0.8 m/s."""
+    """PX4's car stands still when it is sent less than 0.8 m/s."""
     drive = rover("px4")
     goal_id = drive.send(0.0, 8.0, 0.0, 1.0)
     drive.run_until(lambda: drive.truth()[1] > 0.3, 30.0)

@@ -203,7 +203,7 @@ def test_a_lost_ground_station() -> None:
 
 
 def test_a_battery_failsafe_of_a_px4_that_only_warns() -> None:
-    """The state stays ACTIVE; the charge state is all that tells (observed)."""
+    """The state stays ACTIVE; only the charge state shows it (observed)."""
     flight, vehicle, goal = under_way("px4", parameters={"COM_LOW_BAT_ACT": 0.0})
     vehicle.parameters.set("BAT_CRIT_THR", 0.95)
     vehicle.parameters.set("BAT_LOW_THR", 0.99)
@@ -240,7 +240,7 @@ def test_a_fix_that_a_px4_loses_while_the_stream_is_kept() -> None:
 
 
 def test_a_ground_station_that_a_px4_loses_while_the_stream_is_kept() -> None:
-    """Our HEARTBEAT is an onboard computer's here, so no text comes: nothing tells the kind."""
+    """Our HEARTBEAT is an onboard computer's here, so no text comes: nothing shows the kind."""
     parameters = {"NAV_DLL_ACT": 2.0, "COM_DL_LOSS_T": 5.0}
     simulated = VehicleConfig(autopilot="px4", ready_after_s=1.0, parameters=parameters)
     flight = SimulatedFlight(simulated=simulated, heartbeat_type="onboard").ready()

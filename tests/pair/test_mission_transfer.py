@@ -120,7 +120,7 @@ def test_a_copter_takes_off_and_flies_its_mission(autopilot: str) -> None:
     first = 1 if autopilot == "ardupilot" else 0
     reached = [seq - first for seq in mission.reached]
     assert reached == sorted(set(reached)), "each once"
-    # Of the items that are done at one moment, only the last is told: here the speed.
+    # Of the items that are done at one moment, only the last is reported: here the speed.
     assert reached == [1, 2, 3]
 
 

@@ -203,7 +203,7 @@ def test_a_mission_cut_short_by_somebody_else_cancels_the_goal() -> None:
 
 
 def test_an_item_that_somebody_else_replaces_in_flight_cancels_the_goal() -> None:
-    """The number of items stays the same; only a text of the ArduPilot tells it."""
+    """The number of items stays the same; only a text of the ArduPilot reports it."""
     flight = flight_of("ardupilot")
     goal_id = flight.start(mission((30.0, 0.0, 3.0), (30.0, 9.0, 3.0)))
     flight.run_until(lambda: flight.truth()[0][0] > 8.0)

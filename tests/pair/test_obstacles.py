@@ -36,7 +36,7 @@ def kind_of(vehicle: str, autopilot: str = "ardupilot") -> VehicleConfig:
 
 
 def knowing(folder: Path, obstacles: str, vehicle: str = "copter") -> SimulatedFlight:
-    """A vehicle in an empty world whose server is told of obstacles."""
+    """A vehicle in an empty world whose server gets messages about obstacles."""
     path = folder / "obstacles.yaml"
     path.write_text(f"obstacles: [{obstacles}]", encoding="utf-8")
     return SimulatedFlight(simulated=kind_of(vehicle), obstacles_file=str(path)).ready()
@@ -73,7 +73,7 @@ def test_the_map_shows_obstacles_where_they_truly_are_while_the_vehicle_flies_an
         }
     assert seen == {thing.name for thing in THINGS}
     assert np.percentile(wrong_m, 95) < 0.5
-    # A sector tells the nearest in 5 degrees: at 10 m that may be half a metre aside.
+    # A sector reports the nearest in 5 degrees: at 10 m that may be half a metre aside.
     assert max(wrong_m) < 0.5 + REACH_M * math.radians(2.5)
 
 

@@ -107,7 +107,7 @@ def test_a_whole_flight(seed: int, faults: LinkFaults | None) -> None:
     stream(pair, 6.0)
     assert pair.simulation.truth.position_ned_m[0][0] - north_m > 6.0
 
-    # The stream goes on until the mode shows, else PX4 would call it lost.
+    # The stream continues until the mode shows, else PX4 would call it lost.
     assert stream_until_finished(pair, vehicle.hold(pair.now)) is ACHIEVED
     pair.run_for(6.0)
     assert math.hypot(*pair.simulation.truth.velocity_ned_m_s[0][:2]) < 0.5

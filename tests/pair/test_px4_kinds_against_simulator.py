@@ -47,7 +47,7 @@ def test_a_ground_vehicle_drives_by_velocity_until_the_stream_ends(kind: str) ->
     stream(pair, 3.0)
     achieve(pair, operation, 0.1)
     stream(pair, 12.0)
-    # Told 2.0 m/s, the rover of the firmware's own simulator drives 2.3.
+    # Commanded 2.0 m/s, the rover of the firmware's own simulator drives 2.3.
     assert speed_m_s(pair) == pytest.approx(2.3 if kind == "rover" else 2.0, abs=0.2)
     attitude = vehicle.state.attitude
     assert attitude is not None

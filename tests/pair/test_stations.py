@@ -272,7 +272,7 @@ def test_a_server_that_stops_while_a_station_has_the_vehicle_paused_says_so() ->
     assert end.code.value == "SHUTTING_DOWN", end.message
 
 
-# --- pause and going on ------------------------------------------------------------------
+# --- pause and resume --------------------------------------------------------------------
 
 PAUSES: dict[str, tuple[_Act, _Act]] = {
     "DO_PAUSE_CONTINUE": (

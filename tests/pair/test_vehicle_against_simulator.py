@@ -309,7 +309,7 @@ def test_a_restart_in_the_middle_of_a_take_off_ends_it(name: str) -> None:
     pair.copter.power_cycle()
     end = pair.finish(operation)
     if name == "bad" and end.result is CANCELLED:
-        # The HEARTBEAT with the mode after the restart came before what tells of the restart.
+        # The HEARTBEAT with the mode after the restart came before the sign of the restart.
         assert "switched to STABILIZE" in end.reason
         pair.run_until(lambda: bool(pair.all(VehicleRebooted)))
     else:

@@ -24,7 +24,7 @@ BOAT = Traits(
 
 
 class Car:
-    """Turns no tighter than its radius, and follows the speed that it is told with a lag."""
+    """Turns no tighter than its radius, and follows the commanded speed with a lag."""
 
     def __init__(self, radius_m: float, yaw_rad: float, lag_s: float) -> None:
         self.x = self.y = self.speed_m_s = 0.0
@@ -57,7 +57,7 @@ class Car:
 def drive(
     traits: Traits, car: Car, x: float, y: float, speed_m_s: float
 ) -> tuple[Outcome, list[float]]:
-    """Drive to the end, and return it with all speeds that were told."""
+    """Drive to the end, and return it with all commanded speeds."""
     task = fly_to(
         GotoGoal((x, y, 0.0), None, speed_m_s),
         FlightTerms(GotoConfig(limits=Limits()), traits=traits),

@@ -49,7 +49,7 @@ AGREE_M = 0.025
 
 
 class Pair(NamedTuple):
-    """One moment: what was told in degrees, and in metres."""
+    """One moment: the reported position in degrees, and in metres."""
 
     place: Geodetic
     position_ned_m: Vector3

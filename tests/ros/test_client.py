@@ -142,7 +142,7 @@ def test_the_keys_pause_resume_send_and_cancel(terminal: Terminal) -> None:
     terminal.type("g0 0\r")
     terminal.wait_for("'0 0' is not a point; give three numbers: x y z.", 10.0)
     terminal.type(" 3")
-    terminal.wait_for("0 0 3", 10.0)  # goes on from what was typed
+    terminal.wait_for("0 0 3", 10.0)  # continues from what was typed
     terminal.type("\r")
     number = 2
     # A machine that stood still for a second has no position to accept a goal with.

@@ -315,7 +315,7 @@ def test_a_seek_publishes_nothing_on_the_way(flown: Flown) -> None:
 
             replay.wait(there)
             replay.spin_for(0.5)
-            # Only the state there, and no event anew.
+            # Only the state there, and no event again.
             assert heard.events() == []
             assert len(heard.messages["vehicle_status"]) == 1
             assert len(heard.messages["pose"]) == 1

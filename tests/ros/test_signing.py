@@ -62,7 +62,7 @@ class SignedFlight(Flight):
         return process
 
     def dropped(self) -> list[int]:
-        """Return the greatest counts that the newest diagnostics tell of a link."""
+        """Return the greatest counts that the newest diagnostics report of a link."""
         self.diagnostics.clear()
         self.wait(lambda: len(self.diagnostics) > 1, 5.0, "diagnostics")
         found = [v for one in self.diagnostics for status in one.status for v in status.values]

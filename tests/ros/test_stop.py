@@ -385,7 +385,7 @@ def _record_to_pipe(flight: Flight, pipe: Path) -> Process:
 
 
 def _takes(server: Process, number: signal.Signals) -> bool:
-    """Tell whether a process has a handler of its own for a signal."""
+    """Return whether a process has a handler of its own for a signal."""
     status = Path(f"/proc/{server.pid}/status").read_text("utf-8")
     (mask,) = re.findall(r"^SigCgt:\s*(\w+)", status, re.MULTILINE)
     return bool(int(mask, 16) >> (number - 1) & 1)

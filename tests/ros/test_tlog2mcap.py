@@ -1,4 +1,4 @@
-"""The bag that is made of a recording tells what a subscriber saw while it was recorded."""
+"""The bag that is made of a recording has what a subscriber saw while it was recorded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tells when a wide test runs, and what tests find."""
+"""Checks when a wide test runs, and what tests find."""
 
 from __future__ import annotations
 

@@ -192,7 +192,7 @@ def _judge(flight: SimulatedFlight, goal_id: str, accepted_s: float) -> Cell:
 def _moves(flight: SimulatedFlight, message: Message, given_up: bool) -> bool:
     """Whether a message could move the vehicle.
 
-    After a success the vehicle is still ours, and may be told to stand still: by its own mode,
+    After a success the vehicle is still ours, and may be commanded to stand still: by its own mode,
     or by a velocity of zero. Once control was given up it may not even be told that.
     """
     kind: str = message.get_type()

@@ -213,12 +213,12 @@ class SimulatedFlight:
         return [item for item in self.all(GoalFeedback) if item.goal_id == goal_id]
 
     def status(self, goal_id: str) -> str:
-        """Return the last status that a goal's feedback told; empty before the first."""
+        """Return the last status in a goal's feedback; empty before the first."""
         feedback = self.feedback(goal_id)
         return feedback[-1].status.value if feedback else ""
 
     def run_to_status(self, goal_id: str, status: str) -> None:
-        """Continue until a goal's feedback tells ``status``."""
+        """Continue until a goal's feedback has ``status``."""
         self.run_until(lambda: self.status(goal_id) == status)
 
     def run_to_end(self, goal_id: str, timeout_s: float = 120.0) -> GoalFinished:

@@ -153,7 +153,7 @@ class UdpFlight:
         return goal_id
 
     def under_way(self, goal_id: str) -> bool:
-        """Tell whether a goal has not ended."""
+        """Return whether a goal has not ended."""
         return goal_id not in self._application.ends
 
     def _has_begun(self, goal_id: str) -> bool:

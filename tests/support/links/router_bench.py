@@ -68,7 +68,7 @@ class Party:
             self.heard += self.codec.decode(data)
 
     def has(self, *frames: bytes) -> bool:
-        """Tell whether frames have come, byte for byte."""
+        """Return whether frames have come, byte for byte."""
         self.listen()
         return set(frames) <= set(self.raw)
 

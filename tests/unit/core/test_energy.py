@@ -16,7 +16,7 @@ PRIOR = 1.0 / 900.0
 def fly(
     estimator: ConsumptionEstimator, start: float, rate_per_s: float, seconds: int, from_s: int = 0
 ) -> None:
-    """Tell whole percents, as autopilots do, twice a second."""
+    """Report whole percents, as autopilots do, twice a second."""
     for step in range(2 * seconds):
         remaining = round(max(start - rate_per_s * 0.5 * step, 0.0), 2)
         estimator.observe(from_s + 0.5 * step, remaining, under_way=True)

@@ -1,4 +1,4 @@
-"""The logs of eleven releases of each firmware tell vehicle, version, modes, track and battery."""
+"""The logs of eleven releases of each firmware hold vehicle, version, modes, track and battery."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def found(flight: Flight) -> list[str]:
 
 
 def assert_whole(flight: Flight, modes: tuple[str, ...]) -> None:
-    """Fail unless the flight that every log holds is told, and nothing that is not so."""
+    """Fail unless the flight that every log holds is read, and nothing that is not so."""
     assert flight.retold.modes == [
         (pytest.approx(at_s, abs=0.3), name) for at_s, name in zip(MODES_AT_S, modes, strict=True)
     ]

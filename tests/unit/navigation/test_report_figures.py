@@ -88,7 +88,7 @@ def test_the_approach_to_a_far_setpoint_is_excluded() -> None:
     assert found is not None
     assert found.horizontal_max <= 1.0
     assert found.left_out == pytest.approx(95, abs=2)
-    # Setpoints that stand still tell no delay.
+    # Setpoints that stand still show no delay.
     assert found.delay_s is None
 
 

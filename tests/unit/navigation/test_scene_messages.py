@@ -1,4 +1,4 @@
-"""Fence, flight volume, mission and rally points as messages, and as a page is told them."""
+"""Fence, flight volume, mission and rally points as messages, and as a page gets them."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ def told(acts: list[StationActed]) -> list[tuple[StationAct, tuple[int, int] | N
     return [(act.act, act.station, act.how) for act in acts]
 
 
-# --- what is told -----------------------------------------------------------------------
+# --- reports ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("mission_type", [0, 255])
@@ -484,7 +484,7 @@ def test_a_fence_that_another_station_uploads_is_read_at_once(
     assert (1 in lists) == again
 
 
-# --- seen only in what the vehicle tells --------------------------------------------------
+# --- seen only in the vehicle's reports --------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -511,7 +511,7 @@ def test_mission_current_reports_what_nobody_was_seen_to_do(
 
 
 def test_a_mission_replaced_before_it_was_reported_once_is_noticed() -> None:
-    """A PX4 tells its mission once a second, and two stations may upload in that time."""
+    """A PX4 reports its mission once a second, and two stations may upload in that time."""
     network = Network("px4")
     network.upload()
     assert network.answer(network.current(5, 8)) == []

@@ -132,7 +132,7 @@ def test_on_the_ground_and_disarmed_an_estimate_may_be_reset() -> None:
     assert watched.trust.jump_m() == 0.0
 
 
-# --- what is told ------------------------------------------------------------------------
+# --- reports -----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ GROUND_M = 488.0
 
 
 class Px4(ToldVehicle):
-    """A vehicle that is told what a PX4 says."""
+    """A vehicle that receives the messages of a PX4."""
 
     def __init__(self, mode: int = LOITER, armed: bool = True, status: int = 4) -> None:
         super().__init__(VehicleConfig(message_rates_hz={}), now=100.0)

@@ -226,7 +226,7 @@ def test_a_restart_voids_what_was_measured(autopilot: AutopilotMessages) -> None
 def test_after_a_restart_a_position_is_not_valid_before_the_estimator_has_said_so(
     autopilot: AutopilotMessages,
 ) -> None:
-    """A real ArduCopter 3.5.7 told its last place for 0.7 s before it said that it has none."""
+    """A real ArduCopter 3.5.7 reported its last place for 0.7 s before it reported none."""
     local = autopilot("LOCAL_POSITION_NED", time_boot_ms=2000, x=5.0)
     before = after(
         autopilot.heartbeat(),

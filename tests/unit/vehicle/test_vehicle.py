@@ -35,7 +35,7 @@ QUIET = VehicleConfig(message_rates_hz={})
 
 
 class Script(ToldVehicle):
-    """A vehicle that is told what an autopilot says."""
+    """A vehicle that receives the messages of an autopilot."""
 
     def __init__(self, config: VehicleConfig = QUIET) -> None:
         super().__init__(config)
