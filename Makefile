@@ -85,6 +85,9 @@ explore: setup-dev ## Fly SEEDS scenarios from FIRST on, with MINUTES at most th
 bench: setup-dev ## Run the benchmarks; prints a table, writes out/bench.json (ARGS="--compare old.json")
 	@$(ENTER) python tests/bench/run.py $(ARGS)
 
+shape: setup-dev ## Print how far a turn of the bridge goes through the code, and figures of the source
+	@$(ENTER) python -m tests.shape $(ARGS)
+
 lint: setup-dev ## Check style, types and import rules
 	@$(ENTER) ruff check .
 	@$(ENTER) ruff format --check .
