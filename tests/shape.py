@@ -271,9 +271,9 @@ def _comments(text: str, tree: ast.AST) -> Iterator[str]:
             yield stripped[2:]
         before = stripped
     for node in ast.walk(tree):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            if isinstance(node.value.value, str):
-                yield from (line.strip() for line in node.value.value.splitlines())
+        value = node.value if isinstance(node, ast.Expr) else None
+        if isinstance(value, ast.Constant) and isinstance(value.value, str):
+            yield from (line.strip() for line in value.value.splitlines())
 
 
 def main() -> int:

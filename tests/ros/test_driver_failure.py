@@ -89,7 +89,7 @@ def server() -> Iterator[_Server]:
     server.close()
 
 
-def _wait(condition: Callable[[], bool], what: str, timeout_s: float = 20.0) -> None:
+def _wait(condition: Callable[[], bool], what: str, timeout_s: float = 200.0) -> None:
     deadline = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < deadline, f"{what} did not happen in {timeout_s:g} s"

@@ -20,7 +20,7 @@ from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, GoalRecord, navigate_
 
 pytestmark = pytest.mark.xdist_group("ros_fleet")
 
-READY_S = 20.0
+READY_S = 200.0
 GOALS = {"copter": (6.0, 4.0, 3.0), "px4": (6.0, 4.0, 3.0), "rover": (8.0, 3.0, 0.0)}
 
 

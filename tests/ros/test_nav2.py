@@ -246,7 +246,7 @@ def test_paths_are_computed_while_ros_time_stands_still(nav2: Nav2Client, flight
         assert nav2.missing() == []
         goal = action.ComputePathToPose.Goal(goal=pose(9.0, 0.0), start=pose(0.0, 0.0))
         goal.use_start = True
-        until_s, status = time.monotonic() + 10.0, ABORTED
+        until_s, status = time.monotonic() + 100.0, ABORTED
         while status == ABORTED and time.monotonic() < until_s:
             # It has to have asked the server for its parameters.
             flight.spin_for(0.5)
@@ -303,7 +303,7 @@ def test_its_end_cancels_the_goal_and_a_server_that_ended_is_named(
     flight.server.stop()
     started_s = time.monotonic()
     while nav2.call("amcl/get_state").current_state.id == ACTIVE:
-        assert time.monotonic() < started_s + 20.0
+        assert time.monotonic() < started_s + 200.0
         flight.spin_for(0.2)
     status, result = nav2.wait(nav2.send(action.NavigateToPose.Goal(pose=pose(1.0, 0.0))))
     assert (status, result.error_code) == (ABORTED, GoalCode.NO_VEHICLE)

@@ -150,7 +150,7 @@ class Replay:
     def subscribe(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: Any) -> None:
         self.node.create_subscription(kind, topic, callback, qos)
 
-    def wait(self, condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
+    def wait(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> None:
         deadline = time.monotonic() + timeout_s
         while not condition():
             assert time.monotonic() < deadline, self.server.text[-3000:]

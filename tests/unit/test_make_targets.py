@@ -37,6 +37,7 @@ WHOLE = {
     "explore": ("SEEDS=1", "FIRST=1014", "WORKERS=1"),
     "bench": ("ARGS=--short --only traffic --output bench.json",),
     "pages": (),
+    "shape": (),
     "wheels": (),
     "version": (),
 }

@@ -14,7 +14,7 @@ from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.io.tlog import TlogWriter
 
-LIMIT_S = 10.0
+LIMIT_S = 100.0
 LOOPBACK = "127.0.0.1"
 _marks = itertools.count(0xABCD)
 

@@ -12,7 +12,7 @@ import pytest
 from drone_navigation.console.messages import PageWaypoint, Rehearse
 from drone_navigation.console.rehearsals import Rehearsals
 
-WAIT_S = 20.0
+WAIT_S = 200.0
 HELLO = 'print(json.dumps({"server": ["arming"], "vehicle": {"Any": ["P"]}}), flush=True)'
 OBEDIENT = f"""
 import json, sys

@@ -26,7 +26,7 @@ from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.simulation import EPOCH_US
 
 TRIES = 5
-WAIT_S = 20.0
+WAIT_S = 200.0
 """No wait is longer; on an idle machine each is far below a second"""
 
 

@@ -18,7 +18,7 @@ from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.protocols.monitoring.data_age import DataAge
 from mavlink_vehicle.protocols.sequence import ModeOrder
 
-LIMIT_S = 20.0
+LIMIT_S = 200.0
 KEPT = ("HEARTBEAT", "COMMAND_ACK", "STATUSTEXT", "MISSION_REQUEST_INT", "PARAM_VALUE", "LOG_DATA")
 
 

@@ -20,7 +20,7 @@ from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
 
-LIMIT_S = 20.0
+LIMIT_S = 200.0
 
 
 class Echo:

@@ -19,7 +19,7 @@ from mavlink_vehicle.io.links.tcp import TcpInLink
 from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_QUIET_S, UdpLink
 from mavlink_vehicle.io.tlog import TlogWriter
 
-LIMIT_S = 10.0
+LIMIT_S = 100.0
 
 
 def until(condition: Callable[[], bool], *links: Link) -> None:

@@ -102,7 +102,7 @@ def test_a_place_that_cannot_be_written_is_said_plainly(tmp_path: Path) -> None:
 
 def told(writer: ThreadedTlogWriter) -> str:
     """Wait for the end of a recording; return why it has ended."""
-    limit_s = time.monotonic() + 30.0
+    limit_s = time.monotonic() + 200.0
     while (failure := writer.failure) is None and time.monotonic() < limit_s:
         threading.Event().wait(0.01)
     return str(failure)
