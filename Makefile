@@ -8,6 +8,10 @@ SHELL := /bin/bash
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
 
+# Those of the simulator, which knows nothing of the rest, are in its own folder.
+IMPORT_RULES := for project in . sitl; do \
+	lint-imports --no-logo --config $$project/pyproject.toml --cache-dir .import_linter_cache; done
+
 help: ## Show this list
 	@grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z0-9-]+):.*## (.*)/\1\t\2/' | \
 		while IFS=$$'\t' read -r name what; do printf 'make %-10s %s\n' "$$name" "$$what"; done
@@ -59,20 +63,22 @@ PYTEST := unset PYTHONDONTWRITEBYTECODE && \
 	python -m pytest -n 4 --dist loadgroup --max-worker-restart 0
 
 # Tests that wait for processes run beside each other, and not beside those that only compute.
-IN_REAL_TIME := tests/bench tests/interop tests/ros tests/unit/test_make_targets.py
+TESTS := tests sitl/tests
+IN_REAL_TIME := tests/bench tests/interop sitl/tests/interop tests/ros \
+	tests/unit/test_make_targets.py
 
 test: setup-dev ## Run the tests, all but the slow and broad ones
-	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
-	@$(ENTER) $(PYTEST) -m "not wide" tests
+	@$(ENTER) $(IMPORT_RULES)
+	@$(ENTER) $(PYTEST) -m "not wide" $(TESTS)
 
 test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a quarter of an hour)
 	@$(ENTER) status=0; \
 	{ $(PYTEST) -m "wide and not night" $(IN_REAL_TIME); } || status=$$?; \
-	{ $(PYTEST) -m "wide and not night" tests $(IN_REAL_TIME:%=--ignore=%); } || status=$$?; \
+	{ $(PYTEST) -m "wide and not night" $(TESTS) $(IN_REAL_TIME:%=--ignore=%); } || status=$$?; \
 	exit $$status
 
 test-night: test-all ## And those with all their parameters (an hour)
-	@$(ENTER) $(PYTEST) -m night tests
+	@$(ENTER) $(PYTEST) -m night $(TESTS)
 
 SEEDS ?= 200
 FIRST ?= 0
@@ -92,7 +98,7 @@ lint: setup-dev ## Check style, types and import rules
 	@$(ENTER) ruff check .
 	@$(ENTER) ruff format --check .
 	@$(ENTER) mypy
-	@$(ENTER) lint-imports --no-logo --cache-dir .import_linter_cache
+	@$(ENTER) $(IMPORT_RULES)
 
 # `uv pip compile` keeps locked versions; UPGRADE=--upgrade takes the newest. All that developing
 # needs is resolved first, and the other locks take its versions. Only the build needs empy; lxml
@@ -114,7 +120,7 @@ lock: setup-dev ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgra
 	done
 
 pages: setup-dev ## Write the pages that list what the simulated firmwares know
-	@$(ENTER) python scripts/list_simulated.py
+	@$(ENTER) python sitl/scripts/list_simulated.py
 
 wheels: setup-dev ## Build wheels in dist/: the packages that need no ROS, and the interfaces
 	@$(ENTER) python scripts/make_wheels.py --interfaces

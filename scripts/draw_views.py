@@ -28,7 +28,7 @@ sys.path.insert(0, str(ROOT))
 
 from drone_navigation.bag.topics import BagPublisher  # noqa: E402
 from drone_navigation.tlog2mcap import convert  # noqa: E402
-from mavlink_sitl.world.loader import load_world  # noqa: E402
+from mavlink_sitl import load_world  # noqa: E402
 from tests.support.flights.recorded_flight import Recorder  # noqa: E402
 from tests.support.flights.simulated_flight import SimulatedFlight  # noqa: E402
 from tests.support.logs.bags import ReadBag, read_bag  # noqa: E402

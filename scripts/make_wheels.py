@@ -1,8 +1,9 @@
 """Builds wheels: the packages that are useful without ROS, and the interfaces: `make wheels`.
 
 The former are each built from a copy, with the `setup.cfg` that colcon uses less the sections that
-only ROS needs: the entries of ament's index, and the folder of the executables. No network: the
-build tools are those of this environment. The interfaces are compiled for each version of Python
+only ROS needs: the entries of ament's index, and the folder of the executables. The simulator, a
+project of its own, is described by its pyproject.toml. No network: the build tools are those of
+this environment. The interfaces are compiled for each version of Python
 that is found and that ROS has wheels for.
 """
 
@@ -25,7 +26,7 @@ PACKAGES = (
 )
 """Pure Python. `flight_logs` needs `mavlink_vehicle`, whose codec it reads messages with"""
 OF_ROS = ("options.data_files", "develop", "install")
-NOT_COPIED = shutil.ignore_patterns("build", "dist", "*.egg-info", "__pycache__")
+NOT_COPIED = shutil.ignore_patterns("build", "dist", "docs", "tests", "*.egg-info", "__pycache__")
 
 
 def main() -> int:
@@ -46,10 +47,11 @@ def main() -> int:
         copies = [_copy(package, Path(scratch)) for package in PACKAGES]
         pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "--quiet"]
         offline = ["--no-index", "--no-deps", "--no-build-isolation"]
-        code = subprocess.call([*pip, *offline, "--wheel-dir", str(folder), *copies])
-    if not code:
-        version = (ROOT / "VERSION").read_text("utf-8").strip()
-        print("\n".join(sorted(str(path) for path in folder.glob(f"*-{version}-*.whl"))))
+        made = Path(scratch) / "wheels"
+        code = subprocess.call([*pip, *offline, "--wheel-dir", str(made), *copies])
+        folder.mkdir(parents=True, exist_ok=True)
+        for wheel in sorted(made.glob("*.whl")):
+            print(shutil.copy(wheel, folder))
     set_up = [str(ROOT / "scripts" / "setup_environment.py"), "--ros", "wheels"]
     for python in interpreters() if options.interfaces and not code else ():
         code = subprocess.call([python, "-I", "-S", *set_up, "--wheel", str(folder)]) or code
@@ -75,6 +77,9 @@ def _copy(package: Path, folder: Path) -> str:
     copy = folder / package.name
     shutil.copytree(package, copy, ignore=NOT_COPIED)
     shutil.copy(ROOT / "LICENSE", copy)
+    if (copy / "pyproject.toml").is_file():
+        (copy / "setup.cfg").unlink()
+        return str(copy)
     settings = ConfigParser(interpolation=None)
     settings.optionxform = str  # type: ignore[assignment,method-assign]
     settings.read(copy / "setup.cfg", "utf-8")

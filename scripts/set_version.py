@@ -1,7 +1,8 @@
 """Writes the version in `VERSION` to each package: `make version`.
 
 ROS wants it in `package.xml` and setuptools in `setup.cfg`, as text; VERSION is where it is
-changed, and tests/unit/test_packaging.py holds the others equal to it.
+changed, and tests/unit/test_packaging.py holds the others equal to it. The simulator in sitl/ has
+a version of its own.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def files() -> list[Path]:
     """All files that have the version."""
-    folders = [ROOT / "sitl", *sorted((ROOT / "src").iterdir())]
+    folders = sorted((ROOT / "src").iterdir())
     found = [folder / name for folder in folders for name in ("package.xml", "setup.cfg")]
     return [path for path in found if path.is_file()]
 

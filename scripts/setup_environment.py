@@ -251,7 +251,7 @@ def key_of_packages(ros: str) -> str:
 def workspace_inputs() -> Iterator[Path]:
     """The files that are copied or linked. Python modules are linked as whole packages."""
     for package in python_packages():
-        for name in ("package.xml", "setup.cfg", "launch", "resource"):
+        for name in ("package.xml", "pyproject.toml", "setup.cfg", "launch", "resource"):
             path = package / name
             yield from sorted(path.glob("*")) if path.is_dir() else [path]
 
@@ -685,19 +685,54 @@ def is_provided(name: str, environment: Environment) -> bool:
     return any(Path(prefix, "share", name).is_dir() for prefix in prefixes)
 
 
+def settings_of(package: Path) -> ConfigParser:
+    """What a package's setup.cfg says; a pyproject.toml counts as if it stood there.
+
+    Python 3.10 has no parser of TOML. Tables of strings and of lists of strings are read here,
+    and nothing else is looked at.
+    """
+    settings = ConfigParser(interpolation=None, delimiters="=")
+    settings.optionxform = str  # type: ignore[assignment,method-assign]
+    settings.read(package / "setup.cfg", "utf-8")
+    if not (package / "pyproject.toml").is_file():
+        return settings
+    toml = ConfigParser(interpolation=None, delimiters="=", strict=False, allow_no_value=True)
+    toml.optionxform = str  # type: ignore[assignment,method-assign]
+    toml.read(package / "pyproject.toml", "utf-8")
+
+    def lines(section: str, key: str) -> str:
+        return "\n".join(re.findall(r'"([^"]*)"', toml[section][key]))
+
+    def commands(section: str) -> str:
+        return "".join(f"\n{name} = {lines(section, name)}" for name in toml[section])
+
+    settings["metadata"] = {
+        key: lines("project", key) for key in ("name", "version", "description")
+    }
+    settings["metadata"]["name"] = settings["metadata"]["name"].replace("-", "_")
+    settings["options"] = {
+        "install_requires": lines("project", "dependencies"),
+        "py_modules": lines("tool.setuptools", "py-modules"),
+    }
+    settings["options.entry_points"] = {
+        "console_scripts": commands("project.scripts"),
+        "pytest11": commands("project.entry-points.pytest11"),
+    }
+    return settings
+
+
 def link_packages() -> None:
     """Links the Python packages of the workspace where Python and ROS look for them.
 
-    A change of a module acts at once. Their setup.cfg names all that has to be linked: modules,
-    files for ROS and commands; the metadata are those that `importlib.metadata` reads.
+    A change of a module acts at once. Their setup.cfg or pyproject.toml names all that has to be
+    linked: modules, files for ROS and commands; the metadata are those that `importlib.metadata`
+    reads.
     """
     shutil.rmtree(PACKAGES, ignore_errors=True)
     modules = site_packages(PACKAGES)
     modules.mkdir(parents=True)
     for package in python_packages():
-        settings = ConfigParser(interpolation=None, delimiters="=")
-        settings.optionxform = str  # type: ignore[assignment,method-assign]
-        settings.read(package / "setup.cfg", "utf-8")
+        settings = settings_of(package)
         about, options = settings["metadata"], settings["options"]
         name = about["name"]
         (modules / name).symlink_to(package / name)

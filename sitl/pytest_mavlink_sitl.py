@@ -7,7 +7,10 @@ adds no option, marker or hook, and costs nothing in a session that doesn't ask 
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,6 +19,8 @@ import pytest
 
 if TYPE_CHECKING:
     from mavlink_sitl import Simulation
+
+__all__ = ["SitlOnUdp", "simulator_process"]
 
 READY_LIMIT_S = 60.0
 """Simulated seconds until a vehicle must know its position"""
@@ -101,6 +106,36 @@ def sitl_plane(sitl_simulation: Callable[..., Simulation]) -> Simulation:
     return _ready(sitl_simulation, vehicle="plane")
 
 
+def _free_udp_port() -> int:
+    with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@contextlib.contextmanager
+def simulator_process(*options: str) -> Iterator[int]:
+    """Run the program, for a client that wants a vehicle in another process and in real time.
+
+    Args:
+        options: of `mavlink-sitl`, without its link.
+
+    Yields:
+        The UDP port of 127.0.0.1 that it sends to, where the client is to listen.
+    """
+    port = _free_udp_port()
+    link = f"udpout:127.0.0.1:{port}"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mavlink_sitl", "--link", link, *options],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+        stdout=subprocess.DEVNULL,
+    )
+    try:
+        yield port
+    finally:
+        process.kill()
+        process.wait()
+
+
 class SitlOnUdp(NamedTuple):
     """A copter that sends to a UDP port in real time, times a factor.
 
@@ -119,9 +154,7 @@ def sitl_udp_copter(sitl_copter: Simulation) -> Iterator[SitlOnUdp]:
     from mavlink_sitl.links.addresses import parse_address  # noqa: PLC0415
     from mavlink_sitl.wall_clock_link import Runner  # noqa: PLC0415
 
-    with contextlib.closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = int(probe.getsockname()[1])
+    port = _free_udp_port()
     address = parse_address(f"udpout://127.0.0.1:{port}")
     runner = Runner(sitl_copter, [address], 10.0, lambda: None)
     thread = threading.Thread(target=runner.run, name="mavlink_sitl", daemon=True)

@@ -1,4 +1,4 @@
-"""Installs the package (ament_python); setup.cfg says what it is."""
+"""Installs the package for ROS (ament_python); pyproject.toml says what it is."""
 
 from setuptools import setup
 

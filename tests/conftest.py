@@ -84,7 +84,8 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 @pytest.hookimpl(tryfirst=True, specname="pytest_collection_modifyitems")
 def pytest_mark_the_night(items: list[pytest.Item]) -> None:
     """Mark what only `make test-night` runs, before the marks select."""
-    wide = [item for item in items if item.get_closest_marker("wide")]
+    own = [item for item in items if item.path.is_relative_to(Path(__file__).parent)]
+    wide = [item for item in own if item.get_closest_marker("wide")]
     for place in of_the_night([(_file(item), item.name) for item in wide]):
         wide[place].add_marker("night")
 

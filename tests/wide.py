@@ -15,9 +15,6 @@ FILES = frozenset(
         "fleets/test_hangs.py",
         "fleets/test_many_encounters.py",
         "fleets/test_many_fleets.py",
-        "interop/test_mavkit.py",
-        "interop/test_mavpilot.py",
-        "interop/test_mavproxy.py",
         "interop/test_mavsdk.py",
         "interop/test_mavsdk_px4.py",
         "interop/test_mavsdk_station.py",
@@ -51,7 +48,6 @@ FILES = frozenset(
         "replay/test_compare_command.py",
         "replay/test_read_recordings.py",
         "replay/test_recorded_projections.py",
-        "replay/test_recorded_rules.py",
         "replay/test_vehicle_recordings.py",
         "ros/test_actions.py",
         "ros/test_blocked.py",
@@ -85,24 +81,6 @@ FILES = frozenset(
         "ros/test_two_servers.py",
         "ros/test_velocity.py",
         "unit/navigation/test_tlog2mcap.py",
-        "unit/sitl/test_accepted_commands.py",
-        "unit/sitl/test_as_flown_by_the_real_px4.py",
-        "unit/sitl/test_kinds_hostile.py",
-        "unit/sitl/test_kinds_safety.py",
-        "unit/sitl/test_more_copter_modes.py",
-        "unit/sitl/test_parameters_matter.py",
-        "unit/sitl/test_pilot_plane.py",
-        "unit/sitl/test_plane_limits.py",
-        "unit/sitl/test_plane_missions.py",
-        "unit/sitl/test_px4_accepted_commands.py",
-        "unit/sitl/test_px4_hostile.py",
-        "unit/sitl/test_px4_orbit.py",
-        "unit/sitl/test_px4_plane.py",
-        "unit/sitl/test_px4_plans.py",
-        "unit/sitl/test_px4_rover.py",
-        "unit/sitl/test_speeds_under_way.py",
-        "unit/sitl/test_station_acts.py",
-        "unit/sitl/test_world.py",
         "unit/test_make_targets.py",
         "unit/test_wheels.py",
     }
@@ -114,7 +92,6 @@ FIRST_ONLY = (
     "fleets/test_encounters.py",
     "fleets/test_plane_encounters.py",
     "interop/",
-    "maneuvers/",
     "pair/",
     "replay/",
     "unit/core/test_bounded.py",
@@ -124,7 +101,6 @@ FIRST_ONLY = (
     "unit/core/test_room.py",
     "unit/logs/test_own_logs.py",
     "unit/navigation/test_one_track.py",
-    "unit/sitl/",
     "unit/test_packaging.py",
 )
 """Of these folders and files, each test but with the first of its parameters.
@@ -211,20 +187,9 @@ PARTS = {
         "test_any_tlog_is_drawn[rover",
         "test_any_tlog_is_drawn[offboard",
     ),
-    "unit/sitl/test_fuzz.py": ("test_a_million_hostile_frames_do_no_harm",),
-    "unit/sitl/test_px4_follow_target.py": (
-        "test_a_target_that_stands",
-        "test_distance_and_height",
-        "test_lower_responsiveness",
-        "test_the_height_may_be",
-        "test_the_speed_round",
-    ),
     "unit/test_packaging.py": ("test_simulator_installs_on_its_own",),
 }
-"""Of these, the tests whose names, with parameters, hold one of these.
-
-That hostile frames do no harm is held by 20,000 of them, too.
-"""
+"""Of these, the tests whose names, with parameters, hold one of these."""
 
 
 EVERY = frozenset(
@@ -233,7 +198,6 @@ EVERY = frozenset(
 """Of these, all parameters by day: each is another program."""
 
 NIGHT: dict[str, tuple[str, ...]] = {
-    "interop/test_mavpilot.py": ("[star]",),
     "interop/test_mavsdk_px4.py": ("[land]",),
     # Once it was cut off for longer than DDS remembers, on a loaded machine.
     "ros/test_hosts.py": ("test_a_host_that_is_cut_off",),

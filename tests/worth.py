@@ -29,7 +29,7 @@ from tests.wide import FILES, PARTS
 
 OUT = Path("out/worth.jsonl")
 _TESTS = Path(__file__).parent
-_IN_ONE_PROCESS = ("fleets/", "maneuvers/", "pair/", "property/", "replay/", "unit/")
+_IN_ONE_PROCESS = ("fleets/", "pair/", "property/", "replay/", "unit/")
 # A defect that makes tests take this many times as long is found, too.
 _PATIENCE = 4.0
 _PATIENCE_S = 60.0

@@ -1,7 +1,7 @@
 """Writes the pages that list what the simulated firmwares know: `make pages`.
 
 All comes from the tables that the simulator answers by, so a page is never older than the code;
-tests/unit/sitl/test_command_pages.py holds them equal.
+tests/unit/test_command_pages.py holds them equal.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from mavlink_sitl.mavlink.px4 import kind_commands as px4_commands
 from mavlink_sitl.mavlink.px4 import known_messages as px4_messages
 
 ROOT = Path(__file__).resolve().parents[1]
-PARAMETERS = ROOT / "docs/sitl_parameters.md"
+PARAMETERS = ROOT / "docs/parameters.md"
 VEHICLES = ("copter", "rover", "boat", "plane")
 FIRMWARES = {"ardupilot": "ArduPilot", "px4": "PX4"}
 ACTS, ACCEPTED, REFUSED, SILENT, ABSENT = "acts", "accepted", "rejected", "silent", "-"
@@ -38,7 +38,7 @@ _HEAD = """\
 # What the simulated {title} knows
 
 Written by `make pages` from the simulator's own tables. [sitl]({about}) has what it means;
-[sitl_missions](sitl_missions.md) which items are flown, and how.
+[missions](missions.md) which items are flown, and how.
 
 ## Commands
 
@@ -221,7 +221,7 @@ def items_table(kinds: Mapping[str, Personality]) -> str:
 def page(autopilot: str) -> str:
     """One firmware's page."""
     kinds = {vehicle: PERSONALITIES[vehicle, autopilot] for vehicle in VEHICLES}
-    about = "sitl_px4.md" if autopilot == "px4" else "sitl.md"
+    about = "px4.md" if autopilot == "px4" else "sitl.md"
     return "".join(
         (
             _HEAD.format(title=FIRMWARES[autopilot], about=about),
@@ -240,7 +240,7 @@ def page(autopilot: str) -> str:
 
 def path_of(autopilot: str) -> Path:
     """Where a firmware's page is."""
-    return ROOT / f"docs/sitl_{autopilot}_lists.md"
+    return ROOT / f"docs/{autopilot}_lists.md"
 
 
 def main() -> int:

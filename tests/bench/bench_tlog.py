@@ -1,11 +1,11 @@
 """Logs from 1 MB to 1 GB: messages per second of processor time, and memory.
 
-The logs are the recordings of `tests/replay/data`, ArduPilot and PX4, one after the other and
-again and again, with times that continue. They are made in a temporary folder; one that doesn't
-fit on the disk is left out, and says so. Each reader works in a process of its own, so that its
-memory is its own. The reference, `mavutil`, reads the log of 1 MB each time, right before:
-its time is in proportion to the length. `fasttlogparser`, in C++, reads the same log where it is
-installed; it holds a log whole, and reads none of 1 GB here.
+The logs are the recordings of `sitl/tests/data/recordings`, ArduPilot and PX4, one after the other
+and again and again, with times that continue. They are made in a temporary folder; one that
+doesn't fit on the disk is left out, and says so. Each reader works in a process of its own, so
+that its memory is its own. The reference, `mavutil`, reads the log of 1 MB each time, right
+before: its time is in proportion to the length. `fasttlogparser`, in C++, reads the same log where
+it is installed; it holds a log whole, and reads none of 1 GB here.
 
 A folder of logs is read in processes. Its rate is what the cores would read in a second if they
 did nothing else: processor time counts, with the start of the processes.
@@ -28,9 +28,9 @@ from mavlink_vehicle.io.tlog import TlogReader
 from tests.bench.limits import run_module
 from tests.bench.log_reading import iterate
 from tests.bench.rows import row
+from tests.support.logs.recordings import SMALL
 
-ROOT = Path(__file__).resolve().parents[2]
-RECORDINGS = sorted(ROOT.glob("tests/replay/data/*.tlog"))
+RECORDINGS = sorted(SMALL.glob("*.tlog"))
 SIZES_MB, SHORT_SIZES_MB = (1, 10, 100, 1000), (1,)
 WHOLE_LIMIT_MB = 100
 """Longer logs are read piece by piece."""

@@ -11,8 +11,7 @@ from flight_reports.analysis.flight import read_flights
 from flight_reports.analysis.warnings import lacking
 from flight_reports.contents.log_reader import read_log
 from flight_reports.navigation_report import main
-from mavlink_sitl import LinkFaults
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import LinkFaults, VehicleConfig
 from mavlink_vehicle.events import LogChunkReceived, LogsListed, LogTransferEnded
 from tests.support.flights.vehicle_pair import VehiclePair
 

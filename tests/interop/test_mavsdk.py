@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.support.links.sitl_process import simulator
+from pytest_mavlink_sitl import simulator_process
 
 pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
 
@@ -46,7 +46,7 @@ from tests.support.stations.mavsdk_station import (
 @contextlib.contextmanager
 def connected(*options: str) -> Iterator[Station]:
     """A simulator that MAVSDK has found and that is ready to fly."""
-    with simulator(*options) as port, listening(port) as flight:
+    with simulator_process(*options) as port, listening(port) as flight:
         wait(lambda: flight.telemetry.health().is_armable, "armable")
         wait(lambda: flight.telemetry.health().is_global_position_ok, "a position")
         wait(lambda: flight.telemetry.health().is_home_position_ok, "home")

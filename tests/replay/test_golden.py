@@ -31,7 +31,7 @@ from tests.support.logs.golden import (
     systems_of,
     write_golden,
 )
-from tests.support.logs.recordings import NAMES, recording
+from tests.support.logs.recordings import NAMES, SMALL, recording
 
 ROOT = Path(__file__).resolve().parents[2]
 GOLDEN = Path(__file__).parent / "golden"
@@ -39,7 +39,7 @@ OWN = {
     f"{folder}/{path.stem}": path
     for folder, place in (
         ("made", MADE),
-        ("small", Path(__file__).parent / "data"),
+        ("small", SMALL),
         ("data", ROOT / "tests/data"),
     )
     for path in sorted(place.glob("*.tlog"))

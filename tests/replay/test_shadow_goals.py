@@ -16,9 +16,9 @@ from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.requests import LandRequest, NavigateRequest
 from navigation_bridge.recording.shadow_file import ShadowGoal, read_shadow_goals, schema
 from navigation_bridge.recording.shadow_goals import ShadowResult, work_shadow_goals
-from tests.replay.flights import DATA
 from tests.support.flights.recorded_flight import Recorder
 from tests.support.flights.simulated_flight import SimulatedFlight
+from tests.support.logs.recordings import SMALL
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -138,7 +138,7 @@ def test_a_bad_file_of_goals_is_one_sentence(
 ) -> None:
     path = tmp_path / "goals.yaml"
     path.write_text(text)
-    arguments = ["--link", f"tlog:{DATA / 'copter_guided.tlog'}", "--shadow-goals", str(path)]
+    arguments = ["--link", f"tlog:{SMALL / 'copter_guided.tlog'}", "--shadow-goals", str(path)]
     assert main(arguments) == 2
     said = capsys.readouterr().err
     assert sentence in said

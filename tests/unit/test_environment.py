@@ -46,8 +46,8 @@ def fresh_clone(tmp_path: Path) -> Path:
     clone = tmp_path / "clone"
     for folder in ("scripts", "requirements"):
         shutil.copytree(ROOT / folder, clone / folder)
-    for name in ("setup.cfg", "package.xml", "resource"):
-        for path in [*ROOT.glob(f"src/*/{name}"), ROOT / "sitl" / name]:
+    for name in ("setup.cfg", "package.xml", "pyproject.toml", "resource"):
+        for path in [*ROOT.glob(f"src/*/{name}"), *ROOT.glob(f"sitl/{name}")]:
             there = clone / path.relative_to(ROOT)
             there.parent.mkdir(parents=True, exist_ok=True)
             (shutil.copytree if path.is_dir() else shutil.copy)(path, there)

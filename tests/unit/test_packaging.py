@@ -204,7 +204,7 @@ def test_all_packages_have_the_version_that_is_in_one_file() -> None:
     version = (ROOT / "VERSION").read_text("utf-8").strip()
     script = runpy.run_path(str(ROOT / "scripts/set_version.py"))
     found, with_version = script["files"](), script["with_version"]
-    assert len(found) == 2 * 8 + 4
+    assert len(found) == 2 * 7 + 4
     for path in found:
         text = path.read_text("utf-8")
         assert with_version(text, version) == text, f"make version: {path}"
@@ -212,7 +212,7 @@ def test_all_packages_have_the_version_that_is_in_one_file() -> None:
 
 
 def test_every_description_names_the_project_and_is_the_same_in_both_files() -> None:
-    for path in sorted([*ROOT.glob("src/*/package.xml"), ROOT / "sitl/package.xml"]):
+    for path in sorted(ROOT.glob("src/*/package.xml")):
         (described,) = re.findall(r"<description>(.*)</description>", path.read_text("utf-8"))
         assert described.startswith("mavbridge: "), path
         if path.with_name("setup.cfg").exists():

@@ -24,7 +24,10 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 VERSION = (ROOT / "VERSION").read_text("utf-8").strip()
-PAGES = (ROOT / "sitl/README.md", ROOT / "docs/sitl.md")
+(SITL_VERSION,) = re.findall(
+    r'^version = "(.*)"$', (ROOT / "sitl/pyproject.toml").read_text("utf-8"), re.MULTILINE
+)
+PAGES = (ROOT / "sitl/README.md", ROOT / "sitl/docs/sitl.md")
 DEPENDENCIES = (
     "fastcrc", "jsonschema", "numpy", "pyarrow", "pymavlink", "pytest", "pyulog", "rich",
     "serial", "yaml",
@@ -83,21 +86,21 @@ def python(
 
 def test_the_wheels_are_pure_and_have_all_files(wheels: Path) -> None:
     names = {path.name for path in wheels.iterdir()}
-    projects = ("flight_logs", "mavlink_sitl", "mavlink_vehicle")
-    assert names == {f"{project}-{VERSION}-py3-none-any.whl" for project in projects}
+    projects = {"flight_logs": VERSION, "mavlink_sitl": SITL_VERSION, "mavlink_vehicle": VERSION}
+    assert names == {f"{name}-{version}-py3-none-any.whl" for name, version in projects.items()}
     git = ["git", "ls-files", "sitl/mavlink_sitl"]
     listed = subprocess.run(git, cwd=ROOT, capture_output=True, text=True, check=False)
     if listed.returncode:
         pytest.skip("not a clone: git knows no files")
     ours = {line.removeprefix("sitl/") for line in listed.stdout.splitlines()}
-    packed = ZipFile(wheels / f"mavlink_sitl-{VERSION}-py3-none-any.whl").namelist()
+    packed = ZipFile(wheels / f"mavlink_sitl-{SITL_VERSION}-py3-none-any.whl").namelist()
     assert len(ours) > 200
     assert not ours - set(packed)
     assert not [name for name in packed if ".data/" in name], "files for ROS alone"
 
 
 def test_the_command_reports_its_version(python: Path) -> None:
-    assert run(python.parent / "mavlink-sitl", "--version") == f"mavlink_sitl {VERSION}\n"
+    assert run(python.parent / "mavlink-sitl", "--version") == f"mavlink_sitl {SITL_VERSION}\n"
     assert run(python.parent / "tlog_export", "--version") == f"tlog_export {VERSION}\n"
 
 

@@ -290,7 +290,7 @@ def make_parser() -> argparse.ArgumentParser:
         default=World(),
         metavar="FILE",
         help="YAML file of obstacles, ground, wind and sensors (see docs/sitl.md; examples in "
-        "bridge_config/worlds; default: flat ground, no wind)",
+        "worlds/; default: flat ground, no wind)",
     )
     add(
         "--param",

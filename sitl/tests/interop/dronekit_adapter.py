@@ -1,6 +1,6 @@
 """Runs one of dronekit-python's own tests against a simulator: a process of its own.
 
-    python -m tests.interop.dronekit_adapter CHECKOUT MODULE FUNCTION PORT
+    python -m interop.dronekit_adapter CHECKOUT MODULE FUNCTION PORT
 
 The tests expect a launcher of the real firmware, a test runner that is no longer made, and two
 small packages of the days of Python 2. What they use of those is stood in for here; their own code

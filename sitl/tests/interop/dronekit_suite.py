@@ -1,9 +1,9 @@
 """Runs dronekit-python's own tests with the simulated ArduCopter in place of the real one.
 
-    python -m tests.interop.dronekit_suite CHECKOUT [NAME ...]
+    python -m interop.dronekit_suite CHECKOUT [NAME ...]
 
 CHECKOUT is a clone of dronekit/dronekit-python. Nothing of it is in this repository, and nothing is
-downloaded; docs/sitl_suites.md has the results.
+downloaded; docs/suites.md has the results.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from tests.support.links.sitl_process import environment
-from tests.support.tally import Outcome, Tally
+from sitl_support.programs import environment
+from sitl_support.tally import Outcome, Tally
 
 SUITES = ("sitl", "unit")
 LIMIT_S = 150.0
@@ -79,7 +79,7 @@ def _await_listener(port: int) -> None:
 
 def run(checkout: Path, module: str, function: str, speedup: float) -> Outcome:
     """Run one test against a copter of its own."""
-    adapter = [sys.executable, "-m", "tests.interop.dronekit_adapter", str(checkout)]
+    adapter = [sys.executable, "-m", "interop.dronekit_adapter", str(checkout)]
     begun_s = time.monotonic()
     with listening_copter(speedup) as port:
         try:

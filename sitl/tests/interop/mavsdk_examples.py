@@ -1,10 +1,10 @@
 """Runs the examples of MAVSDK-Python with the simulated PX4 in place of the real one.
 
-    python -m tests.interop.mavsdk_examples CHECKOUT --python PYTHON [NAME ...]
+    python -m interop.mavsdk_examples CHECKOUT --python PYTHON [NAME ...]
 
 CHECKOUT is a clone of mavlink/MAVSDK-Python; PYTHON an interpreter with `mavsdk` before version 4,
 whose interface the examples use, `anyio` and `tqdm`. Nothing of it is in this repository, and
-nothing is downloaded; docs/sitl_suites.md has the results.
+nothing is downloaded; docs/suites.md has the results.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from tests.support.links.sitl_process import simulator
-from tests.support.tally import Outcome, Tally
+from pytest_mavlink_sitl import simulator_process
+from sitl_support.tally import Outcome, Tally
 
 ADAPTER = Path(__file__).with_name("mavsdk_adapter.py")
 LIMIT_S = 300.0
@@ -75,7 +75,7 @@ def _free_port() -> int:
 def run(example: Path, python: str) -> Outcome:
     """Run one example, and what it needs before, against a copter of its own."""
     before = BEFORE.get(example.stem)
-    with simulator("--autopilot", "px4", "--quiet", "--home", HOME) as port:
+    with simulator_process("--autopilot", "px4", "--quiet", "--home", HOME) as port:
         if before is not None:
             first = _run(example.with_name(f"{before}.py"), python, port)
             if not first.passed:

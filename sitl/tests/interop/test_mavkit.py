@@ -10,11 +10,13 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.support.links.sitl_process import simulator
+from pytest_mavlink_sitl import simulator_process
 
 pytest.importorskip("mavkit", reason="mavkit from PyPI is not installed")
 
 import mavkit
+
+pytestmark = pytest.mark.wide
 
 WAIT_S = 120.0
 HOME_DEG = (-35.3632610, 149.1652300)
@@ -25,12 +27,12 @@ PX4_AUTO, PX4_RTL = 4.0, 5.0
 
 
 def test_an_arducopter_takes_parameters_and_a_mission_and_flies() -> None:
-    with simulator() as port:
+    with simulator_process() as port:
         asyncio.run(asyncio.wait_for(fly_arducopter(port), 3.0 * WAIT_S))
 
 
 def test_a_px4_takes_parameters_and_a_mission_and_flies() -> None:
-    with simulator("--autopilot", "px4") as port:
+    with simulator_process("--autopilot", "px4") as port:
         asyncio.run(asyncio.wait_for(fly_px4(port), 3.0 * WAIT_S))
 
 

@@ -7,16 +7,19 @@ import sys
 
 import pytest
 
-from tests.support.links.sitl_process import environment, simulator
+from pytest_mavlink_sitl import simulator_process
+from sitl_support.programs import environment
 
 pytest.importorskip("mavpilot", reason="mavpilot from PyPI is not installed")
+
+pytestmark = pytest.mark.wide
 
 LIMIT_S = 240.0
 
 
-@pytest.mark.parametrize("pattern", ["square", "star"])
+@pytest.mark.parametrize("pattern", ["square", pytest.param("star", marks=pytest.mark.night)])
 def test_a_pattern_is_flown_to_its_end(pattern: str) -> None:
-    with simulator("--autopilot", "px4") as port:
+    with simulator_process("--autopilot", "px4") as port:
         link = ["--connection", f"udp:127.0.0.1:{port}", "--no-viz", "--pattern", pattern]
         program = subprocess.run(
             [sys.executable, "-m", "mavpilot", *link],

@@ -20,7 +20,10 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.links.tlog import read_records
-from tests.support.links.sitl_process import environment, simulator
+from pytest_mavlink_sitl import simulator_process
+from sitl_support.programs import environment
+
+pytestmark = pytest.mark.wide
 
 WAIT_S = 120.0
 MISSION = """QGC WPL 110
@@ -102,7 +105,7 @@ def mavproxy(port: int, directory: Path) -> Iterator[MavProxy]:
 def test_mode_arm_takeoff_mission_guided_and_rtl(tmp_path: Path) -> None:
     mission = tmp_path / "mission.txt"
     mission.write_text(MISSION)
-    with simulator() as port, mavproxy(port, tmp_path) as console:
+    with simulator_process() as port, mavproxy(port, tmp_path) as console:
         # It starts slowly on a busy machine, and misses what the vehicle said before.
         console.hear("Received ")
         console.say("mode guided")
@@ -139,7 +142,7 @@ def sent_types(log: Path) -> Counter[str]:
 
 
 def test_parameters_come_at_once_and_logs_and_files_are_listed(tmp_path: Path) -> None:
-    with simulator() as port, mavproxy(port, tmp_path) as console:
+    with simulator_process() as port, mavproxy(port, tmp_path) as console:
         console.hear("Saved ")
         console.say("log list")
         console.hear("No logs")
@@ -168,7 +171,7 @@ def test_parameters_come_at_once_and_logs_and_files_are_listed(tmp_path: Path) -
 def test_files_are_put_got_and_removed_and_parameters_come_as_one(tmp_path: Path) -> None:
     sent, received, parameters = (tmp_path / name for name in ("sent", "received", "parameters"))
     sent.write_bytes(bytes(range(256)) * 20)
-    with simulator() as port, mavproxy(port, tmp_path) as console:
+    with simulator_process() as port, mavproxy(port, tmp_path) as console:
         console.hear("Saved ")
         console.say(f"ftp put {sent} /new.bin")
         console.hear("Putting ")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pymavlink.mavftp import MAVFTP, MAVFTPReturn
 
-from tests.support.stations.ftp_client import CARDS, Master, card, connected
+from sitl_support.ftp_client import CARDS, Master, card, connected
 
 
 def done(result: MAVFTPReturn) -> MAVFTPReturn:

@@ -14,7 +14,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
-from tests.support.stations.ground_station import GroundStation
+from sitl_support.ground_station import GroundStation
 
 Message = Any
 LIMIT_S = 3.0

@@ -12,8 +12,9 @@ from mavlink_sitl.compare import main
 from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.recordings.recording import read
 from mavlink_sitl.recordings.start import start_of
-from tests.replay.flights import DATA
-from tests.support.logs.recordings import recording
+from sitl_support.recorded_flights import DATA
+
+pytestmark = pytest.mark.wide
 
 
 def cut(tmp_path: Path, name: str, from_s: float, to_s: float = 1e9) -> Path:
@@ -148,18 +149,3 @@ def test_what_cannot_be_played_is_said_in_one_sentence(
 ) -> None:
     assert main([str(DATA / arguments[0]), *arguments[1:]]) == 2
     assert said in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("name", "reason"),
-    [
-        ("px4/offboard_10m_20n_gt_truth", "no ground station sends to the vehicle"),
-        ("real/sub_small", "submarine with ardupilot is not supported"),
-        ("real/copter_2018-09-17", "a pilot flew it by radio"),
-    ],
-)
-def test_recordings_that_are_not_compared_say_why(
-    name: str, reason: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([str(recording(name))]) == 2
-    assert reason in capsys.readouterr().err

@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl.recordings import elsewhere
 from mavlink_sitl.recordings.recording import Recording, read
 from mavlink_sitl.recordings.start import start_of
-from tests.replay.flights import DATA, PATHS
+from sitl_support.recorded_flights import DATA, PATHS
 
 
 def without(recording: Recording, *commands: int) -> Recording:

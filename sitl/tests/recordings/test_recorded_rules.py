@@ -9,9 +9,9 @@ import pytest
 
 from mavlink_sitl.recordings.motion import track
 from mavlink_sitl.recordings.recording import Timed
-from tests.replay.flights import each, flight, of, texts, values
+from sitl_support.recorded_flights import each, flight, of, texts, values
 
-pytestmark = pytest.mark.xdist_group("recordings")  # each is played once
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("recordings")]  # each is played once
 
 
 def sides(name: str) -> tuple[Timed, Timed]:

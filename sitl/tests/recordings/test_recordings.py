@@ -11,7 +11,7 @@ import pytest
 
 from mavlink_sitl.recordings.meant import document, lines, schema, stale
 from mavlink_sitl.recordings.motion import rms_distance_m, track
-from tests.replay.flights import (
+from sitl_support.recorded_flights import (
     PATHS,
     Place,
     arrival_s,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from tests.support.stations.ground_station import GroundStation, Message
+from sitl_support.ground_station import GroundStation, Message
 
 ACK, NAK = 128, 129
 CARDS = {"ardupilot": "/", "px4": "/fs/microsd/"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mavlink_sitl import Simulation, VehicleConfig
-from tests.support.stations.ground_station import ACCEPTED, GroundStation
+from sitl_support.ground_station import ACCEPTED, GroundStation
 
 ROVER_MANUAL, HOLD, ROVER_AUTO, ROVER_RTL, SMART_RTL, ROVER_GUIDED = 0, 4, 10, 11, 12, 15
 FBWA, PLANE_AUTO, PLANE_RTL, LOITER, TAKEOFF, PLANE_GUIDED = 5, 10, 11, 12, 13, 15

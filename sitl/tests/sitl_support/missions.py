@@ -8,7 +8,7 @@ from typing import Any
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.config import DEFAULT_HOME
-from tests.support.stations.ground_station import GroundStation
+from sitl_support.ground_station import GroundStation
 
 Message = Any
 METRE = 1e7 / 111318.845

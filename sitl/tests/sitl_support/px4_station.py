@@ -12,7 +12,7 @@ from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.config import DEFAULT_HOME
 from mavlink_sitl.geodesy import PX4, GeoPoint
-from tests.support.stations.ground_station import GroundStation, Message
+from sitl_support.ground_station import GroundStation, Message
 
 HOME = GeoPoint(47.397743, 8.545594, 488.0)
 NAN = math.nan

@@ -1,4 +1,4 @@
-"""The recordings in `data`, each played to the simulator once per process."""
+"""The recordings in `data/recordings`, each played to the simulator once per process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mavlink_sitl.recordings.motion import track
 from mavlink_sitl.recordings.recording import Timed
 from mavlink_sitl.recordings.replay import Conversation
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).resolve().parents[1] / "data/recordings"
 PATHS = {plain_name(path.stem): path for path in sorted(DATA.glob("*.tlog"))}
 
 Place = tuple[float, float, float]

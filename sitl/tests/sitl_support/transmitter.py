@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.support.stations.ground_station import GroundStation
+from sitl_support.ground_station import GroundStation
 
 ROLL, PITCH, THROTTLE, YAW = 1, 2, 3, 4
 

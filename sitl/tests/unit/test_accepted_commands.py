@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import ACCEPTED, GUIDED, POSITION, GroundStation
-from tests.support.stations.kinds import (
+from sitl_support.ground_station import ACCEPTED, GUIDED, POSITION, GroundStation
+from sitl_support.kinds import (
     PLANE_AUTO,
     ROVER_GUIDED,
     kind,
@@ -24,9 +24,11 @@ from tests.support.stations.kinds import (
     plane,
     rover,
 )
-from tests.support.stations.missions import HOME, METRE, home, item, upload, waypoint
+from sitl_support.missions import HOME, METRE, home, item, upload, waypoint
 
-ROOT = Path(__file__).resolve().parents[3]
+pytestmark = pytest.mark.wide
+
+ROOT = Path(__file__).resolve().parents[2]
 SCRIPT: dict[str, Any] = runpy.run_path(str(ROOT / "scripts/list_simulated.py"))
 KINDS = ("copter", "rover", "boat", "plane")
 FORMS = ("long", "int")

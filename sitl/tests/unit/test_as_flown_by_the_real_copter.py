@@ -10,7 +10,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     BRAKE,
     GUIDED,
@@ -20,7 +20,7 @@ from tests.support.stations.ground_station import (
     copter,
     flying,
 )
-from tests.support.stations.missions import home, item, upload, waypoint
+from sitl_support.missions import home, item, upload, waypoint
 
 PAUSE, SPEED = mav.MAV_CMD_DO_PAUSE_CONTINUE, mav.MAV_CMD_DO_CHANGE_SPEED
 

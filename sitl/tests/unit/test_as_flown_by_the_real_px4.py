@@ -9,14 +9,16 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     DENIED,
     FAILED,
     TEMPORARILY_REJECTED,
 )
-from tests.support.stations.missions import upload
-from tests.support.stations.px4_station import HOME, Px4Station, flying_px4, plan_item, ready_px4
+from sitl_support.missions import upload
+from sitl_support.px4_station import HOME, Px4Station, flying_px4, plan_item, ready_px4
+
+pytestmark = pytest.mark.wide
 
 HEARTBEAT, MISSION_CURRENT = 0, 42
 STATION_COMPONENT, COMPANION_COMPONENT = 190, 191

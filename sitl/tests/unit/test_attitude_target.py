@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.state.attitude_target import from_angles
-from tests.support.stations.ground_station import GUIDED, LOITER, GroundStation, copter, flying
+from sitl_support.ground_station import GUIDED, LOITER, GroundStation, copter, flying
 
 NO_RATES = 0x07
 NO_ATTITUDE = 0x80

@@ -7,8 +7,8 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import AUTO, GUIDED, LOITER, RTL, GroundStation, copter
-from tests.support.stations.missions import answer, home, item, take_off, upload, waypoint
+from sitl_support.ground_station import AUTO, GUIDED, LOITER, RTL, GroundStation, copter
+from sitl_support.missions import answer, home, item, take_off, upload, waypoint
 
 READY = {"AUTO_OPTIONS": 3.0}
 START, PAUSE = mav.MAV_CMD_MISSION_START, mav.MAV_CMD_DO_PAUSE_CONTINUE

@@ -7,8 +7,8 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import AUTO, GUIDED, GroundStation, copter
-from tests.support.stations.missions import home, item, take_off, upload, waypoint
+from sitl_support.ground_station import AUTO, GUIDED, GroundStation, copter
+from sitl_support.missions import home, item, take_off, upload, waypoint
 
 READY = {"AUTO_OPTIONS": 3.0}
 

@@ -6,10 +6,10 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.exchange import Severity
-from tests.support.stations.ground_station import GroundStation, copter
-from tests.support.stations.kinds import kind
-from tests.support.stations.missions import home, upload, waypoint
-from tests.support.stations.transmitter import Transmitter
+from sitl_support.ground_station import GroundStation, copter
+from sitl_support.kinds import kind
+from sitl_support.missions import home, upload, waypoint
+from sitl_support.transmitter import Transmitter
 
 RTL, LAND, FENCE, ARM, AUTO_MODE, RELAY = 4, 18, 11, 153, 16, 28
 SAVE_WAYPOINT, OBEY_OVERRIDES = 7, 46

@@ -11,9 +11,9 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from tests.support.stations.ground_station import ACCEPTED, UNSUPPORTED, GroundStation
+from sitl_support.ground_station import ACCEPTED, UNSUPPORTED, GroundStation
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 SCRIPT: dict[str, Any] = runpy.run_path(str(ROOT / "scripts/list_simulated.py"))
 REBOOT = mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
 VEHICLES: tuple[str, ...] = SCRIPT["VEHICLES"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from tests.support.stations.ground_station import POSITION, GroundStation, copter, flying
+from sitl_support.ground_station import POSITION, GroundStation, copter, flying
 
 Vector = tuple[float, float, float]
 

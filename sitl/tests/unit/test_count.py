@@ -6,7 +6,7 @@ import pytest
 
 from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.geodesy import ARDUPILOT
-from tests.unit.sitl.test_program import client, running
+from sitl_support.programs import client, running
 
 
 def test_vehicles_stand_apart_with_ids_in_a_row() -> None:

@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     AUTO,
     DENIED,
@@ -20,8 +20,8 @@ from tests.support.stations.ground_station import (
     copter,
     flying,
 )
-from tests.support.stations.kinds import kind, rover
-from tests.support.stations.missions import home, item, upload, waypoint
+from sitl_support.kinds import kind, rover
+from sitl_support.missions import home, item, upload, waypoint
 
 KINDS = ["copter", "rover", "boat", "plane"]
 SERVO, REPEAT_SERVO, RELAY = mav.MAV_CMD_DO_SET_SERVO, mav.MAV_CMD_DO_REPEAT_SERVO, 181

@@ -6,7 +6,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from tests.support.stations.ground_station import UNSUPPORTED, GroundStation
+from sitl_support.ground_station import UNSUPPORTED, GroundStation
 
 REBOOT = mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
 COMMANDS = sorted(

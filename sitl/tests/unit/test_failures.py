@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
 from mavlink_sitl.links.faults import FaultyPipe
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     FAILED,
     GUIDED,

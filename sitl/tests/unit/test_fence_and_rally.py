@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.safety.fence import Area
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     GUIDED,
     LAND,
     POSITION,
@@ -18,7 +18,7 @@ from tests.support.stations.ground_station import (
     GroundStation,
     copter,
 )
-from tests.support.stations.missions import item, upload
+from sitl_support.missions import item, upload
 
 INCLUSION, EXCLUSION, CIRCLE_IN, CIRCLE_OUT = 5001, 5002, 5003, 5004
 FENCE = {"FENCE_ENABLE": 1.0, "FENCE_RADIUS": 30.0, "FENCE_ALT_MAX": 25.0}

@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import all as mav
 from pymavlink.mavftp import MAVFTP
 
 from mavlink_sitl.mavlink.files import storage
-from tests.support.stations.ftp_client import (
+from sitl_support.ftp_client import (
     ACK,
     CARDS,
     NAK,
@@ -21,8 +21,8 @@ from tests.support.stations.ftp_client import (
     connected,
     reply,
 )
-from tests.support.stations.ground_station import ACCEPTED
-from tests.support.stations.missions import home, take_off, upload, waypoint
+from sitl_support.ground_station import ACCEPTED
+from sitl_support.missions import home, take_off, upload, waypoint
 
 TERMINATE, RESET, LIST, OPEN, READ, CREATE, WRITE, REMOVE, MAKE, REMOVE_FOLDER = range(1, 11)
 OPEN_TO_WRITE, TRUNCATE, RENAME, CRC, BURST = range(11, 16)

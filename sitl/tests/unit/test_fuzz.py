@@ -15,8 +15,8 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.config import PERSONALITIES
 from mavlink_sitl.mavlink.codec import Decoder
-from tests.support.messages.hostile_frames import UNSIGNED, extreme_payloads, frame_of, frames
-from tests.support.stations.ground_station import GroundStation, alive
+from sitl_support.ground_station import GroundStation, alive
+from sitl_support.hostile_frames import UNSIGNED, extreme_payloads, frame_of, frames
 
 TOTAL = 1_000_000
 TOGETHER = 8
@@ -57,6 +57,7 @@ def datagrams(seed: int, count: int) -> Iterator[bytes]:
         yield b"".join(batch[1:])
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(("vehicle", "autopilot"), PERSONALITIES)
 def test_a_million_hostile_frames_do_no_harm(vehicle: str, autopilot: str) -> None:
     """All kinds and firmwares take their share, at some 10,000 frames a simulated second."""

@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import GroundStation, copter, flying
+from sitl_support.ground_station import GroundStation, copter, flying
 
 MOTOR_TEST, CALIBRATE = mav.MAV_CMD_DO_MOTOR_TEST, mav.MAV_CMD_PREFLIGHT_CALIBRATION
 ARMED = mav.MAV_MODE_FLAG_SAFETY_ARMED

@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     AUTO,
     POSITION,
@@ -15,8 +15,8 @@ from tests.support.stations.ground_station import (
     GroundStation,
     flying,
 )
-from tests.support.stations.kinds import kind
-from tests.support.stations.missions import Message, home, item, upload, waypoint
+from sitl_support.kinds import kind
+from sitl_support.missions import Message, home, item, upload, waypoint
 
 ROVER_AUTO = 10
 NOTHING = (0.0, 0.0, 0.0, 0.0)

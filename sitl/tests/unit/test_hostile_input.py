@@ -14,8 +14,8 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.mavlink.codec import Decoder
-from tests.support.messages.hostile_frames import extreme_setpoints, fields
-from tests.support.stations.ground_station import GUIDED, GroundStation, alive, copter, flying
+from sitl_support.ground_station import GUIDED, GroundStation, alive, copter, flying
+from sitl_support.hostile_frames import extreme_setpoints, fields
 
 
 @settings(max_examples=200, deadline=None)

@@ -9,8 +9,10 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.mavlink.messages.telemetry import BUILDERS
-from tests.support.stations.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
-from tests.support.stations.missions import item, upload, waypoint
+from sitl_support.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
+from sitl_support.missions import item, upload, waypoint
+
+pytestmark = pytest.mark.wide
 
 KINDS = ["rover", "boat", "plane"]
 EXTREMES = [0.0, -1.0, 1e-30, 1e9, -1e9, 3.4e38, -3.4e38]

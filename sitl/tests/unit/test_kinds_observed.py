@@ -11,7 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     DENIED,
     FAILED,
@@ -21,7 +21,7 @@ from tests.support.stations.ground_station import (
     YAW_RATE,
     GroundStation,
 )
-from tests.support.stations.kinds import (
+from sitl_support.kinds import (
     HOLD,
     PLANE_AUTO,
     PLANE_GUIDED,
@@ -33,7 +33,7 @@ from tests.support.stations.kinds import (
     plane,
     rover,
 )
-from tests.support.stations.missions import download, item, upload, waypoint
+from sitl_support.missions import download, item, upload, waypoint
 
 KINDS = ["rover", "boat", "plane"]
 ERROR = 1

@@ -10,7 +10,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     DENIED,
     FAILED,
@@ -19,7 +19,7 @@ from tests.support.stations.ground_station import (
     YAW_RATE,
     GroundStation,
 )
-from tests.support.stations.kinds import (
+from sitl_support.kinds import (
     FBWA,
     HOLD,
     LOITER,
@@ -35,7 +35,9 @@ from tests.support.stations.kinds import (
     plane,
     rover,
 )
-from tests.support.stations.missions import HOME, METRE, item, upload, waypoint
+from sitl_support.missions import HOME, METRE, item, upload, waypoint
+
+pytestmark = pytest.mark.wide
 
 LOW = {"BATT_LOW_VOLT": 10.5, "BATT_CRT_VOLT": 9.8, "BATT_LOW_TIMER": 1.0}
 CIRCLE, CRITICAL = 1, 5

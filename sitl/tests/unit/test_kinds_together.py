@@ -15,7 +15,7 @@ from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.config import ConfigurationError
 from mavlink_sitl.dynamics import boat, plane, rover
 from mavlink_sitl.lanes import ArrayOps, ScalarOps
-from tests.support.stations.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
+from sitl_support.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
 
 GUIDED = {"copter": 4, "rover": 15, "boat": 15, "plane": 15}
 KINDS = ["rover", "copter", "boat", "plane", "rover"]

@@ -7,7 +7,7 @@ import itertools
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import ACCEPTED, DENIED, FAILED, GUIDED, LAND, copter
+from sitl_support.ground_station import ACCEPTED, DENIED, FAILED, GUIDED, LAND, copter
 
 UNASKED = 65535
 """PARAM_VALUE.param_index of what was not asked for by index or list"""

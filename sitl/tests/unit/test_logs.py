@@ -17,7 +17,7 @@ from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.exchange import Severity
 from mavlink_sitl.mavlink.logs import logbook
 from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
-from tests.support.stations.ground_station import GroundStation
+from sitl_support.ground_station import GroundStation
 
 
 def armed_for(autopilot: str, seconds: float, kind: str = "copter") -> SimulatedVehicle:

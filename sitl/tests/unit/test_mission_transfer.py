@@ -9,8 +9,8 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import LinkFaults
-from tests.support.stations.ground_station import AUTO, GUIDED, GroundStation, copter
-from tests.support.stations.missions import (
+from sitl_support.ground_station import AUTO, GUIDED, GroundStation, copter
+from sitl_support.missions import (
     answer,
     download,
     home,

@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.plans.plans import MissionState
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     AUTO,
     DENIED,
@@ -20,8 +20,8 @@ from tests.support.stations.ground_station import (
     copter,
     flying,
 )
-from tests.support.stations.kinds import ROVER_AUTO, ROVER_GUIDED, kind, rover
-from tests.support.stations.missions import HOME, METRE, home, item, take_off, upload, waypoint
+from sitl_support.kinds import ROVER_AUTO, ROVER_GUIDED, kind, rover
+from sitl_support.missions import HOME, METRE, home, item, take_off, upload, waypoint
 
 START, JUMP_TAG = mav.MAV_CMD_MISSION_START, mav.MAV_CMD_DO_JUMP_TAG
 SET_HOME, SET_CURRENT = mav.MAV_CMD_DO_SET_HOME, mav.MAV_CMD_DO_SET_MISSION_CURRENT

@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     ALT_HOLD,
     BRAKE,

@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     AUTO,
     FAILED,
@@ -19,8 +19,10 @@ from tests.support.stations.ground_station import (
     copter,
     flying,
 )
-from tests.support.stations.missions import home, item, take_off, upload, waypoint
-from tests.support.stations.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
+from sitl_support.missions import home, item, take_off, upload, waypoint
+from sitl_support.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
+
+pytestmark = pytest.mark.wide
 
 ACRO, SPORT, GUIDED_NOGPS, SMART_RTL, AUTO_RTL = 1, 13, 20, 21, 27
 ALT_HOLD, DRIFT, POSHOLD = 2, 11, 16

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import all as mav
 import mavlink_sitl
 from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
 from mavlink_sitl.config import PERSONALITIES
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     AUTO,
     LOITER,
     POSITION,
@@ -22,8 +22,10 @@ from tests.support.stations.ground_station import (
     GroundStation,
     copter,
 )
-from tests.support.stations.missions import home, item, take_off, upload, waypoint
-from tests.support.stations.transmitter import Transmitter
+from sitl_support.missions import home, item, take_off, upload, waypoint
+from sitl_support.transmitter import Transmitter
+
+pytestmark = pytest.mark.wide
 
 CODE = Path(mavlink_sitl.__file__).parent
 Seen = list[object]

@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     ALT_HOLD,
     AUTO,
@@ -21,7 +21,7 @@ from tests.support.stations.ground_station import (
     copter,
     flying,
 )
-from tests.support.stations.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
+from sitl_support.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
 
 POSHOLD = 16
 SWITCH = 5

@@ -7,10 +7,12 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import ACCEPTED, DENIED, FAILED, GroundStation
-from tests.support.stations.kinds import kind, plane
-from tests.support.stations.missions import home, item, upload, waypoint
-from tests.support.stations.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
+from sitl_support.ground_station import ACCEPTED, DENIED, FAILED, GroundStation
+from sitl_support.kinds import kind, plane
+from sitl_support.missions import home, item, upload, waypoint
+from sitl_support.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
+
+pytestmark = pytest.mark.wide
 
 MANUAL, STABILIZE, FBWA, FBWB, CRUISE, GUIDED = 0, 2, 5, 6, 7, 15
 CHANGE_ALTITUDE, CHANGE_HEADING = 43001, 43002

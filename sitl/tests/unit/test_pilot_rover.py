@@ -7,15 +7,15 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     FAILED,
     POSITION,
     VELOCITY,
     GroundStation,
 )
-from tests.support.stations.kinds import kind as standing
-from tests.support.stations.transmitter import ROLL, THROTTLE, Transmitter
+from sitl_support.kinds import kind as standing
+from sitl_support.transmitter import ROLL, THROTTLE, Transmitter
 
 MANUAL, ACRO, STEERING, HOLD, SIMPLE, AUTO, RTL, GUIDED = 0, 1, 3, 4, 7, 10, 11, 15
 SWITCH = 8

@@ -7,9 +7,9 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import GroundStation
-from tests.support.stations.kinds import kind
-from tests.support.stations.missions import (
+from sitl_support.ground_station import GroundStation
+from sitl_support.kinds import kind
+from sitl_support.missions import (
     answer,
     fence_with_hole,
     home,

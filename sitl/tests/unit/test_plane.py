@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     FAILED,
     POSITION,
@@ -15,7 +15,7 @@ from tests.support.stations.ground_station import (
     VELOCITY,
     GroundStation,
 )
-from tests.support.stations.kinds import kind, starting
+from sitl_support.kinds import kind, starting
 
 MANUAL, CIRCLE, FBWA, FBWB, CRUISE, AUTO, RTL = 0, 1, 5, 6, 7, 10, 11
 LOITER, TAKEOFF, GUIDED = 12, 13, 15

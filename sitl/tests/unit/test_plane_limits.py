@@ -8,9 +8,11 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
-from tests.support.stations.ground_station import ACCEPTED, GroundStation
-from tests.support.stations.kinds import kind
-from tests.support.stations.missions import home, item, take_off, upload
+from sitl_support.ground_station import ACCEPTED, GroundStation
+from sitl_support.kinds import kind
+from sitl_support.missions import home, item, take_off, upload
+
+pytestmark = pytest.mark.wide
 
 AUTO, RTL, LOITER, TAKEOFF, GUIDED, CRUISE = 10, 11, 12, 13, 15, 7
 SERVO_OUTPUT_RAW = 36

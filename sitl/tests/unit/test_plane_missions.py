@@ -8,14 +8,16 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     DENIED,
     FAILED,
     UNSUPPORTED,
     GroundStation,
 )
-from tests.support.stations.missions import Message, home, item, take_off, upload
+from sitl_support.missions import Message, home, item, take_off, upload
+
+pytestmark = pytest.mark.wide
 
 MANUAL, AUTO, RTL, GUIDED = 0, 10, 11, 15
 ON_GROUND, IN_AIR, TAKING_OFF, LANDING = 1, 2, 3, 4

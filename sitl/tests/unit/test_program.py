@@ -2,83 +2,24 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import math
-import os
 import re
 import signal
 import socket
-import subprocess
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from pymavlink import mavutil
 from pymavlink.dialects.v20 import all as mav
 
-from drone_navigation.processes import free_udp_port
 from mavlink_sitl import Simulation
 from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.simulation import EPOCH_US
+from sitl_support.programs import WAIT_S, client, free_udp_port, running
 
 TRIES = 5
-WAIT_S = 200.0
-"""No wait is longer; on an idle machine each is far below a second"""
-
-
-class Program:
-    """A running simulator, and the lines that it prints."""
-
-    def __init__(self, process: subprocess.Popen[str]) -> None:
-        self.process = process
-        self.first_line = self.line()
-
-    def line(self) -> str:
-        assert self.process.stdout is not None
-        return self.process.stdout.readline().rstrip("\n")
-
-    @property
-    def port(self) -> int:
-        """The port of its (last) link."""
-        return int(self.first_line.rsplit(":", 1)[1])
-
-    def end(self, number: int = signal.SIGTERM) -> str:
-        """Send a signal; what it printed until its end, which must be a clean one."""
-        self.process.send_signal(number)
-        rest, _ = self.process.communicate(timeout=WAIT_S)
-        assert self.process.returncode == 0
-        return rest
-
-
-@contextlib.contextmanager
-def running(*options: str) -> Iterator[Program]:
-    """Start the program; whatever happens, it does not outlive the test."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    with subprocess.Popen(
-        [sys.executable, "-m", "mavlink_sitl", *options],
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    ) as process:
-        try:
-            yield Program(process)
-        finally:
-            process.kill()
-
-
-@contextlib.contextmanager
-def client(address: str) -> Iterator[Any]:
-    """Pymavlink's connection, closed at the end."""
-    connection = mavutil.mavlink_connection(address, source_system=255, dialect="all")
-    try:
-        yield connection
-    finally:
-        connection.close()
 
 
 def command(connection: Any, number: int, *params: float) -> int:

@@ -11,7 +11,7 @@ from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.config import ConfigurationError
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     DENIED,
     FAILED,
@@ -19,7 +19,7 @@ from tests.support.stations.ground_station import (
     UNSUPPORTED,
     Message,
 )
-from tests.support.stations.px4_station import (
+from sitl_support.px4_station import (
     HOME,
     NAN,
     Px4Station,

@@ -14,9 +14,11 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.mavlink.px4.kind_commands import BY_KIND
-from tests.support.stations.ground_station import ACCEPTED
-from tests.support.stations.missions import take_off, upload, waypoint
-from tests.support.stations.px4_station import HOME, NAN, Px4Station, at, near_home, ready_px4
+from sitl_support.ground_station import ACCEPTED
+from sitl_support.missions import take_off, upload, waypoint
+from sitl_support.px4_station import HOME, NAN, Px4Station, at, near_home, ready_px4
+
+pytestmark = pytest.mark.wide
 
 KINDS = ["copter", "rover", "boat", "plane"]
 ALL, FLYING, CIRCLING = frozenset(KINDS), frozenset({"copter", "plane"}), frozenset({"plane"})

@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     DENIED,
     TEMPORARILY_REJECTED,
     UNSUPPORTED,
 )
-from tests.support.stations.px4_station import Px4Station, ready_px4
+from sitl_support.px4_station import Px4Station, ready_px4
 
 CALIBRATE = mav.MAV_CMD_PREFLIGHT_CALIBRATION
 GYRO, MAG, BARO, RADIO, ACCEL, AIRSPEED, ESC = range(7)

@@ -9,8 +9,8 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
-from tests.support.stations.ground_station import ACCEPTED, TEMPORARILY_REJECTED
-from tests.support.stations.px4_station import HOME, NAN, Px4Station, at, flying_px4, ready_px4
+from sitl_support.ground_station import ACCEPTED, TEMPORARILY_REJECTED
+from sitl_support.px4_station import HOME, NAN, Px4Station, at, flying_px4, ready_px4
 
 Place = tuple[float, float]
 
@@ -73,6 +73,7 @@ def test_it_keeps_behind_a_target_that_moves_and_looks_at_it(air: Px4Station) ->
     assert yaw == pytest.approx(math.pi / 2, abs=0.2)
 
 
+@pytest.mark.wide
 def test_a_target_that_stands_is_seen_from_the_north_and_turned_round(air: Px4Station) -> None:
     """Its course counts as north until it moves."""
     assert air.mode(px4.FOLLOW_TARGET) == ACCEPTED
@@ -83,6 +84,7 @@ def test_a_target_that_stands_is_seen_from_the_north_and_turned_round(air: Px4St
     assert behind(air, (30.0, 0.0)) == pytest.approx((0.0, 8.0), abs=1.0)
 
 
+@pytest.mark.wide
 def test_distance_and_height_are_parameters(air: Px4Station) -> None:
     air.set_parameter("FLW_TGT_DST", 12.0)
     air.set_parameter("FLW_TGT_HT", 20.0)
@@ -94,6 +96,7 @@ def test_distance_and_height_are_parameters(air: Px4Station) -> None:
     assert air.position[2] == pytest.approx(-20.0, abs=2.0)
 
 
+@pytest.mark.wide
 def test_the_height_may_be_that_above_the_target(air: Px4Station) -> None:
     air.set_parameter("FLW_TGT_ALT_M", 2, kind=6)
     assert air.mode(px4.FOLLOW_TARGET) == ACCEPTED
@@ -104,6 +107,7 @@ def test_the_height_may_be_that_above_the_target(air: Px4Station) -> None:
     assert air.position[2] == pytest.approx(-8.0, abs=0.6)
 
 
+@pytest.mark.wide
 def test_the_speed_round_the_target_is_limited(air: Px4Station) -> None:
     air.set_parameter("FLW_TGT_MAX_VEL", 1.0)
     assert air.mode(px4.FOLLOW_TARGET) == ACCEPTED
@@ -113,6 +117,7 @@ def test_the_speed_round_the_target_is_limited(air: Px4Station) -> None:
     assert math.hypot(*air.velocity) < 1.3
 
 
+@pytest.mark.wide
 def test_lower_responsiveness_trusts_a_jump_less(air: Px4Station) -> None:
     seen = []
     for responsiveness in (0.1, 0.95):

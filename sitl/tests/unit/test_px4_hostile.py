@@ -12,10 +12,12 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.mavlink.px4 import kind_messages
 from mavlink_sitl.mavlink.px4.commands import HANDLERS
-from tests.support.messages.hostile_frames import extreme_setpoints, frames
-from tests.support.stations.ground_station import alive
-from tests.support.stations.missions import upload
-from tests.support.stations.px4_station import Px4Station, flying_px4, plan_item, ready_px4
+from sitl_support.ground_station import alive
+from sitl_support.hostile_frames import extreme_setpoints, frames
+from sitl_support.missions import upload
+from sitl_support.px4_station import Px4Station, flying_px4, plan_item, ready_px4
+
+pytestmark = pytest.mark.wide
 
 EXTREMES = (math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 1e-45, 0.0, 1.0, -1.0, 5.0, 33.0, 1e9)
 REBOOT = 246

@@ -9,9 +9,9 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
-from tests.support.stations.ground_station import ACCEPTED, FAILED, TEMPORARILY_REJECTED
-from tests.support.stations.missions import Message, download, item, take_off, upload, waypoint
-from tests.support.stations.px4_station import HOME, NAN, Px4Station, near_home, ready_px4
+from sitl_support.ground_station import ACCEPTED, FAILED, TEMPORARILY_REJECTED
+from sitl_support.missions import Message, download, item, take_off, upload, waypoint
+from sitl_support.px4_station import HOME, NAN, Px4Station, near_home, ready_px4
 
 READY = 0x10000000
 MISSION = [take_off(10.0), waypoint(15.0, 0.0), item(mav.MAV_CMD_NAV_RETURN_TO_LAUNCH, frame=2)]

@@ -8,8 +8,10 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
-from tests.support.stations.ground_station import ACCEPTED, DENIED, UNSUPPORTED
-from tests.support.stations.px4_station import HOME, NAN, Px4Station, at, flying_px4, ready_px4
+from sitl_support.ground_station import ACCEPTED, DENIED, UNSUPPORTED
+from sitl_support.px4_station import HOME, NAN, Px4Station, at, flying_px4, ready_px4
+
+pytestmark = pytest.mark.wide
 
 ORBIT = mav.MAV_CMD_DO_ORBIT
 ALTITUDE_M = HOME.altitude_amsl_m + 10.0

@@ -9,9 +9,11 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.plane import path_guidance
-from tests.support.stations.ground_station import ACCEPTED, TEMPORARILY_REJECTED, VELOCITY, Message
-from tests.support.stations.missions import upload
-from tests.support.stations.px4_station import HOME, NAN, Px4Station, at, plan_item, ready_px4
+from sitl_support.ground_station import ACCEPTED, TEMPORARILY_REJECTED, VELOCITY, Message
+from sitl_support.missions import upload
+from sitl_support.px4_station import HOME, NAN, Px4Station, at, plan_item, ready_px4
+
+pytestmark = pytest.mark.wide
 
 ARM = mav.MAV_CMD_COMPONENT_ARM_DISARM
 WAYPOINT, TAKEOFF, LAND = 16, 22, 21

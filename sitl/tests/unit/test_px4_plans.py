@@ -13,8 +13,8 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from tests.support.stations.ground_station import ACCEPTED, DENIED, TEMPORARILY_REJECTED
-from tests.support.stations.missions import (
+from sitl_support.ground_station import ACCEPTED, DENIED, TEMPORARILY_REJECTED
+from sitl_support.missions import (
     Message,
     download,
     item,
@@ -22,7 +22,9 @@ from tests.support.stations.missions import (
     upload,
     waypoint,
 )
-from tests.support.stations.px4_station import HOME, Px4Station, near_home, ready_px4
+from sitl_support.px4_station import HOME, Px4Station, near_home, ready_px4
+
+pytestmark = pytest.mark.wide
 
 READY = 0x10000000
 RALLY, LAND, RTL = 5100, mav.MAV_CMD_NAV_LAND, mav.MAV_CMD_NAV_RETURN_TO_LAUNCH

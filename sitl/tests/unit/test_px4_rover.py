@@ -9,14 +9,16 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.rover.pursuit import bearing_rad, speed_in_time
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     TEMPORARILY_REJECTED,
     UNSUPPORTED,
     VELOCITY,
 )
-from tests.support.stations.missions import upload
-from tests.support.stations.px4_station import HOME, NAN, Px4Station, at, plan_item, ready_px4
+from sitl_support.missions import upload
+from sitl_support.px4_station import HOME, NAN, Px4Station, at, plan_item, ready_px4
+
+pytestmark = pytest.mark.wide
 
 KINDS = ["rover", "boat"]
 ARM = mav.MAV_CMD_COMPONENT_ARM_DISARM

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[3]
-SITL = ROOT / "sitl"
-PAGE = (ROOT / "docs/sitl.md").read_text(encoding="utf-8")
+SITL = Path(__file__).parents[2]
+PAGE = (SITL / "docs/sitl.md").read_text(encoding="utf-8")
 
 OWN_WORLD = """
 import pytest

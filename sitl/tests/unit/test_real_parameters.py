@@ -15,16 +15,16 @@ from pymavlink.dialects.v20 import all as mav
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality.parameters.page import tables
 from mavlink_sitl.config import PERSONALITIES
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     DENIED,
     TEMPORARILY_REJECTED,
     GroundStation,
     copter,
 )
-from tests.support.stations.missions import home, take_off, upload, waypoint
+from sitl_support.missions import home, take_off, upload, waypoint
 
-REAL = Path(__file__).resolve().parents[2] / "data" / "real_parameters.tsv"
+REAL = Path(__file__).resolve().parents[1] / "data" / "real_parameters.tsv"
 AS_IN_FIRMWARE_S = 41.64
 """From power-up to a position, of the real copter: nothing is scaled then"""
 
@@ -154,8 +154,8 @@ def test_a_px4_has_the_defaults_again_at_once_but_not_while_armed() -> None:
 
 
 def test_the_page_names_all_that_act() -> None:
-    """docs/sitl_parameters.md; `personality.parameters.page.tables` makes it."""
-    page = (Path(__file__).resolve().parents[3] / "docs/sitl_parameters.md").read_text("utf-8")
+    """docs/parameters.md; `personality.parameters.page.tables` makes it."""
+    page = (Path(__file__).resolve().parents[2] / "docs/parameters.md").read_text("utf-8")
     assert page.endswith(tables(PERSONALITIES.values()).rstrip() + "\n")
     for personality in PERSONALITIES.values():
         table = personality.parameter_table

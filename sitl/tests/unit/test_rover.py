@@ -8,7 +8,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCELERATION,
     ACCEPTED,
     FAILED,
@@ -19,7 +19,7 @@ from tests.support.stations.ground_station import (
     YAW_RATE,
     GroundStation,
 )
-from tests.support.stations.kinds import kind, starting
+from sitl_support.kinds import kind, starting
 
 MANUAL, HOLD, LOITER, CIRCLE, AUTO, RTL, GUIDED = 0, 4, 5, 9, 10, 11, 15
 STANDBY, ACTIVE = 3, 4

@@ -7,7 +7,7 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.mavlink.messages.known_messages import BY_KIND
 from mavlink_sitl.mavlink.messages.telemetry import BUILDERS
-from tests.support.stations.ground_station import ALT_HOLD, GroundStation, copter
+from sitl_support.ground_station import ALT_HOLD, GroundStation, copter
 
 KEY = bytes(range(32))
 NOW = 35_000_000_000_000

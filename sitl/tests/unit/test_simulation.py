@@ -14,7 +14,7 @@ from mavlink_sitl import ConfigurationError, GeoPoint, LinkFaults, Simulation, V
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.world.model import Obstacle, World
-from tests.support.stations.ground_station import GUIDED, POSITION, GroundStation, copter
+from sitl_support.ground_station import GUIDED, POSITION, GroundStation, copter
 
 Script = list[tuple[float, bytes]]
 

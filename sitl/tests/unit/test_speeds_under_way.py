@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     AUTO,
     FAILED,
@@ -18,8 +18,10 @@ from tests.support.stations.ground_station import (
     GroundStation,
     flying,
 )
-from tests.support.stations.kinds import PLANE_AUTO, ROVER_AUTO, plane, rover
-from tests.support.stations.missions import home, item, upload, waypoint
+from sitl_support.kinds import PLANE_AUTO, ROVER_AUTO, plane, rover
+from sitl_support.missions import home, item, upload, waypoint
+
+pytestmark = pytest.mark.wide
 
 SPEED = mav.MAV_CMD_DO_CHANGE_SPEED
 

@@ -12,7 +12,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     AUTO,
     BRAKE,
@@ -26,9 +26,11 @@ from tests.support.stations.ground_station import (
     copter,
     flying,
 )
-from tests.support.stations.kinds import plane, rover
-from tests.support.stations.missions import answer, home, upload, waypoint
-from tests.support.stations.px4_station import NAN, Px4Station, flying_px4, plan_item
+from sitl_support.kinds import plane, rover
+from sitl_support.missions import answer, home, upload, waypoint
+from sitl_support.px4_station import NAN, Px4Station, flying_px4, plan_item
+
+pytestmark = pytest.mark.wide
 
 PAUSE, REPOSITION = mav.MAV_CMD_DO_PAUSE_CONTINUE, mav.MAV_CMD_DO_REPOSITION
 LARGEST, NAN_AS_INTEGER = 2**31 - 1, 0x7FF80000

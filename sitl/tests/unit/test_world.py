@@ -34,7 +34,7 @@ from mavlink_sitl.world.model import (
     wind_from,
 )
 from mavlink_sitl.world.shapes import Shapes, cast_on_ground, ground_height_m
-from tests.support.stations.ground_station import (
+from sitl_support.ground_station import (
     ACCEPTED,
     FAILED,
     GUIDED,
@@ -43,7 +43,9 @@ from tests.support.stations.ground_station import (
     Message,
 )
 
-WORLDS = sorted((Path(__file__).parents[3] / "bridge_config/worlds").glob("*.yaml"))
+pytestmark = pytest.mark.wide
+
+WORLDS = sorted((Path(__file__).parents[2] / "worlds").glob("*.yaml"))
 WALL = Obstacle("wall", (10.0, 0.0), size_m=(1.0, 20.0), top_m=8.0)
 EXACT = RangeSensor(noise_m=0.0)
 

@@ -29,7 +29,7 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from tests.support.links.sitl_process import simulator
+from pytest_mavlink_sitl import simulator_process
 
 ResultT = TypeVar("ResultT")
 SPEEDUP = 2.0
@@ -187,7 +187,7 @@ def _request(position_m: tuple[float, float, float]) -> NavigateRequest:
 @contextlib.contextmanager
 def udp_flight(*options: str) -> Iterator[UdpFlight]:
     """Fly a simulated vehicle, with options of the simulator; ready for goals."""
-    with simulator("--speedup", f"{SPEEDUP:g}", "--ready-after", "1", *options) as port:
+    with simulator_process("--speedup", f"{SPEEDUP:g}", "--ready-after", "1", *options) as port:
         flight = UdpFlight(port)
         try:
             yield flight.ready()

@@ -16,10 +16,10 @@ from pymavlink import mavutil
 from flight_logs.frames.records import Records
 from mavlink_vehicle.codec import Codec, mavlink
 from mavlink_vehicle.io.tlog import TlogReader
-from tests.support.logs.recordings import NAMES, recording
+from tests.support.logs.recordings import NAMES, SMALL, recording
 
 ROOT = Path(__file__).resolve().parents[3]
-OWN_LOGS = sorted([*ROOT.glob("tests/data/*.tlog"), *ROOT.glob("tests/replay/data/*.tlog")])
+OWN_LOGS = sorted([*ROOT.glob("tests/data/*.tlog"), *SMALL.glob("*.tlog")])
 LARGE_LOGS = [recording(name) for name in NAMES]
 
 

@@ -1,7 +1,7 @@
-"""The large recordings of real simulators and vehicles, unpacked once.
+"""The recordings of real simulators and vehicles.
 
-They lie packed in `tests/data/recordings`, 10 MB instead of 26, and are unpacked into
-`out/recordings`.
+The small ones are those that the simulator is held against. The large ones lie packed in
+`tests/data/recordings`, 10 MB instead of 26, and are unpacked into `out/recordings`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[3]
 PACKED = ROOT / "tests/data/recordings"
 UNPACKED = ROOT / "out/recordings"
+SMALL = ROOT / "sitl/tests/data/recordings"
 NAMES = sorted(
     f"{path.parent.name}/{path.name.removesuffix('.tlog.xz')}"
     for path in PACKED.glob("*/*.tlog.xz")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -15,9 +14,10 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.traits import Traits
+from tests.support.logs.recordings import SMALL
 from tests.support.models.point_mass import PointMass
 
-PX4_HOLD = Path(__file__).resolve().parents[2] / "replay/data/px4_mission_clear.tlog"
+PX4_HOLD = SMALL / "px4_mission_clear.tlog"
 STALE_S = 1.0
 
 

@@ -5,7 +5,7 @@ within limits of speed, acceleration and jerk, by a square-root controller (the 
 approach that can still stop in time). *Tracking* makes the vehicle follow the desired motion:
 a proportional position loop around a PI velocity loop, whose output is a lean and a thrust.
 Gains and limits carry the names of the firmware's parameters; that they produce the recorded
-motion is tested in tests/replay.
+motion is tested with recordings.
 """
 
 from __future__ import annotations

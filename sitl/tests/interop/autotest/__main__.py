@@ -1,6 +1,6 @@
 """Flies ArduPilot's own vehicle tests against the simulated autopilot.
 
-    python -m tests.interop.autotest CHECKOUT --vehicle copter
+    python -m interop.autotest CHECKOUT --vehicle copter
 
 CHECKOUT is a folder of ArduPilot's sources with Tools/autotest; the suite needs pexpect. Each test
 runs in a process of its own. `expected.yaml` says which pass, and why others do not.
@@ -22,7 +22,7 @@ from queue import SimpleQueue
 
 import yaml
 
-from tests.interop.autotest.suite import CLASSES, run_one, test_names
+from interop.autotest.suite import CLASSES, run_one, test_names
 
 _EXPECTED = Path(__file__).with_name("expected.yaml")
 _EXIT_FAILED, _EXIT_USAGE = 1, 2
@@ -31,7 +31,7 @@ _EXIT_FAILED, _EXIT_USAGE = 1, 2
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__,
-        prog="python -m tests.interop.autotest",
+        prog="python -m interop.autotest",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("checkout", type=Path, help="folder of ArduPilot's sources")
@@ -82,7 +82,7 @@ def _run_all(
 
     def run(name: str) -> tuple[str, bool, float]:
         place, begun_s = places.get(), time.monotonic()
-        words = [sys.executable, "-m", "tests.interop.autotest", str(checkout)]
+        words = [sys.executable, "-m", "interop.autotest", str(checkout)]
         words += ["--vehicle", options.vehicle, "--alone", name, "--place", str(place)]
         words += ["--speedup", str(options.speedup)]
         with (logs / f"{options.vehicle}_{name}.log").open("wb") as log:

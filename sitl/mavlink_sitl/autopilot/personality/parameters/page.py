@@ -1,4 +1,4 @@
-"""The tables of docs/sitl_parameters.md: which parameters act, and whose defaults differ."""
+"""The tables of docs/parameters.md: which parameters act, and whose defaults differ."""
 
 from __future__ import annotations
 
