@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.goal import GoalFeedback
 from navigation_bridge.vehicle.driving import driving_of
 from navigation_bridge.vehicle.traits import limits_of, traits_of

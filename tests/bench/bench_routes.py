@@ -18,7 +18,7 @@ import numpy as np
 import ruckig
 from numpy.typing import NDArray
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.goal import GoalFeedback
 from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.vehicle.traits import limits_of, traits_of

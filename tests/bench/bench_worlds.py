@@ -32,8 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.dynamics.battery import BatteryModel
+from mavlink_sitl import BatteryModel, VehicleConfig
 from navigation_core.planning import planner
 from navigation_core.planning.planner import PlanLimits
 from tests.bench.rows import row

@@ -7,10 +7,7 @@ import math
 import traceback
 from collections.abc import Callable
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.geodesy import GeoPoint
-from mavlink_sitl.simulation import Simulation
-from mavlink_sitl.world.model import Obstacle, RangeSensor, Wind, World
+from mavlink_sitl import GeoPoint, Obstacle, RangeSensor, Simulation, VehicleConfig, Wind, World
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.signing import KEY_SIZE, Signing
 from mavlink_vehicle.vehicle import Vehicle

@@ -9,7 +9,7 @@ import math
 import random
 from collections.abc import Callable
 
-from mavlink_sitl.links.faults import LinkFaults
+from mavlink_sitl import LinkFaults
 from mavlink_vehicle.codec import make, mavlink
 from navigation_bridge.goals.requests import (
     LandRequest,

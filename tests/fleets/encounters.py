@@ -11,7 +11,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from navigation_core.geometry import Vector3
 from navigation_core.traffic.intruders import TURNS_M_S2

@@ -10,10 +10,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mavlink_sitl.config import DEFAULT_HOME, VehicleConfig
-from mavlink_sitl.geodesy import GeoPoint, LocalFrame
-from mavlink_sitl.simulation import Simulation
-from mavlink_sitl.world.model import GpsQuality, Wind, World
+from mavlink_sitl import (
+    DEFAULT_HOME,
+    GeoPoint,
+    GpsQuality,
+    LocalFrame,
+    Simulation,
+    VehicleConfig,
+    Wind,
+    World,
+)
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.requests import NavigateRequest, ReturnRequest
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.traffic.negotiation import Negotiation, PeerState

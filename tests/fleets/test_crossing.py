@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
 from navigation_bridge.goals.requests import LandRequest, NavigateRequest, ReturnRequest
 from navigation_core.safety.target_checks import Rejection

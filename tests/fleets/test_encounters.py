@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.goal import LogLine
 from navigation_bridge.goals.requests import NavigateRequest, VelocityRequest
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame

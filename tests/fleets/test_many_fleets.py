@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from tests.fleets.__main__ import RATIO_MAX, fly
 from tests.fleets.flown import CONDITIONS, FlownFleet, flown_crossing, homes
 from tests.fleets.test_crossing import codes, copters, cross, on_a_circle

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, mavlink
 from navigation_bridge.configuration.make_config import make_config
 from navigation_core.geometry import Vector3

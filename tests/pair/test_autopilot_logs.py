@@ -7,8 +7,7 @@ import random
 
 import pytest
 
-from mavlink_sitl import LinkFaults
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import LinkFaults, VehicleConfig
 from mavlink_vehicle.codec import Codec, make
 from mavlink_vehicle.events import (
     HeartbeatLost,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.exchange import FurtherBattery
+from mavlink_sitl import FurtherBattery, VehicleConfig
 from navigation_bridge.goals.requests import LandRequest
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight

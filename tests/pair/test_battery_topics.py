@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from drone_navigation.tlog2mcap import convert
-from mavlink_sitl.exchange import FurtherBattery
+from mavlink_sitl import FurtherBattery
 from tests.support.flights.recorded_flight import Recorder
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.logs.bags import read_bag

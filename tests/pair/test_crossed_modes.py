@@ -12,10 +12,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from mavlink_sitl import LinkFaults
-from mavlink_sitl.autopilot.px4.px4_view import ManualControl
-from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import LinkFaults, VehicleConfig
 from mavlink_vehicle.codec import Codec, make, mavlink
 from navigation_bridge.goals.requests import (
     LandRequest,
@@ -33,6 +30,7 @@ CHOSEN = {"px4": "POSCTL", "ardupilot": "ALT_HOLD"}
 BEFORE = {"px4": "AUTO.LOITER", "ardupilot": "BRAKE"}
 RETURNS = {"px4": "AUTO.RTL", "ardupilot": "RTL"}
 OURS_FOR_S = 8.0
+PILOT = Codec(255, 190)
 
 
 @dataclass
@@ -65,10 +63,8 @@ class CrossedFlight(SimulatedFlight):
 
     def tick(self) -> None:
         if self.autopilot == "px4":
-            sticks = ManualControl(0.0, 0.0, 0.0, 0.5, self.simulation.time_s)
-            firmware = self.simulation.vehicles[0].copter
-            assert isinstance(firmware, Px4Vehicle)
-            firmware.manual = sticks
+            sticks = make("MANUAL_CONTROL", target=1, x=0, y=0, z=500, r=0, buttons=0)
+            self.simulation.vehicles[0].link.write(PILOT.encode(sticks))
         elif self.autopilot == "ardupilot" and self.vehicle.state.armed:
             self.simulation.vehicles[0].pilot_throttle(1500)
         super().tick()

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.dynamics.battery import BatteryModel
+from mavlink_sitl import BatteryModel, VehicleConfig
 from navigation_bridge.goals.requests import (
     LandRequest,
     TakeoffRequest,

@@ -8,8 +8,7 @@ from types import MappingProxyType
 
 import pytest
 
-from mavlink_sitl.config import Underway, VehicleConfig
-from mavlink_sitl.world.model import MoverPath, Obstacle, RangeSensor, World
+from mavlink_sitl import MoverPath, Obstacle, RangeSensor, Underway, VehicleConfig, World
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.vehicle.driving import driving_of

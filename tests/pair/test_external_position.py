@@ -9,7 +9,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from drone_navigation.server.publishing.telemetry_messages import external_diagnostic
-from mavlink_sitl.config import DEFAULT_HOME, VehicleConfig
+from mavlink_sitl import DEFAULT_HOME, VehicleConfig
 from mavlink_vehicle.positions.frames import quaternion_from_euler
 from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
 from navigation_bridge.goals.goal import LogLevel

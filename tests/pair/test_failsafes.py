@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
+from mavlink_sitl import SimulatedVehicle, VehicleConfig
 from mavlink_vehicle.codec import Codec, make, mavlink
 from navigation_bridge.goals.goal import GoalFinished, LogLine
 from navigation_bridge.goals.requests import LandRequest, ReturnRequest

@@ -15,9 +15,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl.autopilot.plans.plans import PlanItem
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl import GeoPoint, LocalFrame, PlanItem, VehicleConfig
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest, WaypointsRequest
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mavlink_sitl.links.faults import LinkFaults
+from mavlink_sitl import LinkFaults
 from navigation_bridge.goals.goal import GoalHappened
 from navigation_bridge.goals.lifecycle import TERMINAL_STATES
 from navigation_core.outcomes import OutcomeCode

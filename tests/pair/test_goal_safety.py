@@ -6,9 +6,7 @@ import re
 
 import pytest
 
-from mavlink_sitl.autopilot.plans.plans import PlanItem
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.exchange import Severity
+from mavlink_sitl import PlanItem, Severity, VehicleConfig
 from navigation_bridge.goals.requests import (
     LandRequest,
     ReturnRequest,
@@ -17,7 +15,7 @@ from navigation_bridge.goals.requests import (
 )
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
-from tests.support.stations.missions import item
+from tests.support.stations.missions import position_1e7
 
 FENCES = {
     "ardupilot": {
@@ -95,11 +93,11 @@ def test_areas_that_were_uploaded_count(autopilot: str) -> None:
         vehicle.parameters.set("FENCE_ENABLE", 1.0)
         vehicle.parameters.set("FENCE_TYPE", 4.0)
     square = [(-60.0, -60.0), (-60.0, 60.0), (60.0, 60.0), (60.0, -60.0)]
-    places = [item(north_m=n, east_m=e) for n, e in (*square, (0.0, 30.0))]
+    places = [position_1e7(n, e) for n, e in (*square, (0.0, 30.0))]
     kinds = [(5001, 4.0)] * 4 + [(5004, 8.0)]
     vehicle.copter.plans.fence.replace(
         [
-            PlanItem(command, 0, (number, 0.0, 0.0, 0.0), place.x, place.y)
+            PlanItem(command, 0, (number, 0.0, 0.0, 0.0), *place)
             for (command, number), place in zip(kinds, places, strict=True)
         ]
     )

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.profiles import px4
 from navigation_bridge.goals.requests import (
     LandRequest,

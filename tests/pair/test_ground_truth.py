@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mavlink_sitl.world.model import MoverPath, Obstacle, World
-from mavlink_sitl.world.shapes import Shapes
+from mavlink_sitl import MoverPath, Obstacle, Shapes, World
 from navigation_bridge.goals.goal import GoalFinished
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.world_flights import simulated

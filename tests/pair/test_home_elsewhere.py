@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make, mavlink
 from navigation_bridge.goals.requests import (
     AltitudeReference,

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.links import open_link

@@ -11,10 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.dynamics.battery import BatteryModel
-from mavlink_sitl.world.loader import load_world
-from mavlink_sitl.world.model import Obstacle, RangeSensor, World
+from mavlink_sitl import BatteryModel, Obstacle, RangeSensor, VehicleConfig, World, load_world
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 RADIUS_M = 0.5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.events import StoredLog
 from navigation_bridge.goals.log_outputs import LogBytes, LogRequestDone, LogsFound
 from navigation_bridge.services import Service

@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mavlink
 from pymavlink.generator import mavcrc
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import MAVLINK_1_HEARTBEATS, Codec, make
 from mavlink_vehicle.message_layout import MessageLayout
 from mavlink_vehicle.mission_items import MissionType

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from mavlink_sitl import LinkFaults
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import LinkFaults, VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest, WaypointsRequest
 from tests.support.flights.simulated_flight import SimulatedFlight

@@ -9,8 +9,7 @@ import math
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.world.model import MoverPath, Obstacle, RangeSensor, World
+from mavlink_sitl import MoverPath, Obstacle, RangeSensor, VehicleConfig, World
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.worlds.enclosures import PEN
 

@@ -8,17 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mavlink_sitl.autopilot.plans.plans import PlanItem
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.world.model import Obstacle, RangeSensor, World
-from mavlink_sitl.world.shapes import Shapes
+from mavlink_sitl import Obstacle, PlanItem, RangeSensor, Shapes, VehicleConfig, World
 from navigation_bridge.goals.goal import GoalFinished, LogLine
 from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.obstacles.obstacle_feed import SensorScan
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.messages.autopilot_messages import AutopilotMessages
-from tests.support.stations.missions import item
+from tests.support.stations.missions import position_1e7
 
 REACH_M = 10.0
 THINGS = (
@@ -234,10 +231,8 @@ def test_a_path_that_is_found_stays_inside_of_the_fence() -> None:
         (40.0, 10.0),
         (40.0, -10.0),
     ]
-    places = [item(north_m=n, east_m=e) for n, e in corners]
-    fence = [
-        PlanItem(5001, 0, (float(len(places)), 0.0, 0.0, 0.0), place.x, place.y) for place in places
-    ]
+    places = [position_1e7(n, e) for n, e in corners]
+    fence = [PlanItem(5001, 0, (float(len(places)), 0.0, 0.0, 0.0), *place) for place in places]
     vehicle.copter.plans.fence.replace(fence)
     flight.ready()
     flight.run_until(lambda: flight.vehicle.fence_items is not None, 20.0)

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from mavlink_sitl import LinkFaults
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import LinkFaults, VehicleConfig
 from navigation_bridge.vehicle.odom_frame import OdomFrame, at_time_of_position
 from tests.support.flights.simulated_flight import SimulatedFlight
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.links.faults import LinkFaults
+from mavlink_sitl import LinkFaults, VehicleConfig
 from mavlink_vehicle.vehicle import VehicleConfig as ServerSide
 from navigation_bridge.goals.requests import (
     LandRequest,

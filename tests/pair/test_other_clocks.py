@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.requests import (
     AltitudeReference,
     LandRequest,

@@ -9,7 +9,7 @@ import math
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.goal import GoalHappened
 from navigation_bridge.goals.requests import (
     LandRequest,

@@ -7,9 +7,8 @@ import math
 
 import pytest
 
-from mavlink_sitl import LinkFaults
+from mavlink_sitl import GeoPoint, LinkFaults
 from mavlink_sitl import VehicleConfig as SimulatedVehicleConfig
-from mavlink_sitl.geodesy import GeoPoint
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import (

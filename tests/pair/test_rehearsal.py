@@ -13,8 +13,7 @@ from flight_rehearsal.flight_parameters import KINDS, SERVER_PARAMETERS, VEHICLE
 from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
 from flight_rehearsal.request import HomePoint, RehearsalRequest, RehearsalWaypoint, RequestError
 from flight_rehearsal.stage import Stage
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.dynamics.battery import BatteryModel
+from mavlink_sitl import BatteryModel, VehicleConfig
 from navigation_bridge.configuration.parameter_table import SPECS
 from navigation_core.geometry import Vector3, distance
 from navigation_core.safety.energy import ConsumptionEstimator

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.unit.vehicle.test_rtcm import rtcm

@@ -10,7 +10,7 @@ from collections import deque
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.requests import LandRequest, Request, TakeoffRequest
 from tests.support.flights.simulated_flight import SimulatedFlight
 

@@ -7,7 +7,7 @@ import statistics
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 MEDIAN, PEAK = 1.03, 1.08

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.goal import GoalHappened
 from navigation_bridge.goals.requests import LandRequest, Request, ReturnRequest, VelocityRequest
 from navigation_bridge.services import Service

@@ -10,7 +10,7 @@ from collections import deque
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationResult, StoodStill
 from navigation_bridge.services import Service

@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from mavlink_sitl import LinkFaults
+from mavlink_sitl import LinkFaults, PlanType
 from mavlink_sitl import VehicleConfig as SimulatedVehicleConfig
-from mavlink_sitl.autopilot.plans.plans import PlanType
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import (
     OperationFinished,

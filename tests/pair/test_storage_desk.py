@@ -7,8 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from mavlink_sitl import LinkFaults
-from mavlink_sitl.config import DEFAULT_HOME, VehicleConfig
+from mavlink_sitl import DEFAULT_HOME, LinkFaults, VehicleConfig
 from mavlink_vehicle.events import ParameterChange
 from mavlink_vehicle.mission_items import MissionType
 from navigation_bridge.goals.goal import LogLine

@@ -6,14 +6,13 @@ import math
 
 import pytest
 
-from mavlink_sitl.autopilot.plans.plans import PlanItem, PlanType
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import PlanItem, PlanType, VehicleConfig
 from mavlink_vehicle.codec import make
 from navigation_bridge.scene import SceneFence, SceneItem
 from navigation_core.safety.fences import CircleArea, PolygonArea
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.station_flight import TARGET, StationFlight
-from tests.support.stations.missions import item
+from tests.support.stations.missions import position_1e7
 
 _SQUARE = ((-60.0, -60.0), (-60.0, 60.0), (60.0, 60.0), (60.0, -60.0))
 _IDENTITY = 77
@@ -23,8 +22,8 @@ def planned(
     command: int, north_m: float, east_m: float, up_m: float = 0.0, *, first: float = 0.0,
     frame: int = 3,
 ) -> PlanItem:  # fmt: skip
-    place = item(north_m=north_m, east_m=east_m)
-    return PlanItem(command, frame, (first, 0.0, 0.0, 0.0), place.x, place.y, up_m)
+    place = position_1e7(north_m, east_m)
+    return PlanItem(command, frame, (first, 0.0, 0.0, 0.0), *place, up_m)
 
 
 def with_lists(autopilot: str) -> SimulatedFlight:

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.world.model import Obstacle, RangeSensor, World
+from mavlink_sitl import Obstacle, RangeSensor, VehicleConfig, World
 from navigation_bridge.goals.requests import VelocityRequest
 from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode

@@ -12,8 +12,7 @@ import pytest
 from drone_navigation.demo import SCENARIOS
 from flight_reports.flight_recording import read_recording
 from flight_reports.pictures.scene import replan_times_s
-from mavlink_sitl.world.loader import load_world
-from mavlink_sitl.world.shapes import Shapes
+from mavlink_sitl import Shapes, load_world
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.tlog import TlogReader
 from navigation_bridge import notes

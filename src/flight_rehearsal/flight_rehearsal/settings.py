@@ -9,10 +9,16 @@ from typing import Any
 
 from flight_rehearsal.flight_parameters import SERVER_PARAMETERS
 from flight_rehearsal.request import RehearsalRequest
-from mavlink_sitl.config import DEFAULT_HOME, Underway, VehicleConfig
-from mavlink_sitl.dynamics.battery import BatteryModel
-from mavlink_sitl.geodesy import GeoPoint, LocalFrame
-from mavlink_sitl.world.model import Wind, World
+from mavlink_sitl import (
+    DEFAULT_HOME,
+    BatteryModel,
+    GeoPoint,
+    LocalFrame,
+    Underway,
+    VehicleConfig,
+    Wind,
+    World,
+)
 from navigation_bridge.configuration.known_obstacles import KnownObstacles
 from navigation_bridge.configuration.make_config import ServerConfig, make_config
 

@@ -11,10 +11,8 @@ import math
 from flight_rehearsal.flight_parameters import KINDS
 from flight_rehearsal.request import RehearsalRequest, RequestError
 from flight_rehearsal.settings import home_point, origin_of, server_config, vehicle_config, world
-from mavlink_sitl.autopilot.parameters import UnknownParameterError
+from mavlink_sitl import ConfigurationError, Simulation, UnknownParameterError
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
-from mavlink_sitl.config import ConfigurationError
-from mavlink_sitl.simulation import Simulation
 from mavlink_vehicle.codec import Codec, make
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge

@@ -13,8 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.links.faults import LinkFaults
+from mavlink_sitl import LinkFaults, VehicleConfig
 from mavlink_vehicle.codec import Message
 from navigation_bridge.goals.requests import (
     LandRequest,

@@ -13,9 +13,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
-from mavlink_sitl.world.model import RangeSensor, World
+from mavlink_sitl import RangeSensor, SimulatedVehicle, VehicleConfig, World
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import GoalFinished

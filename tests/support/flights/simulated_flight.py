@@ -6,9 +6,7 @@ import itertools
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.simulation import Simulation
-from mavlink_sitl.world.model import World
+from mavlink_sitl import Simulation, VehicleConfig, World
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge

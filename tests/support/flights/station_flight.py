@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.config import VehicleConfig
+from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import ModePacking

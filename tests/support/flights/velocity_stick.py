@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.world.model import World
+from mavlink_sitl import VehicleConfig, World
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_bridge.goals.requests import VelocityRequest

@@ -6,9 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.world.model import MoverPath, Obstacle, RangeSensor
-from mavlink_sitl.world.model import World as SimulatedWorld
+from mavlink_sitl import MoverPath, Obstacle, RangeSensor, VehicleConfig
+from mavlink_sitl import World as SimulatedWorld
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.tasks.registry import TASKS
 from navigation_core.geometry import Vector3

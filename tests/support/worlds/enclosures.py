@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.world.model import Obstacle
+from mavlink_sitl import Obstacle
 
 PEN = tuple(
     Obstacle(

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mavlink_sitl.simulation import Simulation
-from mavlink_sitl.world.shapes import Shapes
+from mavlink_sitl import Shapes, Simulation
 
 STANDS_M_S = 0.3
 STOOD_S = 1.0

@@ -13,8 +13,7 @@ import yaml
 from drone_navigation.bag.mcap_bag import qos_text
 from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.tlog2mcap import convert, main
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.world.model import Obstacle, RangeSensor, World
+from mavlink_sitl import Obstacle, RangeSensor, VehicleConfig, World
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from navigation_bridge.goals.goal import GoalFeedback, GoalHappened
 from navigation_bridge.goals.requests import (
@@ -25,10 +24,10 @@ from navigation_bridge.goals.requests import (
 from tests.support.flights.recorded_flight import EPOCH_S, Recorder
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.logs.bags import ReadBag, read_bag
+from tests.support.logs.recordings import SMALL
 
 SERVER = "/navigation_server"
-REPLAYS = Path(__file__).parents[2] / "replay/data"
-SEVERAL = REPLAYS / "multi_udp.tlog"
+SEVERAL = SMALL / "multi_udp.tlog"
 ALL_TOPICS = {
     f"{SERVER}/last_rejection", f"{SERVER}/pose", f"{SERVER}/odometry", f"{SERVER}/fix",
     f"{SERVER}/battery", f"{SERVER}/plan", f"{SERVER}/vehicle_status", f"{SERVER}/goal_events",

@@ -16,10 +16,10 @@ from mavlink_vehicle.codec import Codec, make
 from navigation_bridge.recording.replay import LONGEST_SILENCE_S
 from tests.support.logs.bags import read_bag
 from tests.support.logs.made_logs import START_US, tlog_of
+from tests.support.logs.recordings import SMALL
 
 SERVER = "/navigation_server"
-REPLAYS = Path(__file__).parents[2] / "replay/data"
-SEVERAL = REPLAYS / "multi_udp.tlog"
+SEVERAL = SMALL / "multi_udp.tlog"
 
 
 HEARTBEAT = Codec(1, 1).encode(make("HEARTBEAT", type=2, autopilot=3, mavlink_version=3))
