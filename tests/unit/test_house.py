@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import Counter, defaultdict
 from functools import cache
 from pathlib import Path
 
+import mavlink_sitl
+
 ROOT = Path(__file__).parents[2]
-PRODUCT = sorted(
-    file
-    for top in ("src", "sitl")
-    for file in (ROOT / top).glob("*/**/*.py" if top == "src" else "mavlink_sitl/**/*.py")
-)
+PRODUCT = sorted([*ROOT.glob("src/*/**/*.py"), *ROOT.glob("sitl/mavlink_sitl/**/*.py")])
 MODULES_MAX = 15
 """Modules of one folder, without ``__init__``."""
 
@@ -43,6 +42,62 @@ def test_a_class_name_has_one_meaning_in_src() -> None:
                 if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                     homes[node.name].append(_name(file))
     assert {name: files for name, files in homes.items() if len(files) > 1} == {}
+
+
+# The simulator in sitl/ is a project of its own: it knows nothing of the bridge, and the bridge
+# uses what a user of the simulator would.
+OTHERS = {path.name for path in (ROOT / "src").iterdir()} | {"tests"}
+SITL = {"interop", "mavlink_sitl", "pytest_mavlink_sitl", "recordings", "sitl_support", "unit"}
+"""Packages of its folder."""
+PUBLIC_MODULES = {"mavlink_sitl", "pytest_mavlink_sitl"}
+INNER_NAMES = {
+    "src/flight_rehearsal/flight_rehearsal/stage.py": {
+        "mavlink_sitl.autopilot.px4.vehicle": "a rehearsal begins with the charge of the vehicle, "
+        "and the pack of PX4's simulator is full on the ground"
+    },
+}
+"""Modules of the simulator that are not public, by file that imports them, and why."""
+
+
+def _imports(file: Path) -> set[str]:
+    """Return the modules that a file imports; names of the simulator's package with them."""
+    found: set[str] = set()
+    for node in ast.walk(_parsed(file)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module)
+            if node.module == "mavlink_sitl":
+                found |= {f"mavlink_sitl.{alias.name}" for alias in node.names}
+    return found
+
+
+def test_the_simulator_knows_nothing_of_the_bridge() -> None:
+    files = sorted((ROOT / "sitl").rglob("*.py"))
+    assert len(files) > 350
+    known = {
+        _name(file): names
+        for file in files
+        if (names := {module for module in _imports(file) if module.split(".")[0] in OTHERS})
+    }
+    assert known == {}
+    named = re.compile(rf"\b(?:{'|'.join(OTHERS - {'tests'})})\b|\bsrc/|\.\./\.\./")
+    pages = [path for kind in ("*.md", "*.toml", "*.cfg") for path in (ROOT / "sitl").rglob(kind)]
+    assert len(pages) > 10
+    told = {_name(path): named.findall(path.read_text("utf-8")) for path in [*files, *pages]}
+    assert {name: words for name, words in told.items() if words} == {}
+
+
+def test_the_simulator_is_used_by_its_public_names() -> None:
+    public = {*PUBLIC_MODULES, "mavlink_sitl.geodesy"}
+    public |= {f"mavlink_sitl.{name}" for name in mavlink_sitl.__all__}
+    inner = {}
+    for folder in ("src", "tests", "scripts"):
+        for file in sorted((ROOT / folder).rglob("*.py")):
+            used = {name for name in _imports(file) if name.split(".")[0] in SITL}
+            if used - public:
+                inner[_name(file)] = used - public
+    assert inner == {name: set(reasons) for name, reasons in INNER_NAMES.items()}
 
 
 # Modules that read a clock that may be set, stand still or go back, with the reason.
