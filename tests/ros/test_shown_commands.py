@@ -22,10 +22,16 @@ import yaml
 from custom_interfaces.action import FollowVelocity
 from drone_navigation.processes import Process, free_udp_port, ros_environment
 from tests.support.logs.firmware_logs import ardupilot_log
+from tests.support.logs.recordings import SMALL
 from tests.support.ros.ros_flight import new_domain
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")])
+PAGES = sorted(
+    [
+        ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"),
+        *ROOT.glob("sitl/docs/*.md"),
+    ]
+)  # fmt: skip
 TARGETS = re.findall(r"^([a-z0-9-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
 OWN_PORTS = ("14550", "14551", "5760")
 NO_SERVER, USAGE = 5, 2
@@ -37,9 +43,9 @@ NOT_RUN = {
     "mkdir wheels": "it needs a wheel of a release",
     "python3 -m venv old": "it installs from the network",
     "python3 -m pip install": "it installs from the network",
-    "python -m tests.interop.autotest": "it needs a clone of ArduPilot",
-    "python -m tests.interop.dronekit_suite": "it needs a clone of DroneKit",
-    "python -m tests.interop.mavsdk_examples": "it needs a clone of MAVSDK-Python",
+    "python -m interop.autotest": "it needs a clone of ArduPilot",
+    "python -m interop.dronekit_suite": "it needs a clone of DroneKit",
+    "python -m interop.mavsdk_examples": "it needs a clone of MAVSDK-Python",
     "ros2 launch": "it needs a full ROS 2 installation",
     "ros2 run": "it needs a full ROS 2 installation",
     "rviz2": "it needs a full ROS 2 installation",
@@ -133,7 +139,7 @@ def place(tmp_path: Path, domain: int) -> Place:
     recording = ROOT / "tests/data/copter_lowbatt.tlog"
     for name in ("flight", "my", "before", "after", "flights/a", "flights/b"):
         shutil.copy(recording, tmp_path / f"{name}.tlog")
-    shutil.copy(ROOT / "tests/replay/data/multi_udp.tlog", tmp_path / "fleet.tlog")
+    shutil.copy(SMALL / "multi_udp.tlog", tmp_path / "fleet.tlog")
     log = ardupilot_log("4.5").data
     for name in ("00000007.BIN", "vehicle1_log7_20261123T063631Z.bin"):
         (tmp_path / name).write_bytes(log)

@@ -1,4 +1,7 @@
-"""The documentation names only what exists, and names all of it."""
+"""The documentation names only what exists, and names all of it.
+
+The simulator's pages are its own; tests/ros/test_shown_commands.py starts it as other pages show.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,6 @@ from flight_logs.export_command import make_parser as export_parser
 from flight_reports.flight_plot import make_parser as plot_parser
 from flight_reports.flight_video import make_parser as video_parser
 from flight_reports.navigation_report import make_parser as report_parser
-from mavlink_sitl.command_line.options import make_parser as simulator_parser
 from mavlink_vehicle import protocols
 from mavlink_vehicle.protocols.machine import Machine
 from navigation_bridge.configuration.parameter_table import PARAMETERS
@@ -64,7 +66,6 @@ PROGRAMS: dict[str, Callable[[], ArgumentParser | ClientParser]] = {
     "navigation_report": report_parser,
     "tlog_export": export_parser,
     "tlog2mcap": bag_parser,
-    "python -m mavlink_sitl": simulator_parser,
     "python -m drone_navigation.demo": demo_parser,
     "python -m flight_reports.flight_plot": plot_parser,
     "python -m flight_reports.flight_video": video_parser,
@@ -85,12 +86,8 @@ def test_make_targets_modules_and_files_exist(page: Path) -> None:
     targets = set(re.findall(r"^([a-z0-9-]+):", MAKEFILE, re.MULTILINE))
     for target in re.findall(r"(?:^|`)make ([a-z0-9-]+)", text, re.MULTILINE):
         assert target in targets, f"{page.name}: make {target}"
-    for module in re.findall(
-        r"python -m ((?:drone_navigation|flight_reports|mavlink_sitl)[\w.]*)", text
-    ):
-        package = module.split(".")[0]
-        folder = "sitl" if package == "mavlink_sitl" else f"src/{package}"
-        base = ROOT / folder / module.replace(".", "/")
+    for module in re.findall(r"python -m ((?:drone_navigation|flight_reports)[\w.]*)", text):
+        base = ROOT / "src" / module.split(".")[0] / module.replace(".", "/")
         assert base.with_suffix(".py").exists() or (base / "__main__.py").exists(), module
     for path in re.findall(r"`((?:src|sitl|tests|docs|bridge_config|scripts)/[\w./-]*)`", text):
         assert (ROOT / path).exists(), f"{page.name}: {path}"

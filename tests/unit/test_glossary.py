@@ -19,6 +19,7 @@ PAGES = sorted(
         *ROOT.glob("*.md"),
         *ROOT.glob("docs/**/*.md"),
         *ROOT.glob("sitl/*.md"),
+        *ROOT.glob("sitl/docs/*.md"),
         *ROOT.glob("src/*/*.md"),
     ]
 )
@@ -113,7 +114,7 @@ def test_names_and_docstrings_of_tests_go_by_the_glossary() -> None:
     found = [
         f"{path.relative_to(ROOT)}: {match[0]}"
         for path in SOURCES
-        if path.is_relative_to(ROOT / "tests")
+        if path.is_relative_to(ROOT / "tests") or path.is_relative_to(ROOT / "sitl/tests")
         for text in words_of(path).names_and_docstrings
         for match in ruled_out().finditer(re.sub(r"\s+", " ", text))
     ]
