@@ -82,6 +82,7 @@ FILES = frozenset(
         "ros/test_velocity.py",
         "unit/navigation/test_tlog2mcap.py",
         "unit/test_make_targets.py",
+        "unit/test_simulator_alone.py",
         "unit/test_wheels.py",
     }
 )
