@@ -13,7 +13,7 @@ from typing import Any
 
 from pymavlink import mavutil
 
-WAIT_S = 20.0
+WAIT_S = 200.0
 """No wait is longer; on an idle machine each is far below a second"""
 
 
