@@ -7,7 +7,7 @@ is UNSUPPORTED.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import kind_commands, setpoints
@@ -16,7 +16,10 @@ from mavlink_sitl.mavlink.ground_commands.aux_functions import AUX_FUNCTIONS
 from mavlink_sitl.mavlink.ground_commands.calibration import CALIBRATION
 from mavlink_sitl.mavlink.ground_commands.devices import DEVICES
 from mavlink_sitl.mavlink.messages import known_messages
-from mavlink_sitl.mavlink.received_command import RELATIVE_ALT, CommandServer, ReceivedCommand
+from mavlink_sitl.mavlink.received_command import RELATIVE_ALT, Handler, ReceivedCommand
+
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.server import MavlinkServer
 
 FORCE = 21196
 """The value of param2 that arms and disarms against all checks"""
@@ -24,10 +27,8 @@ FORCE = 21196
 HEARTBEAT, HEARTBEAT_US = 0, 1_000_000
 LONGEST_INTERVAL_US = 60_000_000
 
-Handler = Callable[[CommandServer, ReceivedCommand], Result]
 
-
-def handle(server: CommandServer, command: ReceivedCommand) -> Result:
+def handle(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """Carry out a command."""
     table = kind_commands.BY_KIND[server.vehicle.personality.kind]
     entry = table.get(command.id, _HANDLERS.get(command.id))
@@ -39,7 +40,7 @@ def handle(server: CommandServer, command: ReceivedCommand) -> Result:
     return handler(server, command)
 
 
-def _arm_disarm(server: CommandServer, command: ReceivedCommand) -> Result:
+def _arm_disarm(server: MavlinkServer, command: ReceivedCommand) -> Result:
     force = int(command.params[1]) == FORCE
     if command.params[0] == 1.0:
         return server.vehicle.arm(force)
@@ -48,14 +49,14 @@ def _arm_disarm(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.UNSUPPORTED
 
 
-def _set_mode(server: CommandServer, command: ReceivedCommand) -> Result:
+def _set_mode(server: MavlinkServer, command: ReceivedCommand) -> Result:
     base_mode, custom_mode = command.params[0], command.params[1]
     if not int(base_mode) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
         return Result.DENIED
     return server.vehicle.set_mode(int(custom_mode))
 
 
-def _take_off(server: CommandServer, command: ReceivedCommand) -> Result:
+def _take_off(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.frame != RELATIVE_ALT:
         return Result.DENIED
     if not setpoints.usable(command.z):
@@ -63,16 +64,16 @@ def _take_off(server: CommandServer, command: ReceivedCommand) -> Result:
     return server.vehicle.take_off(command.z)
 
 
-def change_speed(server: CommandServer, command: ReceivedCommand) -> Result:
+def change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_CHANGE_SPEED."""
     return server.vehicle.change_speed(int(command.params[0]), command.params[1])
 
 
-def _known(server: CommandServer, message_id: int) -> bool:
+def _known(server: MavlinkServer, message_id: int) -> bool:
     return message_id in known_messages.BY_KIND[server.vehicle.personality.kind]
 
 
-def _set_interval(server: CommandServer, command: ReceivedCommand) -> Result:
+def _set_interval(server: MavlinkServer, command: ReceivedCommand) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
     if command.params[2] != 0.0:
         return Result.DENIED
@@ -87,7 +88,7 @@ def _set_interval(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _take_interval(server: CommandServer, message_id: int, interval_us: float) -> None:
+def _take_interval(server: MavlinkServer, message_id: int, interval_us: float) -> None:
     """At most a minute; 0 gives that of its group back, and less than that stops it."""
     interval_us = int(min(interval_us, LONGEST_INTERVAL_US))
     if message_id == HEARTBEAT:
@@ -100,7 +101,7 @@ def _take_interval(server: CommandServer, message_id: int, interval_us: float) -
         server.streams.stop(message_id)
 
 
-def _get_interval(server: CommandServer, command: ReceivedCommand) -> Result:
+def _get_interval(server: MavlinkServer, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     if not _known(server, message_id):
         server.send(dialect.MAVLink_message_interval_message(message_id & 0xFFFF, 0))
@@ -115,7 +116,7 @@ def _get_interval(server: CommandServer, command: ReceivedCommand) -> Result:
 AVAILABLE_MODES = 435
 
 
-def _request_message(server: CommandServer, command: ReceivedCommand) -> Result:
+def _request_message(server: MavlinkServer, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     if message_id == AVAILABLE_MODES:
         place = command.params[1] if setpoints.usable(command.params[1]) else 0.0
@@ -129,21 +130,21 @@ def _request_message(server: CommandServer, command: ReceivedCommand) -> Result:
 def request(message_id: int) -> Handler:
     """Of a message by itself: it follows the answer."""
 
-    def handler(server: CommandServer, _: ReceivedCommand) -> Result:
+    def handler(server: MavlinkServer, _: ReceivedCommand) -> Result:
         server.send_later(message_id)
         return Result.ACCEPTED
 
     return handler
 
 
-def _capabilities(server: CommandServer, command: ReceivedCommand) -> Result:
+def _capabilities(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """REQUEST_AUTOPILOT_CAPABILITIES: with param1 = 1 (`copter_ground_cmds`)."""
     if command.params[0] != 1.0:
         return Result.FAILED
     return request(148)(server, command)
 
 
-def _set_home(server: CommandServer, command: ReceivedCommand) -> Result:
+def _set_home(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """Home is here, with param1 = 1 or without a place; else there. Arming leaves it there."""
     copter = server.vehicle
     if not copter.estimator.position_ok or command.params[0] not in (0.0, 1.0):
@@ -160,21 +161,21 @@ def _set_home(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _reboot(server: CommandServer, command: ReceivedCommand) -> Result:
+def _reboot(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.params[0] not in (1.0, 3.0):
         # Asked first whether it is armed, also by a test of the motors (`copter_ground_cmds`).
         return Result.FAILED if server.vehicle.soft_armed else Result.UNSUPPORTED
     return server.vehicle.reboot()
 
 
-def _mission_start(server: CommandServer, command: ReceivedCommand) -> Result:
+def _mission_start(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """MISSION_START: of the whole mission only (`copter_mission_misc`)."""
     if command.params[0] or command.params[1]:
         return Result.DENIED
     return server.vehicle.start_mission()
 
 
-def _set_current_item(server: CommandServer, command: ReceivedCommand) -> Result:
+def _set_current_item(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_MISSION_CURRENT; param2 = 1 has the jumps begin again."""
     vehicle, seq, again = server.vehicle, int(command.params[0]), command.params[1] == 1.0
     if again and 0 <= seq < len(vehicle.plans.mission.items):
@@ -185,7 +186,7 @@ def _set_current_item(server: CommandServer, command: ReceivedCommand) -> Result
     return result
 
 
-def _jump_to_tag(server: CommandServer, command: ReceivedCommand) -> Result:
+def _jump_to_tag(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_JUMP_TAG: to the mission's first JUMP_TAG of that number."""
     tag = int(command.params[0])
     if not 0 <= tag <= 0xFFFF:
@@ -197,13 +198,13 @@ def _jump_to_tag(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _pause_or_go_on(server: CommandServer, command: ReceivedCommand) -> Result:
+def _pause_or_go_on(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.params[0] not in (0.0, 1.0):
         return Result.DENIED
     return server.vehicle.pause_or_go_on(command.params[0] == 1.0)
 
 
-def _enable_fence(server: CommandServer, command: ReceivedCommand) -> Result:
+def _enable_fence(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_FENCE_ENABLE; 2 puts only the floor out of force, which counts by itself here."""
     if command.params[0] not in (0.0, 1.0, 2.0) or "FENCE_ENABLE" not in server.vehicle.parameters:
         return Result.FAILED
@@ -212,13 +213,13 @@ def _enable_fence(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _terminate(server: CommandServer, command: ReceivedCommand) -> Result:
+def _terminate(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if command.params[0] <= 0.5:
         return Result.FAILED
     return server.vehicle.disarm(force=True)
 
 
-def _store(server: CommandServer, command: ReceivedCommand) -> Result:
+def _store(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """PREFLIGHT_STORAGE: only 2, which empties the storage; it shows at the next start."""
     if command.params[0] != 2.0:
         return Result.DENIED
@@ -227,7 +228,7 @@ def _store(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def inject_failure(server: CommandServer, command: ReceivedCommand) -> Result:
+def inject_failure(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """INJECT_FAILURE."""
     unit, kind, instance = (int(value) for value in command.params[:3])
     return server.vehicle.inject_failure(unit, kind, instance)

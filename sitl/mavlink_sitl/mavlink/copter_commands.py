@@ -5,23 +5,24 @@ What `copter_acks` shows is answered as there; the rest follows ArduCopter's sou
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
+from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
 
-Handler = Callable[[CommandServer, ReceivedCommand], Result]
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.server import MavlinkServer
 
 
-def _copter(server: CommandServer) -> Copter:
+def _copter(server: MavlinkServer) -> Copter:
     assert isinstance(server.vehicle, Copter)
     return server.vehicle
 
 
-def condition_yaw(server: CommandServer, command: ReceivedCommand) -> Result:
+def condition_yaw(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """CONDITION_YAW: turn the nose, in the modes that fly by themselves."""
     angle_deg, rate_deg_s, direction, relative = command.params
     if not 0.0 <= angle_deg <= 360.0 or relative not in (0.0, 1.0):
@@ -31,7 +32,7 @@ def condition_yaw(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def look_at(server: CommandServer, command: ReceivedCommand) -> Result:
+def look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_ROI and DO_SET_ROI_LOCATION: keep the nose towards a place; zeros end that."""
     copter = _copter(server)
     if not (command.x or command.y or command.z):
@@ -43,13 +44,13 @@ def look_at(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def look_at_nothing(server: CommandServer, _: ReceivedCommand) -> Result:
+def look_at_nothing(server: MavlinkServer, _: ReceivedCommand) -> Result:
     """DO_SET_ROI_NONE."""
     _copter(server).yaw.look_at(None)
     return Result.ACCEPTED
 
 
-def motor_test(server: CommandServer, command: ReceivedCommand) -> Result:
+def motor_test(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_MOTOR_TEST; param5 is how many motors."""
     place, kind, value, each_s = command.params
     if not setpoints.usable(command.x):

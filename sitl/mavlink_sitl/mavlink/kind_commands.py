@@ -6,7 +6,7 @@ Seen in `rover_guided` and `plane_guided`. None stands for UNSUPPORTED.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane import plane
 from mavlink_sitl.autopilot.ardupilot.plane.guided import Guided, Heading
@@ -17,9 +17,10 @@ from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.copter_commands import COPTER
-from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
+from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
 
-Handler = Callable[[CommandServer, ReceivedCommand], Result]
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.server import MavlinkServer
 
 
 def _mode(number: int) -> Handler:
@@ -34,7 +35,7 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
     (`plane_guided_repo`).
     """
 
-    def handler(server: CommandServer, command: ReceivedCommand) -> Result:
+    def handler(server: MavlinkServer, command: ReceivedCommand) -> Result:
         copter = server.vehicle
         if command.is_long:
             return Result.UNSUPPORTED
@@ -77,22 +78,22 @@ def _go_to(copter: Commander, command: ReceivedCommand, position: Vector) -> Res
     return Result.ACCEPTED
 
 
-def _as_plane(server: CommandServer) -> plane.Plane:
+def _as_plane(server: MavlinkServer) -> plane.Plane:
     assert isinstance(server.vehicle, plane.Plane)
     return server.vehicle
 
 
-def _start_landing(server: CommandServer, _: ReceivedCommand) -> Result:
+def _start_landing(server: MavlinkServer, _: ReceivedCommand) -> Result:
     """DO_LAND_START: to the nearest one in the mission."""
     return Result.ACCEPTED if _as_plane(server).start_landing() else Result.FAILED
 
 
-def _go_around(server: CommandServer, command: ReceivedCommand) -> Result:
+def _go_around(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_GO_AROUND: only while landing."""
     return Result.ACCEPTED if _as_plane(server).go_around(command.params[0]) else Result.FAILED
 
 
-def _set_reverse(server: CommandServer, command: ReceivedCommand) -> Result:
+def _set_reverse(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_REVERSE."""
     assert isinstance(server.vehicle, rover.Rover)
     if command.params[0] not in (0.0, 1.0):
@@ -101,21 +102,21 @@ def _set_reverse(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _rover_motor_test(server: CommandServer, command: ReceivedCommand) -> Result:
+def _rover_motor_test(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_MOTOR_TEST."""
     assert isinstance(server.vehicle, rover.Rover)
     motor, kind, value, seconds = command.params
     return server.vehicle.motor_test.start(int(motor), int(kind), value, seconds)
 
 
-def _head_for(server: CommandServer, command: ReceivedCommand) -> Result:
+def _head_for(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """NAV_SET_YAW_SPEED: param1 degrees, relative with param3, param2 m/s."""
     assert isinstance(server.vehicle, rover.Rover)
     yaw_deg, speed_m_s, relative, _ = command.params
     return server.vehicle.head_for(yaw_deg, speed_m_s, relative > 0.0)
 
 
-def _guided_change_speed(server: CommandServer, command: ReceivedCommand) -> Result:
+def _guided_change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """GUIDED_CHANGE_SPEED: an airspeed (0), in GUIDED (`plane_guided_repo`)."""
     copter = _as_plane(server)
     if copter.mode.spec.number != plane.MODE_GUIDED:
@@ -126,7 +127,7 @@ def _guided_change_speed(server: CommandServer, command: ReceivedCommand) -> Res
     return copter.change_speed(0, speed_m_s) if speed_m_s > 0.0 else Result.FAILED
 
 
-def _guided_change_altitude(server: CommandServer, command: ReceivedCommand) -> Result:
+def _guided_change_altitude(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """GUIDED_CHANGE_ALTITUDE: to z, at the rate in param3, in GUIDED."""
     copter = _as_plane(server)
     if not isinstance(copter.mode, Guided):
@@ -140,7 +141,7 @@ def _guided_change_altitude(server: CommandServer, command: ReceivedCommand) -> 
     return Result.ACCEPTED
 
 
-def _guided_change_heading(server: CommandServer, command: ReceivedCommand) -> Result:
+def _guided_change_heading(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """GUIDED_CHANGE_HEADING: param1 0 course, 1 nose, 2 none; param2 degrees, param3 m/s2."""
     copter = _as_plane(server)
     if not isinstance(copter.mode, Guided):
@@ -153,7 +154,7 @@ def _guided_change_heading(server: CommandServer, command: ReceivedCommand) -> R
     return Result.ACCEPTED
 
 
-def _change_speed(server: CommandServer, command: ReceivedCommand) -> Result:
+def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_CHANGE_SPEED: without a speed, param3 may be a throttle, which changes nothing here.
 
     Seen in `plane_guided_repo`.

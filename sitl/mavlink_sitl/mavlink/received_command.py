@@ -1,14 +1,16 @@
-"""A command as it was received, and the server as its handlers see it."""
+"""A command as it was received, and the type of its handlers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
-from mavlink_sitl.autopilot.common.commander import Commander
+from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink.codec import Message
-from mavlink_sitl.mavlink.messages.streams import StreamSchedule
+
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.server import MavlinkServer
 
 RELATIVE_ALT = 3
 
@@ -47,35 +49,4 @@ def from_message(message: Message) -> ReceivedCommand:
     return ReceivedCommand(message.command, params, x, y, message.param7, RELATIVE_ALT, True)
 
 
-class CommandServer(Protocol):
-    """A server, as far as the handlers of commands use it.
-
-    Attributes:
-        now_us: simulated time.
-        streams: what is sent at a rate.
-        heartbeat_us: from HEARTBEAT to HEARTBEAT; 0 for none.
-    """
-
-    now_us: int
-    streams: StreamSchedule
-    heartbeat_us: int
-
-    @property
-    def vehicle(self) -> Commander:
-        """The vehicle that it speaks for."""
-
-    @property
-    def builders(self) -> Mapping[int, Any]:
-        """By message id: what can be streamed and requested."""
-
-    def send(self, message: Message) -> None:
-        """Put a message into the outboxes."""
-
-    def beat(self, interval_us: int) -> None:
-        """Send HEARTBEAT at another interval; 0 for no more."""
-
-    def send_later(self, message_id: int) -> None:
-        """Send a telemetry message once the answer to the request is out."""
-
-    def send_mode_list(self, place: int) -> bool:
-        """AVAILABLE_MODES: one of them, from 1, or with 0 all; whether there is such a one."""
+Handler: TypeAlias = "Callable[[MavlinkServer, ReceivedCommand], Result]"

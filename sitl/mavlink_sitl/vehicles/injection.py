@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.parameters import Parameters
-from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.exchange import Result, Vector
-from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.exchange import Result
+from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.links.faults import LinkFaults
-from mavlink_sitl.links.simulated_link import SimulatedLink
+
+if TYPE_CHECKING:
+    from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 
 GPS, BATTERY, MOTOR, RC_SIGNAL, MAVLINK_SIGNAL = 4, 100, 101, 104, 105
 """FAILURE_UNIT"""
@@ -38,53 +38,10 @@ LINK_FAULTS = {
 }
 
 
-class BreakableVehicle(Protocol):
-    """A vehicle as failures break it; the members are those of `vehicle.SimulatedVehicle`."""
-
-    config: VehicleConfig
-    parameters: Parameters
-    links: list[SimulatedLink]
-
-    @property
-    def frame(self) -> LocalFrame:
-        """Its local frame."""
-
-    @property
-    def battery_consumed_mah(self) -> float:
-        """What its battery has given."""
-
-    def force_voltage(self, voltage_v: float) -> None:
-        """SIM_BATT_VOLTAGE."""
-
-    def set_battery_voltage(self, voltage_v: float) -> None:
-        """Force the pack's voltage; 0 gives the model back."""
-
-    def set_battery_remaining(self, share: float) -> None:
-        """Let the battery have a share of its charge."""
-
-    def lose_radio(self, lost: bool, throttle_low: bool = False) -> None:
-        """The pilot's radio goes silent or only lowers the throttle, or it comes back."""
-
-    def weaken_motors(self, share: float) -> None:
-        """Leave a share of the thrust."""
-
-    def lose_gps(self, why: str) -> None:
-        """Lose the GPS for a reason."""
-
-    def restore_gps(self, why: str) -> None:
-        """Have it back, as far as that reason goes."""
-
-    def shift_gps(self, offset_ned_m: Vector) -> None:
-        """Shift what the GPS reports."""
-
-    def blow(self, wind_ned_m_s: Vector) -> None:
-        """Another wind."""
-
-
 class Failures:
     """The injected failures of a vehicle."""
 
-    def __init__(self, vehicle: BreakableVehicle) -> None:
+    def __init__(self, vehicle: SimulatedVehicle) -> None:
         self._vehicle = vehicle
         self._motors_off: set[int] = set()
         self._weak = self._multiplier = 1.0

@@ -14,16 +14,17 @@ From the recordings `copter_auto_cleared` and `rover_auto`, and from the firmwar
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.plans.plan_commands import CONDITIONS, MOVING, NAMES, UNTOLD
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import ItemReached, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
+    from mavlink_sitl.autopilot.common.firmware import Firmware
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 AMSL_FRAMES = (0, 2, 5)
@@ -33,22 +34,6 @@ MOST_STEPS = 200
 """A mission of nothing but jumps ends after this many"""
 ALLOW_ARMING = 1
 """Bit of AUTO_OPTIONS"""
-
-
-class TaskView(Protocol):
-    """An item in flight; see `auto_tasks.AutoTask`."""
-
-    item: PlanItem
-
-    @property
-    def landing(self) -> bool:
-        """Whether it sinks to land."""
-
-    def update(self) -> None:
-        """Run one step."""
-
-    def finished(self) -> bool:
-        """Whether the next item's turn has come."""
 
 
 class Auto(Mode):
@@ -64,9 +49,9 @@ class Auto(Mode):
     moving = MOVING
     untold: frozenset[Cmd] = UNTOLD
 
-    def __init__(self, vehicle: VehicleView, spec: ModeSpec) -> None:
+    def __init__(self, vehicle: Firmware, spec: ModeSpec) -> None:
         super().__init__(vehicle, spec)
-        self.task: TaskView | None = None
+        self.task: AutoTask | None = None
         self.may_take_off = False
         self.paused = False
         self._waiting: list[tuple[int, PlanItem]] = []
@@ -150,7 +135,7 @@ class Auto(Mode):
 
     # The items.
 
-    def _finish(self, task: TaskView) -> None:
+    def _finish(self, task: AutoTask) -> None:
         place = self.vehicle.plans.current
         told = ItemReached(place)
         self.vehicle.events.append(told)

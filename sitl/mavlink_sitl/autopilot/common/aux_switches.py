@@ -7,9 +7,14 @@ move.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.common.mode_switch import SettledPosition
-from mavlink_sitl.autopilot.devices.aux_functions import HIGH, LOW, MIDDLE, SwitchedVehicle, run
+from mavlink_sitl.autopilot.devices.aux_functions import HIGH, LOW, MIDDLE, run
 from mavlink_sitl.autopilot.state.pilot import CHANNELS
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 HIGH_US, LOW_US = 1800, 1200
 ARMING = frozenset({153, 154, 165})
@@ -26,7 +31,7 @@ def position_of(pulse_us: int) -> int:
 class AuxSwitches:
     """Runs the functions of the switches that move."""
 
-    def __init__(self, vehicle: SwitchedVehicle) -> None:
+    def __init__(self, vehicle: Commander) -> None:
         self._vehicle = vehicle
         self._revision = -1
         self._functions: list[tuple[int, int]] = []

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
+
 
 BANDS_US = (1231, 1361, 1491, 1621, 1750)
 """Between the positions"""
@@ -36,7 +40,7 @@ class SettledPosition:
 class ModeSwitch:
     """Changes the mode when the switch has moved, and once after the start."""
 
-    def __init__(self, vehicle: VehicleView) -> None:
+    def __init__(self, vehicle: Firmware) -> None:
         self._vehicle = vehicle
         self._switch = SettledPosition(None)
 

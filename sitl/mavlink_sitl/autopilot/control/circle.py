@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Vector, YawMode
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 LEAST_RADIUS_M = 0.1
 
 
-def circle_rate_rad_s(copter: VehicleView) -> float:
+def circle_rate_rad_s(copter: Firmware) -> float:
     """CIRCLE_RATE: how fast it goes round; negative is against the clock."""
     return math.radians(copter.parameters["CIRCLE_RATE"])
 
 
-def circle_radius_m(copter: VehicleView) -> float:
+def circle_radius_m(copter: Firmware) -> float:
     """CIRCLE_RADIUS."""
     return max(copter.parameters["CIRCLE_RADIUS"] / 100.0, LEAST_RADIUS_M)
 
@@ -34,7 +37,7 @@ class Orbit:
 
     def __init__(
         self,
-        copter: VehicleView,
+        copter: Firmware,
         centre: Vector,
         radius_m: float,
         rate_rad_s: float,

@@ -6,8 +6,12 @@ takes its samples once that command, or a COMMAND_ACK, says that the vehicle is 
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.exchange import AccelerometerPosition, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 POSITIONS = (
     "level",
@@ -26,7 +30,7 @@ SUCCEEDED = 16777215
 class Accelerometers:
     """The calibration of one vehicle's accelerometers."""
 
-    def __init__(self, vehicle: VehicleView) -> None:
+    def __init__(self, vehicle: Firmware) -> None:
         self._vehicle = vehicle
         self._step = 0
         self._ask_s = 0.0

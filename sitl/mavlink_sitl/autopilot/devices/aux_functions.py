@@ -7,12 +7,12 @@ that it has for devices which are not there, and those that change nothing here,
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.devices.compasses import Compasses
-from mavlink_sitl.autopilot.state.pilot import Pilot
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
-from mavlink_sitl.exchange import Result, Severity
+from mavlink_sitl.exchange import Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 LOW, MIDDLE, HIGH = 0, 1, 2
 """Positions of a switch"""
@@ -50,95 +50,69 @@ WITHOUT_EFFECT: dict[str, frozenset[int]] = {
 WITHOUT_EFFECT["boat"] = WITHOUT_EFFECT["rover"]
 
 
-class SwitchedVehicle(VehicleView, Protocol):
-    """A vehicle with its switches; the members are those of `commander.Commander`."""
-
-    compasses: Compasses
-    pilot: Pilot
-    inject_failure: Callable[[int, int, int], Result]
-
-    def arm(self, force: bool = False) -> Result:
-        """Arm the motors."""
-
-    def set_mode(self, number: int) -> Result:
-        """DO_SET_MODE."""
-
-    def switched_mode(self) -> int:
-        """The mode of the pilot's mode switch."""
-
-    def clear_mission(self) -> None:
-        """Forget the mission."""
-
-    def save_waypoint(self) -> None:
-        """Append this place to the mission."""
-
-    def stop_motors(self, stop: bool) -> None:
-        """The emergency stop."""
-
-
-def _fence(vehicle: SwitchedVehicle, position: int) -> None:
+def _fence(vehicle: Commander, position: int) -> None:
     vehicle.fence.enable(position == HIGH)
 
 
-def _reset_mission(vehicle: SwitchedVehicle, position: int) -> None:
+def _reset_mission(vehicle: Commander, position: int) -> None:
     if position == HIGH:
         vehicle.plans.rewind()
 
 
-def _clear_mission(vehicle: SwitchedVehicle, position: int) -> None:
+def _clear_mission(vehicle: Commander, position: int) -> None:
     if position == HIGH:
         vehicle.clear_mission()
 
 
-def _save_waypoint(vehicle: SwitchedVehicle, position: int) -> None:
+def _save_waypoint(vehicle: Commander, position: int) -> None:
     if position == HIGH:
         vehicle.save_waypoint()
 
 
-def _obey_overrides(vehicle: SwitchedVehicle, position: int) -> None:
+def _obey_overrides(vehicle: Commander, position: int) -> None:
     if position != MIDDLE:
         vehicle.pilot.obeys_overrides = position == HIGH
 
 
-def _stop_motors(vehicle: SwitchedVehicle, position: int) -> None:
+def _stop_motors(vehicle: Commander, position: int) -> None:
     if position != MIDDLE:
         vehicle.stop_motors(position == HIGH)
 
 
-def _arm_or_stop(vehicle: SwitchedVehicle, position: int) -> None:
+def _arm_or_stop(vehicle: Commander, position: int) -> None:
     vehicle.stop_motors(position == LOW)
     if position == HIGH:
         vehicle.arm()
 
 
-def _arm(vehicle: SwitchedVehicle, position: int) -> None:
+def _arm(vehicle: Commander, position: int) -> None:
     if position == HIGH:
         vehicle.arm()
     elif position == LOW:
         vehicle.disarm()
 
 
-def _disarm(vehicle: SwitchedVehicle, position: int) -> None:
+def _disarm(vehicle: Commander, position: int) -> None:
     if position == HIGH:
         vehicle.disarm()
 
 
-def _disable_gps(vehicle: SwitchedVehicle, position: int) -> None:
+def _disable_gps(vehicle: Commander, position: int) -> None:
     vehicle.inject_failure(GPS_UNIT, OFF if position == HIGH else WELL, 0)
 
 
-def _choose_source(vehicle: SwitchedVehicle, position: int) -> None:
+def _choose_source(vehicle: Commander, position: int) -> None:
     vehicle.say(Severity.INFO, f"Using EKF Source Set {position + 1}")
 
 
-def _calibrate_compasses(vehicle: SwitchedVehicle, position: int) -> None:
+def _calibrate_compasses(vehicle: Commander, position: int) -> None:
     if position == HIGH:
         vehicle.compasses.start(0, True, 5.0, False)
     elif position == LOW:
         vehicle.compasses.cancel(0)
 
 
-FUNCTIONS: dict[int, Callable[[SwitchedVehicle, int], None]] = {
+FUNCTIONS: dict[int, Callable[[Commander, int], None]] = {
     7: _save_waypoint,
     11: _fence,
     24: _reset_mission,
@@ -155,7 +129,7 @@ FUNCTIONS: dict[int, Callable[[SwitchedVehicle, int], None]] = {
 """What they do; of every vehicle type"""
 
 
-def _change_mode(vehicle: SwitchedVehicle, name: str, position: int) -> bool:
+def _change_mode(vehicle: Commander, name: str, position: int) -> bool:
     """To a mode, or back to the one that the mode switch has; whether there is such a mode."""
     modes = {spec.name: number for number, spec in vehicle.personality.modes.items()}
     if name not in modes:
@@ -167,11 +141,11 @@ def _change_mode(vehicle: SwitchedVehicle, name: str, position: int) -> bool:
     return True
 
 
-def _returns_from_middle(vehicle: SwitchedVehicle) -> bool:
+def _returns_from_middle(vehicle: Commander) -> bool:
     return vehicle.personality.kind == "copter"
 
 
-def run(vehicle: SwitchedVehicle, function: int, position: int) -> bool:
+def run(vehicle: Commander, function: int, position: int) -> bool:
     """Do what a switch does; whether the firmware has such a function."""
     kind = vehicle.personality.kind
     if function in MODES and _change_mode(vehicle, MODES[function], position):

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.parameters import ParameterType
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import ParameterSaved, Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 COMPASSES = 3
 STEP_ONE_S, STEP_TWO_S = 15.0, 15.0
@@ -69,7 +72,7 @@ class Compasses:
         calibrations: by compass; those that are under way, or have a report.
     """
 
-    def __init__(self, vehicle: VehicleView) -> None:
+    def __init__(self, vehicle: Firmware) -> None:
         self._vehicle = vehicle
         self.calibrations: dict[int, Calibration] = {}
         self._autosave = self._autoreboot = False

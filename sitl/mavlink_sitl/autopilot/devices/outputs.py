@@ -6,9 +6,12 @@ As AP_ServoRelayEvents: one servo or relay at a time repeats; setting the same o
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 OUTPUTS = 16
 OWN = {"copter": (1, 2, 3, 4), "rover": (1, 3), "boat": (1, 3), "plane": (1, 2, 3, 4)}
@@ -47,7 +50,7 @@ class Outputs:
         relays_on: the numbers of the relays that are on, from 0.
     """
 
-    def __init__(self, vehicle: VehicleView) -> None:
+    def __init__(self, vehicle: Firmware) -> None:
         self._vehicle = vehicle
         self.servos_us: dict[int, int] = {}
         self.relays_on: set[int] = set()

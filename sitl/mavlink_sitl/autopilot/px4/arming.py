@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.px4.px4_view import Px4View
 from mavlink_sitl.autopilot.safety.arming import Arming
 from mavlink_sitl.exchange import Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 RAMP_SHARE = 0.75
 """Share of MPC_TKO_RAMP_T after which the thrust lifts the vehicle (recorded: 2.3 s of 3 s)"""
@@ -22,9 +25,9 @@ class Px4Arming(Arming):
         landed_at_s: when a landing was detected in this flight.
     """
 
-    _vehicle: Px4View
+    _vehicle: Px4Vehicle
 
-    def __init__(self, copter: Px4View) -> None:
+    def __init__(self, copter: Px4Vehicle) -> None:
         super().__init__(copter)
         self.lift_began_s = math.inf
         self.landed_at_s = math.inf

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
-from mavlink_sitl.autopilot.px4.px4_view import Px4View
 from mavlink_sitl.exchange import Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 Step: TypeAlias = tuple[float, Severity, str]
 """Seconds after the one before, severity, text"""
@@ -103,7 +105,7 @@ class Calibration:
         busy: a calibration is in progress; it cannot be armed then.
     """
 
-    def __init__(self, vehicle: Px4View) -> None:
+    def __init__(self, vehicle: Px4Vehicle) -> None:
         self._vehicle = vehicle
         self._steps: deque[Step] = deque()
         self._due_s = 0.0

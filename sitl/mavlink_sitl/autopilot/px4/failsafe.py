@@ -11,11 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.personality import px4
-from mavlink_sitl.autopilot.px4.px4_view import Px4View
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.exchange import Observation, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 WARN, TERMINATE = -1, -2
 """Actions that are no modes; disarming counts as terminating"""
@@ -55,9 +58,9 @@ class Action:
 class Px4Failsafes(Failsafes):
     """Watches one vehicle."""
 
-    _vehicle: Px4View
+    _vehicle: Px4Vehicle
 
-    def __init__(self, vehicle: Px4View) -> None:
+    def __init__(self, vehicle: Px4Vehicle) -> None:
         super().__init__(vehicle)
         self._gcs_was_alive = True
         self._stop()

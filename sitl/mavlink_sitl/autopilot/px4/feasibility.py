@@ -10,13 +10,16 @@ waypoints below home are feasible. What was not seen is read in the firmware.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.auto import AMSL_FRAMES
 from mavlink_sitl.autopilot.plans.plan_rules import PX4_DEVICES
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.autopilot.px4.px4_view import Px4View
 from mavlink_sitl.exchange import Severity
 from mavlink_sitl.geodesy import GeoPoint
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 WITH_POSITION = frozenset((Cmd.WAYPOINT, Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LAND, Cmd.TAKEOFF))
 BEFORE_TAKEOFF = PX4_DEVICES | {
@@ -47,7 +50,7 @@ rejected"""
 class Feasibility:
     """Judges the mission of one vehicle, once for each change."""
 
-    def __init__(self, vehicle: Px4View) -> None:
+    def __init__(self, vehicle: Px4Vehicle) -> None:
         self._vehicle = vehicle
         self._judged: tuple[int, int, bool] | None = None
         self._judged_at_s = -math.inf

@@ -9,11 +9,14 @@ is no FENCE_STATUS with PX4.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.px4.px4_view import Px4View
 from mavlink_sitl.autopilot.safety.fence import CIRCLE, HEIGHT, POLYGON, Area, Fence, areas_of
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import Severity, Vector
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 TEXTS = {
     CIRCLE: "Geofence: exceeding maximum distance to Home",
@@ -27,7 +30,7 @@ NOT_HERE = "Geofence invalid, doesn't contain current vehicle position"
 class Px4Geofence(Fence):
     """The geofence of one vehicle."""
 
-    _vehicle: Px4View
+    _vehicle: Px4Vehicle
 
     @property
     def enabled(self) -> bool:

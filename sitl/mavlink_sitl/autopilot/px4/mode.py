@@ -6,20 +6,20 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.px4.px4_view import Px4View
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame, turned
 from mavlink_sitl.exchange import ZERO, Motors, Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.personality import ModeSpec
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
     from mavlink_sitl.geodesy import GeoPoint
 
 
 class Px4Mode(Mode):
     """A flight mode of one vehicle."""
 
-    vehicle: Px4View
+    vehicle: Px4Vehicle
 
     def wants_to_lift(self) -> bool:
         """Whether it would leave the ground."""
@@ -95,7 +95,7 @@ class OffboardMode(Px4Mode):
         target: the latest usable setpoint, in LOCAL.
     """
 
-    def __init__(self, vehicle: Px4View, spec: ModeSpec) -> None:
+    def __init__(self, vehicle: Px4Vehicle, spec: ModeSpec) -> None:
         super().__init__(vehicle, spec)
         self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=ZERO)
         self._fresh = True

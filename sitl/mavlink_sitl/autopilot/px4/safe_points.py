@@ -8,11 +8,14 @@ follow the mission's path in the firmware; here they go straight to its landing,
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.auto import AMSL_FRAMES
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.autopilot.px4.px4_view import Px4View
 from mavlink_sitl.geodesy import GeoPoint
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 
 HOME_OR_SAFE, SAFE_OR_LANDING, ANY_NEAREST, SAFE_ONLY = 0, 1, 3, 5
 ALONG_MISSION = (2, 4)
@@ -25,7 +28,7 @@ FAR_FROM_HOME_M = 10.0
 Place = tuple[float, float, float]
 
 
-def destination_ned_m(vehicle: Px4View) -> Place:
+def destination_ned_m(vehicle: Px4Vehicle) -> Place:
     """The destination of RTL: north, east and down of the ground there, in the local frame."""
     kind = int(vehicle.parameters["RTL_TYPE"])
     here = vehicle.motion[:3]
@@ -51,14 +54,14 @@ def destination_ned_m(vehicle: Px4View) -> Place:
     return best
 
 
-def _mission_landing(vehicle: Px4View) -> Place | None:
+def _mission_landing(vehicle: Px4Vehicle) -> Place | None:
     if not vehicle.has_mission:
         return None
     lands = (item for item in vehicle.plans.mission.items if item.command == Cmd.LAND)
     return next((_place(vehicle, item) for item in lands), None)
 
 
-def _place(vehicle: Px4View, item: PlanItem) -> Place:
+def _place(vehicle: Px4Vehicle, item: PlanItem) -> Place:
     navigator = vehicle.navigator
     north, east, _ = navigator.place_ned_m(GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))
     if item.frame in AMSL_FRAMES:
@@ -66,7 +69,7 @@ def _place(vehicle: Px4View, item: PlanItem) -> Place:
     return north, east, navigator.true_home_down_m() - item.z
 
 
-def return_down_m(vehicle: Px4View, destination: Place) -> float:
+def return_down_m(vehicle: Px4Vehicle, destination: Place) -> float:
     """The altitude of RTL: RTL_RETURN_ALT above the destination, less within a cone.
 
     The cone stands on the destination; RTL_CONE_ANG is its half angle, and it counts within

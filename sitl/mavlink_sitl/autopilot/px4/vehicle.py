@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.commander import Commander
@@ -24,7 +25,6 @@ from mavlink_sitl.autopilot.px4.geofence import Px4Geofence
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
-from mavlink_sitl.autopilot.px4.px4_view import ManualControl
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
     Observation,
@@ -45,6 +45,25 @@ NEEDS_STICKS = ("px4_manual", "px4_altitude", "px4_position")
 """Behaviours of modes that somebody has to hold the sticks for"""
 _NOT_RESTORED = (px4.LAND, px4.RTL, px4.TAKEOFF)
 """Intentions that do not outlive the flight"""
+
+
+@dataclass(frozen=True)
+class ManualControl:
+    """The sticks, -1..1; throttle 0..1.
+
+    Attributes:
+        pitch: forward.
+        roll: right.
+        yaw: clockwise.
+        throttle: 0.5 holds height where height is held.
+        at_s: when they were heard.
+    """
+
+    pitch: float
+    roll: float
+    yaw: float
+    throttle: float
+    at_s: float
 
 
 class Px4Vehicle(Commander):

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.safety.rudder import BY_ORDER
 from mavlink_sitl.autopilot.state.radio import AXES
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Motors, Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 CHECK_INTERVAL_S = 1.0
 REPEAT_TEXT_S = 30.0
@@ -32,7 +36,7 @@ ALIGNED, ESTIMATOR_ACTIVE = "EKF3 IMU0 tilt alignment complete", "AHRS: EKF3 act
 """What is said when the attitude is known, and when it is that of the estimator"""
 
 
-def prearm_failures(copter: VehicleView) -> list[str]:
+def prearm_failures(copter: Firmware) -> list[str]:
     """The failed pre-arm checks; empty if it can arm.
 
     Those of the first half minute were seen of the real copter and rover, armed once a second
@@ -61,7 +65,7 @@ def prearm_failures(copter: VehicleView) -> list[str]:
     return reasons
 
 
-def _inertial_failures(copter: VehicleView) -> list[str]:
+def _inertial_failures(copter: Firmware) -> list[str]:
     started_s = copter.personality.standby_s
     for name, after_s in (("Accels", ACCELS_AGREE_S), ("Gyros", GYROS_AGREE_S)):
         if copter.now_s < copter.estimator.scaled(started_s + after_s):
@@ -69,14 +73,14 @@ def _inertial_failures(copter: VehicleView) -> list[str]:
     return []
 
 
-def _attitude_failures(copter: VehicleView) -> list[str]:
+def _attitude_failures(copter: Firmware) -> list[str]:
     """Of modes that need no position."""
     if not copter.said_at_boot(ESTIMATOR_ACTIVE):
         return ["AHRS: not using configured AHRS type"]
     return [] if copter.said_at_boot(ALIGNED) else ["AHRS: EKF3 still initialising"]
 
 
-def _position_failures(copter: VehicleView) -> list[str]:
+def _position_failures(copter: Firmware) -> list[str]:
     estimator = copter.estimator
     if estimator.gps_started and not estimator.gps_fix:
         return ["GPS 1: Bad fix"]
@@ -87,7 +91,7 @@ def _position_failures(copter: VehicleView) -> list[str]:
     return [] if estimator.position_ok else ["Need Position Estimate"]
 
 
-def stick_failures(copter: VehicleView, by_stick: bool) -> list[str]:
+def stick_failures(copter: Firmware, by_stick: bool) -> list[str]:
     """What arming finds wrong with the sticks; that which arms may be out of its middle.
 
     All kinds want the throttle at zero, in every mode (AP_Arming's `rc_arm_checks`, with the
@@ -116,7 +120,7 @@ class Arming:
         checks_passed: what the latest look at the checks gave.
     """
 
-    def __init__(self, copter: VehicleView) -> None:
+    def __init__(self, copter: Firmware) -> None:
         self._vehicle = copter
         self.armed = False
         self.armed_at_s = copter.boot_s

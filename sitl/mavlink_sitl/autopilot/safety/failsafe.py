@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Observation, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 MODE_ALT_HOLD = 2
 MODE_LAND = 9
@@ -50,7 +53,7 @@ class Failsafes:
         estimator_lost: the EKF failsafe has acted.
     """
 
-    def __init__(self, vehicle: VehicleView) -> None:
+    def __init__(self, vehicle: Firmware) -> None:
         self._vehicle = vehicle
         self.battery_level = 0
         self.gcs_lost = False

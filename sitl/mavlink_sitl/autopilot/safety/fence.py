@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.plans.plan_commands import CIRCLES, POLYGONS
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 HEIGHT, CIRCLE, POLYGON, FLOOR = 1, 2, 4, 8
 """Bits of FENCE_TYPE"""
@@ -109,7 +112,7 @@ class Fence:
 
     again_m = 20.0
 
-    def __init__(self, copter: VehicleView) -> None:
+    def __init__(self, copter: Firmware) -> None:
         self._vehicle = copter
         self.breached = 0
         self.last_breached = 0

@@ -5,8 +5,12 @@ While it runs the vehicle counts as armed for HEARTBEAT and for what wants it di
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.exchange import Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 PERCENT, PULSE, PILOT = 0, 1, 2
 """MOTOR_TEST_THROTTLE_TYPE"""
@@ -22,7 +26,7 @@ IDLE_US, FULL_US = 1000.0, 2000.0
 class MotorTest:
     """One vehicle's motor test."""
 
-    def __init__(self, copter: VehicleView) -> None:
+    def __init__(self, copter: Firmware) -> None:
         self._vehicle = copter
         self.running = False
         self._place = self._left = 0

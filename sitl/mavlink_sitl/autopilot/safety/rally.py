@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.geodesy import GeoPoint
 
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
-def nearest_rally_ned_m(copter: VehicleView) -> tuple[float, float, float] | None:
+
+def nearest_rally_ned_m(copter: Firmware) -> tuple[float, float, float] | None:
     """The nearest rally point, as high as it says above home; None when home counts instead.
 
     Home counts when it is nearer and RALLY_INCL_HOME is set, or when no point is within
@@ -32,7 +35,7 @@ def nearest_rally_ned_m(copter: VehicleView) -> tuple[float, float, float] | Non
     return best
 
 
-def return_point_ned_m(copter: VehicleView) -> tuple[float, float, float]:
+def return_point_ned_m(copter: Firmware) -> tuple[float, float, float]:
     """Home, or the nearest rally point, at home's height."""
     home = copter.navigator.home_ned_m()
     rally = nearest_rally_ned_m(copter)

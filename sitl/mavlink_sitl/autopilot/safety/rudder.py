@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.state.radio import FULL_STICK
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 HELD_S, HELD_ON_A_PLANE_S = 2.0, 3.0
 OFF, ARMS_AND_DISARMS = 0, 2
@@ -16,7 +20,7 @@ BY_ORDER = ("auto", "guided", "guided_nogps")
 class Rudder:
     """Watches the stick that steers: yaw of who flies, steering of who drives."""
 
-    def __init__(self, vehicle: VehicleView) -> None:
+    def __init__(self, vehicle: Firmware) -> None:
         self._vehicle = vehicle
         self._since_s: float | None = None
         self._done = False

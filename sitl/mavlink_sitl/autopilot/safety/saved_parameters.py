@@ -8,10 +8,14 @@ disarming.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.parameters import ParameterType
 from mavlink_sitl.autopilot.personality.shared import BAROMETERS, GYROSCOPES
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import ParameterSaved
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 STATISTICS_S = 30.0
 """How often AP_Stats saves"""
@@ -24,7 +28,7 @@ class Saved:
         firmware: the vehicle. One whose personality saves nothing while starting never does.
     """
 
-    def __init__(self, firmware: VehicleView) -> None:
+    def __init__(self, firmware: Firmware) -> None:
         self._vehicle = firmware
         self._told = 0
         self._items = 0

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Motors, Vector
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 
 class Mode:
     """A flight mode of one vehicle."""
 
-    vehicle: VehicleView
+    vehicle: Firmware
 
-    def __init__(self, vehicle: VehicleView, spec: ModeSpec) -> None:
+    def __init__(self, vehicle: Firmware, spec: ModeSpec) -> None:
         self.vehicle = vehicle
         self.spec = spec
 

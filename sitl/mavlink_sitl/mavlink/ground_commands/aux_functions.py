@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
+from mavlink_sitl.mavlink.received_command import ReceivedCommand
+
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.server import MavlinkServer
 
 HIGHEST = 2.0
 """Position of a switch"""
 
 
-def _run(server: CommandServer, command: ReceivedCommand) -> Result:
+def _run(server: MavlinkServer, command: ReceivedCommand) -> Result:
     function, position = command.params[:2]
     if position > HIGHEST:
         return Result.DENIED

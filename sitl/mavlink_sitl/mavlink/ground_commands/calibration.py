@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
+from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
 
-Handler = Callable[[CommandServer, ReceivedCommand], Result]
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.server import MavlinkServer
+
 
 FORCE_SAVE = 76
 POSITIONS, SIMPLE, TRIM = 1, 4, 2
 """PREFLIGHT_CALIBRATION's param5: accelerometers in six positions, on the level, their trim"""
 
 
-def calibrate(server: CommandServer, command: ReceivedCommand) -> Result:
+def calibrate(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """PREFLIGHT_CALIBRATION: what needs no hands on the vehicle is done at once."""
     vehicle = server.vehicle
     if vehicle.soft_armed:
@@ -41,22 +43,22 @@ def calibrate(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if compass == FORCE_SAVE else Result.UNSUPPORTED
 
 
-def _in_position(server: CommandServer, command: ReceivedCommand) -> Result:
+def _in_position(server: MavlinkServer, command: ReceivedCommand) -> Result:
     there = server.vehicle.accelerometers.there(command.params[0])
     return Result.ACCEPTED if there else Result.FAILED
 
 
-def _start_compasses(server: CommandServer, command: ReceivedCommand) -> Result:
+def _start_compasses(server: MavlinkServer, command: ReceivedCommand) -> Result:
     mask, _, autosave, delay_s = command.params
     reboot = setpoints.usable(command.x) and command.x != 0
     return server.vehicle.compasses.start(int(mask), autosave != 0.0, delay_s, reboot)
 
 
-def _accept_compasses(server: CommandServer, command: ReceivedCommand) -> Result:
+def _accept_compasses(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.vehicle.compasses.accept(int(command.params[0]))
 
 
-def _cancel_compasses(server: CommandServer, command: ReceivedCommand) -> Result:
+def _cancel_compasses(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.vehicle.compasses.cancel(int(command.params[0]))
 
 

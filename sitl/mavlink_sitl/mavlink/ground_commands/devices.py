@@ -3,34 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
+from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
 
-Handler = Callable[[CommandServer, ReceivedCommand], Result]
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.server import MavlinkServer
 
 
-def _set_servo(server: CommandServer, command: ReceivedCommand) -> Result:
+def _set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.vehicle.set_servo(int(command.params[0]), command.params[1])
 
 
-def _repeat_servo(server: CommandServer, command: ReceivedCommand) -> Result:
+def _repeat_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
     output, pulse_us, times, cycle_s = command.params
     return server.vehicle.outputs.repeat_servo(int(output), pulse_us, int(times), cycle_s)
 
 
-def _set_relay(server: CommandServer, command: ReceivedCommand) -> Result:
+def _set_relay(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.vehicle.outputs.set_relay(int(command.params[0]), int(command.params[1]))
 
 
-def _repeat_relay(server: CommandServer, command: ReceivedCommand) -> Result:
+def _repeat_relay(server: MavlinkServer, command: ReceivedCommand) -> Result:
     number, times, cycle_s, _ = command.params
     return server.vehicle.outputs.repeat_relay(int(number), int(times), cycle_s)
 
 
-def _reset_battery(server: CommandServer, command: ReceivedCommand) -> Result:
+def _reset_battery(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """BATTERY_RESET: the monitor of the first battery counts from another charge."""
     mask, percent = int(command.params[0]), command.params[1]
     if mask & 1:
@@ -38,7 +39,7 @@ def _reset_battery(server: CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _send_banner(server: CommandServer, _: ReceivedCommand) -> Result:
+def _send_banner(server: MavlinkServer, _: ReceivedCommand) -> Result:
     vehicle = server.vehicle
     for text in vehicle.personality.banner:
         vehicle.say(Severity.INFO, text)
@@ -49,11 +50,11 @@ def _always(result: Result) -> Handler:
     return lambda *_: result
 
 
-def _source_set(_: CommandServer, command: ReceivedCommand) -> Result:
+def _source_set(_: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if command.params[0] in (1.0, 2.0, 3.0) else Result.DENIED
 
 
-def _look_at(_: CommandServer, command: ReceivedCommand) -> Result:
+def _look_at(_: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_ROI: taken for a camera that is not there."""
     given = all(map(math.isfinite, (command.x, command.y, command.z)))
     return Result.ACCEPTED if given else Result.DENIED

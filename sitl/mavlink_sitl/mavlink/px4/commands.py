@@ -9,43 +9,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 from mavlink_sitl.autopilot.personality import px4
-from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.commands import FORCE, SHARED, request
 from mavlink_sitl.mavlink.px4.known_messages import STREAMS
-from mavlink_sitl.mavlink.received_command import CommandServer, ReceivedCommand
+from mavlink_sitl.mavlink.received_command import ReceivedCommand
 from mavlink_sitl.mavlink.setpoints import usable
 
-
-class Px4CommandServer(CommandServer, Protocol):
-    """A server of a PX4, as far as the handlers of commands use it."""
-
-    @property
-    def vehicle(self) -> Px4Vehicle:
-        """The vehicle that it speaks for."""
-
-    def set_interval(self, message_id: int, interval_us: int) -> None:
-        """SET_MESSAGE_INTERVAL: 0 is the default, -1 stops it."""
-
-    def send_modes(self, place: int) -> None:
-        """AVAILABLE_MODES: one of them, from 1, or with 0 all."""
-
-    def asked_by_station(self) -> bool:
-        """Whether a ground station's own component asks."""
-
-    def acknowledge(self, command: int, result: Result) -> None:
-        """COMMAND_ACK to whoever asked."""
-
-    def has_now(self, message_id: int) -> bool:
-        """Whether a message has something to report now."""
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.px4.server import Px4Server
 
 
-Handler = Callable[[Px4CommandServer, ReceivedCommand], Result | None]
+Handler: TypeAlias = "Callable[[Px4Server, ReceivedCommand], Result | None]"
 HEARTBEAT, ORBIT_STATUS, AVAILABLE_MODES, CURRENT_MODE = 0, 360, 435, 436
 _CHANGE_MODE = 1
 NAN_AS_INTEGER = 0x7FF80000
@@ -66,7 +45,7 @@ def mode_number(base_mode: int, main: int, sub: int) -> int:
     return px4.POSCTL if base_mode & dialect.MAV_MODE_FLAG_GUIDED_ENABLED else px4.MANUAL
 
 
-def _set_mode(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _set_mode(server: Px4Server, command: ReceivedCommand) -> Result:
     # The receiver acknowledges first, whatever will become of it; the verdict comes after.
     server.acknowledge(command.id, Result.ACCEPTED)
     # Some clients leave param3 NaN where a mode has no sub mode.
@@ -77,7 +56,7 @@ def _set_mode(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     return server.vehicle.set_mode(mode_number(base, main, sub), told=server.asked_by_station())
 
 
-def _arm_disarm(server: Px4CommandServer, command: ReceivedCommand) -> Result | None:
+def _arm_disarm(server: Px4Server, command: ReceivedCommand) -> Result | None:
     what, force = command.params[0], command.params[1] == FORCE
     if what == 1.0:
         return server.vehicle.arm(force)
@@ -87,13 +66,13 @@ def _arm_disarm(server: Px4CommandServer, command: ReceivedCommand) -> Result | 
     return None
 
 
-def _take_off(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _take_off(server: Px4Server, command: ReceivedCommand) -> Result:
     # Zeros mean "not given", as in `probe_ground`.
     altitude = command.z if usable(command.z) and command.z != 0.0 else None
     return server.vehicle.take_off_to(altitude)
 
 
-def _reposition(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _reposition(server: Px4Server, command: ReceivedCommand) -> Result:
     if not usable(command.params[1]) or not int(command.params[1]) & _CHANGE_MODE:
         return Result.UNSUPPORTED
     if not command.is_long and NAN_AS_INTEGER in (command.x, command.y):
@@ -125,26 +104,26 @@ def place_of(command: ReceivedCommand) -> GeoPoint | None:
     return GeoPoint(latitude, longitude, 0.0)
 
 
-def _change_altitude(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _change_altitude(server: Px4Server, command: ReceivedCommand) -> Result:
     return server.vehicle.reposition(None, command.params[0], None)
 
 
-def _standard_mode(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _standard_mode(server: Px4Server, command: ReceivedCommand) -> Result:
     modes = server.vehicle.personality.available_modes
     number = next((m[0] for m in modes if m[1] == command.params[0] != 0), None)
     return Result.FAILED if number is None else server.vehicle.set_mode(number)
 
 
-def _calibrate(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _calibrate(server: Px4Server, command: ReceivedCommand) -> Result:
     params = (*command.params[:4], command.x, command.y, command.z)
     return server.vehicle.calibration.command(tuple(v if usable(v) else 0.0 for v in params))
 
 
-def _ignore(_server: Px4CommandServer, _: ReceivedCommand) -> None:
+def _ignore(_server: Px4Server, _: ReceivedCommand) -> None:
     """For parts that it does not have: nobody answers."""
 
 
-def _set_interval(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _set_interval(server: Px4Server, command: ReceivedCommand) -> Result:
     message_id, interval_us = int(command.params[0]), command.params[1]
     if message_id not in STREAMS:
         return Result.FAILED
@@ -152,7 +131,7 @@ def _set_interval(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _get_interval(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _get_interval(server: Px4Server, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     interval_us = server.streams.interval_us(message_id) if message_id in server.builders else 0
     message_id = min(max(message_id, 0), 65535)
@@ -160,7 +139,7 @@ def _get_interval(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _request_message(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _request_message(server: Px4Server, command: ReceivedCommand) -> Result:
     message_id = int(command.params[0])
     if message_id == AVAILABLE_MODES:
         wanted = command.params[1]
@@ -177,7 +156,7 @@ def _request_message(server: Px4CommandServer, command: ReceivedCommand) -> Resu
     return Result.ACCEPTED
 
 
-def _set_home(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _set_home(server: Px4Server, command: ReceivedCommand) -> Result:
     copter = server.vehicle
     if not copter.estimator.position_ok:
         return Result.TEMPORARILY_REJECTED
@@ -191,7 +170,7 @@ def _set_home(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED
 
 
-def _reboot(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _reboot(server: Px4Server, command: ReceivedCommand) -> Result:
     if command.params[0] == 0.0 and not server.vehicle.armed:
         return Result.ACCEPTED  # nothing is to be done
     if command.params[0] not in (1.0, 3.0):
@@ -199,7 +178,7 @@ def _reboot(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     return Result.DENIED if server.vehicle.armed else server.vehicle.reboot()
 
 
-def _store(server: Px4CommandServer, command: ReceivedCommand) -> Result | None:
+def _store(server: Px4Server, command: ReceivedCommand) -> Result | None:
     """PREFLIGHT_STORAGE: reads, writes or resets; what it sets it saves by itself at once."""
     if server.vehicle.armed:
         return Result.TEMPORARILY_REJECTED
@@ -209,13 +188,13 @@ def _store(server: Px4CommandServer, command: ReceivedCommand) -> Result | None:
     return Result.ACCEPTED if READ_ALL <= what <= RESET_EVERYTHING else None
 
 
-def _terminate(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _terminate(server: Px4Server, command: ReceivedCommand) -> Result:
     if command.params[0] <= 0.5:
         return Result.DENIED
     return server.vehicle.terminate()
 
 
-def _accept_place(_: Px4CommandServer, command: ReceivedCommand) -> Result:
+def _accept_place(_: Px4Server, command: ReceivedCommand) -> Result:
     """A region of interest, for a camera that is not there."""
     given = all(map(usable, (command.x, command.y, command.z)))
     return Result.ACCEPTED if given else Result.DENIED

@@ -5,19 +5,24 @@ Read in the firmware: DO_ORBIT is a mode of multicopters; planes circle in AUTO.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
 from mavlink_sitl.autopilot.px4.multicopter.orbit import OrbitRequest
 from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.px4.commands import HANDLERS, Handler, Px4CommandServer, place_of
+from mavlink_sitl.mavlink.px4.commands import HANDLERS, Handler, place_of
 from mavlink_sitl.mavlink.received_command import ReceivedCommand
 from mavlink_sitl.mavlink.setpoints import usable
+
+if TYPE_CHECKING:
+    from mavlink_sitl.mavlink.px4.server import Px4Server
 
 FIGURE_EIGHT = 35
 
 
-def handle(server: Px4CommandServer, command: ReceivedCommand) -> Result | None:
+def handle(server: Px4Server, command: ReceivedCommand) -> Result | None:
     """Carry out a command.
 
     Returns:
@@ -36,7 +41,7 @@ def _given(value: float) -> float | None:
     return value if usable(value) else None
 
 
-def orbit(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def orbit(server: Px4Server, command: ReceivedCommand) -> Result:
     """DO_ORBIT of a multicopter; how many turns (param4) does not count."""
     assert isinstance(server.vehicle, Px4Copter)
     radius, speed, behaviour, _ = command.params
@@ -51,19 +56,19 @@ def orbit(server: Px4CommandServer, command: ReceivedCommand) -> Result:
     )
 
 
-def circle(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def circle(server: Px4Server, command: ReceivedCommand) -> Result:
     """DO_ORBIT of a plane: AUTO.LOITER with a radius of its own."""
     assert isinstance(server.vehicle, Px4Plane)
     radius = _given(command.params[0])
     return server.vehicle.orbit(place_of(command), _given(command.z), radius)
 
 
-def figure_eight(server: Px4CommandServer, command: ReceivedCommand) -> Result:
+def figure_eight(server: Px4Server, command: ReceivedCommand) -> Result:
     """DO_FIGURE_EIGHT: a circle here."""
     return server.vehicle.reposition(place_of(command), _given(command.z), None)
 
 
-def no_figure_eight(server: Px4CommandServer, _: ReceivedCommand) -> None:
+def no_figure_eight(server: Px4Server, _: ReceivedCommand) -> None:
     """What others than planes say about it, without an answer."""
     text = "Figure 8 command only available for fixed wing and vtol vehicles."
     server.vehicle.say(Severity.CRITICAL, text)

@@ -7,7 +7,7 @@ item it hovers.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import (
     CircleTask,
@@ -26,35 +26,22 @@ from mavlink_sitl.autopilot.ardupilot.copter.rtl import stopping_point
 from mavlink_sitl.autopilot.common.auto import TAKE_OFFS
 from mavlink_sitl.autopilot.common.auto_tasks import Delay
 from mavlink_sitl.autopilot.common.guided_item import Bounds, Obey
-from mavlink_sitl.autopilot.control.yaw_control import YawControl
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Motors, Result, Vector
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 
 SPEEDS = {"WPNAV_SPEED": 1, "WPNAV_SPEED_UP": 2, "WPNAV_SPEED_DN": 3}
 """The parameters of the speeds, and SPEED_TYPE"""
 ROI = frozenset((Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE))
 
 
-class CopterView(VehicleView, Protocol):
-    """A copter, as its mission sees it.
-
-    Attributes:
-        yaw: where somebody wants the nose to point.
-    """
-
-    yaw: YawControl
-
-    @property
-    def guided(self) -> Guided:
-        """The GUIDED mode, whether it flies or not."""
-
-
 class CopterAuto(LegAuto):
     """Flies the uploaded mission."""
 
-    vehicle: CopterView
+    vehicle: Copter
 
     moving = MOVING | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND, Cmd.GUIDED_ENABLE}
 

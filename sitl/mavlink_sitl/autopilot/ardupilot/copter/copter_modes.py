@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Motors
 from mavlink_sitl.lanes import ScalarOps
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 BRAKE_DECELERATION_M_S2 = 7.5
 """BRAKE_MODE_DECEL_RATE, 750 cm/s2"""
@@ -77,7 +80,7 @@ class Land(Mode):
         )
 
 
-def landing_speed_m_s(copter: VehicleView) -> float:
+def landing_speed_m_s(copter: Firmware) -> float:
     """The descent rate at this height above home."""
     parameters = copter.parameters
     final = parameters["LAND_SPEED"] / 100.0

@@ -25,10 +25,10 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.state.attitude_target import HOLD_HEIGHT, AttitudeTarget
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame, turned
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import ZERO, Guidance, Motors, Vector, YawMode
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 
@@ -58,7 +58,7 @@ class Guided(Mode):
         target: the setpoint in force, in LOCAL, for POSITION_TARGET_LOCAL_NED.
     """
 
-    def __init__(self, copter: VehicleView, spec: ModeSpec) -> None:
+    def __init__(self, copter: Firmware, spec: ModeSpec) -> None:
         super().__init__(copter, spec)
         self.submode = Submode.VELOCITY
         self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=ZERO)

@@ -6,9 +6,12 @@ As `Mode` and `Attitude` of ArduCopter have them. A radio that is lost leaves al
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import YawMode
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 MOST_LEAN_RAD = math.radians(85.0)
 MOST_DEAD_ZONE = 0.4
@@ -19,12 +22,12 @@ Lean = tuple[float, float]
 """Tangents of the thrust's lean, forward and right, or north and east"""
 
 
-def lean_limit_rad(copter: VehicleView) -> float:
+def lean_limit_rad(copter: Firmware) -> float:
     """ANGLE_MAX."""
     return min(max(math.radians(copter.parameters["ANGLE_MAX"] / 100.0), 0.0), MOST_LEAN_RAD)
 
 
-def lean(copter: VehicleView, most_rad: float) -> Lean:
+def lean(copter: Firmware, most_rad: float) -> Lean:
     """The lean of the roll and pitch sticks, north and east."""
     if not copter.radio.obeyed(copter.now_s):
         return 0.0, 0.0
@@ -41,14 +44,14 @@ def turned(level: Lean, yaw_rad: float) -> Lean:
     return level[0] * c - level[1] * s, level[0] * s + level[1] * c
 
 
-def yaw(copter: VehicleView) -> tuple[YawMode, float]:
+def yaw(copter: Firmware) -> tuple[YawMode, float]:
     """The rate of turn of the yaw stick, rad/s; in its middle the heading is held."""
     stick = copter.radio.angle("Yaw", copter.now_s) if copter.radio.obeyed(copter.now_s) else 0.0
     rate = stick * math.radians(copter.parameters["PILOT_Y_RATE"])
     return (YawMode.RATE if rate else YawMode.HOLD), rate
 
 
-def climb_rate_m_s(copter: VehicleView) -> float:
+def climb_rate_m_s(copter: Firmware) -> float:
     """The climb rate of the throttle stick where height is held; positive is up."""
     if not copter.radio.obeyed(copter.now_s):
         return 0.0
@@ -63,7 +66,7 @@ def climb_rate_m_s(copter: VehicleView) -> float:
     return up * (stick - high) / (1.0 - high) if stick > high else 0.0
 
 
-def thrust(copter: VehicleView) -> float:
+def thrust(copter: Firmware) -> float:
     """The throttle stick's share of the full thrust: mid-stick is MOT_THST_HOVER."""
     stick = copter.pilot_throttle()
     middle = copter.radio.calibration("Throttle").middle() or 0.5

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from enum import Enum
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import LandsAtTheEnd, stopping_point
 from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
-from mavlink_sitl.autopilot.state.vehicle_view import VehicleView
 from mavlink_sitl.exchange import Guidance, Severity, Vector, YawMode
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 CRUMB_S = 1.0 / 3.0
 """How often the way is remembered"""
@@ -27,7 +30,7 @@ class Trail:
         crumbs: its points, NED metres; None while disarmed.
     """
 
-    def __init__(self, vehicle: VehicleView) -> None:
+    def __init__(self, vehicle: Firmware) -> None:
         self._vehicle = vehicle
         self.crumbs: Breadcrumbs[Vector] | None = None
         self._next_s = 0.0
@@ -57,12 +60,6 @@ class Trail:
             copter.say(Severity.WARNING, "SmartRTL deactivated: buffer full")
 
 
-class TrailView(VehicleView, Protocol):
-    """A copter that remembers its way."""
-
-    trail: Trail
-
-
 class Stage(Enum):
     """The stage of the return."""
 
@@ -74,7 +71,7 @@ class Stage(Enum):
 class SmartReturn(LandsAtTheEnd):
     """Flies from corner to corner of its way, and lands where it was armed."""
 
-    vehicle: TrailView
+    vehicle: Copter
     _stage = Stage.FOLLOW
 
     @property

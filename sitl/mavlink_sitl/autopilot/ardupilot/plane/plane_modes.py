@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.autopilot.control import l1_guidance as l1
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.exchange import GRAVITY_M_S2, Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 
 Point = tuple[float, float]
 Throttle = tuple[float, float]
@@ -32,14 +35,14 @@ STALL_MARGIN_BANK_RAD = math.radians(25.0)
 """It may always bank so much"""
 
 
-def throttle_limits(plane: PlaneView) -> Throttle:
+def throttle_limits(plane: Plane) -> Throttle:
     """THR_MIN and THR_MAX. A negative least is for reverse thrust, which is not modelled."""
     p = plane.parameters
     most = min(max(p["THR_MAX"] / 100.0, 0.0), 1.0)
     return min(max(p["THR_MIN"] / 100.0, 0.0), most), most
 
 
-def level_limit_rad(plane: PlaneView) -> float:
+def level_limit_rad(plane: Plane) -> float:
     """LEVEL_ROLL_LIMIT: the bank close to the ground."""
     return math.radians(min(max(plane.parameters["LEVEL_ROLL_LIMIT"], 0.0), 45.0))
 
@@ -47,7 +50,7 @@ def level_limit_rad(plane: PlaneView) -> float:
 class PlaneMode(Mode):
     """A mode of one plane."""
 
-    vehicle: PlaneView
+    vehicle: Plane
     target: Vector | None = None
     """What it circles or flies to, and how high, NED metres"""
     cross_track_m = 0.0

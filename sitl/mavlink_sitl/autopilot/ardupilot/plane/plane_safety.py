@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.ardupilot.plane.guided import Guided
-from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.autopilot.plans.plans import Cmd
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.autopilot.safety.fence import Fence, areas_of
 from mavlink_sitl.exchange import Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 
 CIRCLE, FBWA, FBWB, RTL, GUIDED = 1, 5, 6, 11, 15
 """Modes"""
@@ -34,9 +38,9 @@ NO_MODE_CHANGE = 1
 class PlaneFailsafes(Failsafes):
     """Short and long loss of the radio, loss of the ground station, battery."""
 
-    _vehicle: PlaneView
+    _vehicle: Plane
 
-    def __init__(self, plane: PlaneView) -> None:
+    def __init__(self, plane: Plane) -> None:
         super().__init__(plane)
         self._short_since_s: float | None = None
         self._long = False
@@ -134,9 +138,9 @@ class PlaneFence(Fence):
 
     again_m = 100.0
 
-    _vehicle: PlaneView
+    _vehicle: Plane
 
-    def __init__(self, plane: PlaneView) -> None:
+    def __init__(self, plane: Plane) -> None:
         super().__init__(plane)
         self._mode_before = plane.mode.spec.number
         self.recovering = False

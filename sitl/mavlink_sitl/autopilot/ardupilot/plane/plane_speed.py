@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.safety.arming import Arming
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.exchange import Limits, Motion, Result, Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 
 NO_CHANGE = -2.0
 """A speed in DO_CHANGE_SPEED: what the parameters say again"""
@@ -14,7 +18,7 @@ NO_CHANGE = -2.0
 class PlaneArming(Arming):
     """An armed plane on the ground stays armed, unless a mission has landed it."""
 
-    _vehicle: PlaneView
+    _vehicle: Plane
 
     def disarm_is_due(self, landed_since_s: float) -> bool:
         """LAND_DISARMDELAY after a landing in AUTO."""

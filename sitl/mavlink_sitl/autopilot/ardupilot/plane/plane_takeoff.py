@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
     TAKEOFF_CLIMB_SINE,
@@ -12,9 +13,11 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
     level_limit_rad,
     throttle_limits,
 )
-from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.exchange import Motors, Severity
 from mavlink_sitl.guidance import GlideGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 
 BANKS_FROM = 1.35
 """Times TKOFF_LVL_ALT: from here on it banks more than LEVEL_ROLL_LIMIT"""
@@ -37,7 +40,7 @@ class Launch:
     """
 
     def __init__(
-        self, plane: PlaneView, height_m: float, texts: Sequence[tuple[float, str]] = ()
+        self, plane: Plane, height_m: float, texts: Sequence[tuple[float, str]] = ()
     ) -> None:
         self._vehicle = plane
         self._height_m = height_m

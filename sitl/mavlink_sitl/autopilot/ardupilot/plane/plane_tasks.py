@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import PlaneMode, Point, level_limit_rad
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import Launch
-from mavlink_sitl.autopilot.ardupilot.plane.plane_view import PlaneView
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity, Vector
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 
 SLOPES_ABOVE_M = 20.0
 """Lower than that above home it climbs to a waypoint's height at once, not bit by bit"""
@@ -45,7 +48,7 @@ class GlideTask(AutoTask):
     """Whether a take-off rolls or flies"""
 
     auto: ItemAuto
-    vehicle: PlaneView
+    vehicle: Plane
 
     @property
     def here(self) -> Point:

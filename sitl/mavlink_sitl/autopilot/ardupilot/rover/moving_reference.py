@@ -9,12 +9,15 @@ metre at the end (`rover_guided`).
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.exchange import Motors, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 from mavlink_sitl.lanes import ScalarOps
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 
 Point = tuple[float, float]
 
@@ -30,7 +33,7 @@ _SCALAR = ScalarOps()
 
 
 def drive_towards(
-    rover: RoverView, point: Point, speed_m_s: float, course_rad: float, turn_gain_1_s: float = 2.0
+    rover: Rover, point: Point, speed_m_s: float, course_rad: float, turn_gain_1_s: float = 2.0
 ) -> DriveGuidance:
     """Drive at a speed with the nose to a course.
 
@@ -72,7 +75,7 @@ class LegReference:
 
     def __init__(
         self,
-        rover: RoverView,
+        rover: Rover,
         destination: Point,
         speed_m_s: float,
         start: Point | None = None,

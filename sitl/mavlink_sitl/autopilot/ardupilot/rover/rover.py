@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
 from mavlink_sitl.autopilot.ardupilot.rover.pilot_modes import Acro, Manual, Simple, Steering
@@ -18,7 +18,6 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
 from mavlink_sitl.autopilot.ardupilot.rover.rover_motor_test import RoverMotorTest
 from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, SmartReturn
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
-from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RestingMode
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.autopilot.plans.plans import Cmd
@@ -27,6 +26,9 @@ from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
 
 MODE_RTL, MODE_GUIDED = 11, 15
 CENTRED_US = 1500
@@ -166,7 +168,7 @@ class Rover(Traveller):
         """The GUIDED mode, whether it drives or not."""
         return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
 
-    def rest_at(self, mode: RestingMode, place: Point) -> None:
+    def rest_at(self, mode: DriveMode, place: Point) -> None:
         """The guidance after arrival: a car stops, a boat holds its position."""
         if self.is_boat:
             mode.stay_at(place)

@@ -7,11 +7,10 @@ at the last one, and at those with a delay, the vehicle stands.
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode, Guided
-from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask, Delay
 from mavlink_sitl.autopilot.common.guided_item import Bounds, Obey
@@ -20,17 +19,12 @@ from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
+
 HEADING_REACHED = math.radians(5.0)
 START_S = 0.9
 """From arming until a mission moves"""
-
-
-class ObeyingView(RoverView, Protocol):
-    """A rover that a companion may have for a part of its mission."""
-
-    @property
-    def guided(self) -> Guided:
-        """The GUIDED mode, whether it drives or not."""
 
 
 class DriveTo(AutoTask):
@@ -43,7 +37,7 @@ class DriveTo(AutoTask):
     """
 
     auto: DriveAuto
-    vehicle: RoverView
+    vehicle: Rover
 
     def __init__(
         self, auto: DriveAuto, item: PlanItem, target: Vector, last: bool, speed_m_s: float
@@ -87,7 +81,7 @@ class TurnTo(AutoTask):
     """NAV_SET_YAW_SPEED: drive with a speed until the nose points where it says."""
 
     auto: DriveAuto
-    vehicle: RoverView
+    vehicle: Rover
 
     def __init__(self, auto: DriveAuto, item: PlanItem) -> None:
         super().__init__(auto, item)
@@ -125,7 +119,7 @@ class TurnTo(AutoTask):
 class DriveAuto(DriveMode, Auto):
     """Drives the uploaded mission."""
 
-    vehicle: ObeyingView
+    vehicle: Rover
 
     moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT} | {Cmd.SET_YAW_SPEED, Cmd.GUIDED_ENABLE}
 

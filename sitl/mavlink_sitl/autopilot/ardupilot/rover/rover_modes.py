@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import (
     LegReference,
     Point,
     drive_towards,
 )
-from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
 from mavlink_sitl.guidance import DriveGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 
 TARGET_TIMEOUT_S = 3.0
 STOPPING = "target not received last 3secs, stopping"
@@ -27,7 +30,7 @@ SAME_M = 0.05
 class DriveMode(Mode):
     """A mode of one rover or boat."""
 
-    vehicle: RoverView
+    vehicle: Rover
     route: LegReference | None = None
 
     def ground_motors(self) -> Motors:

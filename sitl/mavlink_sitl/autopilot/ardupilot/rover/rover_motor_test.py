@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
+from typing import TYPE_CHECKING
+
 from mavlink_sitl.autopilot.safety.motor_test import PERCENT, PILOT, PULSE
 from mavlink_sitl.exchange import Motors, Result, Severity
 from mavlink_sitl.guidance import DriveGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 
 THROTTLE, STEERING, LAST = 1, 2, 4
 """MOTOR_TEST: these move; the wheels of a skid-steered one are not there"""
@@ -16,7 +20,7 @@ HIGHEST_US = 2200.0
 class RoverMotorTest:
     """One vehicle's motor test."""
 
-    def __init__(self, rover: RoverView) -> None:
+    def __init__(self, rover: Rover) -> None:
         self._vehicle = rover
         self.running = False
         self._motor, self._share, self._kind = 0, 0.0, PERCENT

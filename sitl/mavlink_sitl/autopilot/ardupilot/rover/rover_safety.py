@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.rover.rover_view import RoverView
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.autopilot.safety.fence import CIRCLE, Fence
 from mavlink_sitl.exchange import Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 
 HOLD, AUTO, RTL, SMART_RTL = 4, 10, 11, 12
 """Modes"""
@@ -31,9 +34,9 @@ GIVE_UP_M = 100.0
 class RoverFailsafes(Failsafes):
     """Battery, ground station, radio and estimator."""
 
-    _vehicle: RoverView
+    _vehicle: Rover
 
-    def __init__(self, rover: RoverView) -> None:
+    def __init__(self, rover: Rover) -> None:
         super().__init__(rover)
         self._gone_s: dict[str, float] = {}
 
@@ -103,7 +106,7 @@ class RoverFailsafes(Failsafes):
 class RoverFence(Fence):
     """The same actions as of failsafes; far outside it only stops."""
 
-    _vehicle: RoverView
+    _vehicle: Rover
 
     def _act(self, action: int) -> None:
         rover = self._vehicle

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.multicopter.copter_modes import REACHED_M, CopterMode, Land
-from mavlink_sitl.autopilot.px4.multicopter.copter_view import Px4CopterView
 from mavlink_sitl.exchange import Severity, Vector
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
 
 LEAST_RADIUS_M = 0.05
 """An acceptance radius below it counts as not given"""
@@ -65,7 +68,7 @@ class Px4Task(AutoTask):
     """An item in flight."""
 
     auto: Mission
-    vehicle: Px4CopterView
+    vehicle: Px4Copter
 
 
 class GoTo(Px4Task):

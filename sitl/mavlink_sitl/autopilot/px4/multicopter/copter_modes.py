@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.px4.mode import HoldMode, Px4Mode, TakeoffMode
-from mavlink_sitl.autopilot.px4.multicopter.copter_view import Px4CopterView
 from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
 from mavlink_sitl.exchange import ZERO, Guidance, Severity, Vector, YawMode
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
     from mavlink_sitl.geodesy import GeoPoint
 
 REACHED_M = 0.8
@@ -23,7 +23,7 @@ STOPPED_M_S = 0.8
 class CopterMode(Px4Mode):
     """A flight mode of one multicopter."""
 
-    vehicle: Px4CopterView
+    vehicle: Px4Copter
 
     def hold_at(self, position: Vector, yaw_rad: float | None = None) -> Guidance:
         """Fly to a place and stay there."""
@@ -155,7 +155,7 @@ CRAWL_SHARE, LAND_SHARE = 1.4, 1.15
 """Three recorded landings sink faster near the ground than the parameters say"""
 
 
-def descent_speed_m_s(copter: Px4CopterView, ground_down_m: float | None = None) -> float:
+def descent_speed_m_s(copter: Px4Copter, ground_down_m: float | None = None) -> float:
     """MPC_Z_V_AUTO_DN above MPC_LAND_ALT1, MPC_LAND_SPEED at _ALT2, MPC_LAND_CRWL below _ALT3."""
     p = copter.parameters
     heights = (p["MPC_LAND_ALT3"], p["MPC_LAND_ALT2"], p["MPC_LAND_ALT1"])

@@ -17,7 +17,7 @@ from mavlink_sitl.exchange import ZERO, Guidance, Motors, Vector, YawMode
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.personality import ModeSpec
-    from mavlink_sitl.autopilot.px4.multicopter.copter_view import Px4CopterView
+    from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
 
 STALE_S = 3.0
 """A target that has been silent for so long stands still"""
@@ -95,7 +95,7 @@ class FollowTarget(CopterMode):
         target: where the target is.
     """
 
-    def __init__(self, vehicle: Px4CopterView, spec: ModeSpec) -> None:
+    def __init__(self, vehicle: Px4Copter, spec: ModeSpec) -> None:
         super().__init__(vehicle, spec)
         self.target = Target()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
@@ -12,8 +13,10 @@ from mavlink_sitl.autopilot.px4.plane import path_guidance
 from mavlink_sitl.autopilot.px4.plane.plane_landing import Descent
 from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
 from mavlink_sitl.autopilot.px4.plane.plane_takeoff import Climbout
-from mavlink_sitl.autopilot.px4.plane.plane_view import Px4PlaneView
 from mavlink_sitl.exchange import Vector
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
 
 _LOITERS = (Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LOITER_TO_ALT)
 
@@ -27,7 +30,7 @@ class PlaneTask(AutoTask):
     """
 
     auto: PlaneMission
-    vehicle: Px4PlaneView
+    vehicle: Px4Plane
 
     def __init__(
         self, mission: PlaneMission, item: PlanItem, target: Vector, start: Vector | None
@@ -128,7 +131,7 @@ class LandAt(PlaneTask):
         return self.vehicle.landed
 
 
-def approach_is_good(plane: Px4PlaneView, before: PlanItem, start: Vector, end: Vector) -> bool:
+def approach_is_good(plane: Px4Plane, before: PlanItem, start: Vector, end: Vector) -> bool:
     """Whether a landing may follow an item: from above, and not too steep (FW_LND_ANG)."""
     high_m, far_m = end[2] - start[2], math.dist(start[:2], end[:2])
     if before.command == Cmd.LOITER_TO_ALT:

@@ -11,11 +11,11 @@ from mavlink_sitl.autopilot.px4.mode import HoldMode, Px4Mode
 from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.plane import path_guidance
 from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint, Point
-from mavlink_sitl.autopilot.px4.plane.plane_view import Px4PlaneView
 from mavlink_sitl.exchange import Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
     from mavlink_sitl.geodesy import GeoPoint
 
 CLIMB_CHANGE_M_S2 = 3.0
@@ -35,7 +35,7 @@ class PlaneMode(Px4Mode):
         path: what it follows, for telemetry.
     """
 
-    vehicle: Px4PlaneView
+    vehicle: Px4Plane
     place: Vector = (0.0, 0.0, 0.0)
     path: PathPoint | None = None
     rising = False

@@ -8,10 +8,13 @@ limited deceleration and jerk, and is less while the nose points elsewhere.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.px4.navigation import within
-from mavlink_sitl.autopilot.px4.rover.rover_view import Px4RoverView
 from mavlink_sitl.guidance import DriveGuidance
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.rover.rover import Px4Rover
 
 Point = tuple[float, float]
 
@@ -67,7 +70,7 @@ class PurePursuit:
 
     def __init__(
         self,
-        rover: Px4RoverView,
+        rover: Px4Rover,
         target: Point,
         start: Point | None = None,
         arrival_m_s: float = 0.0,

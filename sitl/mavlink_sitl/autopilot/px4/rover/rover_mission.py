@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
@@ -10,8 +11,10 @@ from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.rover.pursuit import Point, PurePursuit
 from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
-from mavlink_sitl.autopilot.px4.rover.rover_view import Px4RoverView
 from mavlink_sitl.exchange import Vector
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.rover.rover import Px4Rover
 
 _WAITING = (Cmd.WAYPOINT, Cmd.LOITER_TIME, Cmd.DELAY)
 _ENDLESS = (Cmd.LOITER_UNLIM, Cmd.LAND)
@@ -35,7 +38,7 @@ class DriveTo(AutoTask):
     """
 
     auto: RoverMission
-    vehicle: Px4RoverView
+    vehicle: Px4Rover
 
     def __init__(
         self,
@@ -72,7 +75,7 @@ class DriveTo(AutoTask):
         return self._there_s is not None and self.vehicle.now_s - self._there_s >= self._wait_s
 
 
-def corner_radius_m(rover: Px4RoverView, angle_rad: float) -> float:
+def corner_radius_m(rover: Px4Rover, angle_rad: float) -> float:
     """The acceptance radius of a corner (RA_ACC_RAD_MAX, RA_ACC_RAD_GAIN)."""
     p, least = rover.parameters, rover.accept_m()
     if p["RA_ACC_RAD_MAX"] < least:

@@ -14,12 +14,12 @@ from mavlink_sitl.autopilot.px4.mode import (
     given,
 )
 from mavlink_sitl.autopilot.px4.rover.pursuit import PurePursuit
-from mavlink_sitl.autopilot.px4.rover.rover_view import Px4RoverView
 from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
 from mavlink_sitl.exchange import Motors, Severity, Vector, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.px4.rover.rover import Px4Rover
     from mavlink_sitl.geodesy import GeoPoint
 
 STICK_DEADZONE = 0.1
@@ -33,7 +33,7 @@ class DriveMode(Px4Mode):
         way: where it is driving by itself, or None.
     """
 
-    vehicle: Px4RoverView
+    vehicle: Px4Rover
     way: PurePursuit | None = None
 
     def ground_motors(self) -> Motors:

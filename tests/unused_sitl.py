@@ -1,0 +1,129 @@
+"""Lists the functions of the simulator that nothing calls in recorded runs of its users.
+
+    python -m tests.unused_sitl -- python -m pytest -q tests/pair tests/interop
+    python -m tests.unused_sitl -- python -m tests.interop.dronekit_suite CHECKOUT
+    python -m tests.unused_sitl
+
+With a command: runs it and records the functions that it and its processes call, in
+out/called_sitl. Without: lists those of no recorded run, with their lines. A run is two to three
+times as slow. What to run: the clients of tests/interop, the suites of docs/sitl_suites.md, and the
+bridge (tests/pair, tests/explore).
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+CALLED = Path("out/called_sitl")
+_PACKAGE = Path(__file__).parents[1] / "sitl" / "mavlink_sitl"
+_RECORDER = """
+import os, sys, threading
+_called, _to = set(), os.open(os.environ["CALLED_SITL"], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+def _record(frame, event, _argument):
+    code = frame.f_code
+    if event == "call" and id(code) not in _called:
+        _called.add(id(code))
+        _, found, path = code.co_filename.rpartition("/mavlink_sitl/")
+        if found:
+            os.write(_to, f"{path}:{code.co_firstlineno}\\n".encode())
+threading.setprofile(_record)
+sys.setprofile(_record)
+"""
+"""As sitecustomize.py, in each process"""
+
+
+class Function(NamedTuple):
+    """A function of the simulator.
+
+    Attributes:
+        path: of its file, below mavlink_sitl.
+        first_line: with its decorators, as Python counts.
+        lines: how many lines it has, with those of the functions in it.
+        name: with that of its class.
+    """
+
+    path: str
+    first_line: int
+    lines: int
+    name: str
+
+
+def functions(package: Path = _PACKAGE) -> Iterator[Function]:
+    """All functions of a package that do something."""
+    for path in sorted(package.rglob("*.py")):
+        tree = ast.parse(path.read_text("utf-8"))
+        yield from _functions_in(tree, path.relative_to(package).as_posix(), "")
+
+
+def _functions_in(node: ast.AST, path: str, within: str) -> Iterator[Function]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.ClassDef):
+            if not _has(child.bases, "Protocol"):
+                yield from _functions_in(child, path, f"{within}{child.name}.")
+        elif isinstance(child, ast.FunctionDef):
+            first = min([child.lineno, *(each.lineno for each in child.decorator_list)])
+            name = f"{within}{child.name}"
+            if not _has(child.decorator_list, "abstractmethod"):
+                yield Function(path, first, (child.end_lineno or first) - first + 1, name)
+                yield from _functions_in(child, path, f"{name}.")
+        else:
+            yield from _functions_in(child, path, within)
+
+
+def _has(nodes: list[ast.expr], name: str) -> bool:
+    return any(isinstance(node, ast.Name) and node.id == name for node in nodes)
+
+
+def record(command: list[str]) -> int:
+    """Run a command and record what it calls; returns its exit code."""
+    CALLED.mkdir(parents=True, exist_ok=True)
+    number = len(list(CALLED.iterdir()))
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "sitecustomize.py").write_text(_RECORDER, "utf-8")
+        places = os.pathsep.join([folder, *filter(None, [os.environ.get("PYTHONPATH")])])
+        recorded = str((CALLED / f"{number}.txt").resolve())
+        changed = {"PYTHONPATH": places, "CALLED_SITL": recorded}
+        return subprocess.run(command, env=os.environ | changed, check=False).returncode
+
+
+def uncalled() -> list[Function]:
+    """The functions that no recorded run called."""
+    called = {
+        line for path in CALLED.glob("*.txt") for line in path.read_text("utf-8").splitlines()
+    }
+    return [each for each in functions() if f"{each.path}:{each.first_line}" not in called]
+
+
+def main() -> int:
+    """Record or list; the exit code is that of the command, or 2 without a record."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.unused_sitl",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("command", nargs="*", help="to run and record")
+    options = parser.parse_args()
+    if options.command:
+        return record(options.command)
+    if not CALLED.is_dir():
+        print(f"{CALLED} has no record: run the simulator's users first.", file=sys.stderr)
+        return 2
+    found = uncalled()
+    for each in found:
+        print(f"{each.path}:{each.first_line}: {each.name}, {each.lines} lines")
+    everything = sum(1 for _ in functions())
+    lines = sum(each.lines for each in found)
+    print(f"{len(found)} of {everything} functions are not called, {lines} lines.")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
