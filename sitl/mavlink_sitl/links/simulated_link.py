@@ -14,6 +14,7 @@ class SimulatedLink:
         seed: of the faults.
         receive: takes bytes that arrive at the vehicle, and whether they are a datagram.
         now_us: tells simulated time.
+        on_change: called when `late` may have changed.
 
     Attributes:
         silent: while true, nothing passes in either direction.
@@ -27,11 +28,11 @@ class SimulatedLink:
         faults: LinkFaults | None,
         receive: Callable[[bytes, bool], None],
         now_us: Callable[[], int],
+        on_change: Callable[[], None],
     ) -> None:
         self.silent = False
         self.mute = False
-        self.on_change: Callable[[], None] = lambda: None
-        """Called when `late` may have changed; set by the vehicle"""
+        self._on_change = on_change
         self._seed = seed
         self._receive = receive
         self._now_us = now_us
@@ -42,7 +43,7 @@ class SimulatedLink:
         """Make the link bad from now on, or good; what is under way in it is lost."""
         self._up = self._down = None
         self.late = faults is not None
-        self.on_change()
+        self._on_change()
         if faults is not None:
             self._up = FaultyPipe(faults, f"{self._seed}:up")
             self._down = FaultyPipe(faults, f"{self._seed}:down")

@@ -231,7 +231,7 @@ def _store(server: MavlinkServer, command: ReceivedCommand) -> Result:
 def inject_failure(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """INJECT_FAILURE."""
     unit, kind, instance = (int(value) for value in command.params[:3])
-    return server.vehicle.inject_failure(unit, kind, instance)
+    return server.vehicle.body.inject_failure(unit, kind, instance)
 
 
 SHARED: dict[int, tuple[Handler, int]] = {

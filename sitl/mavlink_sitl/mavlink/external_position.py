@@ -36,10 +36,11 @@ class ExternalPositionReceiver:
 
     def _take(self, message: Message) -> None:
         place = (message.x, message.y, message.z)
-        if self._vehicle.external_position is None or not all(map(math.isfinite, place)):
+        if not self._vehicle.estimator.is_external or not all(map(math.isfinite, place)):
             return
         before, self._reset_counter = self._reset_counter, message.reset_counter
-        self._vehicle.external_position(place, before not in (None, message.reset_counter))
+        reset = before not in (None, message.reset_counter)
+        self._vehicle.body.take_external_position(place, reset)
 
     def _on_origin(self, message: Message) -> None:
         latitude_deg, longitude_deg = message.latitude / 1e7, message.longitude / 1e7

@@ -23,6 +23,7 @@ from mavlink_sitl.exchange import (
     Observation,
     Result,
     Severity,
+    Vector,
 )
 from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.mavlink.codec import Encoder
@@ -61,6 +62,7 @@ class SimulatedVehicle(VehicleBody):
         offset_ned_m: where its local origin is, from home.
         now_us: simulated time.
         wake_us: when it has something to send; before, `tick` is only needed to think.
+        damage: why it will not fly again before it is mended; None when it is whole.
     """
 
     def __init__(
@@ -89,7 +91,7 @@ class SimulatedVehicle(VehicleBody):
             Encoder(system_id, COMPONENT_AUTOPILOT, config.mavlink_1) for _ in config.links
         ]
         self._servers: list[MavlinkServer] = []
-        self._damage: str | None = None
+        self.damage: str | None = None
         self._failures = Failures(self)
         self._boot_at_us: int | None = None
         self._further_batteries: dict[int, FurtherBattery] = {}
@@ -99,11 +101,9 @@ class SimulatedVehicle(VehicleBody):
         self._snapshot_cache: tuple[int, Snapshot] | None = None
         self._capacity = (-1, 0.0)
         """Revision of the parameters, and the capacity that they tell"""
+        self._boot()
         self.links = [self._make_link(place, seed) for place in range(len(config.links))]
         self.link = self.links[0]
-        self._boot()
-        for link in self.links:
-            link.on_change = self._plan_wake
 
     def _make_link(self, place: int, seed: int) -> SimulatedLink:
         name = f"link:{seed}:{self.index}" + (f":{place}" if place else "")
@@ -111,7 +111,7 @@ class SimulatedVehicle(VehicleBody):
         def receive(data: bytes, datagram: bool) -> None:
             self.receive(data, datagram, place)
 
-        return SimulatedLink(name, self.config.faults, receive, lambda: self.now_us)
+        return SimulatedLink(name, self.config.faults, receive, lambda: self.now_us, self.wake)
 
     def _boot(self) -> None:
         if self._boot_at_us is not None:
@@ -124,19 +124,15 @@ class SimulatedVehicle(VehicleBody):
         start = PowerUp(
             self.config.personality(),
             self.parameters,
+            self.plans,
+            self,
             self.origin,
             self._observation(),
             self.config.ready_after_s,
             self.config.external_position,
         )
         self.copter = firmware_class(start.personality)(start)
-        self.copter.plans = self.plans
         self.logbook.power_up()
-        self.copter.moving_target = lambda: self._physics.moving_target(self._lane)
-        self.copter.damage = self._damage
-        self.copter.inject_failure = self._failures.inject
-        if self.config.external_position:
-            self.copter.external_position = self.take_external_position
         self._revision = -1
         served = PoweredUp(self.copter, self.system_id, self.now_us, self.snapshot, self.logbook)
         self._servers = make_servers(served, self._encoders, self.config.links)
@@ -211,6 +207,10 @@ class SimulatedVehicle(VehicleBody):
             self._boot()
         return True
 
+    def wake(self) -> None:
+        """Tick it at once: something may be late on a link."""
+        self.wake_us = 0
+
     def _plan_wake(self) -> None:
         wake_us = NEVER_US if self._boot_at_us is None else 0
         for server in self._servers:
@@ -280,6 +280,16 @@ class SimulatedVehicle(VehicleBody):
     def corrections(self) -> list[bytes]:
         """The RTCM corrections that its GPS receiver was given since it started, on any link."""
         return [data for server in self._servers for data in server.corrections.given]
+
+    # What its firmware asks of it; see `firmware.Body`.
+
+    def moving_target(self) -> Vector:
+        """Where the controllers' moving target is, NED metres."""
+        return self._physics.moving_target(self._lane)
+
+    def inject_failure(self, unit: int, kind: int, instance: int) -> Result:
+        """Break something, by MAV_CMD_INJECT_FAILURE."""
+        return self._failures.inject(unit, kind, instance)
 
     # What it knows.
 
@@ -395,14 +405,13 @@ class SimulatedVehicle(VehicleBody):
 
     def repair(self) -> None:
         """Somebody mends it after a crash; it may fly again."""
-        self._damage = self.copter.damage = None
+        self.damage = None
         if self._environment is not None:
             self._environment.recover(self._lane)
 
     def crash(self, obstacle: str, speed_m_s: float) -> None:
         """It has hit something: the flight is over, and it says so."""
-        self._damage = f"Crashed into {obstacle}"
-        self.copter.damage = self._damage
+        self.damage = f"Crashed into {obstacle}"
         self.copter.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
         self.copter.disarm(force=True)
 

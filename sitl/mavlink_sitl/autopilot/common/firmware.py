@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from mavlink_sitl.autopilot.devices.accelerometers import Accelerometers
 from mavlink_sitl.autopilot.devices.compasses import Compasses
@@ -48,6 +47,25 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.state.mode import Mode
 
 
+class Body(Protocol):
+    """The vehicle that a firmware runs in, as far as it reaches it without guidance.
+
+    Attributes:
+        damage: why it will not fly again before it is mended; None when it is whole.
+    """
+
+    damage: str | None
+
+    def moving_target(self) -> Vector:
+        """Where the controllers' moving target is, NED metres."""
+
+    def inject_failure(self, unit: int, kind: int, instance: int) -> Result:
+        """Break something: FAILURE_UNIT, FAILURE_TYPE, and which one, from 1; 0 for all."""
+
+    def take_external_position(self, position_ned_m: Vector, reset: bool) -> None:
+        """Take a position from outside, and whether its source was reset."""
+
+
 @dataclass(frozen=True)
 class PowerUp:
     """What a firmware starts with.
@@ -55,6 +73,8 @@ class PowerUp:
     Attributes:
         personality: the firmware.
         parameters: its parameters; they outlive a reboot.
+        plans: its mission, fence and rally points; they do, too.
+        body: the vehicle that it runs in.
         origin: where it stands when it starts; becomes the origin of its local frame.
         observation: the first thing it is told; its time is that of power-up.
         ready_after_s: how long its estimator takes to use GPS.
@@ -63,6 +83,8 @@ class PowerUp:
 
     personality: Personality
     parameters: Parameters
+    plans: Plans
+    body: Body
     origin: GeoPoint
     observation: Observation
     ready_after_s: float
@@ -94,6 +116,8 @@ class Firmware(ABC):
         personality, observation = start.personality, start.observation
         self.personality = personality
         self.parameters = start.parameters
+        self.plans = start.plans
+        self.body = start.body
         frame = LocalFrame(start.origin, personality.projection)
         self.navigator = self.navigator_class(frame, start.parameters)
         self.observation = observation
@@ -103,18 +127,10 @@ class Firmware(ABC):
         self._battery_ready_at_s = self.estimator.scaled(personality.battery_ready_s)
         self.pilot = Pilot()
         self.radio = Radio(self.pilot, start.parameters)
-        self.plans = Plans()
-        """Mission, fence and rally points; whoever makes the firmware gives it the stored ones."""
         self.fence = Fence(self)
         self.arming = Arming(self)
         self.saved = Saved(self)
         self.started = False
-        self.inject_failure: Callable[[int, int, int], Result] = lambda *_: Result.UNSUPPORTED
-        """Breaks something; set by whoever runs the vehicle"""
-        self.external_position: Callable[[Vector, bool], None] | None = None
-        """Takes a position from outside, and whether its source was reset"""
-        self.damage: str | None = None
-        """Why it will not fly again before it is mended"""
         self.outputs = Outputs(self)
         self.compasses = Compasses(self)
         self.accelerometers = Accelerometers(self)
@@ -125,8 +141,6 @@ class Firmware(ABC):
         self.guidance = Guidance()
         self.revision = 0
         self.events: deque[Event] = deque()
-        self.moving_target: Callable[[], Vector] = lambda: (0.0, 0.0, 0.0)
-        """Where the controllers' moving target is, NED; set by whoever runs the controllers."""
         self._landing = LandDetector()
         self._said_boot = 0
         self._said: set[str] = set()

@@ -159,7 +159,7 @@ class Px4Vehicle(Commander):
     def can_arm(self) -> bool:
         """Whether the health and arming checks pass in the chosen mode."""
         return (
-            self.damage is None
+            self.body.damage is None
             and not self.calibration.busy
             and self.mode.spec.armable
             and self.estimator.position_ok

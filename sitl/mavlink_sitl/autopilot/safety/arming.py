@@ -44,7 +44,7 @@ def prearm_failures(copter: Firmware) -> list[str]:
     """
     if not copter.started:
         return list(NOT_STARTED)
-    reasons = [] if copter.damage is None else [copter.damage]
+    reasons = [] if copter.body.damage is None else [copter.body.damage]
     needs_position = copter.mode.spec.requires_estimate
     leans = copter.personality.kind == "copter"
     aligned = copter.said_at_boot(ALIGNED)
@@ -146,8 +146,8 @@ class Arming:
             reasons.append(f"{copter.mode.spec.name} mode not armable")
         elif not force:
             reasons = prearm_failures(copter) or stick_failures(copter, by_stick)
-        elif copter.damage is not None:
-            reasons = [copter.damage]
+        elif copter.body.damage is not None:
+            reasons = [copter.body.damage]
         if copter.motors_stopped:
             reasons.append("Motors Emergency Stopped")
         for reason in reasons:

@@ -30,7 +30,7 @@ def position_target_local_ned(s: Snapshot) -> Message | None:
     target = copter.guided.target
     position = target.position_m or zero
     if copter.guided.submode is Submode.POSITION_VELOCITY:
-        position = copter.moving_target()
+        position = copter.body.moving_target()
     return dialect.MAVLink_position_target_local_ned_message(
         boot_ms(s),
         dialect.MAV_FRAME_LOCAL_NED,

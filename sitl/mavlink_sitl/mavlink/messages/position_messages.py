@@ -143,7 +143,7 @@ def nav_controller_output(s: Snapshot) -> Message:
     copter, m = s.vehicle, s.motion
     distance = bearing = climb = 0.0
     if copter.guidance.track_position_xy and copter.guidance.motors is Motors.FLY:
-        north, east, down = copter.moving_target()
+        north, east, down = copter.body.moving_target()
         north, east = north - m.north_m, east - m.east_m
         distance = math.hypot(north, east)
         bearing = math.degrees(math.atan2(east, north))

@@ -165,7 +165,7 @@ def position_target_local_ned(s: Snapshot) -> Message:
         return dialect.MAVLink_position_target_local_ned_message(
             boot_ms(s), 1, 63, *nans, 0.0, 0.0, 100.0, yaw, 0.0
         )
-    north, east, down = vehicle.moving_target()
+    north, east, down = vehicle.body.moving_target()
     m = s.motion
     limits = g.limits
     speed_n = g.velocity_north_m_s + g.track_position_xy * 0.95 * (north - m.north_m)
@@ -196,7 +196,7 @@ def position_target_global_int(s: Snapshot) -> Message | None:
     number = vehicle.mode.spec.number
     if number >> 16 & 0xFF != px4.MAIN_AUTO or not vehicle.armed:
         return None
-    target = vehicle.moving_target()
+    target = vehicle.body.moving_target()
     point = vehicle.navigator.frame.to_geodetic(*target)
     altitude = 0.0 if number == px4.LAND else point.altitude_amsl_m
     local = position_target_local_ned(s)

@@ -117,7 +117,7 @@ class Copter(Commander):
 
     def guide_on(self) -> None:
         """Continue with the current guidance, with the present heading."""
-        north, east, down = self.moving_target()
+        north, east, down = self.body.moving_target()
         target = replace(self._wanted, north_m=north, east_m=east, down_m=down)
         self.guide(replace(target, restart_xy=False, restart_z=False))
 

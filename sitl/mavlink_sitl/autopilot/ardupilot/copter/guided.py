@@ -241,7 +241,7 @@ class Guided(Mode):
         turning = self.target.yaw_rate_rad_s is not None
         position = None
         if self.submode is Submode.POSITION_VELOCITY:
-            position = self.vehicle.moving_target()
+            position = self.vehicle.body.moving_target()
         if self.submode is Submode.ACCELERATION:
             self.submode = Submode.VELOCITY
         self.target = replace(
