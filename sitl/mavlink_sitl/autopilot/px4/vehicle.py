@@ -138,10 +138,15 @@ class Px4Vehicle(Commander):
         """Whether usable setpoints come often enough for OFFBOARD (COM_OF_LOSS_T)."""
         return self.now_s - self.setpoint_at_s < self.parameters["COM_OF_LOSS_T"]
 
+    def sticks(self) -> ManualControl | None:
+        """The sticks that somebody holds, or None."""
+        manual = self.manual
+        held = manual and self.now_s - manual.at_s < self.parameters["COM_RC_LOSS_T"]
+        return manual if held else None
+
     def manual_alive(self) -> bool:
         """Whether somebody holds the sticks."""
-        limit_s = self.parameters["COM_RC_LOSS_T"]
-        return self.manual is not None and self.now_s - self.manual.at_s < limit_s
+        return self.sticks() is not None
 
     def can_run(self, number: int) -> bool:
         """Whether a mode has what it needs."""

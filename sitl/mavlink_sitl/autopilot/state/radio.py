@@ -30,9 +30,13 @@ class Calibration(NamedTuple):
     dead_zone: float
     reversed: bool
 
+    def limited(self, raw_us: float) -> float:
+        """A pulse within RCn_MIN and RCn_MAX."""
+        return min(max(raw_us, self.least), self.most)
+
     def angle(self, raw_us: float) -> float:
         """Of a stick that rests in the middle: -1..1, with a dead zone around RCn_TRIM."""
-        raw_us = min(max(raw_us, self.least), self.most)
+        raw_us = self.limited(raw_us)
         high, low = self.trim + self.dead_zone, self.trim - self.dead_zone
         share = 0.0
         if raw_us > high and self.most > high:
@@ -43,7 +47,7 @@ class Calibration(NamedTuple):
 
     def range(self, raw_us: float) -> float:
         """Of a stick that stays where it is put: 0..1, with a dead zone above RCn_MIN."""
-        raw_us = min(max(raw_us, self.least), self.most)
+        raw_us = self.limited(raw_us)
         if self.reversed:
             raw_us = self.most - (raw_us - self.least)
         low = self.least + self.dead_zone
@@ -132,6 +136,10 @@ class Radio:
         if self._pilot.lost and not self.heard(now_s):
             return 0.0
         return self.calibration(axis).angle(self.raw_us(axis, now_s))
+
+    def stick(self, axis: str, now_s: float) -> float:
+        """The same; the middle while the sticks do not count, too."""
+        return self.angle(axis, now_s) if self.obeyed(now_s) else 0.0
 
     def range(self, axis: str, now_s: float) -> float:
         """A stick that stays where it is put, 0..1."""

@@ -63,8 +63,7 @@ class Drift(Stabilize):
         return min(max(throttle + assist, 0.0), 1.0)
 
     def _stick(self, axis: str) -> float:
-        radio, now_s = self.vehicle.radio, self.vehicle.now_s
-        return radio.angle(axis, now_s) if radio.obeyed(now_s) else 0.0
+        return self.vehicle.radio.stick(axis, self.vehicle.now_s)
 
     def _over_ground_m_s(self) -> tuple[float, float]:
         """Forward and to the right."""

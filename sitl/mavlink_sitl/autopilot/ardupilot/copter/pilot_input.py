@@ -29,11 +29,9 @@ def lean_limit_rad(copter: Firmware) -> float:
 
 def lean(copter: Firmware, most_rad: float) -> Lean:
     """The lean of the roll and pitch sticks, north and east."""
-    if not copter.radio.obeyed(copter.now_s):
-        return 0.0, 0.0
     steepest = math.tan(most_rad)
-    forward = -steepest * copter.radio.angle("Pitch", copter.now_s)
-    right = steepest * copter.radio.angle("Roll", copter.now_s)
+    forward = -steepest * copter.radio.stick("Pitch", copter.now_s)
+    right = steepest * copter.radio.stick("Roll", copter.now_s)
     scale = steepest / max(math.hypot(forward, right), steepest, 1e-6)
     return turned((forward * scale, right * scale), copter.motion.yaw_rad)
 
@@ -44,10 +42,14 @@ def turned(level: Lean, yaw_rad: float) -> Lean:
     return level[0] * c - level[1] * s, level[0] * s + level[1] * c
 
 
-def yaw(copter: Firmware) -> tuple[YawMode, float]:
-    """The rate of turn of the yaw stick, rad/s; in its middle the heading is held."""
-    stick = copter.radio.angle("Yaw", copter.now_s) if copter.radio.obeyed(copter.now_s) else 0.0
-    rate = stick * math.radians(copter.parameters["PILOT_Y_RATE"])
+def yaw(copter: Firmware, full_rate: str = "PILOT_Y_RATE") -> tuple[YawMode, float]:
+    """The rate of turn of the yaw stick, rad/s; in its middle the heading is held.
+
+    Args:
+        full_rate: the parameter with the rate of a full stick, deg/s.
+    """
+    stick = copter.radio.stick("Yaw", copter.now_s)
+    rate = stick * math.radians(copter.parameters[full_rate])
     return (YawMode.RATE if rate else YawMode.HOLD), rate
 
 

@@ -48,10 +48,9 @@ class Turns(Leans):
         copter, p = self.vehicle, self.vehicle.parameters
         rate = math.radians(p["ACRO_RP_RATE"])
         most = pilot_input.lean_limit_rad(copter)
-        heard = copter.radio.obeyed(copter.now_s)
         angles = []
         for axis, now in (("Roll", self._roll), ("Pitch", self._pitch)):
-            stick = copter.radio.angle(axis, copter.now_s) if heard else 0.0
+            stick = copter.radio.stick(axis, copter.now_s)
             level = p["ACRO_BAL_ROLL"] if axis == "Roll" else p["ACRO_BAL_PITCH"]
             turned = now + (stick * rate - max(level, 0.0) * now) * STEP_S
             angles.append(min(max(turned, -most), most))
@@ -121,11 +120,7 @@ class Acro(Turns, Stabilize):
 
     def yawing(self) -> tuple[YawMode, float]:
         """At ACRO_Y_RATE."""
-        copter = self.vehicle
-        rate = math.radians(copter.parameters["ACRO_Y_RATE"])
-        obeyed = copter.radio.obeyed(copter.now_s)
-        stick = copter.radio.angle("Yaw", copter.now_s) if obeyed else 0.0
-        return (YawMode.RATE if stick else YawMode.HOLD), stick * rate
+        return pilot_input.yaw(self.vehicle, "ACRO_Y_RATE")
 
 
 class HeightMode(Mode):

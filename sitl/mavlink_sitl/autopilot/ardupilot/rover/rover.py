@@ -151,10 +151,7 @@ class Rover(Traveller):
 
     def sticks(self) -> tuple[float, float]:
         """Steering and throttle, -1..1."""
-        radio, now_s = self.radio, self.now_s
-        if not radio.obeyed(now_s):
-            return 0.0, 0.0
-        return radio.angle("Roll", now_s), radio.angle("Throttle", now_s)
+        return self.radio.stick("Roll", self.now_s), self.radio.stick("Throttle", self.now_s)
 
     def stopping_point(self) -> Point:
         """The point at which it would stop if it braked now."""

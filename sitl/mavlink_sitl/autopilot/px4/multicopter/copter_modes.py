@@ -279,8 +279,8 @@ class Manual(CopterMode):
         self.update()
 
     def _stick_velocity(self) -> tuple[Vector, float]:
-        sticks = self.vehicle.manual
-        if sticks is None or not self.vehicle.manual_alive():
+        sticks = self.vehicle.sticks()
+        if sticks is None:
             return ZERO, 0.0
         p, yaw = self.vehicle.parameters, self.vehicle.motion.yaw_rad
         forward = sticks.pitch * p["MPC_VEL_MANUAL"]

@@ -226,8 +226,8 @@ class Manual(PlaneMode):
 
     def sticks(self) -> Vector:
         """Roll and pitch (forwards positive), -1..1, throttle 0..1; 0 when nobody holds them."""
-        sticks = self.vehicle.manual
-        if sticks is None or not self.vehicle.manual_alive():
+        sticks = self.vehicle.sticks()
+        if sticks is None:
             return 0.0, 0.0, 0.0
         return sticks.roll, sticks.pitch, sticks.throttle
 

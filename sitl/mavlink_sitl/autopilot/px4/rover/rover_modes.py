@@ -141,8 +141,8 @@ class Manual(DriveMode):
 
     def sticks(self) -> tuple[float, float]:
         """Throttle and steering, -1..1; centred when nobody holds them."""
-        sticks = self.vehicle.manual
-        if sticks is None or not self.vehicle.manual_alive():
+        sticks = self.vehicle.sticks()
+        if sticks is None:
             return 0.0, 0.0
         return 2.0 * sticks.throttle - 1.0, sticks.roll
 
