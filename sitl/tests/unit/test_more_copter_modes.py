@@ -1,4 +1,4 @@
-"""ACRO, SPORT, DRIFT, GUIDED_NOGPS, SMARTRTL and AUTO RTL, and other ways to fly a copter."""
+"""ACRO, GUIDED_NOGPS, SMARTRTL and AUTO RTL, and other ways to fly a copter."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from sitl_support.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
 
 pytestmark = pytest.mark.wide
 
-ACRO, SPORT, GUIDED_NOGPS, SMART_RTL, AUTO_RTL = 1, 13, 20, 21, 27
-ALT_HOLD, DRIFT, POSHOLD = 2, 11, 16
+ACRO, GUIDED_NOGPS, SMART_RTL, AUTO_RTL = 1, 20, 21, 27
+ALT_HOLD, POSHOLD = 2, 16
 
 
 def mode(station: GroundStation) -> int:
@@ -37,12 +37,11 @@ def roll(station: GroundStation) -> float:
     return math.degrees(station.vehicle.copter.motion.roll_rad)
 
 
-@pytest.mark.parametrize("number", [ACRO, SPORT])
-def test_the_stick_turns_it_and_let_go_of_it_turns_level_slowly(number: int) -> None:
+def test_the_stick_turns_it_and_let_go_of_it_turns_level_slowly() -> None:
     station = flying(30.0)
     pilot = Transmitter(station)
     pilot.put({THROTTLE: 1510})
-    assert station.mode(number) == ACCEPTED
+    assert station.mode(ACRO) == ACCEPTED
     pilot.move({ROLL: 1560}, 0.6)
     pilot.move({ROLL: 1500}, 0.4)
     begin = roll(station)
@@ -51,17 +50,6 @@ def test_the_stick_turns_it_and_let_go_of_it_turns_level_slowly(number: int) -> 
     assert roll(station) == pytest.approx(begin / math.e, abs=2.5)
     pilot.move({ROLL: 2000}, 1.0)
     assert roll(station) == pytest.approx(30.0, abs=2.0)
-
-
-def test_sport_holds_the_height_and_climbs_by_the_stick() -> None:
-    station = flying(20.0)
-    pilot = Transmitter(station)
-    pilot.put({THROTTLE: 1500, YAW: 1550})
-    assert station.mode(SPORT) == ACCEPTED
-    pilot.move({PITCH: 1480}, 3.0)
-    assert station.position[2] == pytest.approx(-20.0, abs=1.0)
-    pilot.move({THROTTLE: 2000}, 3.0)
-    assert station.velocity[2] == pytest.approx(-2.5, abs=0.3)
 
 
 def test_guided_nogps_takes_attitudes_and_no_positions() -> None:
@@ -187,39 +175,6 @@ def test_auto_rtl_is_rejected_without_a_landing_in_the_mission() -> None:
     assert station.mode(AUTO_RTL) == FAILED
     assert any("AUTO RTL failed" in text for text in station.texts())
     assert mode(station) == GUIDED
-
-
-# DRIFT.
-
-
-def test_drift_turns_by_the_roll_stick_and_does_not_slide() -> None:
-    station = flying(30.0)
-    pilot = Transmitter(station)
-    pilot.put({THROTTLE: 1500})
-    assert station.mode(DRIFT) == ACCEPTED
-    pilot.move({PITCH: 1250}, 4.0)
-    m = station.vehicle.copter.motion
-    assert m.velocity_north_m_s > 3.0, "ahead, nose to the North"
-    pilot.move({ROLL: 1600}, 3.0)
-    m = station.vehicle.copter.motion
-    assert math.degrees(m.yaw_rad) > 30.0
-    sideways = m.velocity_east_m_s * math.cos(m.yaw_rad) - m.velocity_north_m_s * math.sin(
-        m.yaw_rad
-    )
-    assert abs(sideways) < 0.5 * m.speed_m_s
-    pilot.move({ROLL: 1500, PITCH: 1500}, 8.0)
-    assert station.vehicle.copter.motion.speed_m_s < 0.5, "let go of, it stops"
-
-
-def test_drift_damps_the_climb_at_mid_throttle_only() -> None:
-    station = flying(30.0)
-    pilot = Transmitter(station)
-    pilot.put({THROTTLE: 1500})
-    station.mode(DRIFT)
-    pilot.move({THROTTLE: 1560}, 3.0)
-    damped = -station.velocity[2]
-    pilot.move({THROTTLE: 1900}, 3.0)
-    assert 0.0 < damped < 2.0 < -station.velocity[2]
 
 
 # Take-off by the stick.

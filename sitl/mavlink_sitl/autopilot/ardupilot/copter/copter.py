@@ -11,13 +11,11 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Land,
     Throw,
 )
-from mavlink_sitl.autopilot.ardupilot.copter.drift import Drift
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, GuidedNoGps
 from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import (
     Acro,
     AltHold,
     PilotHeight,
-    Sport,
     Stabilize,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
@@ -74,8 +72,6 @@ class Copter(Commander):
         "circle": Circle,
         "throw": Throw,
         "acro": Acro,
-        "drift": Drift,
-        "sport": Sport,
         "guided_nogps": GuidedNoGps,
         "smart_rtl": SmartReturn,
         "auto_rtl": AutoReturn,

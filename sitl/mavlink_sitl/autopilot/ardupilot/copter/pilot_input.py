@@ -46,6 +46,7 @@ def yaw(copter: Firmware, full_rate: str = "PILOT_Y_RATE") -> tuple[YawMode, flo
     """The rate of turn of the yaw stick, rad/s; in its middle the heading is held.
 
     Args:
+        copter: whose stick it is.
         full_rate: the parameter with the rate of a full stick, deg/s.
     """
     stick = copter.radio.stick("Yaw", copter.now_s)

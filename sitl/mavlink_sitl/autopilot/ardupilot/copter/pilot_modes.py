@@ -34,36 +34,6 @@ class Leans(Mode):
         return pilot_input.lean(self.vehicle, pilot_input.lean_limit_rad(self.vehicle))
 
 
-class Turns(Leans):
-    """A mode in which the sticks turn it, and it turns level again by itself: ACRO_TRAINER 2."""
-
-    def enter(self) -> None:
-        """Begin with the attitude that it has."""
-        m = self.vehicle.motion
-        self._roll, self._pitch = m.roll_rad, m.pitch_rad
-        super().enter()
-
-    def _angles(self) -> tuple[float, float]:
-        """Roll and pitch one step on, within ANGLE_MAX."""
-        copter, p = self.vehicle, self.vehicle.parameters
-        rate = math.radians(p["ACRO_RP_RATE"])
-        most = pilot_input.lean_limit_rad(copter)
-        angles = []
-        for axis, now in (("Roll", self._roll), ("Pitch", self._pitch)):
-            stick = copter.radio.stick(axis, copter.now_s)
-            level = p["ACRO_BAL_ROLL"] if axis == "Roll" else p["ACRO_BAL_PITCH"]
-            turned = now + (stick * rate - max(level, 0.0) * now) * STEP_S
-            angles.append(min(max(turned, -most), most))
-        self._roll, self._pitch = angles
-        return self._roll, self._pitch
-
-    def leaning(self) -> pilot_input.Lean:
-        """The lean of this step, north and east."""
-        roll, pitch = self._angles()
-        forward = (-math.tan(pitch), math.tan(roll))
-        return pilot_input.turned(forward, self.vehicle.motion.yaw_rad)
-
-
 class Stabilize(Leans):
     """The sticks lean and turn it, and the throttle is thrust."""
 
@@ -111,8 +81,34 @@ class Stabilize(Leans):
         return Motors.MANUAL
 
 
-class Acro(Turns, Stabilize):
-    """The sticks turn it, and the throttle is thrust."""
+class Acro(Stabilize):
+    """The sticks turn it, it turns level again by itself (ACRO_TRAINER 2); throttle is thrust."""
+
+    def enter(self) -> None:
+        """Begin with the attitude that it has."""
+        m = self.vehicle.motion
+        self._roll, self._pitch = m.roll_rad, m.pitch_rad
+        super().enter()
+
+    def _angles(self) -> tuple[float, float]:
+        """Roll and pitch one step on, within ANGLE_MAX."""
+        copter, p = self.vehicle, self.vehicle.parameters
+        rate = math.radians(p["ACRO_RP_RATE"])
+        most = pilot_input.lean_limit_rad(copter)
+        angles = []
+        for axis, now in (("Roll", self._roll), ("Pitch", self._pitch)):
+            stick = copter.radio.stick(axis, copter.now_s)
+            level = p["ACRO_BAL_ROLL"] if axis == "Roll" else p["ACRO_BAL_PITCH"]
+            turned = now + (stick * rate - max(level, 0.0) * now) * STEP_S
+            angles.append(min(max(turned, -most), most))
+        self._roll, self._pitch = angles
+        return self._roll, self._pitch
+
+    def leaning(self) -> pilot_input.Lean:
+        """The lean of this step, north and east."""
+        roll, pitch = self._angles()
+        forward = (-math.tan(pitch), math.tan(roll))
+        return pilot_input.turned(forward, self.vehicle.motion.yaw_rad)
 
     def stands(self, north: float, east: float) -> bool:
         """Never: it turns level by itself."""
@@ -194,10 +190,6 @@ class AltHold(HeightMode, Leans):
         guidance = self.pilot_guidance()
         north, east = self.leaning()
         self.hand_on(replace(guidance, direct_lean=1.0, lean_north=north, lean_east=east))
-
-
-class Sport(Turns, AltHold):
-    """The sticks turn it as in ACRO, and the height is held."""
 
 
 class PilotHeight(HeightMode):
