@@ -262,7 +262,7 @@ class Auto(Mode):
     def _move_output(self, item: PlanItem) -> None:
         vehicle, (first, second, third, fourth) = self.vehicle, item.params
         if item.command == Cmd.SET_SERVO:
-            vehicle.set_servo(int(first), second)
+            vehicle.outputs.set_servo(int(first), second)
         elif item.command == Cmd.SET_RELAY:
             vehicle.outputs.set_relay(int(first), int(second))
         elif item.command == Cmd.REPEAT_SERVO:

@@ -12,6 +12,7 @@ from collections import deque
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
+from mavlink_sitl.autopilot.common.own_texts import OwnTexts
 from mavlink_sitl.autopilot.devices.accelerometers import Accelerometers
 from mavlink_sitl.autopilot.devices.compasses import Compasses
 from mavlink_sitl.autopilot.devices.outputs import Outputs
@@ -110,7 +111,6 @@ class Firmware(ABC):
 
     failsafe: Failsafes
     navigator_class: ClassVar[type[Navigator]] = Navigator
-    starting_status = SystemStatus.BOOT
 
     def __init__(self, start: PowerUp) -> None:
         personality, observation = start.personality, start.observation
@@ -142,10 +142,7 @@ class Firmware(ABC):
         self.revision = 0
         self.events: deque[Event] = deque()
         self._landing = LandDetector()
-        self._said_boot = 0
-        self._said: set[str] = set()
-        self._aiding_lost = False
-        self._impact_m_s = observation.impact_m_s
+        self.own_texts = OwnTexts(self, observation)
         self._wanted = Guidance()
         self._modes: dict[int, Mode] = {
             spec.number: self.make_mode(spec) for spec in personality.modes.values()
@@ -235,7 +232,8 @@ class Firmware(ABC):
     def system_status(self) -> SystemStatus:
         """For HEARTBEAT."""
         if not self.started:
-            return self.starting_status
+            says_mode = self.personality.boot_mode is not None
+            return SystemStatus.CALIBRATING if says_mode else SystemStatus.BOOT
         if self.failsafe.active:
             return SystemStatus.CRITICAL
         return SystemStatus.ACTIVE if self.is_active() else SystemStatus.STANDBY
@@ -261,16 +259,14 @@ class Firmware(ABC):
         had_origin = estimator.has_origin
         self.observe(observation)
         estimator.update(observation.time_s, observation.gps_fix, observation.gps_off_m)
-        self._say_boot()
-        self._say_aiding()
-        if not self.started and self.now_s >= self.estimator.scaled(self.personality.standby_s):
+        self.own_texts.update(observation)
+        if not self.started and self.now_s >= estimator.scaled(self.personality.standby_s):
             self.started = True
             self.enter_mode(self.first_mode())  # what was chosen too early is forgotten
         if not had_origin and estimator.has_origin:
             self.set_home()
             self.saved.mission_length(max(len(self.plans.mission.items), 1))
         self._landing.update(observation, self.armed)
-        self._feel_ground(observation)
         self.watch(observation)
         self.arming.watch()
         self.mode.update()
@@ -280,41 +276,6 @@ class Firmware(ABC):
         for device in (self.outputs, self.compasses, self.accelerometers):
             device.update()
         self._settle()
-
-    def _say_boot(self) -> None:
-        steps = self.personality.boot
-        while self._said_boot < len(steps):
-            step = steps[self._said_boot]
-            if self.now_s < self.estimator.scaled(step.at_s):
-                return
-            self._said_boot += 1
-            elevation = self.navigator.origin.altitude_amsl_m
-            self.say(Severity.INFO, step.text.format(elevation=elevation))
-
-    def _say_aiding(self) -> None:
-        """What was seen of the real copter, 15 s after its GPS was off and when it was back."""
-        lost = self.estimator.lost
-        if lost is self._aiding_lost:
-            return
-        self._aiding_lost = lost
-        for name in self.personality.estimators:
-            if lost:
-                self.say(Severity.WARNING, f"{name} stopped aiding")
-            else:
-                self.say(Severity.INFO, f"{name} is using GPS")
-
-    def said_at_boot(self, text: str) -> bool:
-        """Whether a line of the start has its time behind it; one that never comes has, too."""
-        at_s = next((step.at_s for step in self.personality.boot if step.text == text), 0.0)
-        return self.now_s >= self.estimator.scaled(at_s)
-
-    def _feel_ground(self, observation: Observation) -> None:
-        impact = observation.impact_m_s
-        if impact == self._impact_m_s:
-            return
-        self._impact_m_s = impact
-        if impact > 0.0:
-            self.say(Severity.INFO, f"SIM Hit ground at {impact:.6f} m/s")
 
     def _settle(self) -> None:
         """Give the motors what arming and the ground allow."""
@@ -348,12 +309,6 @@ class Firmware(ABC):
     def say(self, severity: Severity, text: str) -> None:
         """Words for people."""
         self.events.append(StatusText(severity, text))
-
-    def say_once(self, severity: Severity, text: str) -> None:
-        """Words that are not repeated before the next start."""
-        if text not in self._said:
-            self._said.add(text)
-            self.say(severity, text)
 
     def begin_underway(self) -> None:
         """Be armed, and in the air if it flies, as if it had got there by itself."""
@@ -401,10 +356,6 @@ class Firmware(ABC):
         self._landing.update(self.observation, self.armed)
         self._settle()
         return result
-
-    def set_servo(self, output: int, pulse_us: float) -> Result:
-        """DO_SET_SERVO: outputs that are not those of the vehicle's own motors and servos."""
-        return self.outputs.set_servo(output, pulse_us)
 
     def stop_motors(self, stop: bool) -> None:
         """The emergency stop: the motors stand, and the vehicle stays armed."""

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from typing import NamedTuple
 
 from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.exchange import ModeChanged, Observation, SystemStatus, Vector
+from mavlink_sitl.exchange import ModeChanged, Observation, Vector
 
 
 class NavigationReport(NamedTuple):
@@ -24,8 +24,6 @@ class NavigationReport(NamedTuple):
 
 class Traveller(Commander):
     """A vehicle that cannot hover. Arguments and attributes as of `Commander`."""
-
-    starting_status = SystemStatus.CALIBRATING
 
     def update(self, observation: Observation) -> None:
         """See `Commander`; the end of starting is told at once."""

@@ -121,6 +121,7 @@ class Personality:
         estimators: those that say when they lose the GPS for good and use it again; of the
             first time `boot` tells.
         banner: what it says of itself when it is asked to.
+        says_impacts: whether it says how hard it has hit the ground.
     """
 
     name: str
@@ -154,6 +155,7 @@ class Personality:
     estimators: tuple[str, ...] = ()
     whole: str = ""
     banner: tuple[str, ...] = ()
+    says_impacts: bool = True
 
     @cached_property
     def parameter_table(self) -> ParameterTable:

@@ -54,4 +54,5 @@ PX4COPTER = Personality(
     kind="px4copter",
     armed_text="Armed by external command",
     disarmed_text="Disarmed by external command",
+    says_impacts=False,
 )

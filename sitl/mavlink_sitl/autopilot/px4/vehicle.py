@@ -185,9 +185,6 @@ class Px4Vehicle(Commander):
         self._detect_flight()
         self._drift_home()
 
-    def _feel_ground(self, observation: Observation) -> None:
-        """PX4 says nothing about how hard it was."""
-
     def takes_off(self) -> bool:
         """Whether the land detector says, armed and not yet in flight, that it flies now."""
         raise NotImplementedError

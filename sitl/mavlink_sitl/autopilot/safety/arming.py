@@ -47,7 +47,7 @@ def prearm_failures(copter: Firmware) -> list[str]:
     reasons = [] if copter.body.damage is None else [copter.body.damage]
     needs_position = copter.mode.spec.requires_estimate
     leans = copter.personality.kind == "copter"
-    aligned = copter.said_at_boot(ALIGNED)
+    aligned = copter.own_texts.passed(ALIGNED)
     if leans and needs_position and not aligned:
         reasons.append("Need Alt Estimate")
     reasons += _inertial_failures(copter)
@@ -75,9 +75,9 @@ def _inertial_failures(copter: Firmware) -> list[str]:
 
 def _attitude_failures(copter: Firmware) -> list[str]:
     """Of modes that need no position."""
-    if not copter.said_at_boot(ESTIMATOR_ACTIVE):
+    if not copter.own_texts.passed(ESTIMATOR_ACTIVE):
         return ["AHRS: not using configured AHRS type"]
-    return [] if copter.said_at_boot(ALIGNED) else ["AHRS: EKF3 still initialising"]
+    return [] if copter.own_texts.passed(ALIGNED) else ["AHRS: EKF3 still initialising"]
 
 
 def _position_failures(copter: Firmware) -> list[str]:

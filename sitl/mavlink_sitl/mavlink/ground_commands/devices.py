@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def _set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    return server.vehicle.set_servo(int(command.params[0]), command.params[1])
+    return server.vehicle.outputs.set_servo(int(command.params[0]), command.params[1])
 
 
 def _repeat_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
