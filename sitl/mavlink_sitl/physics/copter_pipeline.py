@@ -16,7 +16,6 @@ from mavlink_sitl.dynamics import battery, quadrotor
 from mavlink_sitl.exchange import GRAVITY_M_S2, BatteryReading, Guidance, Motion, Vector
 from mavlink_sitl.lanes import Lane, Ops, ops_for
 from mavlink_sitl.world import sensors
-from mavlink_sitl.written_out import for_one
 
 DT_S = 0.01
 """The usual step"""
@@ -89,9 +88,6 @@ class Physics:
         self._noise = sensors.Noise(start.seed, self.count)
         self._glitch = self._misled = (zero, zero, zero)
         self.efficiency = o.full(1.0)
-        self._fly, self._law = _fly, self.over_ground
-        if self.count == 1:
-            self._fly, self._law = for_one(_fly), for_one(self._law)
         # Rows of what single vehicles ask for, and the states that they were made of.
         self._rows: tuple[Any, Any, list[Motion]] = (None, None, [])
         self._true_rows: tuple[Any, list[Motion]] = (None, [])
@@ -119,7 +115,7 @@ class Physics:
 
     def step(self) -> None:
         """Controllers and bodies, a step onwards."""
-        self.control, self.body, self.error = self._fly(
+        self.control, self.body, self.error = _fly(
             self.control,
             self.targets,
             self.body,
@@ -129,7 +125,7 @@ class Physics:
             self.gains,
             self.body_model,
             self.o,
-            self._law,
+            self.over_ground,
         )
 
     def step_sensors(self, time_s: float) -> None:
