@@ -8,7 +8,6 @@ import struct
 import zlib
 
 import pytest
-from pymavlink.dialects.v20 import all as mav
 from pymavlink.mavftp import MAVFTP
 
 from mavlink_sitl.mavlink.files import storage
@@ -285,24 +284,6 @@ def test_param_pck_is_read_in_parts_of_one_size_and_no_value_is_cut() -> None:
     magic, count, total = struct.unpack_from("<HHH", first)
     assert (magic, count) == (0x671B, total)
     assert client.done(READ, size=80) == first
-
-
-@pytest.mark.parametrize(("name", "plan_type"), [("mission", 0), ("fence", 1), ("rally", 2)])
-def test_missions_are_files(name: str, plan_type: int) -> None:
-    client = connected("ardupilot")
-    items = [home(), take_off(10.0), waypoint(20.0, 5.0)]
-    assert upload(client.station, items) == 0
-    assert f"F{name}.dat".encode("ascii") in client.done(LIST, b"@MISSION")
-    data = get(client, f"@MISSION/{name}.dat".encode("ascii"))
-    magic, kind, _, start, count = struct.unpack_from("<5H", data)
-    assert (magic, kind, start, count) == (0x763D, plan_type, 0, 0 if plan_type else 3)
-    assert len(data) == 10 + 38 * count
-    if count:
-        message = mav.MAVLink_mission_item_int_message
-        fields = struct.unpack_from(message.unpacker.format, data, 10 + 38 * 2)
-        named = dict(zip(message.ordered_fieldnames, fields, strict=True))
-        assert (named["seq"], named["command"], named["z"]) == (2, 16, 10.0)
-        assert (named["x"], named["y"]) == (items[2].x, items[2].y)
 
 
 # What PX4 has.

@@ -17,7 +17,7 @@ from sitl_support.ground_station import (
 from sitl_support.kinds import kind as standing
 from sitl_support.transmitter import ROLL, THROTTLE, Transmitter
 
-MANUAL, ACRO, STEERING, HOLD, SIMPLE, AUTO, RTL, GUIDED = 0, 1, 3, 4, 7, 10, 11, 15
+MANUAL, ACRO, STEERING, HOLD, AUTO, RTL, GUIDED = 0, 1, 3, 4, 10, 11, 15
 SWITCH = 8
 
 
@@ -68,18 +68,6 @@ def test_steering_drives_circles_limited_by_atc_turn_max_g() -> None:
     pilot.move({THROTTLE: 1620, ROLL: 2000}, 12.0)
     sideways = speed(station) * rate(station)
     assert sideways == pytest.approx(0.981, rel=0.15)
-
-
-def test_simple_drives_where_the_sticks_point_from_its_first_heading() -> None:
-    station, pilot = driving(SIMPLE)
-    first = station.vehicle.copter.motion.yaw_rad
-    pilot.move({THROTTLE: 1500, ROLL: 1600}, 12.0)
-    off = math.remainder(station.vehicle.copter.motion.yaw_rad - first, math.tau)
-    assert math.degrees(off) == pytest.approx(90.0, abs=5.0)
-    station.vehicle.parameters.set("SIMPLE_TYPE", 1.0)
-    pilot.move({THROTTLE: 1600, ROLL: 1500}, 12.0)
-    yaw = math.remainder(station.vehicle.copter.motion.yaw_rad, math.tau)
-    assert math.degrees(yaw) == pytest.approx(0.0, abs=5.0)
 
 
 def test_without_a_radio_the_sticks_count_as_centred() -> None:

@@ -12,10 +12,9 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Protocol
 
-from mavlink_sitl.mavlink.files import component_metadata, packed_parameters, packed_plans
+from mavlink_sitl.mavlink.files import component_metadata, packed_parameters
 from mavlink_sitl.mavlink.files.contents import Contents, Stored
 from mavlink_sitl.mavlink.files.storage import Storage, StorageError
-from mavlink_sitl.mavlink.missions.mission_download import listed
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
@@ -123,7 +122,7 @@ class FileSystem(ABC):
 
 
 class ArduPilotFileSystem(FileSystem):
-    """An ArduPilot's: also @PARAM and @MISSION, to be read."""
+    """An ArduPilot's: also @PARAM, to be read."""
 
     own_folders = ("/APM/LOGS",)
 
@@ -136,27 +135,13 @@ class ArduPilotFileSystem(FileSystem):
         logs = enumerate(self._card.logs, 1)
         return {f"/APM/LOGS/{number:08}.BIN": log.data for number, log in logs}
 
-    def entries(self, path: str) -> list[str]:
-        """See `FileSystem`; of what it makes itself only @MISSION has a list."""
-        if path.rstrip("/") != packed_plans.FOLDER:
-            return super().entries(path)
-        names = packed_plans.NAMES
-        return [f"F{name}\t{len(self._plan(name))}" for name in names]
-
     def open(self, path: str) -> Contents:
         """See `FileSystem`."""
         name, _, asked = path.partition("?")
         if name == packed_parameters.PATH:
             parameters = self._vehicle.parameters
             return packed_parameters.PackedParameters(parameters, packed_parameters.query(asked))
-        folder, _, name = path.partition("/")
-        if folder == packed_plans.FOLDER and name in packed_plans.NAMES:
-            return Stored(self._plan(name))
         return super().open(path)
-
-    def _plan(self, name: str) -> bytes:
-        plan_type = packed_plans.NAMES[name]
-        return packed_plans.pack(listed(self._vehicle, plan_type), plan_type)
 
     def writable(self, path: str, new: bool = False) -> str:
         """See `FileSystem`."""

@@ -1,4 +1,4 @@
-"""The modes of ArduRover that a pilot drives: MANUAL, ACRO, STEERING and SIMPLE."""
+"""The modes of ArduRover that a pilot drives: MANUAL, ACRO and STEERING."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ LEAST_SHARE, FASTEST_M_S = 0.05, 30.0
 LEAST_SIDEWAYS_M_S2 = 0.1
 LEAST_SPEED_M_S = 0.3
 """Below it a turn is not taken for one on a circle"""
-BY_COMPASS = 1
-"""SIMPLE_TYPE; else the stick counts from the first heading"""
 
 
 class PilotMode(DriveMode):
@@ -82,33 +80,3 @@ class Steering(PilotMode):
         sideways = min(max(sideways, LEAST_SIDEWAYS_M_S2), max(most, LEAST_SIDEWAYS_M_S2))
         rate = steering * sideways / max(m.speed_m_s, LEAST_SPEED_M_S)
         self.turn(throttle * self.full_speed_m_s(), rate)
-
-
-class Simple(PilotMode):
-    """The sticks point where to go, from the first heading or by the compass."""
-
-    def enter(self) -> None:
-        """The heading now is ahead."""
-        self._ahead = self._course = self.vehicle.motion.yaw_rad
-        self.update()
-
-    def update(self) -> None:
-        """Follow the sticks; let go of they leave it pointing where it was going."""
-        rover = self.vehicle
-        steering, throttle = rover.sticks()
-        share = min(math.hypot(steering, throttle), 1.0)
-        if share > 0.0:
-            by_compass = int(rover.parameters["SIMPLE_TYPE"]) == BY_COMPASS
-            ahead = 0.0 if by_compass else self._ahead
-            self._course = ahead + math.atan2(steering, throttle)
-        speed = share * self.full_speed_m_s()
-        self.drive(
-            DriveGuidance(
-                motors=Motors.FLY,
-                speed_m_s=speed,
-                yaw_mode=YawMode.ANGLE,
-                yaw_rad=self._course,
-                turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed),
-                limits=rover.navigator.limits(),
-            )
-        )

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, ClassVar
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
-from mavlink_sitl.autopilot.ardupilot.rover.pilot_modes import Acro, Manual, Simple, Steering
+from mavlink_sitl.autopilot.ardupilot.rover.pilot_modes import Acro, Manual, Steering
 from mavlink_sitl.autopilot.ardupilot.rover.rover_auto import DriveAuto
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
     Circle,
@@ -72,7 +72,6 @@ class Rover(Traveller):
         "manual": Manual,
         "acro": Acro,
         "steering": Steering,
-        "simple": Simple,
         "hold": Hold,
         "loiter": Loiter,
         "circle": Circle,
