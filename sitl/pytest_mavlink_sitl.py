@@ -68,7 +68,7 @@ def _ready(make: Callable[..., Simulation], **settings: Any) -> Simulation:
     from mavlink_sitl import VehicleConfig  # noqa: PLC0415
 
     simulation = make(vehicles=[VehicleConfig(**settings)])
-    firmware = simulation.vehicles[0].copter
+    firmware = simulation.vehicles[0].firmware
     known = simulation.run_until(lambda: firmware.estimator.position_ok, READY_LIMIT_S)
     assert known, "the simulated vehicle has no position"
     simulation.run_for(1.0)

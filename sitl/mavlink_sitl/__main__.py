@@ -47,12 +47,12 @@ class ConsoleReporter:
     def watch(self) -> None:
         """Print what is not as it was."""
         for vehicle, seen in zip(self._simulation.vehicles, self._seen, strict=True):
-            copter = vehicle.copter
+            firmware = vehicle.firmware
             now = {
-                "armed": "armed" if copter.armed else "disarmed",
-                "mode": f"mode {copter.mode.spec.name}",
-                "landed": copter.landed_state.name.lower().replace("_", " "),
-                "ready": "ready" if copter.estimator.position_ok else "no position",
+                "armed": "armed" if firmware.armed else "disarmed",
+                "mode": f"mode {firmware.mode.spec.name}",
+                "landed": firmware.landed_state.name.lower().replace("_", " "),
+                "ready": "ready" if firmware.estimator.position_ok else "no position",
             }
             for key, word in now.items():
                 if seen.get(key, word) != word:

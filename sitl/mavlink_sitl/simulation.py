@@ -146,9 +146,9 @@ class Simulation:
     @property
     def estimate(self) -> Estimate:
         """The estimated state of the vehicles, in the same form; `collided` is still the truth."""
-        motions = np.array([vehicle.copter.motion for vehicle in self.vehicles], dtype=np.float64)
+        motions = np.array([vehicle.firmware.motion for vehicle in self.vehicles], dtype=np.float64)
         offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
-        landed = np.array([vehicle.copter.landed for vehicle in self.vehicles], dtype=np.bool_)
+        landed = np.array([vehicle.firmware.landed for vehicle in self.vehicles], dtype=np.bool_)
         return Estimate(
             motions[:, 0:3] + offsets, motions[:, 3:6], motions[:, 8], landed, self.truth.collided
         )

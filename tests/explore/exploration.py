@@ -226,7 +226,7 @@ class Ship:
 
     def mode_parameters(self, mode: str) -> tuple[float, float]:
         """Return the last two parameters of DO_SET_MODE for a mode's name."""
-        modes = self.sim.copter.personality.modes
+        modes = self.sim.firmware.personality.modes
         number = next(number for number, spec in modes.items() if spec.name == mode)
         if self.craft.autopilot == "px4":
             return float(number >> 16 & 0xFF), float(number >> 24)
@@ -256,9 +256,9 @@ class Ship:
 
     def truth(self) -> Truth:
         """Return the true state."""
-        self.mode = self.sim.copter.mode.spec.name
+        self.mode = self.sim.firmware.mode.spec.name
         motion = self.sim.truth()
-        firmware = self.sim.copter
+        firmware = self.sim.firmware
         row = self._flight.row
         return Truth(
             (motion[1], motion[0], -motion[2]),
@@ -323,7 +323,7 @@ class Exploration:
                 self._truth_s = self.now_s + _TRUTH_S - 1e-9
             for ship in self.ships:
                 ship.turn()
-                if due or ship.sim.copter.mode.spec.name != ship.mode:
+                if due or ship.sim.firmware.mode.spec.name != ship.mode:
                     ship.log("truth", ship.truth())
 
     def run_until(self, condition: Callable[[], bool], timeout_s: float) -> bool:

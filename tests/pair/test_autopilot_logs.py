@@ -41,10 +41,10 @@ def flown(
     own = VehicleSettings(log_means=means)
     pair = VehiclePair(seed=3, config=own, simulated=config).ready()
     for _ in range(flights):
-        pair.copter.copter.arm(force=True)
+        pair.copter.firmware.arm(force=True)
         pair.run_until(lambda: pair.vehicle.state.armed)
         pair.run_for(4.0)
-        pair.copter.copter.disarm(force=True)
+        pair.copter.firmware.disarm(force=True)
         pair.run_until(lambda: not pair.vehicle.state.armed)
     noise = random.Random(1)
     for log in pair.copter.logbook.logs:
@@ -239,7 +239,7 @@ def test_arming_ends_a_download_and_the_answer_to_it(autopilot: str, means: LogM
     pair.copter.logbook.logs[0].data += bytes(300_000)
     pair.vehicle.logs.download(the_log(pair), 0, pair.now)
     pair.run_until(lambda: len(pair.all(LogChunkReceived)) >= 1)
-    pair.copter.copter.arm(force=True)
+    pair.copter.firmware.arm(force=True)
     end = end_of(pair)
     assert (end.result, end.reason) == (OperationResult.CANCELLED, "The vehicle was armed.")
     came = len(pair.all(LogChunkReceived))

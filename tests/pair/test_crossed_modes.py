@@ -59,7 +59,7 @@ class CrossedFlight(SimulatedFlight):
     @property
     def true_mode(self) -> str:
         """The vehicle's mode."""
-        return str(self.simulation.vehicles[0].copter.mode.spec.name)
+        return str(self.simulation.vehicles[0].firmware.mode.spec.name)
 
     def tick(self) -> None:
         if self.autopilot == "px4":

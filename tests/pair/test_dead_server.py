@@ -55,7 +55,7 @@ class Left(NamedTuple):
 
 def measured(flight: SimulatedFlight, watched_s: float = WATCHED_S) -> Left:
     """Stop the server for good and watch the vehicle."""
-    copter = flight.simulation.vehicles[0].copter
+    copter = flight.simulation.vehicles[0].firmware
     begun_in = copter.mode.spec.name
     start, _ = flight.truth()
     velocity = flight.simulation.truth.velocity_ned_m_s[0]

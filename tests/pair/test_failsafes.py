@@ -116,7 +116,7 @@ def test_a_breach_is_over_when_the_fence_is_switched_off(kind: str) -> None:
     flight.set_mode_as_pilot("LOITER")
     flight.simulation.vehicles[0].pilot_throttle(1500)
     flight.run_for(5.0)
-    assert vehicle.copter.fence.breached, "the firmware's own flag stays"
+    assert vehicle.firmware.fence.breached, "the firmware's own flag stays"
     assert flight.vehicle.state.failsafe is None
     end = flight.run_to_end(flight.send(1.0, 1.0, 5.0 if kind == "copter" else 0.0))
     assert end.code is OutcomeCode.SUCCESS, end.message
@@ -266,7 +266,7 @@ def test_a_stream_that_comes_back_at_once_was_lost_anyway() -> None:
     """The PX4 takes up OFFBOARD again before it is clear whose change of mode it was."""
     flight, vehicle, goal = under_way("px4")
     flight.hang_for(1.3)
-    assert vehicle.copter.failsafe.active
+    assert vehicle.firmware.failsafe.active
     flight.bridge.handle_timer(flight.now)
     setpoint = make("SET_POSITION_TARGET_LOCAL_NED", target_system=1, target_component=1,
                     coordinate_frame=1, type_mask=0xDC7)  # fmt: skip

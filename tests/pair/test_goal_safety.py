@@ -95,7 +95,7 @@ def test_areas_that_were_uploaded_count(autopilot: str) -> None:
     square = [(-60.0, -60.0), (-60.0, 60.0), (60.0, 60.0), (60.0, -60.0)]
     places = [position_1e7(n, e) for n, e in (*square, (0.0, 30.0))]
     kinds = [(5001, 4.0)] * 4 + [(5004, 8.0)]
-    vehicle.copter.plans.fence.replace(
+    vehicle.firmware.plans.fence.replace(
         [
             PlanItem(command, 0, (number, 0.0, 0.0, 0.0), *place)
             for (command, number), place in zip(kinds, places, strict=True)
@@ -260,7 +260,7 @@ def test_a_crash_is_quoted_and_not_the_answer_to_a_request_of_the_server() -> No
     simulated = flight.simulation.vehicles[0]
     simulated.crash("scaffold", 0.9)
     # Observed: the server asks for messages now and then, and this is ArduPilot's answer.
-    simulated.copter.say(Severity.INFO, "No ap_message for mavlink id (136)")
+    simulated.firmware.say(Severity.INFO, "No ap_message for mavlink id (136)")
     end = flight.run_to_end(goal, 10.0)
     assert end.code is OutcomeCode.DISARMED
     assert end.message.endswith("The autopilot reported: 'Crash: hit scaffold at 0.9 m/s'.")

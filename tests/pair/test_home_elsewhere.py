@@ -31,7 +31,7 @@ HOMES = {
 
 def put_home(flight: SimulatedFlight, north_m: float, east_m: float, up_m: float) -> None:
     """Have a ground station set home, and wait until the server has heard of it."""
-    frame = flight.simulation.vehicles[0].copter.navigator.frame
+    frame = flight.simulation.vehicles[0].firmware.navigator.frame
     there = frame.to_geodetic(north_m, east_m, -up_m)
     message = make(
         "COMMAND_INT",
@@ -127,7 +127,7 @@ def test_a_home_that_is_moved_during_a_take_off_changes_nothing(firmware: str, u
 def test_a_route_above_home_is_flown_above_home(firmware: str) -> None:
     flight = standing(firmware)
     put_home(flight, *HOMES["above"])
-    there = flight.simulation.vehicles[0].copter.navigator.frame.to_geodetic(20.0, 0.0, 0.0)
+    there = flight.simulation.vehicles[0].firmware.navigator.frame.to_geodetic(20.0, 0.0, 0.0)
     position = (there.latitude_deg, there.longitude_deg, -12.0)
     place = WaypointRequest(position, AltitudeReference.HOME)
     end = flight.run_to_end(flight.start(WaypointsRequest((place,))))

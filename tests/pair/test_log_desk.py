@@ -17,9 +17,9 @@ def logged(autopilot: str) -> SimulatedFlight:
     flight = SimulatedFlight(simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0))
     flight.ready()
     copter = flight.simulation.vehicles[0]
-    copter.copter.arm(force=True)
+    copter.firmware.arm(force=True)
     flight.run_for(2.0)
-    copter.copter.disarm(force=True)
+    copter.firmware.disarm(force=True)
     flight.run_until(lambda: not flight.vehicle.state.armed)
     copter.logbook.logs[0].data += bytes(300_000)
     return flight
@@ -97,7 +97,7 @@ def test_a_request_is_rejected_while_it_would_disturb() -> None:
     flight.bridge.shut_down(flight.now)
 
     flight = logged("px4")
-    flight.simulation.vehicles[0].copter.arm(force=True)
+    flight.simulation.vehicles[0].firmware.arm(force=True)
     flight.run_until(lambda: flight.vehicle.state.armed)
     flight.bridge.logs.download(5, StoredLog(0, 100, 0), 0, flight.now)
     assert done(flight, 5).message.startswith("The vehicle is armed;")

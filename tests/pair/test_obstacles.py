@@ -233,7 +233,7 @@ def test_a_path_that_is_found_stays_inside_of_the_fence() -> None:
     ]
     places = [position_1e7(n, e) for n, e in corners]
     fence = [PlanItem(5001, 0, (float(len(places)), 0.0, 0.0, 0.0), *place) for place in places]
-    vehicle.copter.plans.fence.replace(fence)
+    vehicle.firmware.plans.fence.replace(fence)
     flight.ready()
     flight.run_until(lambda: flight.vehicle.fence_items is not None, 20.0)
     first = flight.run_to_end(flight.send(0.0, 30.0, 5.0))

@@ -114,7 +114,7 @@ def test_a_jump_without_a_word_before_it_is_seen_at_once(autopilot: str) -> None
     """The estimator's messages may be lost, or not sent at all."""
     flight, goal = under_way(autopilot)
     vehicle = flight.simulation.vehicles[0]
-    vehicle.copter.estimator.glitch_rules = vehicle.copter.estimator.glitch_rules._replace(
+    vehicle.firmware.estimator.glitch_rules = vehicle.firmware.estimator.glitch_rules._replace(
         gives_in_s=0.3
     )
     shift(flight, GLITCH_M)

@@ -68,7 +68,7 @@ class StallingFlight(SimulatedFlight):
         ]
 
     def _note_mode(self) -> None:
-        name = self.simulation.vehicles[0].copter.mode.spec.name
+        name = self.simulation.vehicles[0].firmware.mode.spec.name
         if not self.modes or self.modes[-1][1] != name:
             self.modes.append((self.now, name))
 

@@ -68,7 +68,7 @@ def write(pair: VehiclePair, kind: MissionType, *items: MissionItem) -> StoredLi
 
 def stored(pair: VehiclePair, kind: MissionType) -> list[tuple[int, int, int, float, float]]:
     """Return what the simulated vehicle has: command, place, first parameter, altitude."""
-    items = pair.simulation.vehicles[0].copter.plans.of(LISTS[kind]).items
+    items = pair.simulation.vehicles[0].firmware.plans.of(LISTS[kind]).items
     return [(item.command, item.x, item.y, item.params[0], item.z) for item in items]
 
 

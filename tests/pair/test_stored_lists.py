@@ -34,7 +34,7 @@ def with_lists(autopilot: str) -> SimulatedFlight:
         vehicle.parameters.set("FENCE_ENABLE", 1.0)
         vehicle.parameters.set("FENCE_TYPE", 5.0)
         vehicle.parameters.set("FENCE_ALT_MAX", 40.0)
-    plans = vehicle.copter.plans
+    plans = vehicle.firmware.plans
     corners = [planned(5001, n, e, first=4.0, frame=0) for n, e in _SQUARE]
     plans.fence.replace([*corners, planned(5004, 0.0, 30.0, first=8.0, frame=0)], 1)
     plans.rally.replace([planned(5100, 20.0, -10.0, 15.0)], 1)
@@ -109,7 +109,7 @@ def test_mission_current_of_a_px4_shows_another_list_at_once(listed: PlanType) -
     """The change came on a link that we do not hear."""
     flight = with_lists("px4")
     flight.run_for(5.0)
-    flight.simulation.vehicles[0].copter.plans.of(listed).replace([], 0)
+    flight.simulation.vehicles[0].firmware.plans.of(listed).replace([], 0)
     vehicle = flight.vehicle
     read = {
         PlanType.FENCE: lambda: vehicle.fence_items == (),
@@ -127,7 +127,7 @@ def test_a_mission_that_a_station_uploads_while_we_read_is_taken_and_then_read(
     flight = StationFlight(autopilot, "copter")
     flight.run_for(10.0)
     flight.upload(3, seen=seen)
-    plans = flight.simulation.vehicles[0].copter.plans
+    plans = flight.simulation.vehicles[0].firmware.plans
     assert len(plans.mission.items) == 3
     flight.run_until(lambda: bool(flight.vehicle.mission_items), 15.0)
     flight.run_for(5.0)

@@ -146,18 +146,18 @@ def _capabilities(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 def _set_home(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """Home is here, with param1 = 1 or without a place; else there. Arming leaves it there."""
-    copter = server.vehicle
-    if not copter.estimator.position_ok or command.params[0] not in (0.0, 1.0):
+    vehicle = server.vehicle
+    if not vehicle.estimator.position_ok or command.params[0] not in (0.0, 1.0):
         return Result.FAILED
     if command.params[0] == 1.0 or not (command.x or command.y):
-        copter.set_home()
-        copter.navigator.home_locked = True
+        vehicle.set_home()
+        vehicle.navigator.home_locked = True
         return Result.ACCEPTED
-    place = setpoints.place_of(copter, command, dialect.MAV_FRAME_GLOBAL)
+    place = setpoints.place_of(vehicle, command, dialect.MAV_FRAME_GLOBAL)
     if place is None:
         return Result.DENIED
-    copter.set_home(copter.navigator.frame.to_geodetic(*place))
-    copter.navigator.home_locked = True
+    vehicle.set_home(vehicle.navigator.frame.to_geodetic(*place))
+    vehicle.navigator.home_locked = True
     return Result.ACCEPTED
 
 

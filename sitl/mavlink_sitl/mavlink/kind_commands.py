@@ -36,45 +36,45 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
     """
 
     def handler(server: MavlinkServer, command: ReceivedCommand) -> Result:
-        copter = server.vehicle
+        vehicle = server.vehicle
         if command.is_long:
             return Result.UNSUPPORTED
-        if copter.mode.spec.number != guided and not int(command.params[1]) & 1:
+        if vehicle.mode.spec.number != guided and not int(command.params[1]) & 1:
             return otherwise
         if not setpoints.usable(command.z) or (command.x == 0 and command.y == 0):
             return Result.DENIED
         position = setpoints.local_position(
-            copter, command.frame, int(command.x), int(command.y), command.z
+            vehicle, command.frame, int(command.x), int(command.y), command.z
         )
         if position is None:
             return Result.DENIED
-        if isinstance(copter, plane.Plane) and not copter.fence.allows(position):
+        if isinstance(vehicle, plane.Plane) and not vehicle.fence.allows(position):
             return Result.DENIED
-        if copter.set_mode(guided) is not Result.ACCEPTED:
+        if vehicle.set_mode(guided) is not Result.ACCEPTED:
             return Result.FAILED
-        return _go_to(copter, command, position)
+        return _go_to(vehicle, command, position)
 
     return handler
 
 
-def _go_to(copter: Commander, command: ReceivedCommand, position: Vector) -> Result:
+def _go_to(vehicle: Commander, command: ReceivedCommand, position: Vector) -> Result:
     """Where a DO_REPOSITION sends a vehicle that is in GUIDED; NED metres."""
-    if isinstance(copter, plane.Plane):
+    if isinstance(vehicle, plane.Plane):
         against = setpoints.usable(command.params[3]) and command.params[3] != 0.0
-        usual_m = abs(copter.parameters["WP_LOITER_RAD"])
-        copter.reposition(position, -usual_m if against else usual_m)
+        usual_m = abs(vehicle.parameters["WP_LOITER_RAD"])
+        vehicle.reposition(position, -usual_m if against else usual_m)
         return Result.ACCEPTED
-    if not isinstance(copter, rover.Rover):
-        if not copter.fence.allows(position):
+    if not isinstance(vehicle, rover.Rover):
+        if not vehicle.fence.allows(position):
             return Result.FAILED
-        copter.setpoint(Setpoint(SetpointFrame.LOCAL, position_m=position))
+        vehicle.setpoint(Setpoint(SetpointFrame.LOCAL, position_m=position))
         return Result.ACCEPTED
     if command.params[0] > 0.0:
         # Only a way that is being driven takes a speed (`rover_setpoints3`).
-        if copter.destination_ned_m() is None:
+        if vehicle.destination_ned_m() is None:
             return Result.FAILED
-        copter.change_speed(1, command.params[0])
-    copter.go_to(Setpoint(SetpointFrame.LOCAL, position_m=position))
+        vehicle.change_speed(1, command.params[0])
+    vehicle.go_to(Setpoint(SetpointFrame.LOCAL, position_m=position))
     return Result.ACCEPTED
 
 
@@ -118,39 +118,39 @@ def _head_for(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 def _guided_change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """GUIDED_CHANGE_SPEED: an airspeed (0), in GUIDED (`plane_guided_repo`)."""
-    copter = _as_plane(server)
-    if copter.mode.spec.number != plane.MODE_GUIDED:
+    vehicle = _as_plane(server)
+    if vehicle.mode.spec.number != plane.MODE_GUIDED:
         return Result.FAILED
     kind, speed_m_s = command.params[:2]
     if kind != 0.0:
         return Result.DENIED
-    return copter.change_speed(0, speed_m_s) if speed_m_s > 0.0 else Result.FAILED
+    return vehicle.change_speed(0, speed_m_s) if speed_m_s > 0.0 else Result.FAILED
 
 
 def _guided_change_altitude(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """GUIDED_CHANGE_ALTITUDE: to z, at the rate in param3, in GUIDED."""
-    copter = _as_plane(server)
-    if not isinstance(copter.mode, Guided):
+    vehicle = _as_plane(server)
+    if not isinstance(vehicle.mode, Guided):
         return Result.FAILED
     if not setpoints.usable(command.z) or command.z in (-1.0, 0.0):
         return Result.DENIED
-    place = setpoints.local_position(copter, command.frame, 0, 0, command.z)
+    place = setpoints.local_position(vehicle, command.frame, 0, 0, command.z)
     if place is None:
         return Result.DENIED
-    copter.mode.change_height(place[2], command.params[2])
+    vehicle.mode.change_height(place[2], command.params[2])
     return Result.ACCEPTED
 
 
 def _guided_change_heading(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """GUIDED_CHANGE_HEADING: param1 0 course, 1 nose, 2 none; param2 degrees, param3 m/s2."""
-    copter = _as_plane(server)
-    if not isinstance(copter.mode, Guided):
+    vehicle = _as_plane(server)
+    if not isinstance(vehicle.mode, Guided):
         return Result.FAILED
     kind, heading_deg, most_m_s2, _ = command.params
     if not 0.0 <= heading_deg < 360.0 or kind not in (0.0, 1.0, 2.0):
         return Result.DENIED
     wanted = Heading(math.radians(heading_deg), kind == 0.0, max(most_m_s2, 0.05))
-    copter.mode.change_heading(None if kind == 2.0 else wanted)
+    vehicle.mode.change_heading(None if kind == 2.0 else wanted)
     return Result.ACCEPTED
 
 

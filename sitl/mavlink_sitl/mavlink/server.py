@@ -61,14 +61,14 @@ class PoweredUp(NamedTuple):
     """A vehicle from one power-up to the next, as its servers know it.
 
     Attributes:
-        copter: its firmware.
+        firmware: that which it speaks for.
         system_id: its MAVLink id.
         now_us: simulated time of power-up.
         snapshot: what it would report now.
         logbook: its own logs.
     """
 
-    copter: Commander
+    firmware: Commander
     system_id: int
     now_us: int
     snapshot: Callable[[], Snapshot]
@@ -101,8 +101,8 @@ class MavlinkServer:
     """By message id: what can be streamed and requested"""
 
     def __init__(self, served: PoweredUp, encoders: Sequence[Encoder]) -> None:
-        copter, system_id, now_us, snapshot, logbook = served
-        self.vehicle = copter
+        vehicle, system_id, now_us, snapshot, logbook = served
+        self.vehicle = vehicle
         self.system_id = system_id
         self.now_us = now_us
         self.streams = StreamSchedule()
@@ -115,16 +115,16 @@ class MavlinkServer:
         self._snapshot = snapshot
         self._decoders = [Decoder(encoder.signing, encoder.hears) for encoder in encoders]
         self._texts = StatusTextEncoder()
-        self._parameters = ParameterServer(copter.parameters)
-        self._missions = MissionServer(copter, self.send, self.send_later)
+        self._parameters = ParameterServer(vehicle.parameters)
+        self._missions = MissionServer(vehicle, self.send, self.send_later)
         self._logbook = logbook
         self._logs = self.make_log_server(logbook)
-        self._files = self.ftp_class(logbook, copter, self.send)
+        self._files = self.ftp_class(logbook, vehicle, self.send)
         self._later: list[int] = []
         self.heartbeat_us = HEARTBEAT_US
         self._next_complaint_us = now_us
         self._boot_us = now_us
-        first_s = copter.estimator.scaled(copter.personality.first_heartbeat_s)
+        first_s = vehicle.estimator.scaled(vehicle.personality.first_heartbeat_s)
         self._heartbeat_due_us = self._first_us = round(first_s * 1e6)
         self._timesync_due_us = now_us + TIMESYNC_US
         self._handlers: dict[str, Callable[[Message], None]] = {
@@ -149,7 +149,7 @@ class MavlinkServer:
             **dict.fromkeys(self._missions.handlers, self._on_mission),
             **dict.fromkeys(self._logs.handlers, self._on_log_request),
             "FILE_TRANSFER_PROTOCOL": self._on_file_request,
-            **self.external_class(copter).handlers,
+            **self.external_class(vehicle).handlers,
         }
 
     def make_log_server(self, logbook: Logbook) -> LogServer:

@@ -99,7 +99,7 @@ def from_local_ned(message: Message) -> Setpoint | None:
     return _refuse_unusable(Setpoint(frame, position, velocity, acceleration, yaw, yaw_rate))
 
 
-def from_global_int(message: Message, copter: Commander) -> Setpoint | None:
+def from_global_int(message: Message, vehicle: Commander) -> Setpoint | None:
     """The setpoint in the local frame, or None for a frame or place that is ignored.
 
     Raises:
@@ -112,7 +112,7 @@ def from_global_int(message: Message, copter: Commander) -> Setpoint | None:
     if not message.type_mask & POSITION_IGNORE:
         if not usable(message.alt):
             raise UnusableError(["altitude"])
-        position = local_position(copter, frame, message.lat_int, message.lon_int, message.alt)
+        position = local_position(vehicle, frame, message.lat_int, message.lon_int, message.alt)
         if position is None:
             return None
     velocity, acceleration, yaw, yaw_rate = _groups(message)
@@ -123,7 +123,7 @@ def from_global_int(message: Message, copter: Commander) -> Setpoint | None:
     )
 
 
-def place_of(copter: Commander, command: ReceivedCommand, long_frame: int) -> Vector | None:
+def place_of(vehicle: Commander, command: ReceivedCommand, long_frame: int) -> Vector | None:
     """The position a command names, in the local frame; None if it names none."""
     x, y, frame = command.x, command.y, command.frame
     if not usable(command.z):
@@ -132,7 +132,7 @@ def place_of(copter: Commander, command: ReceivedCommand, long_frame: int) -> Ve
         if not (usable(x) and usable(y)):
             return None
         x, y, frame = x * 1e7, y * 1e7, long_frame
-    return local_position(copter, frame, int(x), int(y), command.z)
+    return local_position(vehicle, frame, int(x), int(y), command.z)
 
 
 ATTITUDE_IGNORE, THRUST_IGNORE = 0x80, 0x40
@@ -167,7 +167,7 @@ def from_attitude_target(message: Message, drives: bool = False) -> AttitudeTarg
 
 
 def local_position(
-    copter: Commander, frame: int, latitude_e7: int, longitude_e7: int, altitude_m: float
+    vehicle: Commander, frame: int, latitude_e7: int, longitude_e7: int, altitude_m: float
 ) -> Vector | None:
     """A global place in the local frame; None when it is not on earth or the frame unknown."""
     latitude, longitude = latitude_e7 / 1e7, longitude_e7 / 1e7
@@ -176,8 +176,8 @@ def local_position(
     if frame in AMSL_FRAMES:
         altitude_amsl_m = altitude_m
     elif frame in RELATIVE_FRAMES + TERRAIN_FRAMES:
-        home = copter.navigator.home or copter.navigator.origin
+        home = vehicle.navigator.home or vehicle.navigator.origin
         altitude_amsl_m = home.altitude_amsl_m + altitude_m
     else:
         return None
-    return copter.navigator.frame.to_local(GeoPoint(latitude, longitude, altitude_amsl_m))
+    return vehicle.navigator.frame.to_local(GeoPoint(latitude, longitude, altitude_amsl_m))

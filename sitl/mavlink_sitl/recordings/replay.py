@@ -132,7 +132,7 @@ class _Player:
             self._mode(PLANE_TAKEOFF if kind == "plane" else GUIDED[kind])
             self._command(dialect.MAV_CMD_COMPONENT_ARM_DISARM, 1, FORCE)
             self._go_by_guided(kind, place)
-        if start.mode != self._vehicle.copter.mode.spec.number:
+        if start.mode != self._vehicle.firmware.mode.spec.number:
             self._mode(start.mode)
 
     def _go_by_guided(self, kind: str, place: tuple[float, float, float] | None) -> None:
@@ -140,9 +140,9 @@ class _Player:
             return
         if kind == "copter":
             self._command(dialect.MAV_CMD_NAV_TAKEOFF, *[0.0] * 6, -place[2])
-            self._wait(lambda: self._vehicle.copter.motion.down_m < place[2] + 1.0)
+            self._wait(lambda: self._vehicle.firmware.motion.down_m < place[2] + 1.0)
         elif kind == "plane":
-            self._wait(lambda: self._vehicle.copter.motion.down_m < -40.0)
+            self._wait(lambda: self._vehicle.firmware.motion.down_m < -40.0)
             self._mode(GUIDED[kind])
         self._setpoint(place)
         self._wait(lambda: self._distance_m(place) < NEAR_M[kind])
@@ -167,7 +167,7 @@ class _Player:
             self.run_until(self._now_s() + 0.2)
 
     def _distance_m(self, place: tuple[float, float, float]) -> float:
-        return math.dist(self._vehicle.copter.motion[:3], place)
+        return math.dist(self._vehicle.firmware.motion[:3], place)
 
     def _mode(self, number: int) -> None:
         main, sub = (number >> 16 & 0xFF, number >> 24) if number > 0xFFFF else (number, 0)

@@ -46,11 +46,11 @@ def make_servers(
     served: PoweredUp, encoders: Sequence[Encoder], roles: Sequence[str]
 ) -> list[MavlinkServer]:
     """The MAVLink side: one for all links, or with PX4 one for each of them."""
-    copter = served.copter
-    if not isinstance(copter, Px4Vehicle):
+    firmware = served.firmware
+    if not isinstance(firmware, Px4Vehicle):
         return [MavlinkServer(served, encoders)]
     servers = [
-        Px4Server(served, copter, encoder, role)
+        Px4Server(served, firmware, encoder, role)
         for encoder, role in zip(encoders, roles, strict=True)
     ]
     for server in servers:

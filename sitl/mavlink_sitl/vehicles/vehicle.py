@@ -55,7 +55,7 @@ class SimulatedVehicle(VehicleBody):
         system_id: its MAVLink system id.
         link: to talk to it.
         links: all of them, one for each of `VehicleConfig.links`; `link` is the first.
-        copter: its firmware, another one after a reboot.
+        firmware: that which it runs, another one after a reboot.
         parameters: its parameters; they survive reboots.
         plans: its mission, fence and rally points; they survive, too.
         logbook: its own logs; they survive, too.
@@ -131,10 +131,10 @@ class SimulatedVehicle(VehicleBody):
             self.config.ready_after_s,
             self.config.external_position,
         )
-        self.copter = firmware_class(start.personality)(start)
+        self.firmware = firmware_class(start.personality)(start)
         self.logbook.power_up()
         self._revision = -1
-        served = PoweredUp(self.copter, self.system_id, self.now_us, self.snapshot, self.logbook)
+        served = PoweredUp(self.firmware, self.system_id, self.now_us, self.snapshot, self.logbook)
         self._servers = make_servers(served, self._encoders, self.config.links)
         self._begin_scanning()
         self._pass_guidance()
@@ -171,30 +171,30 @@ class SimulatedVehicle(VehicleBody):
         self._failures.follow_parameters()
         if self.config.external_position:
             self._watch_external_position()
-        copter = self.copter
-        copter.update(self._observation())
-        self._follow_resets(copter.estimator.resets)
-        if self._underway is not None and copter.started and copter.estimator.position_ok:
+        firmware = self.firmware
+        firmware.update(self._observation())
+        self._follow_resets(firmware.estimator.resets)
+        if self._underway is not None and firmware.started and firmware.estimator.position_ok:
             self._put_underway(self._underway)
-        if copter.events:
+        if firmware.events:
             self._flush_events()
             self._plan_wake()
             self._send_all()
             if self._servers[0].reboot_requested:
                 self._shut_down()
                 return
-        if copter.revision != self._revision:
+        if firmware.revision != self._revision:
             self._pass_guidance()
-        self.logbook.watch(self.now_us, copter.armed, self.snapshot)
+        self.logbook.watch(self.now_us, firmware.armed, self.snapshot)
 
     def _put_underway(self, underway: Underway) -> None:
         """Put it where it is to begin, once."""
         self._underway = None
         velocity = underway.velocity_ned_m_s if underway.moves else ZERO
         self._physics.put(self._lane, underway.place_ned_m, velocity)
-        self.copter.observe(self._observation())
+        self.firmware.observe(self._observation())
         if underway.moves:
-            self.copter.begin_underway()
+            self.firmware.begin_underway()
 
     def _moves_on(self, now_us: int) -> bool:
         """What is late on the links, and a start in progress; whether the firmware runs."""
@@ -229,7 +229,7 @@ class SimulatedVehicle(VehicleBody):
         """Bytes arrive at the vehicle, on one of its links."""
         if self._boot_at_us is not None:
             return
-        self.copter.observe(self._observation())
+        self.firmware.observe(self._observation())
         for server in self._servers:
             server.now_us = self.now_us
         alone = len(self._servers) == 1
@@ -255,9 +255,9 @@ class SimulatedVehicle(VehicleBody):
             self._log.write(self._epoch_us + self.now_us, frame)
 
     def _pass_guidance(self) -> None:
-        if self.copter.revision != self._revision:
-            self._revision = self.copter.revision
-            self._physics.guide(self._lane, self.copter.guidance)
+        if self.firmware.revision != self._revision:
+            self._revision = self.firmware.revision
+            self._physics.guide(self._lane, self.firmware.guidance)
 
     def _move_origin(self) -> None:
         """A firmware that starts takes the place where it is for its origin."""
@@ -271,7 +271,7 @@ class SimulatedVehicle(VehicleBody):
     def _shut_down(self) -> None:
         """The firmware stops, and the motors; it will start again where the vehicle then is."""
         # It is silent for a while after it has started, too; that counts in.
-        first_s = self.config.personality().first_heartbeat_s * self.copter.estimator.time_scale
+        first_s = self.config.personality().first_heartbeat_s * self.firmware.estimator.time_scale
         self._boot_at_us = self.now_us + REBOOT_US - round(first_s * 1e6)
         self.wake_us = 0
         self._physics.guide(self._lane, Guidance())
@@ -309,7 +309,7 @@ class SimulatedVehicle(VehicleBody):
         )
 
     def _gate_m(self) -> float:
-        return self.copter.estimator.glitch_rules.gate_m
+        return self.firmware.estimator.glitch_rules.gate_m
 
     def _capacity_mah(self) -> float:
         """What the firmware believes the pack to hold."""
@@ -324,7 +324,7 @@ class SimulatedVehicle(VehicleBody):
         """What the monitor shows; BATTERY_RESET has it count from elsewhere."""
         capacity_mah = self._capacity_mah()
         reading = self._physics.battery_reading(self._lane, capacity_mah)
-        firmware = getattr(self, "copter", None)
+        firmware = getattr(self, "firmware", None)
         if firmware is None or not firmware.charge_added_mah:
             return reading
         consumed = reading.consumed_mah - firmware.charge_added_mah
@@ -340,11 +340,11 @@ class SimulatedVehicle(VehicleBody):
     def _make_snapshot(self) -> Snapshot:
         physics, index = self._physics, self._lane
         thrust = physics.contact(index)[2]
-        started = self.copter.estimator.gps_started
+        started = self.firmware.estimator.gps_started
         return Snapshot(
             time_boot_us=self.now_us - self._boot_us,
             unix_time_us=self._epoch_us + self.now_us if started else 0,
-            vehicle=self.copter,
+            vehicle=self.firmware,
             motion=physics.motion(index),
             battery=self._battery_reading(),
             thrust_over_hover=thrust / GRAVITY_M_S2,
@@ -357,7 +357,7 @@ class SimulatedVehicle(VehicleBody):
 
     def gps_reading(self) -> GpsReading | None:
         """The reading of the receiver, or None before it is found."""
-        estimator = self.copter.estimator
+        estimator = self.firmware.estimator
         has_receiver = estimator.gps_started and not estimator.is_external
         return self.receiver() if has_receiver else None
 
@@ -375,13 +375,13 @@ class SimulatedVehicle(VehicleBody):
         Raises:
             ValueError: there is no such mode.
         """
-        modes = self.copter.personality.modes
+        modes = self.firmware.personality.modes
         numbers = [n for n, spec in modes.items() if mode in (n, spec.name)]
         if not numbers:
             names = ", ".join(spec.name for spec in modes.values())
             raise ValueError(f"no mode {mode!r}; there are: {names}")
-        self.copter.observe(self._observation())
-        taken = self.copter.set_mode(numbers[0]) is Result.ACCEPTED
+        self.firmware.observe(self._observation())
+        taken = self.firmware.set_mode(numbers[0]) is Result.ACCEPTED
         self._flush_events()
         self._pass_guidance()
         self._send_all()
@@ -389,7 +389,7 @@ class SimulatedVehicle(VehicleBody):
 
     def pilot_throttle(self, raw_us: int) -> None:
         """The pilot moves the throttle stick: 1000 (lowest) to 2000."""
-        self.copter.pilot.throttle_us = raw_us
+        self.firmware.pilot.throttle_us = raw_us
 
     def silence_streams(self) -> None:
         """Stop what comes unasked, until the next start, but for what nobody can stop."""
@@ -412,8 +412,8 @@ class SimulatedVehicle(VehicleBody):
     def crash(self, obstacle: str, speed_m_s: float) -> None:
         """It has hit something: the flight is over, and it says so."""
         self.damage = f"Crashed into {obstacle}"
-        self.copter.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
-        self.copter.disarm(force=True)
+        self.firmware.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
+        self.firmware.disarm(force=True)
 
     def set_further_battery(self, battery: FurtherBattery) -> None:
         """Report a battery beside the first, as BATT2_* (ArduPilot) and BAT2_* (PX4) add one."""
@@ -435,11 +435,11 @@ class SimulatedVehicle(VehicleBody):
     def set_battery_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage, as SIM_BATT_VOLTAGE does; 0 gives the model back."""
         if "SIM_BATT_VOLTAGE" not in self.parameters:
-            self.copter.force_battery_voltage(voltage_v)
+            self.firmware.force_battery_voltage(voltage_v)
             return
         self.parameters.set("SIM_BATT_VOLTAGE", voltage_v)
 
     def lose_radio(self, lost: bool, throttle_low: bool = False) -> None:
         """The pilot's radio goes silent or only lowers the throttle, or it comes back."""
-        self.copter.pilot.lost = lost and not throttle_low
-        self.copter.pilot.throttle_failed = throttle_low
+        self.firmware.pilot.lost = lost and not throttle_low
+        self.firmware.pilot.throttle_failed = throttle_low

@@ -94,7 +94,7 @@ def connected(autopilot: str, vehicle: str = "copter") -> FtpClient:
 
 def card(client: FtpClient, name: str = "") -> bytes:
     """A path that may be changed."""
-    px4 = client.station.vehicle.copter.personality.kind.startswith("px4")
+    px4 = client.station.vehicle.firmware.personality.kind.startswith("px4")
     return f"{CARDS['px4' if px4 else 'ardupilot']}{name}".encode("ascii")
 
 

@@ -210,7 +210,7 @@ class GroundStation:
 
     def ready(self) -> GroundStation:
         """Wait until the vehicle knows its position; ask for the usual streams."""
-        self.run_until(lambda: self.vehicle.copter.estimator.position_ok)
+        self.run_until(lambda: self.vehicle.firmware.estimator.position_ok)
         self.run(1.5)
         for message_id in (1, 30, 32, 33, 85, 147, 245):
             assert self.interval(message_id, 10.0) == ACCEPTED
@@ -221,7 +221,7 @@ class GroundStation:
         assert self.mode(GUIDED) == ACCEPTED
         assert self.arm() == ACCEPTED
         assert self.command(mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height_m) == ACCEPTED
-        self.run_until(lambda: self.vehicle.copter.landed_state.name == "IN_AIR")
+        self.run_until(lambda: self.vehicle.firmware.landed_state.name == "IN_AIR")
         return self
 
 

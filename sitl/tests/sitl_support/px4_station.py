@@ -69,11 +69,11 @@ class Px4Station(GroundStation):
 
     @property
     def custom_mode(self) -> int:
-        return self.vehicle.copter.mode.spec.number
+        return self.vehicle.firmware.mode.spec.number
 
     @property
     def armed(self) -> bool:
-        return self.vehicle.copter.armed
+        return self.vehicle.firmware.armed
 
     def take_off(self, height_m: float = 10.0) -> Px4Station:
         """OFFBOARD, arm, climb; five setpoints a second are enough for it."""
@@ -149,7 +149,7 @@ def ready_px4(
 ) -> Px4Station:
     """A PX4 that may be armed."""
     station = px4_copter(links, parameters, vehicle, wind_ned_m_s)
-    station.run_until(lambda: station.vehicle.copter.estimator.position_ok)
+    station.run_until(lambda: station.vehicle.firmware.estimator.position_ok)
     station.run(1.0)
     return station
 

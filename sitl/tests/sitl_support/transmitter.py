@@ -16,7 +16,7 @@ class Transmitter:
     def put(self, channels: dict[int, int]) -> None:
         """Move channels, by their number from 1."""
         pulses = tuple(channels.get(n, 0) for n in range(1, 17))
-        self.station.vehicle.copter.pilot.receive(pulses)
+        self.station.vehicle.firmware.pilot.receive(pulses)
 
     def move(self, channels: dict[int, int], seconds: float) -> None:
         """Move channels and let time pass."""

@@ -80,7 +80,7 @@ class Ask:
 
 
 def mode_name(station: GroundStation) -> str:
-    return station.vehicle.copter.mode.spec.name
+    return station.vehicle.firmware.mode.spec.name
 
 
 def came(station: GroundStation, message: str) -> bool:
@@ -194,7 +194,7 @@ def a_relay_goes_on_and_off(ask: Ask) -> None:
 def the_motors_stop(ask: Ask) -> None:
     station = ask.moving()
     assert ask(1) == ACCEPTED
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
 
 
 def the_landing_begins(ask: Ask) -> None:
@@ -280,7 +280,7 @@ def the_fence_is_on(ask: Ask) -> None:
     ask.station.command(512, 162)
     assert came(ask.station, "FENCE_STATUS")
     assert ask(0) == ACCEPTED
-    assert not ask.station.vehicle.copter.fence.enabled
+    assert not ask.station.vehicle.firmware.fence.enabled
 
 
 def a_motor_turns(ask: Ask) -> None:
@@ -293,7 +293,7 @@ def a_motor_turns(ask: Ask) -> None:
         station.run(1.5)
         assert math.hypot(*station.velocity) > 0.3
     station.run(3.0)
-    assert not station.vehicle.copter.soft_armed
+    assert not station.vehicle.firmware.soft_armed
 
 
 def a_switch_is_set(ask: Ask) -> None:
@@ -301,7 +301,7 @@ def a_switch_is_set(ask: Ask) -> None:
     assert ask(4, 2) == ACCEPTED
     assert mode_name(station) == "RTL"
     assert ask(31, 2) == ACCEPTED
-    assert station.vehicle.copter.guidance.motors == 0, "emergency stop"
+    assert station.vehicle.firmware.guidance.motors == 0, "emergency stop"
     assert ask(999, 2) == 4
     assert station.texts()[-1] == "Invalid channel option (999)"
 
@@ -353,9 +353,9 @@ def it_starts_again(ask: Ask) -> None:
 
 def it_arms_and_disarms(ask: Ask) -> None:
     assert ask(1) == ACCEPTED
-    assert ask.station.vehicle.copter.armed
+    assert ask.station.vehicle.firmware.armed
     assert ask(0) == ACCEPTED
-    assert not ask.station.vehicle.copter.armed
+    assert not ask.station.vehicle.firmware.armed
 
 
 def checks_are_told(ask: Ask) -> None:
@@ -426,7 +426,7 @@ def compasses_are_calibrated(ask: Ask) -> None:
     assert station.texts()[-1] == "Arm: Compass calibrated requires reboot"
     station.command(246, 1)
     station.run(5.0)
-    assert not station.vehicle.copter.compasses.calibrations
+    assert not station.vehicle.firmware.compasses.calibrations
 
 
 def a_calibration_is_accepted(ask: Ask) -> None:

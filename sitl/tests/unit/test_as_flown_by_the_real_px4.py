@@ -233,7 +233,7 @@ def test_a_station_that_comes_back_is_reported() -> None:
     assert air.mode(px4.LOITER) == ACCEPTED
     air.gcs_heartbeat()
     air.run(8.0)
-    assert air.vehicle.copter.failsafe.active
+    assert air.vehicle.firmware.failsafe.active
     air.gcs_heartbeat()
     air.run(0.2)
     assert air.texts()[-1] == "GCS connection regained\t"

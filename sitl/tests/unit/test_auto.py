@@ -151,7 +151,7 @@ def test_a_jump_to_itself_does_not_hang() -> None:
 
 def test_rtl_as_an_item_lands_and_disarms_in_auto() -> None:
     station = begun(waypoint(10, 0), item(mav.MAV_CMD_NAV_RETURN_TO_LAUNCH, anywhere=True))
-    station.run_until(lambda: not station.vehicle.copter.armed, 120.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 120.0)
     assert station.last("HEARTBEAT").custom_mode == AUTO
     assert math.dist(station.position, (0, 0, 0)) < 0.5
     assert "Mission: 3 RTL" in station.texts()
@@ -159,7 +159,7 @@ def test_rtl_as_an_item_lands_and_disarms_in_auto() -> None:
 
 def test_land_as_an_item_lands_there_and_disarms() -> None:
     station = begun(item(mav.MAV_CMD_NAV_LAND, 8, 4))
-    station.run_until(lambda: not station.vehicle.copter.armed, 120.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 120.0)
     station.run(0.5)
     assert math.dist(station.position, (8, 4, 0)) < 0.6
     assert station.changes("EXTENDED_SYS_STATE", "landed_state") == [1, 3, 2, 4, 1]
@@ -248,7 +248,7 @@ def test_disarming_rewinds_the_mission() -> None:
     station = begun(waypoint(10, 0), waypoint(10, 10))
     until_reached(station, 2)
     station.mode(RTL)
-    station.run_until(lambda: not station.vehicle.copter.armed, 120.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 120.0)
     station.run(1.0)
     current = station.last("MISSION_CURRENT")
     assert (current.seq, current.mission_state, current.mission_mode) == (0, 2, 0)

@@ -111,7 +111,7 @@ def test_what_is_not_done_when_its_leg_ends_is_dropped() -> None:
     )
     until_reached(station, 5)
     assert reached(station) == [1, 4, 5]
-    assert station.vehicle.copter.outputs.servos_us == {}
+    assert station.vehicle.firmware.outputs.servos_us == {}
 
 
 def test_condition_yaw_turns_the_way_it_says_until_the_next_waypoint() -> None:
@@ -170,10 +170,10 @@ def test_home_tags_fence_and_cameras() -> None:
     )
     until_reached(station, 9)
     assert reached(station) == [2, 5, 5, 9]
-    assert station.vehicle.copter.fence.enabled
-    home_point = station.vehicle.copter.navigator.home
+    assert station.vehicle.firmware.fence.enabled
+    home_point = station.vehicle.firmware.navigator.home
     assert home_point is not None
-    assert station.vehicle.copter.navigator.home_ned_m()[0] == pytest.approx(7.0, abs=0.1)
+    assert station.vehicle.firmware.navigator.home_ned_m()[0] == pytest.approx(7.0, abs=0.1)
     assert station.last("HOME_POSITION").x == pytest.approx(7.0, abs=0.2)
 
 
@@ -185,7 +185,7 @@ def test_do_land_start_continues_with_the_landing_sequence() -> None:
     upload(station, [home(), take_off(6), waypoint(50, 0, 6), *landing])
     station.take_off(5.0)
     assert station.command(mav.MAV_CMD_DO_LAND_START) == 0
-    station.run_until(lambda: not station.vehicle.copter.armed, 60.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 60.0)
     assert math.dist(station.position[:2], (5, 0)) < 0.7
 
 
@@ -239,9 +239,9 @@ def test_set_home_elsewhere_by_command() -> None:
     place = item(north_m=30.0)
     home_command = mav.MAV_CMD_DO_SET_HOME
     assert station.command(home_command, 0, 0, 0, 0, place.x / 1e7, place.y / 1e7, 584) == 0
-    assert station.vehicle.copter.navigator.home_ned_m()[0] == pytest.approx(30.0, abs=0.2)
+    assert station.vehicle.firmware.navigator.home_ned_m()[0] == pytest.approx(30.0, abs=0.2)
     assert station.command_int(home_command, 6, 0, x=place.x, y=place.y + 1000, z=1.0) == 0
-    assert station.vehicle.copter.navigator.home_ned_m()[2] == pytest.approx(-1.0, abs=0.2)
+    assert station.vehicle.firmware.navigator.home_ned_m()[2] == pytest.approx(-1.0, abs=0.2)
     assert station.command(home_command, 0, 0, 0, 0, math.nan, 0, 0) == 2
     assert station.command(home_command, 5) == 4
 

@@ -29,7 +29,7 @@ def with_option(vehicle: str, channel: int, function: int) -> tuple[GroundStatio
 @pytest.mark.parametrize("vehicle", ["copter", "rover", "boat", "plane"])
 def test_a_switch_arms_and_disarms(vehicle: str) -> None:
     station, sticks = with_option(vehicle, 9, ARM)
-    copter_ = station.vehicle.copter
+    copter_ = station.vehicle.firmware
     if vehicle == "plane":
         copter_.disarm(True)
         station.run(0.5)
@@ -50,16 +50,16 @@ def test_a_switch_changes_the_mode_and_gives_it_back_to_the_mode_switch() -> Non
     station.take_off(6.0)
     sticks.put({7: HIGH})
     station.run(0.15)
-    assert station.vehicle.copter.mode.spec.name == "GUIDED", "it has to settle"
+    assert station.vehicle.firmware.mode.spec.name == "GUIDED", "it has to settle"
     station.run(0.3)
-    assert station.vehicle.copter.mode.spec.name == "LAND"
-    switch = station.vehicle.copter.mode_switch
+    assert station.vehicle.firmware.mode.spec.name == "LAND"
+    switch = station.vehicle.firmware.mode_switch
     assert switch is not None
     position = switch.read()
     assert position is not None
     sticks.put({7: LOW})
     station.run(0.5)
-    assert station.vehicle.copter.mode.spec.number == switch.mode_there(position)
+    assert station.vehicle.firmware.mode.spec.number == switch.mode_there(position)
 
 
 def test_one_that_stands_high_acts_at_once_but_arms_nobody() -> None:
@@ -70,8 +70,8 @@ def test_one_that_stands_high_acts_at_once_but_arms_nobody() -> None:
     station.vehicle.parameters.set("RC9_OPTION", float(FENCE))
     station.vehicle.parameters.set("RC10_OPTION", float(ARM))
     station.run(1.0)
-    assert station.vehicle.copter.fence.enabled
-    assert not station.vehicle.copter.armed
+    assert station.vehicle.firmware.fence.enabled
+    assert not station.vehicle.firmware.armed
 
 
 def test_a_function_that_does_not_exist_is_reported() -> None:
@@ -124,7 +124,7 @@ def test_a_plane_does_not_know_that_function() -> None:
 
 
 def test_what_the_pilot_holds_has_the_same_stamp_until_something_moves() -> None:
-    copter_ = copter().ready().vehicle.copter
+    copter_ = copter().ready().vehicle.firmware
     radio, pilot, now_s = copter_.radio, copter_.pilot, copter_.now_s
     stamps = [radio.stamp(now_s)]
 
@@ -151,7 +151,7 @@ def test_what_the_pilot_holds_has_the_same_stamp_until_something_moves() -> None
 
 def test_a_switch_has_a_ground_stations_overrides_count_or_not() -> None:
     station, sticks = with_option("rover", 9, OBEY_OVERRIDES)
-    copter_ = station.vehicle.copter
+    copter_ = station.vehicle.firmware
 
     def overridden() -> bool:
         station.send(mav.MAVLink_rc_channels_override_message(1, 1, *[0, 0, 1700, 0, 0, 0, 0, 0]))
@@ -168,7 +168,7 @@ def test_a_switch_has_a_ground_stations_overrides_count_or_not() -> None:
 
 
 def test_an_override_time_of_0_has_overrides_not_count_until_it_is_changed_back() -> None:
-    copter_ = copter().ready().vehicle.copter
+    copter_ = copter().ready().vehicle.firmware
     pilot, now_s, usual_s = copter_.pilot, copter_.now_s, 3.0
     pilot.override([0, 1700], now_s)
     assert [pilot.channels(now_s, t)[1] for t in (usual_s, 0.0, usual_s)] == [1700, 1500, 1700]

@@ -213,7 +213,7 @@ def test_gps_loss_leads_to_land_after_8_s_and_ends_the_local_position_after_15_s
     assert {m.fix_type for m in raw} == {1}
     assert len({m.time_usec for m in raw}) == 1
     assert len({(m.lat, m.lon) for m in raw}) > 1, "the position keeps moving"
-    took = station.run_until(lambda: station.vehicle.copter.mode.spec.number == LAND, 10.0)
+    took = station.run_until(lambda: station.vehicle.firmware.mode.spec.number == LAND, 10.0)
     assert took + 4.0 == pytest.approx(8.0, abs=0.3)
     assert station.texts(lost_s)[-2:] == ["EKF variance", "EKF Failsafe: changed to LAND Mode"]
     station.run(1.5)
@@ -251,7 +251,7 @@ def test_fs_ekf_action_says_what_a_lost_position_does(action: int, mode: int, te
     station = flying(parameters={"FS_EKF_ACTION": float(action)})
     station.vehicle.lose_gps()
     station.run(8.5)
-    assert station.vehicle.copter.mode.spec.number == mode
+    assert station.vehicle.firmware.mode.spec.number == mode
     assert station.texts()[-2:] == ["EKF variance", text]
     assert station.last("HEARTBEAT").system_status == mav.MAV_STATE_CRITICAL
 
@@ -262,16 +262,16 @@ def test_only_3_lands_from_a_mode_that_needs_no_position() -> None:
         station.mode(ALT_HOLD)
         station.vehicle.lose_gps()
         station.run(8.5)
-        assert station.vehicle.copter.mode.spec.number == mode
+        assert station.vehicle.firmware.mode.spec.number == mode
 
 
 def test_guided_without_a_position_is_rejected_in_the_air_and_land_continues() -> None:
     station = flying()
     station.vehicle.lose_gps()
-    station.run_until(lambda: station.vehicle.copter.mode.spec.number == LAND, 10.0)
+    station.run_until(lambda: station.vehicle.firmware.mode.spec.number == LAND, 10.0)
     assert station.mode(GUIDED) == FAILED
     assert station.texts()[-1] == "Mode change to GUIDED failed: requires position"
-    assert station.vehicle.copter.mode.spec.number == LAND
+    assert station.vehicle.firmware.mode.spec.number == LAND
 
 
 def test_a_short_gps_outage_changes_nothing() -> None:
@@ -280,7 +280,7 @@ def test_a_short_gps_outage_changes_nothing() -> None:
     station.run(5.0)
     station.vehicle.restore_gps()
     station.run(10.0)
-    assert station.vehicle.copter.mode.spec.number == GUIDED
+    assert station.vehicle.firmware.mode.spec.number == GUIDED
     north, east, _ = station.position
     assert math.hypot(north, east) < 1.0
 

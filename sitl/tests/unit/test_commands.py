@@ -39,11 +39,11 @@ def ground() -> GroundStation:
 
 
 def armed(station: GroundStation) -> bool:
-    return station.vehicle.copter.armed
+    return station.vehicle.firmware.armed
 
 
 def mode(station: GroundStation) -> int:
-    return station.vehicle.copter.mode.spec.number
+    return station.vehicle.firmware.mode.spec.number
 
 
 # Arming.
@@ -265,7 +265,7 @@ def test_reposition_ignores_the_speed_and_the_heading_in_it() -> None:
 def test_reposition_outside_the_fence_fails() -> None:
     """Seen in `copter_fence3`: unlike a setpoint it is answered, and it stays where it is."""
     station = flying(5.0)
-    station.vehicle.copter.fence.enable(True)
+    station.vehicle.firmware.fence.enable(True)
     x = -353632610 + round(900.0 / 0.011131884502145034)
     result = station.command_int(mav.MAV_CMD_DO_REPOSITION, 6, -1, 1, x=x, y=1491652300, z=10.0)
     assert result == FAILED

@@ -80,7 +80,7 @@ def test_items_of_a_mission_move_outputs_and_switches() -> None:
     station.run(1.0)
     assert requested(station, 376, "RELAY_STATUS").on == 1
     assert requested(station, 36, "SERVO_OUTPUT_RAW").servo10_raw == 1900
-    assert station.vehicle.copter.fence.enabled
+    assert station.vehicle.firmware.fence.enabled
     station.run_until(lambda: station.vehicle.plans.current == 5, 30.0)
     repeat = item(mav.MAV_CMD_DO_REPEAT_RELAY, params=(0.0, 1.0, 60.0), anywhere=True)
     assert upload(station, [home(), repeat, waypoint(0, 6, 8)]) == 0
@@ -110,11 +110,11 @@ def test_the_emergency_stop_lets_it_fall_and_forbids_arming() -> None:
 def test_a_switch_arms_and_disarms(vehicle: str) -> None:
     station = kind(vehicle)
     assert station.command(AUX, 153, HIGH) == ACCEPTED
-    assert station.vehicle.copter.armed
+    assert station.vehicle.firmware.armed
     assert station.command(AUX, 153, MIDDLE) == ACCEPTED
-    assert station.vehicle.copter.armed
+    assert station.vehicle.firmware.armed
     assert station.command(AUX, 153, LOW) == ACCEPTED
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
 
 
 def test_a_switch_of_a_mode_leads_back_when_it_is_low() -> None:

@@ -326,8 +326,8 @@ def test_another_parameter_does_not_mend_what_a_command_broke() -> None:
     inject(station, RADIO, OFF)
     put(station, "WPNAV_SPEED", 500)
     station.run(2.0)
-    assert not station.vehicle.copter.estimator.gps_fix
-    assert station.vehicle.copter.pilot.lost
+    assert not station.vehicle.firmware.estimator.gps_fix
+    assert station.vehicle.firmware.pilot.lost
 
 
 def test_failures_hit_one_vehicle_of_many() -> None:
@@ -336,7 +336,7 @@ def test_failures_hit_one_vehicle_of_many() -> None:
     simulation.vehicles[1].lose_gps()
     simulation.vehicles[2].weaken_motors(0.5)
     simulation.run_for(1.0)
-    fixes = [vehicle.copter.estimator.gps_fix for vehicle in simulation.vehicles]
+    fixes = [vehicle.firmware.estimator.gps_fix for vehicle in simulation.vehicles]
     assert fixes == [True, False, True]
 
 
@@ -360,7 +360,7 @@ def test_every_kind_of_vehicle_can_be_broken_and_mended(vehicle: str, autopilot:
     )
     station = GroundStation(Simulation([config], seed=1))
     station.run(4.0)
-    body = station.vehicle.copter
+    body = station.vehicle.firmware
     for unit in (GPS, BATTERY, MOTOR, RADIO):
         assert inject(station, unit, OFF) == ACCEPTED
     station.run(2.0)
@@ -380,4 +380,4 @@ def test_px4_wants_failures_to_be_enabled() -> None:
     station = GroundStation(Simulation([config], seed=1))
     station.run(3.0)
     assert inject(station, GPS, OFF) == 2
-    assert station.vehicle.copter.estimator.gps_fix
+    assert station.vehicle.firmware.estimator.gps_fix

@@ -147,7 +147,7 @@ def test_rtl_goes_to_a_rally_point_that_is_nearer_than_home() -> None:
     station.setpoint(POSITION, (45.0, 0.0, -10.0))
     station.run(15.0)
     station.mode(RTL)
-    station.run_until(lambda: not station.vehicle.copter.armed, 120.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 120.0)
     assert math.dist(station.position[:2], (40, 5)) < 0.6
 
 
@@ -158,7 +158,7 @@ def test_rtl_goes_to_a_rally_point_farther_off_if_home_does_not_count_and_as_hig
     station.mode(RTL)
     station.run_until(lambda: math.dist(station.position[:2], (40, 5)) < 0.6, 60.0)
     assert station.position[2] == pytest.approx(-20.0, abs=0.5), "RTL_ALT is 15 m"
-    station.run_until(lambda: not station.vehicle.copter.armed, 120.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 120.0)
     assert math.dist(station.position[:2], (40, 5)) < 0.6
 
 
@@ -169,7 +169,7 @@ def test_rtl_goes_home_when_that_is_nearer() -> None:
     station.setpoint(POSITION, (10.0, 0.0, -10.0))
     station.run(10.0)
     station.mode(RTL)
-    station.run_until(lambda: not station.vehicle.copter.armed, 120.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 120.0)
     assert math.hypot(*station.position[:2]) < 0.6
 
 
@@ -177,7 +177,7 @@ def test_twenty_metres_higher_a_breach_of_the_ceiling_counts_again() -> None:
     """Seen in `copter_fence3`: with FENCE_ACTION changed in between, it acts at 40 m."""
     fence = {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 1.0, "FENCE_ALT_MAX": 20.0, "FENCE_ACTION": 0.0}
     station = flying({**fence, "AVOID_ENABLE": 0.0})
-    copter = station.vehicle.copter
+    copter = station.vehicle.firmware
 
     def push() -> None:
         station.setpoint(VELOCITY, velocity=(0.0, 0.0, -2.0))

@@ -191,9 +191,9 @@ def test_what_the_vehicle_made_is_not_changed() -> None:
         ("px4", "/etc/extras/component_general.json.xz", [PROTECTED]),
     ):
         client = connected(autopilot)
-        client.station.vehicle.copter.arm(force=True)
+        client.station.vehicle.firmware.arm(force=True)
         client.station.run(1.0)
-        client.station.vehicle.copter.disarm(force=True)
+        client.station.vehicle.firmware.disarm(force=True)
         for op in (REMOVE, CREATE):
             assert client.refused(op, log.encode("ascii")) == refusal
     assert client.refused(CREATE, b"/new") == [PROTECTED]

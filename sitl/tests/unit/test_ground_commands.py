@@ -30,7 +30,7 @@ def test_a_motor_test_makes_the_heartbeat_say_armed_for_its_time(ground: GroundS
     assert ground.command(mav.MAV_CMD_RUN_PREARM_CHECKS) == 1
     ground.run(1.1)
     assert armed(ground)
-    assert not ground.vehicle.copter.armed, "nobody armed"
+    assert not ground.vehicle.firmware.armed, "nobody armed"
     ground.run(1.5)
     assert ground.texts()[-1] == "finished motor test"
     assert not armed(ground)

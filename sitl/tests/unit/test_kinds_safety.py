@@ -163,7 +163,7 @@ def test_a_silent_ground_station_does_fs_long_actn(before: int, action: int, mod
     station.heartbeats(False)
     station.run(7.0)
     assert mode_of(station) == mode
-    name = station.vehicle.copter.mode.spec.name
+    name = station.vehicle.firmware.mode.spec.name
     assert f"GCS Failsafe On: {name}" in station.texts()
     station.heartbeats(True)
     station.run(1.5)

@@ -31,9 +31,9 @@ def armed_for(autopilot: str, seconds: float, kind: str = "copter") -> Simulated
 
 def fly(simulation: Simulation, seconds: float) -> None:
     vehicle = simulation.vehicles[0]
-    vehicle.copter.arm(force=True)
+    vehicle.firmware.arm(force=True)
     simulation.run_for(seconds)
-    vehicle.copter.disarm(force=True)
+    vehicle.firmware.disarm(force=True)
     simulation.run_for(1.0)
 
 
@@ -52,7 +52,7 @@ def test_an_ardupilots_log_is_read_by_pymavlink(tmp_path: Path) -> None:
     assert {"FMT", "PARM", "MSG", "MODE", "ARM", "ATT", "POS", "GPS", "BAT"} <= seen.keys()
     assert len(seen["POS"]) == pytest.approx(50, abs=2)
     place = seen["POS"][-1]
-    here = vehicle.copter.navigator.here()
+    here = vehicle.firmware.navigator.here()
     assert place.Lat == pytest.approx(here.latitude_deg, abs=1e-6)
     assert place.Lng == pytest.approx(here.longitude_deg, abs=1e-6)
     assert [message.ArmState for message in seen["ARM"]] == [0]
@@ -70,7 +70,7 @@ def test_a_px4s_log_is_read_by_pyulog(tmp_path: Path) -> None:
     assert not log.file_corruption
     topics = {data.name: data.data for data in log.data_list}
     assert len(topics["vehicle_global_position"]["lat"]) == pytest.approx(50, abs=2)
-    here = vehicle.copter.navigator.here()
+    here = vehicle.firmware.navigator.here()
     assert topics["vehicle_global_position"]["lat"][-1] == pytest.approx(here.latitude_deg)
     norms = sum(topics["vehicle_attitude"][f"q[{axis}]"] ** 2 for axis in range(4))
     assert norms == pytest.approx(1.0, abs=1e-5)
@@ -115,7 +115,7 @@ def test_a_restart_in_flight_ends_the_log_and_a_long_one_ends_by_itself(
     simulation = Simulation([config])
     simulation.run_for(5.0)
     vehicle = simulation.vehicles[0]
-    vehicle.copter.arm(force=True)
+    vehicle.firmware.arm(force=True)
     simulation.run_for(40.0)
     sizes = [len(log.data) for log in vehicle.logbook.logs]
     assert len(sizes) >= 2
@@ -123,7 +123,7 @@ def test_a_restart_in_flight_ends_the_log_and_a_long_one_ends_by_itself(
     vehicle.power_cycle()
     simulation.run_for(3.0)
     size = len(vehicle.logbook.logs[-1].data)
-    vehicle.copter.say(Severity.INFO, "not armed")
+    vehicle.firmware.say(Severity.INFO, "not armed")
     simulation.run_for(3.0)
     assert len(vehicle.logbook.logs[-1].data) == size
 

@@ -37,7 +37,7 @@ def fly_it(station: GroundStation) -> None:
     """From the ground to the ground."""
     assert station.arm() == ACCEPTED
     assert station.command(START) == ACCEPTED
-    station.run_until(lambda: not station.vehicle.copter.armed, 90.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 90.0)
 
 
 @pytest.mark.parametrize("last", ["RTL", "LAND"])
@@ -51,7 +51,7 @@ def test_the_same_mission_is_flown_twice_in_auto(last: str) -> None:
         station.log.clear()
         fly_it(station)
         assert [m.seq for m in station.messages("MISSION_ITEM_REACHED")][:2] == [1, 2]
-        assert station.vehicle.copter.mode.spec.number == AUTO
+        assert station.vehicle.firmware.mode.spec.number == AUTO
 
 
 def test_disarmed_under_way_the_mission_begins_again() -> None:
@@ -144,7 +144,7 @@ def test_a_home_that_was_set_outlives_arming_and_rtl_goes_there(form: str) -> No
     station.take_off(6.0)
     assert station.last("HOME_POSITION").latitude == pytest.approx(x, abs=40)
     assert station.mode(RTL) == ACCEPTED
-    station.run_until(lambda: not station.vehicle.copter.armed, 60.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 60.0)
     assert math.dist(station.position[:2], (12.0, 0.0)) < 1.0, "floats have a metre for degrees"
 
 

@@ -26,7 +26,7 @@ from sitl_support.ground_station import (
 
 
 def mode(station: GroundStation) -> int:
-    return station.vehicle.copter.mode.spec.number
+    return station.vehicle.firmware.mode.spec.number
 
 
 def north_at(station: GroundStation, speed: float) -> None:
@@ -104,8 +104,8 @@ def test_stabilize_with_the_throttle_low_falls() -> None:
 def test_loiter_on_the_ground_stays_armed_for_disarm_delay_then_disarms() -> None:
     station = flying(5.0)
     station.mode(LOITER)
-    station.run_until(lambda: station.vehicle.copter.landed, 15.0)
-    took = station.run_until(lambda: not station.vehicle.copter.armed, 20.0)
+    station.run_until(lambda: station.vehicle.firmware.landed, 15.0)
+    took = station.run_until(lambda: not station.vehicle.firmware.armed, 20.0)
     assert took == pytest.approx(10.0, abs=0.3)
 
 
@@ -131,7 +131,7 @@ def test_land_is_slow_below_10_m_and_takes_the_recorded_time() -> None:
     station.mode(LAND)
     station.run(4.0)
     assert station.velocity[2] == pytest.approx(0.5, abs=0.05)
-    took = station.run_until(lambda: not station.vehicle.copter.armed, 40.0) + 4.0
+    took = station.run_until(lambda: not station.vehicle.firmware.armed, 40.0) + 4.0
     assert took == pytest.approx(23.0, abs=2.0)
 
 
@@ -148,7 +148,7 @@ def test_land_on_the_ground_while_armed_disarms() -> None:
     station.arm()
     station.mode(LAND)
     station.run(1.0)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
 
 
 # RTL.
@@ -160,7 +160,7 @@ def test_rtl_climbs_to_15_m_returns_waits_and_lands() -> None:
     station.run(15.0)
     assert station.mode(RTL) == ACCEPTED
     highest = fastest = 0.0
-    while station.vehicle.copter.armed:
+    while station.vehicle.firmware.armed:
         station.run(0.1)
         highest = max(highest, -station.position[2])
         fastest = max(fastest, math.hypot(*station.velocity[:2]))
@@ -258,7 +258,7 @@ def test_a_low_battery_returns_and_a_critical_one_lands() -> None:
     height = station.position[2]
     station.run(3.5)
     assert station.position[2] == pytest.approx(height, abs=0.5), "it waits 4 s before it sinks"
-    station.run_until(lambda: not station.vehicle.copter.armed, 60.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 60.0)
     station.run(1.5)
     assert station.last("BATTERY_STATUS").charge_state == 3
     assert station.last("HEARTBEAT").system_status == mav.MAV_STATE_CRITICAL

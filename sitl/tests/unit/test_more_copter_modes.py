@@ -34,7 +34,7 @@ def mode(station: GroundStation) -> int:
 
 
 def roll(station: GroundStation) -> float:
-    return math.degrees(station.vehicle.copter.motion.roll_rad)
+    return math.degrees(station.vehicle.firmware.motion.roll_rad)
 
 
 def test_the_stick_turns_it_and_let_go_of_it_turns_level_slowly() -> None:
@@ -69,7 +69,7 @@ def test_guided_nogps_takes_attitudes_and_no_positions() -> None:
 def test_guided_nogps_needs_no_position() -> None:
     station = flying(20.0)
     station.vehicle.lose_gps()
-    station.run_until(lambda: not station.vehicle.copter.estimator.position_ok, 40.0)
+    station.run_until(lambda: not station.vehicle.firmware.estimator.position_ok, 40.0)
     assert station.mode(GUIDED) == FAILED
     assert station.mode(GUIDED_NOGPS) == ACCEPTED
 
@@ -92,7 +92,7 @@ def test_smart_rtl_flies_back_the_way_it_came_and_lands_and_disarms() -> None:
     station = gone((25.0, 0.0, -10.0), (25.0, 25.0, -18.0))
     assert station.mode(SMART_RTL) == ACCEPTED
     nearest = math.inf
-    while station.vehicle.copter.armed:
+    while station.vehicle.firmware.armed:
         station.run(0.5)
         nearest = min(nearest, math.dist(station.position[:2], (25.0, 0.0)))
         assert station.now_s < 300.0
@@ -217,5 +217,5 @@ def test_a_relative_yaw_that_is_repeated_turns_on_at_the_same_rate() -> None:
         for _ in range(round(4.0 / interval_s)):
             assert station.command(mav.MAV_CMD_CONDITION_YAW, 60, 0, 1, 1) == ACCEPTED
             station.run(interval_s)
-        rates.append(station.vehicle.copter.motion.yaw_rate_rad_s)
+        rates.append(station.vehicle.firmware.motion.yaw_rate_rad_s)
     assert rates[1] > 0.95 * rates[0] > 0.5

@@ -53,7 +53,7 @@ class Flight:
         for _ in range(seconds):
             self.station.run(1.0, step_s=0.5)
             place = tuple(round(value, 1) for value in self.station.position)
-            self.seen += [place, self.station.vehicle.copter.mode.spec.name]
+            self.seen += [place, self.station.vehicle.firmware.mode.spec.name]
 
 
 def guided(flight: Flight) -> None:
@@ -127,7 +127,7 @@ def idle(flight: Flight) -> None:
     flight.station.arm()
     for _ in range(12):
         flight.watch(1)
-        flight.seen.append(flight.station.vehicle.copter.armed)
+        flight.seen.append(flight.station.vehicle.firmware.armed)
 
 
 def outwards(flight: Flight) -> None:
@@ -210,7 +210,7 @@ def by_stick(flight: Flight) -> None:
     flight.change()
     flight.station.mode(0)
     Transmitter(flight.station).hold_yaw(2000)
-    flight.seen.append(flight.station.vehicle.copter.armed)
+    flight.seen.append(flight.station.vehicle.firmware.armed)
 
 
 def by_throttle(flight: Flight) -> None:

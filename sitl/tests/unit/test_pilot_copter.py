@@ -28,7 +28,7 @@ SWITCH = 5
 
 
 def mode(station: GroundStation) -> int:
-    return station.vehicle.copter.mode.spec.number
+    return station.vehicle.firmware.mode.spec.number
 
 
 def speed(station: GroundStation) -> float:
@@ -71,7 +71,7 @@ def test_the_receiver_gives_up_to_sixteen_channels() -> None:
     station = copter()
     station.run(3.0)
     station.interval(65, 10.0)
-    station.vehicle.copter.pilot.receive((1501, 0, 1100, *[1600] * 13))
+    station.vehicle.firmware.pilot.receive((1501, 0, 1100, *[1600] * 13))
     station.run(0.2)
     seen = station.last("RC_CHANNELS")
     assert seen.chancount == 16
@@ -140,9 +140,9 @@ def test_a_raised_throttle_takes_off_and_a_closed_one_lands_and_the_stick_disarm
     pilot.put({THROTTLE: 1400 if number == STABILIZE else 1200})
     station.run_until(lambda: station.position[2] > -0.1, 40.0)
     pilot.put({THROTTLE: 1000})
-    station.run_until(lambda: station.vehicle.copter.landed, 10.0)
+    station.run_until(lambda: station.vehicle.firmware.landed, 10.0)
     pilot.hold_yaw(1000)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
 
 
 def test_stabilize_hovers_with_the_throttle_in_the_middle() -> None:
@@ -155,10 +155,10 @@ def test_stabilize_hovers_with_the_throttle_in_the_middle() -> None:
 def test_the_sticks_lean_as_far_as_angle_max(number: int) -> None:
     station, pilot = up(number)
     pilot.move({ROLL: 2000}, 1.5)
-    motion = station.vehicle.copter.motion
+    motion = station.vehicle.firmware.motion
     assert math.degrees(motion.roll_rad) == pytest.approx(30.0, abs=1.5)
     pilot.move({ROLL: 1500, PITCH: 1000}, 1.5)
-    motion = station.vehicle.copter.motion
+    motion = station.vehicle.firmware.motion
     assert math.degrees(motion.pitch_rad) == pytest.approx(-30.0, abs=1.5)
     assert math.degrees(motion.roll_rad) == pytest.approx(0.0, abs=1.5)
 
@@ -174,10 +174,10 @@ def test_alt_hold_keeps_its_height_and_drifts_with_the_sticks_centred() -> None:
 def test_the_yaw_stick_turns_at_pilot_y_rate() -> None:
     station, pilot = up(ALT_HOLD)
     pilot.move({YAW: 1760}, 2.0)
-    rate = math.degrees(station.vehicle.copter.motion.yaw_rate_rad_s)
+    rate = math.degrees(station.vehicle.firmware.motion.yaw_rate_rad_s)
     assert rate == pytest.approx(101.25, abs=5.0)
     pilot.move({YAW: 1500}, 2.0)
-    assert station.vehicle.copter.motion.yaw_rate_rad_s == pytest.approx(0.0, abs=0.05)
+    assert station.vehicle.firmware.motion.yaw_rate_rad_s == pytest.approx(0.0, abs=0.05)
 
 
 def test_a_stick_in_loiter_leads_to_its_share_of_loit_speed_and_let_go_of_it_stops() -> None:
@@ -200,7 +200,7 @@ def test_the_sticks_lean_with_the_nose() -> None:
     station, pilot = up(LOITER)
     pilot.move({YAW: 1760}, 0.9)
     pilot.move({YAW: 1500}, 1.0)
-    yaw = station.vehicle.copter.motion.yaw_rad
+    yaw = station.vehicle.firmware.motion.yaw_rad
     pilot.move({PITCH: 1000}, 4.0)
     course = math.atan2(station.velocity[1], station.velocity[0])
     assert math.remainder(course - yaw, math.tau) == pytest.approx(0.0, abs=0.05)
@@ -212,7 +212,7 @@ def test_channels_may_be_mapped_reversed_and_calibrated() -> None:
         station.vehicle.parameters.set(name, value)
     station.vehicle.parameters.set("RC6_TRIM", 1500.0)
     pilot.move({6: 1200}, 1.5)
-    assert math.degrees(station.vehicle.copter.motion.roll_rad) == pytest.approx(30.0, abs=1.5)
+    assert math.degrees(station.vehicle.firmware.motion.roll_rad) == pytest.approx(30.0, abs=1.5)
 
 
 # Arming.
@@ -223,12 +223,12 @@ def test_the_yaw_stick_arms_after_2_s_with_the_throttle_closed() -> None:
     station.mode(STABILIZE)
     pilot = Transmitter(station)
     pilot.move({YAW: 2000}, 1.8)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
     station.run(0.5)
-    assert station.vehicle.copter.armed
+    assert station.vehicle.firmware.armed
     pilot.move({YAW: 1500}, 0.2)
     pilot.hold_yaw(1000)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
 
 
 @pytest.mark.parametrize(("rudder", "armed", "disarmed"), [(0, False, True), (1, True, False)])
@@ -238,9 +238,9 @@ def test_arming_rudder_says_what_the_stick_may(rudder: int, armed: bool, disarme
     station.vehicle.parameters.set("ARMING_RUDDER", rudder)
     pilot = Transmitter(station)
     pilot.hold_yaw(2000)
-    assert station.vehicle.copter.armed is armed
+    assert station.vehicle.firmware.armed is armed
     pilot.hold_yaw(1000)
-    assert station.vehicle.copter.armed is not disarmed
+    assert station.vehicle.firmware.armed is not disarmed
 
 
 def test_the_stick_does_not_arm_in_guided_nor_with_the_throttle_open() -> None:
@@ -248,19 +248,19 @@ def test_the_stick_does_not_arm_in_guided_nor_with_the_throttle_open() -> None:
     pilot = Transmitter(station)
     station.mode(GUIDED)
     pilot.hold_yaw(2000)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
     assert "Arm: GUIDED mode not armable" in station.texts()
     station.mode(STABILIZE)
     pilot.put({THROTTLE: 1300})
     pilot.hold_yaw(2000)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
 
 
 def test_the_stick_does_not_disarm_in_the_air_where_height_is_held() -> None:
     station, pilot = up(ALT_HOLD)
     pilot.put({THROTTLE: 1000})
     pilot.hold_yaw(1000)
-    assert station.vehicle.copter.armed
+    assert station.vehicle.firmware.armed
 
 
 @pytest.mark.parametrize(

@@ -63,10 +63,10 @@ def test_fbwa_banks_as_far_as_its_limit() -> None:
     station, pilot = flying(FBWA)
     station.vehicle.parameters.set("ROLL_LIMIT_DEG", 40.0)
     pilot.move({ROLL: 2000}, 2.0)
-    bank = math.degrees(station.vehicle.copter.motion.roll_rad)
+    bank = math.degrees(station.vehicle.firmware.motion.roll_rad)
     assert bank == pytest.approx(40.0, abs=2.0)
     pilot.move({ROLL: 1500}, 2.0)
-    bank = math.degrees(station.vehicle.copter.motion.roll_rad)
+    bank = math.degrees(station.vehicle.firmware.motion.roll_rad)
     assert bank == pytest.approx(0.0, abs=2.0)
 
 
@@ -100,21 +100,21 @@ def test_the_rudder_arms_after_3_s_and_disarms_only_with_arming_rudder_2() -> No
     station = kind("plane")
     pilot = Transmitter(station)
     pilot.hold_yaw(2000, 2.6)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
     pilot.hold_yaw(2000, 3.4)
-    assert station.vehicle.copter.armed
+    assert station.vehicle.firmware.armed
     pilot.hold_yaw(1000, 3.4)
-    assert station.vehicle.copter.armed
+    assert station.vehicle.firmware.armed
     station.vehicle.parameters.set("ARMING_RUDDER", 2.0)
     pilot.hold_yaw(1000, 3.4)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
 
 
 def test_the_yaw_stick_is_mapped() -> None:
     station = kind("plane", {"RCMAP_YAW": 6.0})
     pilot = Transmitter(station)
     pilot.move({6: 2000, YAW: 1500}, 3.4)
-    assert station.vehicle.copter.armed
+    assert station.vehicle.firmware.armed
 
 
 def test_a_throttle_at_thr_fs_value_is_a_lost_radio() -> None:
@@ -122,7 +122,7 @@ def test_a_throttle_at_thr_fs_value_is_a_lost_radio() -> None:
     station.vehicle.parameters.set("SIM_RC_FAIL", 2.0)
     station.run(4.0)
     assert any("Failsafe" in text for text in station.texts())
-    assert station.vehicle.copter.mode.spec.name == "CIRCLE"
+    assert station.vehicle.firmware.mode.spec.name == "CIRCLE"
 
 
 # GUIDED.
@@ -162,7 +162,7 @@ def test_a_gentle_heading_change_banks_less() -> None:
     away = (course(station) + 120.0) % 360.0
     assert station.command_int(CHANGE_HEADING, 0, 0.0, away, 1.0) == ACCEPTED
     station.run(3.0)
-    assert abs(math.degrees(station.vehicle.copter.motion.roll_rad)) < 8.0
+    assert abs(math.degrees(station.vehicle.firmware.motion.roll_rad)) < 8.0
 
 
 # What is stored.

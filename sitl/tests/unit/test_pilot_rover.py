@@ -23,12 +23,12 @@ SWITCH = 8
 
 def speed(station: GroundStation) -> float:
     """Along the nose, m/s."""
-    yaw = station.vehicle.copter.motion.yaw_rad
+    yaw = station.vehicle.firmware.motion.yaw_rad
     return station.velocity[0] * math.cos(yaw) + station.velocity[1] * math.sin(yaw)
 
 
 def rate(station: GroundStation) -> float:
-    return station.vehicle.copter.motion.yaw_rate_rad_s
+    return station.vehicle.firmware.motion.yaw_rate_rad_s
 
 
 def driving(number: int, vehicle: str = "rover") -> tuple[GroundStation, Transmitter]:
@@ -84,13 +84,13 @@ def test_steering_held_to_the_right_arms_and_to_the_left_disarms() -> None:
     pilot = Transmitter(station)
     assert station.mode(GUIDED) == ACCEPTED
     pilot.move({ROLL: 2000}, 2.5)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
     assert station.mode(MANUAL) == ACCEPTED
     station.run(2.2)
-    assert station.vehicle.copter.armed
+    assert station.vehicle.firmware.armed
     pilot.move({ROLL: 1500}, 0.2)
     pilot.move({ROLL: 1000}, 2.2)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
 
 
 def test_the_mode_switch_is_on_channel_8() -> None:
@@ -98,7 +98,7 @@ def test_the_mode_switch_is_on_channel_8() -> None:
     pilot = Transmitter(station)
     assert station.mode(HOLD) == ACCEPTED
     pilot.move({SWITCH: 1400}, 0.5)
-    assert station.vehicle.copter.mode.spec.number == RTL
+    assert station.vehicle.firmware.mode.spec.number == RTL
     pilot.move({SWITCH: 1700}, 0.5)
     assert "No such mode 2" in station.texts()
 
@@ -110,7 +110,7 @@ def test_a_lost_radio_holds(fail: float) -> None:
     if fail == 2.0:
         station.vehicle.parameters.set("FS_THR_VALUE", 960.0)
     station.run(3.0)
-    assert station.vehicle.copter.mode.spec.number == HOLD
+    assert station.vehicle.firmware.mode.spec.number == HOLD
 
 
 # GUIDED.
@@ -120,7 +120,7 @@ def test_nav_set_yaw_speed_turns_and_drives_and_runs_out() -> None:
     station, _ = driving(GUIDED)
     command = mav.MAV_CMD_NAV_SET_YAW_SPEED
     station.stream(8.0, 2.0, lambda: station.command(command, 90.0, 1.5, 0.0))
-    yaw = math.degrees(station.vehicle.copter.motion.yaw_rad)
+    yaw = math.degrees(station.vehicle.firmware.motion.yaw_rad)
     assert yaw == pytest.approx(90.0, abs=4.0)
     assert speed(station) == pytest.approx(1.5, abs=0.3)
     station.stream(6.0, 2.0, lambda: station.command(command, 0.0, -1.0, 1.0))
@@ -150,7 +150,7 @@ def test_set_attitude_target_drives_by_thrust_and_rate_or_heading() -> None:
     assert math.degrees(rate(station)) == pytest.approx(20.0, abs=4.0)
     east = (math.cos(math.pi / 4), 0.0, 0.0, math.sin(math.pi / 4))
     station.stream(8.0, 5.0, lambda: attitude(station, 0x07, 0.4, q=east))
-    yaw = math.remainder(station.vehicle.copter.motion.yaw_rad, math.tau)
+    yaw = math.remainder(station.vehicle.firmware.motion.yaw_rad, math.tau)
     assert math.degrees(yaw) == pytest.approx(90.0, abs=5.0)
 
 

@@ -33,7 +33,7 @@ def throttle_us(station: GroundStation) -> int:
 
 def circled(station: GroundStation) -> tuple[float, float, float]:
     """The point that it circles, NED."""
-    plane = station.vehicle.copter
+    plane = station.vehicle.firmware
     assert isinstance(plane, Plane)
     place = plane.destination_ned_m()
     assert place is not None
@@ -79,10 +79,10 @@ def test_it_does_not_bank_below_tkoff_lvl_alt() -> None:
     banked = []
     while -station.position[2] < 38.0:
         station.run(0.2)
-        banked.append(abs(math.degrees(station.vehicle.copter.motion.roll_rad)))
+        banked.append(abs(math.degrees(station.vehicle.firmware.motion.roll_rad)))
     assert max(banked) < 1.0
     station.run(4.0)
-    assert abs(math.degrees(station.vehicle.copter.motion.roll_rad)) > 5.0
+    assert abs(math.degrees(station.vehicle.firmware.motion.roll_rad)) > 5.0
 
 
 def test_thr_min_keeps_the_motor_running() -> None:
@@ -126,7 +126,7 @@ def test_a_return_turns_once_it_has_climbed(parameters: dict[str, float], climbs
     begun_m = -station.position[2]
     assert station.mode(RTL) == ACCEPTED
     station.run(1.0)
-    while abs(math.degrees(station.vehicle.copter.motion.roll_rad)) < 15.0:
+    while abs(math.degrees(station.vehicle.firmware.motion.roll_rad)) < 15.0:
         station.run(0.25)
     assert -station.position[2] - begun_m == pytest.approx(climbs_m + 3.0, abs=6.0)
 

@@ -267,7 +267,7 @@ def test_a_lost_stream_returns_after_com_of_loss_t_and_a_resumed_one_takes_contr
     assert (mode.custom_mode, mode.intended_custom_mode) == (px4.RTL, px4.OFFBOARD)
     air.stream_to(0.3, 0.0, 0.0, -10.0)
     assert air.custom_mode == px4.OFFBOARD
-    assert air.vehicle.copter.system_status == 4
+    assert air.vehicle.firmware.system_status == 4
 
 
 def test_com_obl_rc_act_5_holds_instead() -> None:
@@ -601,7 +601,7 @@ def test_a_critical_battery_returns_when_told_to() -> None:
     assert air.custom_mode == px4.LOITER  # COM_FAIL_ACT_T to take over
     air.stream_to(1.0, 0.0, 0.0, -10.0)
     assert air.custom_mode == px4.RTL
-    assert air.vehicle.copter.system_status == 5
+    assert air.vehicle.firmware.system_status == 5
 
 
 def test_the_altitude_of_home_is_rewritten_in_flight(air: Px4Station) -> None:
@@ -626,7 +626,7 @@ def test_without_a_position_it_lands(air: Px4Station) -> None:
     air.vehicle.lose_gps()
     air.stream_to(12.0, 0.0, 0.0, -10.0)
     assert air.custom_mode == px4.LAND
-    assert air.vehicle.copter.system_status == 5
+    assert air.vehicle.firmware.system_status == 5
 
 
 # Sticks.

@@ -159,7 +159,7 @@ def seen(kind: str, command: int, case: Case, sent: bool) -> object:
     if sent:
         assert send(station, command, case) == ACCEPTED
     station.run(case.seconds)
-    vehicle = station.vehicle.copter
+    vehicle = station.vehicle.firmware
     messages = Counter(m.get_type() for _, m in station.log if m.get_type() != "COMMAND_ACK")
     home = vehicle.navigator.home
     station.command(512, 24)

@@ -95,7 +95,7 @@ def sane(station: Px4Station) -> None:
     assert math.hypot(*station.velocity) < 80.0
     assert all(math.isfinite(x) for x in (*station.position, *station.velocity))
     snapshot = station.vehicle.snapshot()
-    for build in kind_messages.BUILDERS[station.vehicle.copter.personality.kind].values():
+    for build in kind_messages.BUILDERS[station.vehicle.firmware.personality.kind].values():
         build(snapshot)
 
 

@@ -228,7 +228,7 @@ def test_the_battery_has_odd_values(ground: Px4Station) -> None:
     assert battery.time_remaining == 0
     assert battery.current_consumed < 0
     assert status.current_battery == battery.current_battery == -100
-    charge = ground.vehicle.copter.battery.remaining * 100.0  # type: ignore[attr-defined]
+    charge = ground.vehicle.firmware.battery.remaining * 100.0  # type: ignore[attr-defined]
     assert battery.battery_remaining == pytest.approx(charge, abs=3.0)
     assert status.battery_remaining == math.ceil(charge)
 

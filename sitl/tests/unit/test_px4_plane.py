@@ -90,7 +90,7 @@ def test_armed_in_auto_loiter_it_stands_and_stays_armed() -> None:
     station.run(20.0)
     assert station.armed, "COM_DISARM_PRFLT is off"
     assert math.hypot(*station.position) < 0.1
-    assert station.vehicle.copter.landed_state == 1
+    assert station.vehicle.firmware.landed_state == 1
 
 
 @pytest.mark.parametrize("number", [px4.RTL, px4.LAND])
@@ -210,7 +210,7 @@ def test_return_climbs_circles_home_and_does_not_land(plane: Px4Station) -> None
     assert any(text.startswith("RTL: start return at 58") for text in plane.texts())
     plane.run_until(lambda: "RTL: completed, loitering\t" in plane.texts(), 120.0)
     plane.run(40.0)
-    north, east, _ = plane.vehicle.copter.navigator.home_ned_m()
+    north, east, _ = plane.vehicle.firmware.navigator.home_ned_m()
     assert north == pytest.approx(5.0, abs=3.0), "home is where the take-off was detected"
     assert distances(plane, (north, east), 20.0) == pytest.approx([80.0] * 40, abs=5.0)
     assert -plane.position[2] == pytest.approx(100.0, abs=2.0)
@@ -404,7 +404,7 @@ def test_altctl_holds_the_height_and_banks_with_the_stick(plane: Px4Station) -> 
     sticks(plane, 0.0, 0.0)
     assert plane.mode(px4.ALTCTL) == ACCEPTED
     plane.stream(6.0, 5.0, lambda: sticks(plane, 0.5, 0.0))
-    assert plane.vehicle.copter.motion.roll_rad == pytest.approx(math.radians(25.0), abs=0.05)
+    assert plane.vehicle.firmware.motion.roll_rad == pytest.approx(math.radians(25.0), abs=0.05)
     plane.stream(6.0, 5.0, lambda: sticks(plane, 0.0, -1.0))
     assert plane.velocity[2] < -2.0, "pulled back it climbs"
 
@@ -424,7 +424,7 @@ def test_a_lost_ground_station_is_nav_dll_act_after_a_hold() -> None:
     station = flying(parameters={"NAV_DLL_ACT": 2, "COM_DL_LOSS_T": 5})
     station.heartbeats(False)
     station.run_until(lambda: station.custom_mode == px4.RTL, 15.0)
-    assert station.vehicle.copter.system_status == 5
+    assert station.vehicle.firmware.system_status == 5
 
 
 # Telemetry.

@@ -49,7 +49,7 @@ def rally(north_m: float, east_m: float) -> Message:
 
 
 def commander(station: Px4Station) -> Px4Vehicle:
-    vehicle = station.vehicle.copter
+    vehicle = station.vehicle.firmware
     assert isinstance(vehicle, Px4Vehicle)
     return vehicle
 
@@ -76,7 +76,7 @@ def leave(station: Px4Station, seconds: float = 12.0, north_m: float = 40.0) -> 
 def test_too_far_from_home_holds_by_default_and_says_so() -> None:
     air = leave(flying_px4(parameters=NEAR))
     assert air.custom_mode == px4.LOITER
-    assert air.vehicle.copter.system_status == 5
+    assert air.vehicle.firmware.system_status == 5
     said = air.texts()
     assert "Geofence: exceeding maximum distance to Home\t" in said
     assert said[-1] == "Failsafe activated\t"
@@ -182,7 +182,7 @@ def test_a_lost_ground_station_holds_first_and_then_returns() -> None:
     air = flying_px4(parameters={"NAV_DLL_ACT": 2, "COM_DL_LOSS_T": 5})
     air.gcs_heartbeat()
     assert air.mode(px4.LOITER) == ACCEPTED
-    air.run_until(lambda: air.vehicle.copter.system_status == 5)
+    air.run_until(lambda: air.vehicle.firmware.system_status == 5)
     assert air.custom_mode == px4.LOITER
     took_s = air.run_until(lambda: air.custom_mode == px4.RTL)
     assert took_s == pytest.approx(5.0, abs=0.2)
@@ -191,7 +191,7 @@ def test_a_lost_ground_station_holds_first_and_then_returns() -> None:
     assert air.custom_mode == px4.RTL, "until somebody chooses"
     assert air.mode(px4.LOITER) == ACCEPTED
     air.run(1.0)
-    assert air.vehicle.copter.system_status == 4
+    assert air.vehicle.firmware.system_status == 4
 
 
 # Safe points.

@@ -233,6 +233,6 @@ def test_statistics_are_reported_twice_a_minute_and_when_it_is_disarmed() -> Non
     assert unasked(station, begin_s) == ["STAT_RUNTIME"]
     station.take_off(5.0)
     station.mode(9)
-    station.run_until(lambda: not station.vehicle.copter.armed)
+    station.run_until(lambda: not station.vehicle.firmware.armed)
     station.run(0.1)
     assert unasked(station)[-2:] == ["STAT_FLTTIME", "STAT_RUNTIME"]

@@ -55,7 +55,7 @@ def test_streaming_position_setpoints_before_takeoff_defeats_it() -> None:
     assert station.command(mav.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, 5) == ACCEPTED
     station.stream(10.0, 5.0, send)
     assert station.position == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
-    assert not station.vehicle.copter.armed
+    assert not station.vehicle.firmware.armed
     disarmed_s = next(t for t, m in station.log if getattr(m, "text", "") == "Disarming motors")
     assert disarmed_s - armed_s == pytest.approx(10.0, abs=0.3)
 
@@ -363,7 +363,7 @@ def test_setpoints_in_other_modes_are_silently_ignored(hover: GroundStation, mod
     assert hover.setpoint(POSITION, (50.0, 50.0, -10.0)) == []
     hover.run(3.0)
     assert hover.position[:2] == pytest.approx(before[:2], abs=0.3)
-    assert hover.vehicle.copter.mode.spec.number == mode
+    assert hover.vehicle.firmware.mode.spec.number == mode
 
 
 def test_entering_guided_in_flight_stops_and_takes_up_no_old_setpoint(

@@ -24,7 +24,7 @@ def flight() -> GroundStation:
     station = copter().ready().take_off(5.0)
     station.run(3.0)
     station.mode(LAND)
-    station.run_until(lambda: not station.vehicle.copter.armed, 40.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 40.0)
     station.run(2.0)
     return station
 

@@ -26,7 +26,7 @@ def test_a_copter_begins_in_the_air_and_stays_there(
 ) -> None:
     simulation = made(VehicleConfig(vehicle, autopilot, ready_after_s=0.0, underway=IN_AIR), tick_s)
     simulation.run_for(0.1)
-    copter = simulation.vehicles[0].copter
+    copter = simulation.vehicles[0].firmware
     assert copter.armed
     assert not copter.landed
     assert copter.mode.spec.name == mode
@@ -45,7 +45,7 @@ def test_what_drives_begins_on_its_way(vehicle: str, autopilot: str) -> None:
     config = VehicleConfig(vehicle, autopilot, ready_after_s=0.0, heading_deg=0.0, underway=start)
     simulation = made(config)
     simulation.run_for(0.1)
-    assert simulation.vehicles[0].copter.armed
+    assert simulation.vehicles[0].firmware.armed
     assert simulation.truth.position_ned_m[0] == pytest.approx((30.0, -20.0, 0.0), abs=0.3)
     assert simulation.truth.velocity_ned_m_s[0, 0] > 0.5
 
@@ -64,7 +64,7 @@ def test_it_may_also_stand_elsewhere() -> None:
     stands = Underway((5.0, 6.0, 0.0), (3.0, 0.0, 0.0), moves=False)
     simulation = made(VehicleConfig(ready_after_s=0.0, underway=stands))
     simulation.run_for(5.0)
-    assert not simulation.vehicles[0].copter.armed
+    assert not simulation.vehicles[0].firmware.armed
     assert simulation.truth.position_ned_m[0] == pytest.approx((5.0, 6.0, 0.0), abs=0.01)
 
 

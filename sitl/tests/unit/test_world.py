@@ -463,14 +463,14 @@ def test_a_copter_lands_on_a_hill_and_on_a_roof() -> None:
     station.setpoint(POSITION, (12.0, 0.0, -8.0))
     station.run(10.0)
     station.mode(9)
-    station.run_until(lambda: not station.vehicle.copter.armed, 90.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 90.0)
     assert station.position[2] == pytest.approx(-2.0, abs=0.01)
     roof = Obstacle("roof", (12.0, 0.0), size_m=(8.0, 8.0), top_m=4.0)
     station = station_in(World(obstacles=(roof,)), 8.0)
     station.setpoint(POSITION, (12.0, 0.0, -8.0))
     station.run(10.0)
     station.mode(9)
-    station.run_until(lambda: not station.vehicle.copter.armed, 90.0)
+    station.run_until(lambda: not station.vehicle.firmware.armed, 90.0)
     assert station.position[2] == pytest.approx(-4.0, abs=0.01)
     assert not station.simulation.truth.collided[0]
 
@@ -537,7 +537,7 @@ def test_every_kind_of_vehicle_lives_in_a_world(kind: str) -> None:
     assert not simulation.truth.collided[0]
     simulation.run_for(4.0)
     assert simulation.truth.collided[0]
-    assert not simulation.vehicles[0].copter.armed
+    assert not simulation.vehicles[0].firmware.armed
 
 
 def test_a_world_and_failures_are_deterministic_however_time_is_cut() -> None:

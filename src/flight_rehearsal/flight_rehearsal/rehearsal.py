@@ -143,7 +143,7 @@ def lose_link(order: RehearsalRequest, after_s: float, is_over: IsOver = lambda:
     while stage.now < lost_s:
         _go_on(stage, is_over)
     stage.link_up = False
-    copter, mode = stage.simulated.copter, ""
+    copter, mode = stage.simulated.firmware, ""
     path, still_s = [stage.position_enu_m], stage.now
     while copter.armed and stage.now < min(lost_s + _LOST_MAX_S, still_s + _STILL_S):
         mode = copter.mode.spec.name

@@ -85,7 +85,7 @@ class Stage:
             if self.now > READY_TIMEOUT_S:
                 raise RequestError("The simulated vehicle did not get ready.")
             self.tick()
-            copter = self.simulated.copter
+            copter = self.simulated.firmware
             if home is not None and copter.started and copter.estimator.position_ok:
                 copter.set_home(home)
                 home = None
@@ -98,7 +98,7 @@ class Stage:
         """Advance by a step."""
         self.now += TICK_S
         now, bridge, link = self.now, self.bridge, self.simulation.link
-        copter = self.simulated.copter
+        copter = self.simulated.firmware
         if isinstance(copter, Px4Vehicle) and not copter.armed:
             copter.battery.remaining = self._charge  # its simulator fills it up on the ground
         self.simulation.run_to_us(round(now * 1e6))
@@ -133,7 +133,7 @@ class Stage:
     @property
     def battery(self) -> float:
         """Its charge, from 0 to 1."""
-        copter = self.simulated.copter
+        copter = self.simulated.firmware
         if isinstance(copter, Px4Vehicle):
             return copter.battery.remaining
         return self.simulated.snapshot().battery.remaining_percent / 100.0

@@ -1,1 +1,1 @@
-"""PX4's firmware: the same hooks as `autopilot.copter`, different behaviour."""
+"""PX4's firmware: the same hooks as ArduPilot's, different behaviour."""

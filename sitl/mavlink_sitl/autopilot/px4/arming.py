@@ -27,43 +27,43 @@ class Px4Arming(Arming):
 
     _vehicle: Px4Vehicle
 
-    def __init__(self, copter: Px4Vehicle) -> None:
-        super().__init__(copter)
+    def __init__(self, vehicle: Px4Vehicle) -> None:
+        super().__init__(vehicle)
         self.lift_began_s = math.inf
         self.landed_at_s = math.inf
         self._disarm_text = ""
 
     def arm(self, force: bool, by: str = "external command") -> Result:
         """Arm the motors when the chosen mode can run, or when forced; the text says by what."""
-        copter = self._vehicle
+        vehicle = self._vehicle
         if self.armed:
             return Result.ACCEPTED
-        copter.feasibility.hear()
-        if not force and not copter.can_arm():
+        vehicle.feasibility.hear()
+        if not force and not vehicle.can_arm():
             text = "Arming denied: Resolve system health failures first"
-            copter.say(Severity.CRITICAL, text)
+            vehicle.say(Severity.CRITICAL, text)
             return Result.TEMPORARILY_REJECTED
         self.armed = True
-        self.armed_at_s = copter.now_s
+        self.armed_at_s = vehicle.now_s
         self.lift_began_s = self.landed_at_s = math.inf
-        if copter.estimator.has_origin:
-            copter.set_home()
-        copter.say(Severity.INFO, f"Armed by {by}")
+        if vehicle.estimator.has_origin:
+            vehicle.set_home()
+        vehicle.say(Severity.INFO, f"Armed by {by}")
         return Result.ACCEPTED
 
     def disarm(self, force: bool) -> Result:
         """Disarm the motors; in the air only when forced."""
-        copter = self._vehicle
+        vehicle = self._vehicle
         if not self.armed:
             return Result.ACCEPTED
-        if not copter.may_disarm() and not force:
-            copter.say(Severity.CRITICAL, "Disarming denied: not landed")
+        if not vehicle.may_disarm() and not force:
+            vehicle.say(Severity.CRITICAL, "Disarming denied: not landed")
             return Result.TEMPORARILY_REJECTED
         self.armed = False
         text, self._disarm_text = self._disarm_text, ""
-        copter.say(Severity.INFO, text or "Disarmed by external command")
-        copter.plans.rewind()
-        copter.flight_ended()
+        vehicle.say(Severity.INFO, text or "Disarmed by external command")
+        vehicle.plans.rewind()
+        vehicle.flight_ended()
         return Result.ACCEPTED
 
     def run_checks(self) -> Result:
@@ -72,13 +72,13 @@ class Px4Arming(Arming):
 
     def watch(self) -> None:
         """Begin the ramp once the motors turn and the mode wants to go up."""
-        copter = self._vehicle
-        self.checks_passed = copter.can_arm()
+        vehicle = self._vehicle
+        self.checks_passed = vehicle.can_arm()
         if not self.armed or math.isfinite(self.lift_began_s):
             return
-        spooled = copter.now_s - self.armed_at_s >= copter.parameters["COM_SPOOLUP_TIME"]
-        if spooled and copter.mode.wants_to_lift():
-            self.lift_began_s = copter.now_s
+        spooled = vehicle.now_s - self.armed_at_s >= vehicle.parameters["COM_SPOOLUP_TIME"]
+        if spooled and vehicle.mode.wants_to_lift():
+            self.lift_began_s = vehicle.now_s
             self.landed_at_s = math.inf
 
     def landed(self) -> None:
@@ -93,8 +93,8 @@ class Px4Arming(Arming):
 
     def disarm_is_due(self, landed_since_s: float) -> bool:
         """After landing, and when nobody takes off."""
-        copter, p = self._vehicle, self._vehicle.parameters
-        if not self.armed or copter.in_flight:
+        vehicle, p = self._vehicle, self._vehicle.parameters
+        if not self.armed or vehicle.in_flight:
             return False
         if math.isfinite(self.landed_at_s):
             delay_s, since_s = p["COM_DISARM_LAND"], self.landed_at_s
@@ -105,7 +105,7 @@ class Px4Arming(Arming):
             delay_s = p["COM_DISARM_PRFLT"]
             since_s = self.armed_at_s + p["COM_SPOOLUP_TIME"]
             self._disarm_text = "Disarmed by auto preflight disarming"
-        if delay_s > 0.0 and copter.now_s - since_s >= delay_s:
+        if delay_s > 0.0 and vehicle.now_s - since_s >= delay_s:
             return True
         self._disarm_text = ""
         return False

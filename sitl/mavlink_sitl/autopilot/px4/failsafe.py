@@ -115,57 +115,57 @@ class Px4Failsafes(Failsafes):
         self._choose()
 
     def _begin(self, action: Action) -> None:
-        copter = self._vehicle
-        wait_s = copter.parameters["COM_FAIL_ACT_T"]
-        if action.waits and wait_s > 0.1 and copter.now_s >= self._hold_until_s:
-            self._hold_until_s = copter.now_s + wait_s
+        vehicle = self._vehicle
+        wait_s = vehicle.parameters["COM_FAIL_ACT_T"]
+        if action.waits and wait_s > 0.1 and vehicle.now_s >= self._hold_until_s:
+            self._hold_until_s = vehicle.now_s + wait_s
         if action.gravity >= _HOLD_GRAVITY:
             self._taken_over = False
         if action.mode == WARN and self._gravity <= action.gravity:
-            copter.say(Severity.CRITICAL, "Failsafe activated")
+            vehicle.say(Severity.CRITICAL, "Failsafe activated")
 
     def _choose(self) -> None:
         """Let the gravest action fly, or what people want."""
-        copter = self._vehicle
+        vehicle = self._vehicle
         self._taken_over = self._taken_over and bool(self._actions)
         worst = max(self._actions.values(), key=lambda action: action.gravity, default=None)
         if worst is None or worst.mode == WARN or self._taken_over:
             if self.acting is not None:
                 self.acting, self._gravity = None, 0
-                copter.enter_mode(copter.intention)
+                vehicle.enter_mode(vehicle.intention)
             return
         if worst.mode == TERMINATE:
-            copter.say(Severity.CRITICAL, "Failsafe activated")
-            copter.terminate()
+            vehicle.say(Severity.CRITICAL, "Failsafe activated")
+            vehicle.terminate()
             return
         if self._gravity > _HOLD_GRAVITY:
             self._hold_until_s = -math.inf
-        left_s = self._hold_until_s - copter.now_s
+        left_s = self._hold_until_s - vehicle.now_s
         waiting = left_s > 0.0 and worst.gravity > _HOLD_GRAVITY
         mode = px4.LOITER if waiting else worst.mode
         gravity = _HOLD_GRAVITY if waiting else worst.gravity
         if gravity > self._gravity:
             hold = f": entering Hold for {int(left_s + 0.5)} seconds" if waiting else ""
-            copter.say(Severity.CRITICAL, f"Failsafe activated{hold}")
+            vehicle.say(Severity.CRITICAL, f"Failsafe activated{hold}")
         self._gravity = gravity
         if self.acting != mode:
             self.acting = mode
-            copter.enter_mode(mode)
+            vehicle.enter_mode(mode)
 
     # What fails, and what that calls for.
 
     def _failures(self) -> Iterator[tuple[str, Action]]:
-        copter, p = self._vehicle, self._vehicle.parameters
+        vehicle, p = self._vehicle, self._vehicle.parameters
         fallback = self._fallback()
         if fallback is not None:
-            yield f"mode {copter.intention}", Action(fallback)
-        alive = copter.manual_alive()
+            yield f"mode {vehicle.intention}", Action(fallback)
+        alive = vehicle.manual_alive()
         self._had_sticks = self._had_sticks or alive
         if self._had_sticks and not alive:
             yield from self._link("sticks", int(p["NAV_RCL_ACT"]))
-        if not self.gcs_alive() and copter.intention != px4.LAND:
+        if not self.gcs_alive() and vehicle.intention != px4.LAND:
             yield from self._link("ground station", int(p["NAV_DLL_ACT"]))
-        if copter.fence.breached:
+        if vehicle.fence.breached:
             mode = _FENCE.get(int(p["GF_ACTION"]), WARN)
             yield "fence", Action(mode, mode != WARN, mode in (px4.RTL, px4.LAND))
         battery = self._battery_action()
@@ -180,32 +180,32 @@ class Px4Failsafes(Failsafes):
 
     def _fallback(self) -> int | None:
         """What flies where the intended mode cannot."""
-        copter, p = self._vehicle, self._vehicle.parameters
-        if not copter.estimator.position_ok and (
-            copter.mode.spec.requires_position or self.acting == px4.LAND
+        vehicle, p = self._vehicle, self._vehicle.parameters
+        if not vehicle.estimator.position_ok and (
+            vehicle.mode.spec.requires_position or self.acting == px4.LAND
         ):
             return px4.LAND
-        wanted = copter.intention
-        if wanted == px4.OFFBOARD and not copter.stream_alive():
+        wanted = vehicle.intention
+        if wanted == px4.OFFBOARD and not vehicle.stream_alive():
             action = int(p["COM_OBL_RC_ACT"])
             if action in _OFFBOARD_LOSS:
                 return _OFFBOARD_LOSS[action]
             wanted = _OFFBOARD_TO_PILOT.get(action, px4.POSCTL)
-            if copter.can_run(wanted):
+            if vehicle.can_run(wanted):
                 return wanted
-        if wanted in _PILOT_MODES and not copter.manual_alive():
+        if wanted in _PILOT_MODES and not vehicle.manual_alive():
             return _LINK_LOSS.get(int(p["NAV_RCL_ACT"]), px4.LOITER)
         return None
 
     def _battery_level(self) -> None:
-        copter = self._vehicle
-        p, left = copter.parameters, copter.battery.remaining
+        vehicle = self._vehicle
+        p, left = vehicle.parameters, vehicle.battery.remaining
         thresholds = (p["BAT_LOW_THR"], p["BAT_CRIT_THR"], p["BAT_EMERGEN_THR"])
         level = sum(left < threshold for threshold in thresholds)
-        if level > self.battery_level and copter.armed:
+        if level > self.battery_level and vehicle.armed:
             word = ("Low", "Critical", "Emergency")[level - 1]
             severity = Severity.WARNING if level == 1 else Severity.CRITICAL
-            copter.say(severity, f"{word} battery level")
+            vehicle.say(severity, f"{word} battery level")
         self.battery_level = level
 
     def _battery_action(self) -> int | None:

@@ -36,68 +36,68 @@ ALIGNED, ESTIMATOR_ACTIVE = "EKF3 IMU0 tilt alignment complete", "AHRS: EKF3 act
 """What is said when the attitude is known, and when it is that of the estimator"""
 
 
-def prearm_failures(copter: Firmware) -> list[str]:
+def prearm_failures(vehicle: Firmware) -> list[str]:
     """The failed pre-arm checks; empty if it can arm.
 
     Those of the first half minute were seen of the real copter and rover, armed once a second
     from power-up in STABILIZE, MANUAL and GUIDED.
     """
-    if not copter.started:
+    if not vehicle.started:
         return list(NOT_STARTED)
-    reasons = [] if copter.body.damage is None else [copter.body.damage]
-    needs_position = copter.mode.spec.requires_estimate
-    leans = copter.personality.kind == "copter"
-    aligned = copter.own_texts.passed(ALIGNED)
+    reasons = [] if vehicle.body.damage is None else [vehicle.body.damage]
+    needs_position = vehicle.mode.spec.requires_estimate
+    leans = vehicle.personality.kind == "copter"
+    aligned = vehicle.own_texts.passed(ALIGNED)
     if leans and needs_position and not aligned:
         reasons.append("Need Alt Estimate")
-    reasons += _inertial_failures(copter)
-    reasons += copter.compasses.reasons()
+    reasons += _inertial_failures(vehicle)
+    reasons += vehicle.compasses.reasons()
     if leans and not aligned:
         reasons.append("EKF attitude is bad")
     if needs_position:
-        reasons += _position_failures(copter)
+        reasons += _position_failures(vehicle)
     elif leans:
-        reasons += _attitude_failures(copter)
-    if copter.mode.spec.behaviour == "auto" and not copter.has_mission:
+        reasons += _attitude_failures(vehicle)
+    if vehicle.mode.spec.behaviour == "auto" and not vehicle.has_mission:
         reasons.append("Mode requires mission")
-    reasons += copter.failsafe.battery_reasons()
-    reasons += copter.fence.reasons()
+    reasons += vehicle.failsafe.battery_reasons()
+    reasons += vehicle.fence.reasons()
     return reasons
 
 
-def _inertial_failures(copter: Firmware) -> list[str]:
-    started_s = copter.personality.standby_s
+def _inertial_failures(vehicle: Firmware) -> list[str]:
+    started_s = vehicle.personality.standby_s
     for name, after_s in (("Accels", ACCELS_AGREE_S), ("Gyros", GYROS_AGREE_S)):
-        if copter.now_s < copter.estimator.scaled(started_s + after_s):
+        if vehicle.now_s < vehicle.estimator.scaled(started_s + after_s):
             return [f"{name} inconsistent"]
     return []
 
 
-def _attitude_failures(copter: Firmware) -> list[str]:
+def _attitude_failures(vehicle: Firmware) -> list[str]:
     """Of modes that need no position."""
-    if not copter.own_texts.passed(ESTIMATOR_ACTIVE):
+    if not vehicle.own_texts.passed(ESTIMATOR_ACTIVE):
         return ["AHRS: not using configured AHRS type"]
-    return [] if copter.own_texts.passed(ALIGNED) else ["AHRS: EKF3 still initialising"]
+    return [] if vehicle.own_texts.passed(ALIGNED) else ["AHRS: EKF3 still initialising"]
 
 
-def _position_failures(copter: Firmware) -> list[str]:
-    estimator = copter.estimator
+def _position_failures(vehicle: Firmware) -> list[str]:
+    estimator = vehicle.estimator
     if estimator.gps_started and not estimator.gps_fix:
         return ["GPS 1: Bad fix"]
-    drives = copter.personality.kind in ("rover", "boat")
+    drives = vehicle.personality.kind in ("rover", "boat")
     # A rover takes the first fix for its home, a copter waits for the estimator's origin.
     if not (estimator.gps_fix if drives else estimator.has_origin):
         return ["AHRS: waiting for home"]
     return [] if estimator.position_ok else ["Need Position Estimate"]
 
 
-def stick_failures(copter: Firmware, by_stick: bool) -> list[str]:
+def stick_failures(vehicle: Firmware, by_stick: bool) -> list[str]:
     """What arming finds wrong with the sticks; that which arms may be out of its middle.
 
     All kinds want the throttle at zero, in every mode (AP_Arming's `rc_arm_checks`, with the
     firmware's default of RC_OPTIONS).
     """
-    radio, now_s, kind = copter.radio, copter.now_s, copter.personality.kind
+    radio, now_s, kind = vehicle.radio, vehicle.now_s, vehicle.personality.kind
     if not radio.obeyed(now_s):
         return []
     drives = kind in ("rover", "boat")
@@ -120,13 +120,13 @@ class Arming:
         checks_passed: what the latest look at the checks gave.
     """
 
-    def __init__(self, copter: Firmware) -> None:
-        self._vehicle = copter
+    def __init__(self, vehicle: Firmware) -> None:
+        self._vehicle = vehicle
         self.armed = False
-        self.armed_at_s = copter.boot_s
+        self.armed_at_s = vehicle.boot_s
         self.checks_passed = False
-        self._next_check_s = copter.boot_s
-        self._last_text_s = copter.boot_s
+        self._next_check_s = vehicle.boot_s
+        self._last_text_s = vehicle.boot_s
 
     def arm(self, force: bool) -> Result:
         """Arm the motors, after the checks unless forced."""
@@ -137,75 +137,75 @@ class Arming:
         return self._arm(False, by_stick=True)
 
     def _arm(self, force: bool, by_stick: bool = False) -> Result:
-        copter = self._vehicle
+        vehicle = self._vehicle
         if self.armed:
             return Result.ACCEPTED
         reasons = []
-        by_order = by_stick and copter.mode.spec.behaviour in BY_ORDER
-        if by_order or not copter.may_arm_in_mode:
-            reasons.append(f"{copter.mode.spec.name} mode not armable")
+        by_order = by_stick and vehicle.mode.spec.behaviour in BY_ORDER
+        if by_order or not vehicle.may_arm_in_mode:
+            reasons.append(f"{vehicle.mode.spec.name} mode not armable")
         elif not force:
-            reasons = prearm_failures(copter) or stick_failures(copter, by_stick)
-        elif copter.body.damage is not None:
-            reasons = [copter.body.damage]
-        if copter.motors_stopped:
+            reasons = prearm_failures(vehicle) or stick_failures(vehicle, by_stick)
+        elif vehicle.body.damage is not None:
+            reasons = [vehicle.body.damage]
+        if vehicle.motors_stopped:
             reasons.append("Motors Emergency Stopped")
         for reason in reasons:
-            copter.say(Severity.CRITICAL, f"Arm: {reason}")
+            vehicle.say(Severity.CRITICAL, f"Arm: {reason}")
         if reasons:
             return Result.FAILED
         self.armed = True
-        self.armed_at_s = copter.now_s
-        if copter.estimator.has_origin and not copter.navigator.home_locked:
-            copter.set_home()
-        copter.say(Severity.INFO, copter.personality.armed_text)
+        self.armed_at_s = vehicle.now_s
+        if vehicle.estimator.has_origin and not vehicle.navigator.home_locked:
+            vehicle.set_home()
+        vehicle.say(Severity.INFO, vehicle.personality.armed_text)
         return Result.ACCEPTED
 
     def disarm(self, force: bool) -> Result:
         """Disarm the motors; in the air only when forced."""
-        copter = self._vehicle
+        vehicle = self._vehicle
         if not self.armed:
             return Result.ACCEPTED
-        if not copter.landed and not force:
+        if not vehicle.landed and not force:
             return Result.FAILED
         self.armed = False
-        copter.plans.rewind()
-        copter.say(Severity.INFO, copter.personality.disarmed_text)
+        vehicle.plans.rewind()
+        vehicle.say(Severity.INFO, vehicle.personality.disarmed_text)
         return Result.ACCEPTED
 
     def run_checks(self) -> Result:
         """RUN_PREARM_CHECKS."""
-        copter = self._vehicle
-        if copter.soft_armed:
+        vehicle = self._vehicle
+        if vehicle.soft_armed:
             return Result.TEMPORARILY_REJECTED
-        for reason in prearm_failures(copter):
-            copter.say(Severity.CRITICAL, f"PreArm: {reason}")
+        for reason in prearm_failures(vehicle):
+            vehicle.say(Severity.CRITICAL, f"PreArm: {reason}")
         return Result.ACCEPTED
 
     def watch(self) -> None:
         """While disarmed, look at the checks once a second; say what fails every half minute."""
-        copter = self._vehicle
-        now_s = copter.now_s
+        vehicle = self._vehicle
+        now_s = vehicle.now_s
         if self.armed or now_s < self._next_check_s:
             return
         self._next_check_s = now_s + CHECK_INTERVAL_S
-        reasons = prearm_failures(copter)
+        reasons = prearm_failures(vehicle)
         self.checks_passed = not reasons
         if not reasons or now_s - self._last_text_s < REPEAT_TEXT_S:
             return
         self._last_text_s = now_s
         for reason in reasons:
-            copter.say(Severity.CRITICAL, f"PreArm: {reason}")
+            vehicle.say(Severity.CRITICAL, f"PreArm: {reason}")
 
     def disarm_is_due(self, landed_since_s: float) -> bool:
         """Whether an armed vehicle on the ground is to disarm by itself."""
-        copter = self._vehicle
-        if not self.armed or not copter.landed:
+        vehicle = self._vehicle
+        if not self.armed or not vehicle.landed:
             return False
-        if copter.mode.landing or copter.mode.spec.behaviour == "rtl":
-            return copter.now_s - landed_since_s >= LANDED_TO_DISARM_S
-        delay_s = copter.parameters["DISARM_DELAY"]
-        resting = copter.mode.ground_motors() is not Motors.FLY
-        idle_s = copter.now_s - max(self.armed_at_s, landed_since_s)
-        throttle_low = copter.pilot_throttle() < THROTTLE_LOW
+        if vehicle.mode.landing or vehicle.mode.spec.behaviour == "rtl":
+            return vehicle.now_s - landed_since_s >= LANDED_TO_DISARM_S
+        delay_s = vehicle.parameters["DISARM_DELAY"]
+        resting = vehicle.mode.ground_motors() is not Motors.FLY
+        idle_s = vehicle.now_s - max(self.armed_at_s, landed_since_s)
+        throttle_low = vehicle.pilot_throttle() < THROTTLE_LOW
         return delay_s > 0.0 and idle_s >= delay_s and resting and throttle_low

@@ -112,8 +112,8 @@ class Fence:
 
     again_m = 20.0
 
-    def __init__(self, copter: Firmware) -> None:
-        self._vehicle = copter
+    def __init__(self, vehicle: Firmware) -> None:
+        self._vehicle = vehicle
         self.breached = 0
         self.last_breached = 0
         self.count = 0
@@ -162,21 +162,21 @@ class Fence:
 
     def _broken(self, position: tuple[float, ...]) -> int:
         """The bits of FENCE_TYPE that a position (NED metres) breaks."""
-        copter = self._vehicle
+        vehicle = self._vehicle
         north, east, down = position
-        home = copter.navigator.home_ned_m()
-        kinds = int(copter.parameters["FENCE_TYPE"])
+        home = vehicle.navigator.home_ned_m()
+        kinds = int(vehicle.parameters["FENCE_TYPE"])
         broken = self._heights_broken(home[2] - down, kinds)
         if (
             kinds & CIRCLE
-            and math.dist((north, east), home[:2]) > copter.parameters["FENCE_RADIUS"]
+            and math.dist((north, east), home[:2]) > vehicle.parameters["FENCE_RADIUS"]
         ):
             broken |= CIRCLE
         if kinds & POLYGON:
-            plan = copter.plans.fence
+            plan = vehicle.plans.fence
             if plan.changes != self._areas_of:
                 self._areas_of = plan.changes
-                self._areas = areas_of(plan.items, copter.navigator.frame)
+                self._areas = areas_of(plan.items, vehicle.navigator.frame)
             if not all(area.allows((north, east)) for area in self._areas):
                 broken |= POLYGON
         return broken
@@ -198,40 +198,40 @@ class Fence:
 
     def _leads_out(self, velocity_m_s: Vector) -> bool:
         """Whether braking now, the vehicle would still come too close to the fence."""
-        copter = self._vehicle
-        if not int(copter.parameters["AVOID_ENABLE"]) & AVOID_FENCE:
+        vehicle = self._vehicle
+        if not int(vehicle.parameters["AVOID_ENABLE"]) & AVOID_FENCE:
             return False
-        motion, limits = copter.motion, copter.navigator.limits()
+        motion, limits = vehicle.motion, vehicle.navigator.limits()
         wanted = math.hypot(*velocity_m_s)
         if wanted < 1e-3:
             return False
         speed = math.hypot(*motion[3:6])
         # Half of the limit, since the deceleration must first build up.
-        ahead = copter.parameters["FENCE_MARGIN"] + speed * speed / limits.acceleration_xy_m_s2
+        ahead = vehicle.parameters["FENCE_MARGIN"] + speed * speed / limits.acceleration_xy_m_s2
         point = tuple(x + v / wanted * ahead for x, v in zip(motion[:3], velocity_m_s, strict=True))
         return bool(self._broken(point))
 
     def update(self) -> None:
         """Look where the vehicle is, and act."""
-        copter = self._vehicle
+        vehicle = self._vehicle
         if not self.enabled:
             # AC_Fence::check returns before it looks: what was breached stays so in SYS_STATUS.
             self._above_floor = False
             return
-        if not copter.armed or copter.landed:
+        if not vehicle.armed or vehicle.landed:
             self.breached = 0
             self._above_floor = False
             return
-        velocity = copter.mode.wanted_velocity_m_s
+        velocity = vehicle.mode.wanted_velocity_m_s
         if velocity is not None and self._leads_out(velocity):
-            copter.mode.enter()
-        broken = self._broken(copter.motion[:3])
+            vehicle.mode.enter()
+        broken = self._broken(vehicle.motion[:3])
         if not self._counts_floor():
             broken &= ~FLOOR
         new = broken & ~self.breached
-        home = copter.navigator.home_ned_m()
-        here = copter.motion[:2]
-        height_m = copter.navigator.height_above_home_m()
+        home = vehicle.navigator.home_ned_m()
+        here = vehicle.motion[:2]
+        height_m = vehicle.navigator.height_above_home_m()
         higher = bool(broken & HEIGHT) and height_m > self._acted_height_m + HIGHER_M
         acted_m = math.dist(self._acted_at, home[:2])
         further = higher or math.dist(here, home[:2]) > acted_m + self.again_m
@@ -241,21 +241,21 @@ class Fence:
         self._acted_at = here
         self._acted_height_m = height_m
         self.count += 1
-        self.breached_at_s = copter.now_s
+        self.breached_at_s = vehicle.now_s
         self.last_breached = new or broken
-        copter.say(Severity.NOTICE, f"{_names(self.last_breached)} breached")
-        self._act(int(copter.parameters["FENCE_ACTION"]))
+        vehicle.say(Severity.NOTICE, f"{_names(self.last_breached)} breached")
+        self._act(int(vehicle.parameters["FENCE_ACTION"]))
 
     def _counts_floor(self) -> bool:
         """Whether the lowest height counts: once it was well above it, and not for a landing."""
-        copter, p = self._vehicle, self._vehicle.parameters
-        if "FENCE_ALT_MIN" not in p or copter.mode.landing:
+        vehicle, p = self._vehicle, self._vehicle.parameters
+        if "FENCE_ALT_MIN" not in p or vehicle.mode.landing:
             self._above_floor = False
         elif not self._above_floor and int(p["FENCE_TYPE"]) & FLOOR:
             least = p["FENCE_ALT_MIN"] + p["FENCE_MARGIN"]
-            self._above_floor = copter.navigator.height_above_home_m() >= least
+            self._above_floor = vehicle.navigator.height_above_home_m() >= least
             if self._above_floor:
-                copter.say(Severity.NOTICE, "Min Alt fence enabled (auto enable)")
+                vehicle.say(Severity.NOTICE, "Min Alt fence enabled (auto enable)")
         return self._above_floor
 
     def _ignores_breaches(self) -> bool:

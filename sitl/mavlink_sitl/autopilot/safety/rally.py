@@ -11,32 +11,32 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.firmware import Firmware
 
 
-def nearest_rally_ned_m(copter: Firmware) -> tuple[float, float, float] | None:
+def nearest_rally_ned_m(vehicle: Firmware) -> tuple[float, float, float] | None:
     """The nearest rally point, as high as it says above home; None when home counts instead.
 
     Home counts when it is nearer and RALLY_INCL_HOME is set, or when no point is within
     RALLY_LIMIT_KM (0: at any distance).
     """
-    parameters = copter.parameters
+    parameters = vehicle.parameters
     if not parameters.acts("RALLY_LIMIT_KM"):
         return None
-    home = copter.navigator.home_ned_m()
-    here = copter.motion[:2]
+    home = vehicle.navigator.home_ned_m()
+    here = vehicle.motion[:2]
     best_m = parameters["RALLY_LIMIT_KM"] * 1000.0 or math.inf
     if parameters["RALLY_INCL_HOME"]:
         best_m = min(best_m, math.dist(here, home[:2]))
     best = None
-    for item in copter.plans.rally.items:
+    for item in vehicle.plans.rally.items:
         point = GeoPoint(item.x / 1e7, item.y / 1e7, 0.0)
-        north, east, _ = copter.navigator.frame.to_local(point)
+        north, east, _ = vehicle.navigator.frame.to_local(point)
         distance_m = math.dist(here, (north, east))
         if distance_m < best_m:
             best, best_m = (north, east, home[2] - item.z), distance_m
     return best
 
 
-def return_point_ned_m(copter: Firmware) -> tuple[float, float, float]:
+def return_point_ned_m(vehicle: Firmware) -> tuple[float, float, float]:
     """Home, or the nearest rally point, at home's height."""
-    home = copter.navigator.home_ned_m()
-    rally = nearest_rally_ned_m(copter)
+    home = vehicle.navigator.home_ned_m()
+    rally = nearest_rally_ned_m(vehicle)
     return home if rally is None else (*rally[:2], home[2])

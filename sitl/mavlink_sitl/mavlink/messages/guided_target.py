@@ -22,19 +22,19 @@ _GLOBAL_MASK = 0xFDF8
 
 def position_target_local_ned(s: Snapshot) -> Message | None:
     """POSITION_TARGET_LOCAL_NED: only in GUIDED, and not while an attitude is flown."""
-    copter = s.vehicle
-    assert isinstance(copter, Copter)
-    if copter.mode is not copter.guided or copter.guided.submode is Submode.ATTITUDE:
+    vehicle = s.vehicle
+    assert isinstance(vehicle, Copter)
+    if vehicle.mode is not vehicle.guided or vehicle.guided.submode is Submode.ATTITUDE:
         return None
     zero = (0.0, 0.0, 0.0)
-    target = copter.guided.target
+    target = vehicle.guided.target
     position = target.position_m or zero
-    if copter.guided.submode is Submode.POSITION_VELOCITY:
-        position = copter.body.moving_target()
+    if vehicle.guided.submode is Submode.POSITION_VELOCITY:
+        position = vehicle.body.moving_target()
     return dialect.MAVLink_position_target_local_ned_message(
         boot_ms(s),
         dialect.MAV_FRAME_LOCAL_NED,
-        _MASKS[copter.guided.submode],
+        _MASKS[vehicle.guided.submode],
         *position,
         *(target.velocity_m_s or zero),
         *(target.acceleration_m_s2 or zero),
@@ -45,11 +45,11 @@ def position_target_local_ned(s: Snapshot) -> Message | None:
 
 def position_target_global_int(s: Snapshot) -> Message | None:
     """POSITION_TARGET_GLOBAL_INT: only in GUIDED towards a position."""
-    copter = s.vehicle
-    assert isinstance(copter, Copter)
-    if copter.mode is not copter.guided or copter.guided.submode is not Submode.POSITION:
+    vehicle = s.vehicle
+    assert isinstance(vehicle, Copter)
+    if vehicle.mode is not vehicle.guided or vehicle.guided.submode is not Submode.POSITION:
         return None
-    target = copter.guided.target.position_m or (0.0, 0.0, 0.0)
+    target = vehicle.guided.target.position_m or (0.0, 0.0, 0.0)
     return global_target(s, target)
 
 

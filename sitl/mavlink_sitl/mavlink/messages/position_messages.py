@@ -140,10 +140,10 @@ def hud(s: Snapshot, airspeed_m_s: float, throttle: float, always: bool = False)
 
 def nav_controller_output(s: Snapshot) -> Message:
     """NAV_CONTROLLER_OUTPUT: where the target is, in GUIDED towards a position."""
-    copter, m = s.vehicle, s.motion
+    vehicle, m = s.vehicle, s.motion
     distance = bearing = climb = 0.0
-    if copter.guidance.track_position_xy and copter.guidance.motors is Motors.FLY:
-        north, east, down = copter.body.moving_target()
+    if vehicle.guidance.track_position_xy and vehicle.guidance.motors is Motors.FLY:
+        north, east, down = vehicle.body.moving_target()
         north, east = north - m.north_m, east - m.east_m
         distance = math.hypot(north, east)
         bearing = math.degrees(math.atan2(east, north))

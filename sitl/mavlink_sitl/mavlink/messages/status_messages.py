@@ -26,26 +26,26 @@ MAX_VOLTAGE_MV = 65534
 
 def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     """HEARTBEAT; at a mode change the flag of the old mode still counts, as recorded."""
-    copter = s.vehicle
-    mode = copter.mode.spec
-    personality = copter.personality
+    vehicle = s.vehicle
+    mode = vehicle.mode.spec
+    personality = vehicle.personality
     base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
-    base_mode |= mode.base_flags if copter.started else personality.boot_flags
+    base_mode |= mode.base_flags if vehicle.started else personality.boot_flags
     # RTL's controller stops with the motors, LAND's continues, as recorded.
-    controlled = mode.position_controlled and (copter.armed or mode.behaviour != "rtl")
+    controlled = mode.position_controlled and (vehicle.armed or mode.behaviour != "rtl")
     if controlled or was_position_controlled:
         base_mode |= dialect.MAV_MODE_FLAG_GUIDED_ENABLED
-    if copter.soft_armed:
+    if vehicle.soft_armed:
         base_mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED
     number = mode.number
-    if not copter.started and personality.boot_mode is not None:
+    if not vehicle.started and personality.boot_mode is not None:
         number = personality.boot_mode
     return dialect.MAVLink_heartbeat_message(
         personality.mav_type,
         personality.mav_autopilot,
         base_mode,
         number,
-        int(copter.system_status),
+        int(vehicle.system_status),
         3,
     )
 
@@ -56,34 +56,34 @@ _GEOFENCE, _ESTIMATOR, _TERRAIN = 0x00100000, 0x00200000, 0x00400000
 _LOGGING, _BATTERY, _PREARM = 0x01000000, 0x02000000, 0x10000000
 
 
-def _sensors(copter: Commander) -> tuple[int, int, int]:
+def _sensors(vehicle: Commander) -> tuple[int, int, int]:
     """What there is, what is used, and what of it is well."""
-    sensors = copter.personality.sensors
-    controlled = sensors.by_mode.get(copter.mode.spec.name, sensors.otherwise)
+    sensors = vehicle.personality.sensors
+    controlled = sensors.by_mode.get(vehicle.mode.spec.name, sensors.otherwise)
     present, enabled = sensors.present, sensors.enabled | controlled
     healthy = sensors.healthy | controlled
-    if not copter.battery_known:
+    if not vehicle.battery_known:
         present &= ~_TERRAIN
         enabled &= ~_TERRAIN
         healthy &= ~(_TERRAIN | _BATTERY | _MAGNETOMETER)
-    estimator, fence = copter.estimator, copter.fence
+    estimator, fence = vehicle.estimator, vehicle.fence
     if estimator.gps_started:
         present, enabled, healthy = present | _GPS, enabled | _GPS, healthy | _GPS
     if estimator.has_origin:
         enabled |= _ESTIMATOR
         well = estimator.using_gps or not sensors.estimator_needs_gps
         healthy |= _ESTIMATOR if well else 0
-    if copter.armed:
+    if vehicle.armed:
         enabled |= _LOGGING
-    if copter.armed or copter.arming.checks_passed:
+    if vehicle.armed or vehicle.arming.checks_passed:
         healthy |= _PREARM
-    if copter.failsafe.battery_level:
+    if vehicle.failsafe.battery_level:
         healthy &= ~_BATTERY
-    if copter.pilot.lost or copter.pilot.throttle_failed:
+    if vehicle.pilot.lost or vehicle.pilot.throttle_failed:
         healthy &= ~_RADIO
     if fence.present:
         present |= _GEOFENCE
-        enabled |= _GEOFENCE if fence.enabled and copter.parameters["FENCE_ACTION"] else 0
+        enabled |= _GEOFENCE if fence.enabled and vehicle.parameters["FENCE_ACTION"] else 0
     if not fence.breached:
         healthy |= _GEOFENCE
     return present, enabled, healthy
@@ -91,9 +91,9 @@ def _sensors(copter: Commander) -> tuple[int, int, int]:
 
 def sys_status(s: Snapshot) -> Message:
     """SYS_STATUS; before the power monitor has readings there is no voltage."""
-    copter = s.vehicle
-    known = copter.battery_known
-    present, enabled, health = _sensors(copter)
+    vehicle = s.vehicle
+    known = vehicle.battery_known
+    present, enabled, health = _sensors(vehicle)
     battery = s.battery
     return dialect.MAVLink_sys_status_message(
         present,
@@ -109,16 +109,16 @@ def sys_status(s: Snapshot) -> Message:
 
 def battery_status(s: Snapshot) -> Message:
     """BATTERY_STATUS: the whole pack's voltage in the first cell's place, as recorded."""
-    copter, battery = s.vehicle, s.battery
+    vehicle, battery = s.vehicle, s.battery
     further = s.instruments.next_battery()
     if further is not None:
         return further_battery_status(further)
-    known = copter.battery_known
+    known = vehicle.battery_known
     voltages = [65535] * 10
     charge_state = dialect.MAV_BATTERY_CHARGE_STATE_UNHEALTHY
     if known:
         voltages[0] = to_int(battery.voltage_v * 1000.0, 0, MAX_VOLTAGE_MV)
-        charge_state = dialect.MAV_BATTERY_CHARGE_STATE_OK + copter.failsafe.battery_level
+        charge_state = dialect.MAV_BATTERY_CHARGE_STATE_OK + vehicle.failsafe.battery_level
     return dialect.MAVLink_battery_status_message(
         0,
         0,
@@ -195,10 +195,10 @@ def servo_output_raw(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: four motors, 1000 at rest; hover is near 1590 as recorded."""
     # Thrust goes with the square of the motor command above idle; hover pins the scale.
     raw = to_u16(1000.0 + 590.0 * math.sqrt(max(s.thrust_over_hover, 0.0)))
-    copter = s.vehicle
-    assert isinstance(copter, Copter)
-    motors = copter.motor_test.outputs_us() if copter.motor_test.running else [min(raw, 2000)] * 4
-    others = [copter.outputs.servos_us.get(output, 0) for output in range(5, 17)]
+    vehicle = s.vehicle
+    assert isinstance(vehicle, Copter)
+    motors = vehicle.motor_test.outputs_us() if vehicle.motor_test.running else [min(raw, 2000)] * 4
+    others = [vehicle.outputs.servos_us.get(output, 0) for output in range(5, 17)]
     return dialect.MAVLink_servo_output_raw_message(
         s.time_boot_us & 0xFFFFFFFF, 0, *motors, *others
     )
@@ -206,10 +206,10 @@ def servo_output_raw(s: Snapshot) -> Message:
 
 def rc_channels(s: Snapshot) -> Message:
     """RC_CHANNELS."""
-    copter = s.vehicle
-    channels = copter.radio.channels(copter.now_s)
+    vehicle = s.vehicle
+    channels = vehicle.radio.channels(vehicle.now_s)
     return dialect.MAVLink_rc_channels_message(
-        boot_ms(s), copter.pilot.count, *channels, *([0] * (18 - len(channels))), 255
+        boot_ms(s), vehicle.pilot.count, *channels, *([0] * (18 - len(channels))), 255
     )
 
 
@@ -219,12 +219,12 @@ _AS_IN_MISSION = ("AUTO.LAND", "AUTO.TAKEOFF")
 
 def mission_current(s: Snapshot) -> Message:
     """MISSION_CURRENT: with ArduPilot home does not count, with PX4 none is 65535."""
-    copter, plans = s.vehicle, s.vehicle.plans
-    rules = copter.personality.plan_rules
-    flying = copter.mode is copter.auto
+    vehicle, plans = s.vehicle, s.vehicle.plans
+    rules = vehicle.personality.plan_rules
+    flying = vehicle.mode is vehicle.auto
     total = max(len(plans.mission.items) - int(rules.home_first), 0)
     # PX4 counts a mission that it will not fly as none, whatever its length.
-    none = not copter.has_mission if rules.identified else not total
+    none = not vehicle.has_mission if rules.identified else not total
     state = dialect.MISSION_STATE_NO_MISSION if none else int(plans.state)
     if not rules.identified:
         return dialect.MAVLink_mission_current_message(plans.current, total, state, int(flying))
@@ -232,7 +232,7 @@ def mission_current(s: Snapshot) -> Message:
         plans.current,
         total or 65535,
         state,
-        1 if flying or copter.mode.spec.name in _AS_IN_MISSION else 2,
+        1 if flying or vehicle.mode.spec.name in _AS_IN_MISSION else 2,
     )
     ids = (plans.mission.identity, plans.fence.identity, plans.rally.identity)
     return Extended(message, struct.pack("<III", *ids))

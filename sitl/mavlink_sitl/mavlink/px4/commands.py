@@ -157,16 +157,16 @@ def _request_message(server: Px4Server, command: ReceivedCommand) -> Result:
 
 
 def _set_home(server: Px4Server, command: ReceivedCommand) -> Result:
-    copter = server.vehicle
-    if not copter.estimator.position_ok:
+    vehicle = server.vehicle
+    if not vehicle.estimator.position_ok:
         return Result.TEMPORARILY_REJECTED
     if command.params[0] == 1.0:
-        copter.set_home()
+        vehicle.set_home()
         return Result.ACCEPTED
     point = place_of(command)
     if point is None or not usable(command.z):
         return Result.DENIED
-    copter.navigator.set_home_at(point._replace(altitude_amsl_m=command.z))
+    vehicle.navigator.set_home_at(point._replace(altitude_amsl_m=command.z))
     return Result.ACCEPTED
 
 

@@ -73,8 +73,8 @@ class Px4Server(MavlinkServer):
     """Speaks for one vehicle on one link, from one power-up to the next.
 
     Args:
-        served: the vehicle, with the firmware of `copter`.
-        copter: its firmware.
+        served: the vehicle, with the same firmware.
+        vehicle: its firmware.
         encoder: keeps the link's sequence numbers, over reboots too.
         role: "onboard" for a companion computer's link, "gcs" for a ground station's.
 
@@ -89,16 +89,16 @@ class Px4Server(MavlinkServer):
     steady = frozenset({0, 42})
     """HEARTBEAT, and MISSION_CURRENT of the mission service"""
 
-    def __init__(self, served: PoweredUp, copter: Px4Vehicle, encoder: Encoder, role: str) -> None:
+    def __init__(self, served: PoweredUp, vehicle: Px4Vehicle, encoder: Encoder, role: str) -> None:
         self.builders = {
-            **kind_messages.BUILDERS[copter.personality.kind],
+            **kind_messages.BUILDERS[vehicle.personality.kind],
             _CURRENT_MODE: self._current_mode,
         }
         super().__init__(served, (encoder,))
-        self.vehicle = copter
+        self.vehicle = vehicle
         self.role = role
         self.peers: list[Px4Server] = [self]
-        self._parameters: Px4ParameterServer = Px4ParameterServer(copter.parameters)
+        self._parameters: Px4ParameterServer = Px4ParameterServer(vehicle.parameters)
         self._texts = StatusTextEncoder(numbers_all=True)
         self._gcs_heard_us: int | None = None
         self._ping_seq = 0
@@ -120,7 +120,7 @@ class Px4Server(MavlinkServer):
             {
                 "PING": self._on_ping,
                 "MANUAL_CONTROL": self._on_manual_control,
-                **follow_target.handlers(copter),
+                **follow_target.handlers(vehicle),
             }
         )
         for unheard in ("REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE"):

@@ -114,14 +114,14 @@ def from_attitude_target(message: Message) -> Setpoint:
     )
 
 
-def from_global_int(message: Message, copter: Px4Vehicle) -> Setpoint:
+def from_global_int(message: Message, vehicle: Px4Vehicle) -> Setpoint:
     """The setpoint in the local frame.
 
     Raises:
         RefusedError: as above, or a place that is not on earth.
     """
     kind, frame = message.get_type(), message.coordinate_frame
-    navigator = copter.navigator
+    navigator = vehicle.navigator
     if frame not in (AMSL, RELATIVE, TERRAIN):
         raise RefusedError(f"{kind} invalid coordinate frame {frame}")
     latitude, longitude = message.lat_int / 1e7, message.lon_int / 1e7

@@ -47,7 +47,7 @@ class Sticks:
             except BlockingIOError:
                 break
         if newest is not None and len(newest) == _CHANNELS.size:
-            self._vehicle.copter.pilot.receive(_CHANNELS.unpack(newest))
+            self._vehicle.firmware.pilot.receive(_CHANNELS.unpack(newest))
 
     def close(self) -> None:
         """Close the socket."""
@@ -120,7 +120,7 @@ class Program:
 
         def look() -> None:
             sticks.look()
-            if vehicle.copter.boot_s > 0.0:
+            if vehicle.firmware.boot_s > 0.0:
                 runner.stop()
 
         links = [LinkAddress("tcpin", "127.0.0.1", options.port + each) for each in _SERIALS]
