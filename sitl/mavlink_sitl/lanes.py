@@ -78,9 +78,6 @@ class Ops:
         return math.remainder(angle, math.tau)
 
 
-ScalarOps = Ops
-
-
 class ArrayOps(Ops):
     """The same on lanes of N vehicles, which are arrays of shape (N,)."""
 

@@ -6,8 +6,6 @@ lanes of `physics`.
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans.plans import Plans
@@ -26,6 +24,7 @@ from mavlink_sitl.exchange import (
     Vector,
 )
 from mavlink_sitl.links.simulated_link import SimulatedLink
+from mavlink_sitl.links.tlog import TlogWriter
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
@@ -37,14 +36,6 @@ from mavlink_sitl.vehicles.injection import Failures
 
 REBOOT_US = 1_200_000
 """Silence from the acknowledgement of a reboot to the first HEARTBEAT"""
-
-
-class FrameLog(Protocol):
-    """The record of frames."""
-
-    def write(self, unix_time_us: int, frame: bytes) -> None:
-        """Record a frame."""
-        ...
 
 
 class SimulatedVehicle(VehicleBody):
@@ -72,7 +63,7 @@ class SimulatedVehicle(VehicleBody):
         system_id: int,
         fleet: Fleet,
         seed: int,
-        log: FrameLog | None,
+        log: TlogWriter | None,
         epoch_us: int,
     ) -> None:
         super().__init__(index, config, fleet)

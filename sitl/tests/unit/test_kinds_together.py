@@ -14,7 +14,7 @@ from mavlink_sitl.autopilot.control import drive_controller, glide_controller
 from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.config import ConfigurationError
 from mavlink_sitl.dynamics import boat, plane, rover
-from mavlink_sitl.lanes import ArrayOps, ScalarOps
+from mavlink_sitl.lanes import ArrayOps, Ops
 from sitl_support.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
 
 GUIDED = {"copter": 4, "rover": 15, "boat": 15, "plane": 15}
@@ -153,11 +153,11 @@ def test_a_boat_answers_more_slowly_than_a_car() -> None:
 
 
 def test_models_give_the_same_for_one_and_for_many() -> None:
-    one, many = ScalarOps(), ArrayOps(3)
+    one, many = Ops(), ArrayOps(3)
     for o in (one, many):
         assert o.sin(o.full(0.5)) == pytest.approx(math.sin(0.5))
 
-    def drive(o: ScalarOps | ArrayOps) -> list[list[float]]:
+    def drive(o: Ops) -> list[list[float]]:
         state = rover.at_rest(o.full(0.0), o.full(0.3), o)
         sea = rover.at_rest(o.full(0.0), o.full(0.3), o)
         air = plane.at_rest(o.full(0.0), o.full(0.3), o)
@@ -177,7 +177,7 @@ def test_models_give_the_same_for_one_and_for_many() -> None:
 
 
 def test_controllers_stop_what_is_not_commanded_to_move() -> None:
-    o = ScalarOps()
+    o = Ops()
     _, throttle, steering = drive_controller.step(
         drive_controller.initial(o),
         drive_controller.DriveTargets(*[0.0] * 11),

@@ -20,11 +20,11 @@ from mavlink_sitl.autopilot.parameters import (
 from mavlink_sitl.dynamics import battery, quadrotor
 from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection
-from mavlink_sitl.lanes import ArrayOps, Ops, ScalarOps, ops_for
+from mavlink_sitl.lanes import ArrayOps, Ops, ops_for
 from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.mavlink.messages.streams import NEVER_US, StreamSchedule
 
-SCALAR = ScalarOps()
+SCALAR = Ops()
 MODEL = quadrotor.QuadrotorModel()
 DT_S = 0.01
 CALM = (0.0, 0.0, 0.0)

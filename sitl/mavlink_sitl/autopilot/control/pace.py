@@ -10,9 +10,9 @@ import math
 
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.exchange import Limits
-from mavlink_sitl.lanes import ScalarOps
+from mavlink_sitl.lanes import Ops
 
-_SCALAR = ScalarOps()
+_SCALAR = Ops()
 
 
 class Pace:

@@ -8,9 +8,9 @@ from __future__ import annotations
 import errno
 import posixpath
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from datetime import datetime, timezone
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.mavlink.files import component_metadata, packed_parameters
 from mavlink_sitl.mavlink.files.contents import Contents, Stored
@@ -18,23 +18,7 @@ from mavlink_sitl.mavlink.files.storage import Storage, StorageError
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
-
-
-class Log(Protocol):
-    """A log of the vehicle's own."""
-
-    data: bytearray
-    begun_unix_s: int
-
-
-class Card(Protocol):
-    """What the vehicle's files are on; the members are those of `logbook.Logbook`."""
-
-    storage: Storage
-
-    @property
-    def logs(self) -> Sequence[Log]:
-        """Those that are stored."""
+    from mavlink_sitl.mavlink.logs.logbook import Logbook
 
 
 class FileSystem(ABC):
@@ -47,7 +31,7 @@ class FileSystem(ABC):
     own_folders: tuple[str, ...] = ()
     """Those that are always there, without those above them"""
 
-    def __init__(self, card: Card, vehicle: Commander) -> None:
+    def __init__(self, card: Logbook, vehicle: Commander) -> None:
         self.storage: Storage = card.storage
         self._card = card
         self._vehicle = vehicle

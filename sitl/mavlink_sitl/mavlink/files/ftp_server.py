@@ -20,7 +20,6 @@ from mavlink_sitl.mavlink.files.component_metadata import crc32
 from mavlink_sitl.mavlink.files.contents import Contents
 from mavlink_sitl.mavlink.files.file_system import (
     ArduPilotFileSystem,
-    Card,
     FileSystem,
     Px4FileSystem,
 )
@@ -40,6 +39,7 @@ from mavlink_sitl.mavlink.messages.streams import NEVER_US
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
+    from mavlink_sitl.mavlink.logs.logbook import Logbook
 
 T = TypeVar("T")
 
@@ -60,7 +60,7 @@ class FtpServer:
     file closed"""
     parts_max = 2000
 
-    def __init__(self, card: Card, vehicle: Commander, send: Callable[[Message], None]) -> None:
+    def __init__(self, card: Logbook, vehicle: Commander, send: Callable[[Message], None]) -> None:
         self._files = self.system(card, vehicle)
         self._send = send
         self._waiting: deque[Request] = deque()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.exchange import Guidance, Motors
-from mavlink_sitl.lanes import ScalarOps
+from mavlink_sitl.lanes import Ops
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.firmware import Firmware
@@ -18,7 +18,7 @@ BRAKE_DECELERATION_M_S2 = 7.5
 LAND_PAUSE_S = 4.0
 """From a failsafe's change to LAND until it sinks"""
 
-_SCALAR = ScalarOps()
+_SCALAR = Ops()
 
 
 class Brake(Mode):

@@ -9,7 +9,7 @@ from mavlink_sitl.autopilot.ardupilot.copter import pilot_input
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.exchange import GRAVITY_M_S2, Guidance, Limits, Motors, Vector, YawMode
-from mavlink_sitl.lanes import ScalarOps
+from mavlink_sitl.lanes import Ops
 
 STEP_S = 0.05
 LOITER_LEAN = 2.0 / 3.0
@@ -23,7 +23,7 @@ CLIMBS_M_S = 0.0
 TAKEN_OFF_M = 0.1
 """A take-off by the stick ends so far below its height"""
 
-_SCALAR = ScalarOps()
+_SCALAR = Ops()
 
 
 class Leans(Mode):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.exchange import Motors, YawMode
 from mavlink_sitl.guidance import DriveGuidance
-from mavlink_sitl.lanes import ScalarOps
+from mavlink_sitl.lanes import Ops
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
@@ -29,7 +29,7 @@ ARRIVED_M = 0.22
 CORNER_M_S = 2.0
 """How fast it may be where a leg ends and another begins: 2.06 in two corners of `rover_auto`"""
 
-_SCALAR = ScalarOps()
+_SCALAR = Ops()
 
 
 def drive_towards(
