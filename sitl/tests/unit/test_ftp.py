@@ -21,7 +21,6 @@ from sitl_support.ftp_client import (
     reply,
 )
 from sitl_support.ground_station import ACCEPTED
-from sitl_support.missions import home, take_off, upload, waypoint
 
 TERMINATE, RESET, LIST, OPEN, READ, CREATE, WRITE, REMOVE, MAKE, REMOVE_FOLDER = range(1, 11)
 OPEN_TO_WRITE, TRUNCATE, RENAME, CRC, BURST = range(11, 16)

@@ -20,7 +20,7 @@ from sitl_support.ground_station import (
     flying,
 )
 from sitl_support.missions import home, item, take_off, upload, waypoint
-from sitl_support.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
+from sitl_support.transmitter import ROLL, THROTTLE, Transmitter
 
 pytestmark = pytest.mark.wide
 
