@@ -158,7 +158,12 @@ class Physics:
         if self.count > 1:
             belief = control_state.Belief(*(lane[index] for lane in belief))
         self.control = control_state.retargeted(
-            self.control, guidance, belief, lambda lane, value: self.with_value(lane, index, value)
+            self.control,
+            guidance,
+            belief,
+            self.gains,
+            lambda lane: self.at(lane, index),
+            lambda lane, value: self.with_value(lane, index, value),
         )
 
     # Views.

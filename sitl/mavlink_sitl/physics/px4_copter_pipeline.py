@@ -31,6 +31,7 @@ GAINS = ControllerGains(
     velocity_z_i=2.0,
     filter_z_hz=UNFILTERED_HZ,
     direct_push_z=True,
+    restart_keeps_lean=False,
     max_lean=1.0,
     most_faster_m_s=20.0,
 )

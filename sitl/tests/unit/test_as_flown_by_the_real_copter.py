@@ -11,6 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from sitl_support.ground_station import (
+    ACCELERATION,
     ACCEPTED,
     BRAKE,
     GUIDED,
@@ -241,3 +242,44 @@ def test_in_guided_it_also_waits_for_home_and_for_a_position() -> None:
     assert refusals(station) == ["Need Position Estimate"]
     station.run(42.5 - station.now_s)
     assert station.arm() == ACCEPTED
+
+
+# One kind of setpoint after another.
+
+VELOCITY_ACCELERATION = 0xC07
+Vector = tuple[float, float, float]
+KINDS: list[tuple[int, Vector, Vector, list[Row]]] = [
+    # Mask, velocity and acceleration, streamed for 3.05 s; north and east after so many seconds.
+    (VELOCITY, (3.0, 0.0, 0.0), (0.0, 0.0, 0.0), [(1.0, 0.41, 0.0), (2.0, 3.16, 0.0)]),
+    (VELOCITY_ACCELERATION, (3.0, 2.0, 0.0), (0.5, 0.0, 0.0), [(1.0, 9.09, 0.37)]),
+    (ACCELERATION, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), [(1.0, 19.2, 6.57), (2.0, 22.48, 9.83)]),
+    (VELOCITY, (0.0, -4.0, -1.0), (0.0, 0.0, 0.0), [(1.0, 28.85, 18.82), (2.0, 30.01, 21.39)]),
+]
+
+
+def test_velocities_and_accelerations_in_turn_are_flown_as_by_the_real_one() -> None:
+    """It corrects across its new course with up to 0.7 of its acceleration."""
+    station = flying(15.0)
+    station.run(4.0)
+    for mask, velocity, acceleration, rows in KINDS:
+        begin_s = station.now_s
+        for _ in range(30):
+            station.setpoint(mask, velocity=velocity, acceleration=acceleration)
+            station.run(0.1017)
+            for after_s, north, east in rows:
+                if abs(station.now_s - begin_s - after_s) < 0.05:
+                    assert station.position[:2] == pytest.approx((north, east), abs=0.9), after_s
+
+
+def test_a_lean_goes_on_for_a_while_when_another_kind_of_setpoint_comes() -> None:
+    """The integrator takes it over, until the velocity at that moment is flown: 0.76 m/s."""
+    station = flying(15.0)
+    station.run(4.0)
+    north_0, east_0, _ = station.position
+    station.setpoint(POSITION, (north_0 + 4.23, east_0 + 10.43, -12.0))
+    station.run(1.0)
+    station.setpoint(ACCELERATION, acceleration=(1.0, 0.0, 0.0))
+    station.run(3.0)
+    assert station.velocity[1] == pytest.approx(0.76, abs=0.6)
+    station.run(1.0)
+    assert station.position[1] - east_0 == pytest.approx(6.06, abs=1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from operator import attrgetter
@@ -39,6 +40,8 @@ class ControllerGains(NamedTuple):
     """PSC_ACCZ_I, likewise"""
     direct_push_z: bool = False
     """Whether there is no loop around the acceleration (PX4)"""
+    restart_keeps_lean: bool = True
+    """Whether a restart makes the present lean the integrator's (init_NE_controller of ArduCopter)"""
     max_lean: float = 0.5774
     """Tangent of ANGLE_MAX, 30 degrees"""
     most_ahead_m: float = 5.0
@@ -203,7 +206,12 @@ def packed(
 
 
 def retargeted(
-    state: ControllerState, g: Guidance, belief: Belief, put: Callable[[Lane, float], Lane]
+    state: ControllerState,
+    g: Guidance,
+    belief: Belief,
+    k: ControllerGains,
+    get: Callable[[Lane], float],
+    put: Callable[[Lane, float], Lane],
 ) -> ControllerState:
     """What the controllers remember once one vehicle is told something new.
 
@@ -211,6 +219,8 @@ def retargeted(
         state: what they remember now.
         g: the new guidance.
         belief: where the vehicle thinks it is, every field a float.
+        k: their gains.
+        get: reads the vehicle's number in a lane.
         put: writes the vehicle's number into a lane.
     """
     level, upright, yaw_rad = state.horizontal, state.vertical, state.yaw_rad
@@ -231,6 +241,8 @@ def retargeted(
             velocity_north_m_s=put(level.velocity_north_m_s, belief.velocity_north_m_s),
             velocity_east_m_s=put(level.velocity_east_m_s, belief.velocity_east_m_s),
         )
+        if k.restart_keeps_lean:
+            level = _keeping_lean(level, k, get, put)
     if g.restart_z:
         upright = upright._replace(
             down_m=put(upright.down_m, belief.down_m),
@@ -239,3 +251,38 @@ def retargeted(
     if g.yaw_mode is YawMode.ANGLE:
         yaw_rad = put(yaw_rad, g.yaw_rad)
     return ControllerState(level, upright, yaw_rad, state.spool)
+
+
+def _keeping_lean(
+    s: HorizontalState,
+    k: ControllerGains,
+    get: Callable[[Lane], float],
+    put: Callable[[Lane, float], Lane],
+) -> HorizontalState:
+    """A new desired motion begins without acceleration, and the integrator has the lean.
+
+    A vehicle that was accelerating therefore does so until the integrator has emptied.
+    """
+    axes = zip(
+        (s.acceleration_north_m_s2, s.acceleration_east_m_s2),
+        (s.error_north_m_s, s.error_east_m_s),
+        (s.integrator_north_m_s2, s.integrator_east_m_s2),
+        (s.error_rate_north_m_s2, s.error_rate_east_m_s2),
+        strict=True,
+    )
+    north, east = (
+        get(wanted) + k.velocity_xy * get(error) + get(gathered) + k.velocity_xy_d * get(rate)
+        for wanted, error, gathered, rate in axes
+    )
+    most = k.max_lean * GRAVITY_M_S2
+    scale = most / max(math.hypot(north, east), most)
+    return s._replace(
+        acceleration_north_m_s2=put(s.acceleration_north_m_s2, 0.0),
+        acceleration_east_m_s2=put(s.acceleration_east_m_s2, 0.0),
+        integrator_north_m_s2=put(s.integrator_north_m_s2, north * scale),
+        integrator_east_m_s2=put(s.integrator_east_m_s2, east * scale),
+        error_north_m_s=put(s.error_north_m_s, 0.0),
+        error_east_m_s=put(s.error_east_m_s, 0.0),
+        error_rate_north_m_s2=put(s.error_rate_north_m_s2, 0.0),
+        error_rate_east_m_s2=put(s.error_rate_east_m_s2, 0.0),
+    )

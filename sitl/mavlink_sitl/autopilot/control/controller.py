@@ -32,6 +32,8 @@ HorizontalLaw = Callable[
 """Like `horizontal`: from what is remembered, wanted and believed to two leans"""
 OVERSPEED_GAIN = 2.0
 """POSCONTROL_OVERSPEED_GAIN_Z of the firmware"""
+CORNER_SHARE = math.sqrt(0.5)
+"""CORNER_ACCELERATION_RATIO of the firmware"""
 _LOOK_AHEAD, _RATE = float(YawMode.LOOK_AHEAD), float(YawMode.RATE)  # as the lanes have them
 
 
@@ -128,6 +130,42 @@ def approach_speed(distance: Lane, t: Targets, o: Ops) -> Lane:
     return sqrt_approach(distance, gain, 0.5 * t.acceleration_xy_m_s2, o)
 
 
+def cornering(
+    n: Lane, e: Lane, wanted_v_n: Lane, wanted_v_e: Lane, most: Lane, o: Ops
+) -> tuple[Lane, Lane]:
+    """A correcting acceleration, shortened to `most`, with a share for what is across.
+
+    Where more of it is along the wanted velocity than across it, up to CORNER_SHARE of `most`
+    is kept for what is across, so that the vehicle is on its new course early (shape_vel_accel_xy
+    of the firmware).
+    """
+    length = o.hypot(n, e)
+    short = length <= most
+    if short is True:  # one vehicle, as nearly always
+        return n, e
+    scale = most / o.maximum(length, most)
+    wanted_v = o.hypot(wanted_v_n, wanted_v_e)
+    unit_n, unit_e = wanted_v_n / o.maximum(wanted_v, 1e-9), wanted_v_e / o.maximum(wanted_v, 1e-9)
+    along = n * unit_n + e * unit_e
+    across_n, across_e = n - unit_n * along, e - unit_e * along
+    across = o.hypot(across_n, across_e)
+    kept = o.minimum(across, CORNER_SHARE * most)
+    share = kept / o.maximum(across, 1e-9)
+    left = o.sqrt(most * most - kept * kept)
+    along_kept = o.clip(along, -left, left)
+    corner = (abs(along) > across) & (length > most) & (wanted_v > 0.0)
+    return (
+        o.where(corner, across_n * share + unit_n * along_kept, n * scale),
+        o.where(corner, across_e * share + unit_e * along_kept, e * scale),
+    )
+
+
+def shortened(n: Lane, e: Lane, _v_n: Lane, _v_e: Lane, most: Lane, o: Ops) -> tuple[Lane, Lane]:
+    """The same in its own direction, whatever velocity is wanted (PX4's trajectories)."""
+    scale = most / o.maximum(o.hypot(n, e), most)
+    return n * scale, e * scale
+
+
 def horizontal(
     s: HorizontalState,
     t: Targets,
@@ -137,6 +175,7 @@ def horizontal(
     k: ControllerGains,
     o: Ops,
     approach: Callable[[Lane, Targets, Ops], Lane] = approach_speed,
+    shorten: Callable[[Lane, Lane, Lane, Lane, Lane, Ops], tuple[Lane, Lane]] = cornering,
 ) -> tuple[HorizontalState, Lane, Lane]:
     """Shape and track North and East; returns the leans."""
     # Names in place of fields: a third of the time of one vehicle.
@@ -159,15 +198,15 @@ def horizontal(
     speed = o.minimum(approach(distance, t, o), t.speed_xy_m_s)
     scale = t.track_position_xy * speed / o.maximum(distance, 1e-6)
     # From velocity error to acceleration.
-    d_n = e_n * scale + target_v_n - v_n
-    d_e = e_e * scale + target_v_e - v_e
+    wanted_v_n, wanted_v_e = e_n * scale + target_v_n, e_e * scale + target_v_e
+    d_n, d_e = wanted_v_n - v_n, wanted_v_e - v_e
     difference = o.hypot(d_n, d_e)
     wanted = sqrt_approach(difference, j_limit / a_limit, j_limit, o)
-    wanted = o.minimum(wanted, a_limit)
     scale = track_v * wanted / o.maximum(difference, 1e-6)
+    c_n, c_e = shorten(d_n * scale, d_e * scale, wanted_v_n, wanted_v_e, a_limit, o)
     # From acceleration error to jerk.
-    j_n = d_n * scale + target_a_n - a_n
-    j_e = d_e * scale + target_a_e - a_e
+    j_n = c_n + target_a_n - a_n
+    j_e = c_e + target_a_e - a_e
     most = j_limit * dt
     scale = most / o.maximum(o.hypot(j_n, j_e), most)
     a_n = (a_n + j_n * scale) * free

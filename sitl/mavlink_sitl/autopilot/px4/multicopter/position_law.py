@@ -57,7 +57,9 @@ def _smooth(
     pace = 1.0 - lags * t.track_position_xy * o.minimum(
         o.hypot(behind_n, behind_e) / LAG_M, MOST_WAITING
     )
-    return controller.horizontal(s, t, b, free, dt * pace, k, o, _approach_speed)
+    return controller.horizontal(
+        s, t, b, free, dt * pace, k, o, _approach_speed, controller.shortened
+    )
 
 
 def _approach_speed(distance: Lane, t: Targets, o: Ops) -> Lane:
