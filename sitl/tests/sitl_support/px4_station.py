@@ -18,6 +18,9 @@ HOME = GeoPoint(47.397743, 8.545594, 488.0)
 NAN = math.nan
 FAST_STREAMS = (24, 30, 31, 32, 33, 36, 74, 83, 85, 87, 105, 111, 132, 141, 331)
 
+VERDICT_S = 0.02
+"""OFFBOARD without a stream is judged up to 10 ms later"""
+
 
 class Px4Station(GroundStation):
     """Sends and receives on the first link; DO_SET_MODE gives the second verdict."""
@@ -26,7 +29,13 @@ class Px4Station(GroundStation):
         """COMMAND_LONG; the results of all its acknowledgements."""
         values = [*params, *([0.0] * (7 - len(params)))]
         answers = self.send(mav.MAVLink_command_long_message(1, component, command, 0, *values))
-        return [m.result for m in answers if m.get_type() == "COMMAND_ACK"]
+        results = [m.result for m in answers if m.get_type() == "COMMAND_ACK"]
+        if command == mav.MAV_CMD_DO_SET_MODE and len(results) == 1:
+            begin = len(self.log)
+            self.run(VERDICT_S)
+            later = [m for _, m in self.log[begin:] if m.get_type() == "COMMAND_ACK"]
+            results += [m.result for m in later]
+        return results
 
     def mode(self, number: int) -> int:
         results = self.command_results(

@@ -108,6 +108,28 @@ def test_rejections_are_reported_once_a_second() -> None:
     assert station.texts() == ["Switching to Offboard is currently not available\t"]
 
 
+def test_offboard_is_accepted_when_its_first_setpoint_follows_the_command_at_once() -> None:
+    """The setpoint came 0.3 ms after the command, the acceptance after 10.8 ms."""
+    air = hovering()
+    command = mav.MAVLink_command_long_message(
+        1, 1, mav.MAV_CMD_DO_SET_MODE, 0, 1, 6, 0, 0, 0, 0, 0
+    )
+    answers = air.send(command)
+    assert [m.result for m in answers if m.get_type() == "COMMAND_ACK"] == [ACCEPTED]
+    begin = len(air.log)
+    air.stream_to(3.0, 60.0, 0.0, -10.0)
+    acks = [m.result for _, m in air.log[begin:] if m.get_type() == "COMMAND_ACK"]
+    assert (acks, air.custom_mode) == ([ACCEPTED], px4.OFFBOARD)
+    assert air.position[0] > 15.0
+
+
+def test_offboard_is_rejected_when_its_first_setpoint_comes_20_ms_later() -> None:
+    air = hovering()
+    assert air.mode(px4.OFFBOARD) == TEMPORARILY_REJECTED
+    air.stream_to(1.0, 60.0, 0.0, -10.0)
+    assert air.custom_mode == px4.LOITER
+
+
 # Streams.
 
 

@@ -41,7 +41,7 @@ class ControllerGains(NamedTuple):
     direct_push_z: bool = False
     """Whether there is no loop around the acceleration (PX4)"""
     restart_keeps_lean: bool = True
-    """Whether a restart makes the present lean the integrator's (init_NE_controller of ArduCopter)"""
+    """Whether a restart gives the present lean to the integrator (init_NE_controller)"""
     max_lean: float = 0.5774
     """Tangent of ANGLE_MAX, 30 degrees"""
     most_ahead_m: float = 5.0

@@ -45,7 +45,7 @@ def mode_number(base_mode: int, main: int, sub: int) -> int:
     return px4.POSCTL if base_mode & dialect.MAV_MODE_FLAG_GUIDED_ENABLED else px4.MANUAL
 
 
-def _set_mode(server: Px4Server, command: ReceivedCommand) -> Result:
+def _set_mode(server: Px4Server, command: ReceivedCommand) -> Result | None:
     # The receiver acknowledges first, whatever will become of it; the verdict comes after.
     server.acknowledge(command.id, Result.ACCEPTED)
     # Some clients leave param3 NaN where a mode has no sub mode.
@@ -53,7 +53,7 @@ def _set_mode(server: Px4Server, command: ReceivedCommand) -> Result:
     sub = int(command.params[2]) if usable(command.params[2]) else 0
     if not (0 <= main <= 255 and 0 <= sub <= 255):
         return Result.ACCEPTED  # a main mode that does not exist changes nothing
-    return server.vehicle.set_mode(mode_number(base, main, sub), told=server.asked_by_station())
+    return server.choose_mode(mode_number(base, main, sub))
 
 
 def _arm_disarm(server: Px4Server, command: ReceivedCommand) -> Result | None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.vehicle import ManualControl, Px4Vehicle
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
@@ -64,6 +65,9 @@ CALIBRATES = "[cal]"
 """How texts of a calibration begin"""
 ONBOARD, GCS = "onboard", "gcs"
 _HOME_POSITION, _OBSTACLE_DISTANCE, _CURRENT_MODE = 242, 330, 436
+COMMANDER_US = 10_000
+"""The commander judges a mode so much later at most: OFFBOARD with its first setpoint 0.3 ms behind
+the command was accepted, after 10.8 ms"""
 STATUS_US = 500_000
 """The commander publishes its vehicle_status so often, and whenever it changes"""
 _RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}
@@ -108,6 +112,8 @@ class Px4Server(MavlinkServer):
         self._asker = (0, 0)
         self._reached: tuple[int, int, int] | None = None
         self._gimbal: tuple[int, int] | None = None
+        self._undecided: tuple[int, tuple[int, int]] | None = None
+        """When an OFFBOARD without a stream is judged, and who asked for it"""
         self._mode_name = ""
         self._scans = False
         self._mode_told: tuple[int, int, int] | None = None
@@ -178,6 +184,8 @@ class Px4Server(MavlinkServer):
             due_us = min(due_us, self._reached[1])
         if self._gimbal is not None:
             due_us = min(due_us, self._gimbal[1])
+        if self._undecided is not None:
+            due_us = min(due_us, self._undecided[0])
         return due_us
 
     def tick(self, now_us: int) -> None:
@@ -192,6 +200,8 @@ class Px4Server(MavlinkServer):
             self._repeat_reached()
         if self._gimbal is not None and now_us >= self._gimbal[1]:
             self._ask_for_gimbal(*self._gimbal)
+        if self._undecided is not None and now_us >= self._undecided[0]:
+            self._decide()
 
     def _ask_for_gimbal(self, confirmation: int, due_us: int) -> None:
         asked = TAKE_NEUTRAL_RELEASE if confirmation == 0 else TAKE_NEUTRAL_RELEASE[:1]
@@ -284,7 +294,26 @@ class Px4Server(MavlinkServer):
         """COMMAND_ACK to whoever asked."""
         self.send(dialect.MAVLink_command_ack_message(command, int(result), 0, 0, *self._asker))
 
+    def choose_mode(self, number: int) -> Result | None:
+        """Change the mode; None while OFFBOARD may still get its first setpoint."""
+        if number == px4.OFFBOARD and self.vehicle.armed and not self.vehicle.can_run(number):
+            self._undecided = (self.now_us + COMMANDER_US, self._asker)
+            return None
+        return self.vehicle.set_mode(number, told=self.asked_by_station())
+
+    def _decide(self) -> None:
+        """Judge the OFFBOARD that waits."""
+        if self._undecided is None:
+            return
+        now_asks, self._asker = self._asker, self._undecided[1]
+        self._undecided = None
+        result = self.vehicle.set_mode(px4.OFFBOARD, told=self.asked_by_station())
+        self.flush_events()
+        self.acknowledge(dialect.MAV_CMD_DO_SET_MODE, result)
+        self._asker = now_asks
+
     def _on_command(self, message: Message) -> None:
+        self._decide()
         result = kind_commands.handle(self, from_message(message))
         # Texts come before the acknowledgement.
         later, self._later = self._later, []
@@ -294,11 +323,13 @@ class Px4Server(MavlinkServer):
             self.acknowledge(message.command, result)
 
     def _on_set_mode(self, message: Message) -> None:
+        self._decide()
         custom = message.custom_mode
         main, sub = custom >> 16 & 0xFF, custom >> 24 & 0xFF
         number = commands.mode_number(message.base_mode, main, sub)
-        result = self.vehicle.set_mode(number, told=self.asked_by_station())
-        self.acknowledge(dialect.MAV_CMD_DO_SET_MODE, result)
+        result = self.choose_mode(number)
+        if result is not None:
+            self.acknowledge(dialect.MAV_CMD_DO_SET_MODE, result)
 
     def _on_heartbeat(self, message: Message) -> None:
         if message.type == dialect.MAV_TYPE_GCS:
