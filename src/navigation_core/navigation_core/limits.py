@@ -48,12 +48,12 @@ class Limits:
         yaw_rate_rad_s: greatest yaw rate.
     """
 
-    speed_horizontal_m_s: float = 5.0
-    speed_up_m_s: float = 2.0
-    speed_down_m_s: float = 1.5
+    speed_horizontal_m_s: float = 3.0
+    speed_up_m_s: float = 1.5
+    speed_down_m_s: float = 1.0
     acceleration_horizontal_m_s2: float = 2.0
-    acceleration_vertical_m_s2: float = 1.5
-    jerk_m_s3: float = 4.0
+    acceleration_vertical_m_s2: float = 1.0
+    jerk_m_s3: float = 5.0
     yaw_rate_rad_s: float = math.radians(60.0)
 
     def __post_init__(self) -> None:

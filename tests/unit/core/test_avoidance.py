@@ -137,7 +137,7 @@ def test_a_step_flies_the_old_path_and_only_then_another_one_is_thought_of() -> 
 
 
 def test_a_vehicle_that_ran_beyond_its_stop_continues_from_where_it_is() -> None:
-    task, vehicle = goto(), hovering()
+    task, vehicle = goto(speed=5.0), hovering()
     vehicle.acceleration_max_m_s2 = 2.5  # of 4 that an emergency's brake counts on
     task.start(vehicle.observe(), vehicle.now)
     behind_m, seen, freed = [], 100, 130

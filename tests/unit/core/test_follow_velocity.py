@@ -335,7 +335,7 @@ def test_without_a_position_it_holds_by_velocity_and_ends_in_time(traits: Traits
     assert answer.by_velocity
     assert horizontal_norm(answer.setpoint.velocity_enu_m_s) < 0.01
     assert vehicle.status is Status.HOLDING
-    for _ in range(60):
+    for _ in range(110):
         vehicle.tell(FORWARD)
         vehicle.step()
     assert vehicle.outcome().code is OutcomeCode.NO_POSITION

@@ -1130,4 +1130,6 @@ def test_a_position_that_is_lost_while_it_is_in_doubt_ends_the_flight() -> None:
 
     flight = fly(task, vehicle, watch)
     assert flight.outcome.code is OutcomeCode.NO_POSITION
-    assert flight.steps[-1][0] - flight.steps[0][0] == pytest.approx(22.0, abs=0.3)
+    assert flight.steps[-1][0] - flight.steps[0][0] == pytest.approx(
+        20.0 + CONFIG.position_timeout_s, abs=0.3
+    )

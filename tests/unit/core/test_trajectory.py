@@ -228,7 +228,7 @@ def test_a_turn_that_would_pass_the_goal_is_not_taken() -> None:
     # Found by search: without the check the fastest candidate goes 3 cm too far.
     start = KinematicState((0.0, 0.0, 10.0), (1.7505322899934779, 3.2919670068076616, 0.0))
     goal = (7.603049522255155, 3.564541620566505, 10.0)
-    trajectory = plan_to(start, goal, Limits())
+    trajectory = plan_to(start, goal, LIMITS)
     assert trajectory.duration_s < 4.2
     offsets = [
         trajectory.sample(trajectory.duration_s * i / 400).position_enu_m[1] - goal[1]

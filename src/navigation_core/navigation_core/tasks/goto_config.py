@@ -88,7 +88,7 @@ class GotoConfig:
     following_gain_per_s: float = 1.0
     response_s: float = 0.2
     position_stale_s: float = 1.0
-    position_timeout_s: float = 2.0
+    position_timeout_s: float = 5.0
     step_gap_s: float = 0.5
     landed_timeout_s: float = 2.0
     airborne_height_m: float = 0.5
