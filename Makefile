@@ -119,7 +119,8 @@ lock: setup-dev ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgra
 			-o $$at-build.txt; \
 	done
 
-pages: setup-dev ## Write the pages that list what the simulated firmwares know
+pages: setup-dev ## Write the pages of parameters and simulated firmwares, and the parameters' schema
+	@$(ENTER) python scripts/list_parameters.py
 	@$(ENTER) python sitl/scripts/list_simulated.py
 
 wheels: setup-dev ## Build wheels in dist/: the packages that need no ROS, and the interfaces

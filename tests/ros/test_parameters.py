@@ -23,7 +23,7 @@ from navigation_bridge.configuration.make_config import (
     ServerConfig,
     make_config,
 )
-from navigation_bridge.configuration.parameter_table import FIXED, PARAMETERS
+from navigation_bridge.configuration.parameter_table import PARAMETERS
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import new_domain
 
@@ -78,7 +78,7 @@ def test_every_parameter_has_a_descriptor_with_its_range(make_node: MakeNode) ->
     for spec in PARAMETERS:
         descriptor = node.describe_parameter(spec.name)
         assert descriptor.description == spec.description
-        assert descriptor.read_only is (spec.name in FIXED)
+        assert descriptor.read_only is spec.fixed
         ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
         if spec.minimum is not None:
             assert (ranges[0].from_value, ranges[0].to_value) == (spec.minimum, spec.maximum)
@@ -148,7 +148,7 @@ def test_a_change_that_contradicts_is_rejected_with_the_reason(
     assert applied == []
 
 
-@pytest.mark.parametrize("name", sorted(FIXED))
+@pytest.mark.parametrize("name", [spec.name for spec in PARAMETERS if spec.fixed])
 def test_what_is_taken_at_the_start_cannot_change(
     changeable: tuple[Node, list[ServerConfig]], name: str
 ) -> None:

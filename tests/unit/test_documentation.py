@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import json
 import pkgutil
 import re
 import shlex
@@ -157,18 +156,6 @@ def test_the_page_of_the_architecture_leads_to_the_files_of_ten_changes() -> Non
 def test_pictures_fetch_nothing() -> None:
     for path in (ROOT / "docs").glob("*.svg"):
         assert 'url("http' not in path.read_text("utf-8"), path
-
-
-def test_every_parameter_is_documented_with_its_default() -> None:
-    text = (ROOT / "docs/parameters.md").read_text("utf-8")
-    rows = dict(re.findall(r"^\| `(\w+)` \| `([^`]*)` \|", text, re.MULTILINE))
-    expected = {
-        spec.name: f"{spec.default:g}"
-        if isinstance(spec.default, (int, float))
-        else json.dumps(spec.default)
-        for spec in PARAMETERS
-    }
-    assert rows == expected
 
 
 def test_every_option_key_exit_code_and_event_of_the_client_is_documented() -> None:

@@ -21,6 +21,7 @@ from mavlink_sitl import (
 )
 from navigation_bridge.configuration.known_obstacles import KnownObstacles
 from navigation_bridge.configuration.make_config import ServerConfig, make_config
+from navigation_bridge.configuration.settings import SafetyConfig
 
 __all__ = ["home_point", "origin_of", "server_config", "vehicle_config", "world"]
 
@@ -34,8 +35,6 @@ _RATES_HZ = {
     "HOME_POSITION": 0.5,
     "CURRENT_MODE": 5.0,
 }
-_ENDURANCE_S = 900.0
-"""Of a full battery, as the server's battery_endurance_s has it"""
 _POLYGONS = 4
 """Of FENCE_TYPE: the fence's areas, which no order has"""
 
@@ -104,7 +103,8 @@ def vehicle_config(
     if "FENCE_TYPE" in parameters:
         parameters["FENCE_TYPE"] = int(parameters["FENCE_TYPE"]) & ~_POLYGONS
     if autopilot == "px4" and "SIM_BAT_DRAIN" not in parameters:  # a real one
-        assumed_s = float((order.server or {}).get("battery_endurance_s", _ENDURANCE_S))
+        default_s = SafetyConfig().battery_endurance_s
+        assumed_s = float((order.server or {}).get("battery_endurance_s", default_s))
         endurance_s = assumed_s if not order.consumption_per_s else 1.0 / order.consumption_per_s
         parameters |= {"SIM_BAT_DRAIN": endurance_s, "SIM_BAT_MIN_PCT": 0.0}
     capacity_mah = parameters.get("BATT_CAPACITY", 0.0)

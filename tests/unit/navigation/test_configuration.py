@@ -5,26 +5,41 @@ from __future__ import annotations
 import json
 import math
 import re
+import runpy
+from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jsonschema
 import pytest
 import yaml
 
+from drone_navigation.server.options import make_parser
+from drone_navigation.server.parameters import descriptor_of
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.io.links import LinkKind, parse_url
-from navigation_bridge.configuration.make_config import ConfigurationError, check_value, make_config
+from mavlink_vehicle.vehicle_config import VehicleConfig
+from navigation_bridge.configuration.declarations import make, parameter, specs_of
+from navigation_bridge.configuration.make_config import (
+    ConfigurationError,
+    ServerConfig,
+    check_value,
+    make_config,
+)
 from navigation_bridge.configuration.parameter_table import (
     PARAMETERS,
     ParameterSpec,
     ParameterValue,
+    unknown_parameter,
 )
+from navigation_core.limits import Limits
+from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.traffic.volumes import Separation
 
 ROOT = Path(__file__).resolve().parents[3]
-SCHEMA = json.loads((ROOT / "bridge_config/navigation_server.schema.json").read_text("utf-8"))
-PROPERTIES = SCHEMA["properties"]["navigation_server"]["properties"]["ros__parameters"][
-    "properties"
-]
+SCRIPT: dict[str, Any] = runpy.run_path(str(ROOT / "scripts/list_parameters.py"))
+SCHEMA = json.loads(SCRIPT["SCHEMA"].read_text("utf-8"))
 CONFIG = ROOT / "bridge_config"
 NO_SET_UPS = {"worlds", "obstacles", "shadow_goals"}
 FILES = sorted(path for path in CONFIG.rglob("*.yaml") if path.parent.name not in NO_SET_UPS)
@@ -97,15 +112,57 @@ def test_only_a_simulated_set_up_stays_on_this_machine(name: str) -> None:
         assert link.kind is LinkKind.SERIAL or link.host == "127.0.0.1"
 
 
-def test_the_schema_says_the_same_as_the_table() -> None:
-    assert set(PROPERTIES) == {spec.name for spec in PARAMETERS}
-    for spec in PARAMETERS:
-        stated = PROPERTIES[spec.name]
-        assert stated["default"] == spec.default, spec.name
-        assert stated["description"] == spec.description, spec.name
-        assert stated.get("minimum") == spec.minimum, spec.name
-        assert stated.get("maximum") == spec.maximum, spec.name
-        assert stated.get("enum") == (list(spec.choices) if spec.choices else None), spec.name
+def test_schema_and_page_are_those_of_the_declarations() -> None:
+    assert SCRIPT["schema"](PARAMETERS) == SCHEMA, "run make pages"
+    text = SCRIPT["PAGE"].read_text("utf-8")
+    assert text == SCRIPT["page"](text, PARAMETERS), "run make pages"
+
+
+@dataclass(frozen=True)
+class WithBrakes(ServerConfig):
+    brakes_m_s: float = parameter(
+        "brake_speed_m_s",
+        2.5,
+        "Speed above which the [brakes](navigate.md) are `used`.",
+        0.5,
+        9.0,
+        fixed=True,
+    )
+
+
+def test_a_parameter_is_declared_once() -> None:
+    parameters = specs_of(WithBrakes)
+    spec = parameters[-1]
+    assert spec.description == "Speed above which the brakes are used."
+    values = {each.name: each.default for each in parameters}
+    assert make(WithBrakes, values).brakes_m_s == spec.default == 2.5
+    assert make(WithBrakes, values | {"brake_speed_m_s": 3}).brakes_m_s == 3.0
+    descriptor = descriptor_of(spec)
+    assert (descriptor.description, descriptor.read_only) == (spec.description, True)
+    (bounds,) = descriptor.floating_point_range
+    assert (bounds.from_value, bounds.to_value) == (0.5, 9.0)
+    help_text = make_parser(parameters).format_help()
+    assert re.search(r"brake_speed_m_s +Speed above .* used\. \(default: 2\.5\)", help_text)
+    *_, row = SCRIPT["table"](parameters).splitlines()
+    meaning = "Speed above which the [brakes](navigate.md) are `used` (0.5..9)"
+    assert row == f"| `brake_speed_m_s` | `2.5` | {meaning} |"
+    validator = jsonschema.Draft202012Validator(SCRIPT["schema"](parameters))
+    for good, value in ((True, 0.5), (True, 9), (False, 9.5), (False, "fast"), (False, True)):
+        document = {"navigation_server": {"ros__parameters": {"brake_speed_m_s": value}}}
+        assert validator.is_valid(document) is good, value
+        with nullcontext() if good else pytest.raises(ConfigurationError, match="brake_speed_m_s"):
+            spec.check(value)
+    near = unknown_parameter("brake_sped_m_s", [each.name for each in parameters])
+    assert "did you mean 'brake_speed_m_s'?" in str(near)
+
+
+def test_a_default_of_the_core_stands_in_the_core_alone() -> None:
+    made = make_config({})
+    assert made.bridge.goto == GotoConfig()
+    assert made.bridge.goto.limits == Limits()
+    assert made.bridge.traffic.separation == Separation()
+    rates_hz = made.vehicle.optional_rates_hz
+    assert made.vehicle == VehicleConfig(optional_rates_hz=rates_hz)
 
 
 def test_only_the_simulator_is_armed_by_default() -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from navigation_bridge.configuration.make_config import ConfigurationError, check_value
 from navigation_bridge.configuration.parameter_file import check_keys, check_parameter_files
-from navigation_bridge.configuration.parameter_values import ConfigurationError, check_value
 
 
 def check(path: Path, *before: str) -> None:

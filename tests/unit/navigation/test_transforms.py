@@ -13,7 +13,7 @@ from drone_navigation.server.publishing.transforms import Transforms, geoid_heig
 from mavlink_vehicle.state.telemetry import GlobalPosition, GpsFix
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.configuration.sensor_poses import SensorPose
-from navigation_bridge.configuration.settings import PublishTf
+from navigation_bridge.configuration.server_config import PublishTf
 from navigation_bridge.vehicle.map_frame import MapPose
 
 STAMP = Time(sec=7)

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 
 from flight_logs.command_version import add_version
-from navigation_bridge.configuration.parameter_table import PARAMETERS, ParameterValue
+from navigation_bridge.configuration.parameter_table import (
+    PARAMETERS,
+    SPECS,
+    ParameterSpec,
+    ParameterValue,
+)
 
 CHECK_TIMEOUT_S = 15.0
 """For how long --check looks at most, by default"""
 
 
-def make_parser() -> argparse.ArgumentParser:
-    """Return the command line of ``navigation_server``."""
-    width = max(len(spec.name) for spec in PARAMETERS)
+def make_parser(parameters: Sequence[ParameterSpec] = PARAMETERS) -> argparse.ArgumentParser:
+    """Return the command line of ``navigation_server``, whose help lists the parameters."""
+    width = max(len(spec.name) for spec in parameters)
     listing = "\n".join(
         f"  {spec.name:<{width}}  {spec.description} (default: {_shown(spec.default)})"
-        for spec in PARAMETERS
+        for spec in parameters
     )
     parser = argparse.ArgumentParser(
         prog="navigation_server",
@@ -30,7 +36,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_version(parser, "drone_navigation")
     parser.add_argument("--config", metavar="FILE", help="ROS parameter file (YAML)")
     parser.add_argument("--link", metavar="URL", help="parameter link_url")
-    parser.add_argument("--arming", choices=("auto", "pilot", "never"), help="parameter arming")
+    parser.add_argument("--arming", choices=SPECS["arming"].choices, help="parameter arming")
     parser.add_argument("--tlog", metavar="FILE", help="parameter record_tlog")
     parser.add_argument(
         "--check",

@@ -23,14 +23,15 @@ from navigation_bridge.configuration.make_config import (
     make_config,
 )
 from navigation_bridge.configuration.parameter_table import (
-    FIXED,
     PARAMETERS,
     SERVER_WIDE,
     SPECS,
     ParameterSpec,
     ParameterValue,
+    check_value,
+    unknown_parameter,
 )
-from navigation_bridge.configuration.parameter_values import check_value, texts, unknown_parameter
+from navigation_bridge.configuration.parameter_values import texts
 
 _IMPLICIT = {"use_sim_time", "start_type_description_service"}
 
@@ -139,7 +140,7 @@ def _declare(node: Node, spec: ParameterSpec) -> ParameterValue:
     if override is not None and override.value is not None:
         # rclpy's own sentences about a wrong type name neither type nor value.
         check_value(spec.name, override.value)
-    descriptor = _descriptor(spec)
+    descriptor = descriptor_of(spec)
     if isinstance(spec.default, float) and override is not None and type(override.value) is int:
         # `speed:=3` on a command line is an integer for ROS; a person means 3.0.
         node._parameter_overrides.pop(spec.name)
@@ -164,9 +165,10 @@ def _declared(
     return value
 
 
-def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
+def descriptor_of(spec: ParameterSpec) -> ParameterDescriptor:
+    """Return how ROS describes a parameter."""
     descriptor = ParameterDescriptor(
-        name=spec.name, description=spec.description, read_only=spec.name in FIXED
+        name=spec.name, description=spec.description, read_only=spec.fixed
     )
     if spec.choices is not None:
         descriptor.additional_constraints = f"one of: {', '.join(spec.choices)}"

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 from navigation_bridge.configuration.make_config import ServerConfig, make_config
 from navigation_bridge.configuration.parameter_table import SERVER_WIDE, ParameterValue
-from navigation_bridge.configuration.parameter_values import ConfigurationError, check_links_apart
+from navigation_bridge.configuration.parameter_values import ConfigurationError
+from navigation_bridge.configuration.station_links import check_links_apart
 
 __all__ = ["check_fleet", "check_server_wide", "make_vehicle_config", "make_vehicle_configs"]
 

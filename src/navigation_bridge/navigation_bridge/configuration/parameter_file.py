@@ -12,8 +12,8 @@ from typing import Any
 
 import yaml
 
-from navigation_bridge.configuration.parameter_table import ParameterValue
-from navigation_bridge.configuration.parameter_values import ConfigurationError, check_value, texts
+from navigation_bridge.configuration.parameter_table import ParameterValue, check_value
+from navigation_bridge.configuration.parameter_values import ConfigurationError, texts
 
 __all__ = ["ParameterFile", "check_keys", "check_parameter_files", "read_parameter_file"]
 

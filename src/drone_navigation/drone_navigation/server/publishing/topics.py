@@ -30,7 +30,7 @@ from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.state.telemetry import Battery
 from navigation_bridge.bridge import Bridge
-from navigation_bridge.configuration.settings import PublishTf
+from navigation_bridge.configuration.server_config import PublishTf
 from navigation_bridge.goals.goal import GoalHappened, GoalRejected, PlanChanged
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_bridge.vehicle.link_health import LinkHealth

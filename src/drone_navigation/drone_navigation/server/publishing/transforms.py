@@ -19,7 +19,7 @@ from mavlink_vehicle.positions.frames import quaternion_from_euler
 from mavlink_vehicle.positions.projections import Geodetic
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.configuration.sensor_poses import SensorPose
-from navigation_bridge.configuration.settings import PublishTf
+from navigation_bridge.configuration.server_config import PublishTf
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_bridge.vehicle.odom_frame import OdomFrame, OdomPose
 
