@@ -15,7 +15,13 @@ from navigation_core.limits import Limits
 from navigation_core.trajectories.route_trajectory import RoutePoint, RouteTrajectory, plan_route
 from navigation_core.trajectories.trajectory import TrajectoryError
 
-LIMITS = Limits()
+LIMITS = Limits(
+    speed_horizontal_m_s=5.0,
+    speed_up_m_s=2.0,
+    speed_down_m_s=1.5,
+    acceleration_vertical_m_s2=1.5,
+    jerk_m_s3=4.0,
+)
 _STEP_S = 0.02
 
 coordinates = st.floats(-60.0, 60.0, allow_nan=False).map(lambda value: round(value, 1))
