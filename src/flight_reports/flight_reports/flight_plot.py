@@ -19,6 +19,7 @@ from navigation_core.mapping.obstacles import Obstacles
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
 EXIT_OK = 0
@@ -31,15 +32,28 @@ _TARGETS_NAMED_MAX = 12
 _PAUSE_S = 5.0
 
 
-def plot_flight(path: Path, picture: Path, system: int | None = None) -> FlightRecording:
-    """Draw the recording at ``path`` into the PNG ``picture``, and return what was drawn.
+class PictureError(Exception):
+    """Raised for a picture that no format is known for."""
 
-    Of several vehicles, ``system`` or the first is drawn.
+
+def plot_flight(path: Path, picture: Path, system: int | None = None) -> FlightRecording:
+    """Draw the recording at ``path`` into the file ``picture``, and return what was drawn.
+
+    The picture's name says its format; its folder is made. Of several vehicles, ``system`` or the
+    first is drawn.
 
     Raises:
         NoFlightError: the recording contains no flight.
+        PictureError: there is no such format of pictures.
+        OSError: the file can't be written.
     """
+    formats = sorted(FigureCanvasAgg.get_supported_filetypes())
+    if picture.suffix[1:].lower() not in formats:
+        raise PictureError(
+            f"{picture} does not end in a format of pictures: .{', .'.join(formats)}."
+        )
     recording = read_recording(path, system)
+    picture.parent.mkdir(parents=True, exist_ok=True)
     figure = plt.figure(figsize=(14.0, 8.0), layout="constrained", facecolor=scene.PAPER)
     grid = figure.add_gridspec(3, 2, width_ratios=(1.25, 1.0), height_ratios=(1.0, 1.0, 1.0))
     above = figure.add_subplot(grid[:2, 0])
@@ -232,7 +246,7 @@ def main(args: list[str] | None = None) -> int:
     picture: Path = options.output or options.log.with_suffix(".png")
     try:
         recording = plot_flight(options.log, picture, options.system)
-    except NoFlightError as error:
+    except (NoFlightError, PictureError) as error:
         print(f"flight_plot: {error}", file=sys.stderr)
         return EXIT_FAILED
     except OSError as error:

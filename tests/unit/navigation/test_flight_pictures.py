@@ -137,6 +137,24 @@ def test_any_tlog_is_drawn(tmp_path: Path, name: str, capsys: pytest.CaptureFixt
         assert min(image.size) > 800
 
 
+def test_the_folder_of_a_picture_is_made(tmp_path: Path) -> None:
+    picture = tmp_path / "pictures" / "2026" / "flight.png"
+    assert flight_plot.main([str(DATA / "copter_lowbatt.tlog"), "-o", str(picture)]) == 0
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", ["flight.foo", "flight"])
+def test_a_picture_of_no_known_format_is_an_error(
+    tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = tmp_path / "pictures" / name
+    assert flight_plot.main([str(DATA / "copter_lowbatt.tlog"), "-o", str(picture)]) == 1
+    told = capsys.readouterr()
+    assert f"{picture} does not end in a format of pictures: " in told.err
+    assert not picture.parent.exists()
+    assert not told.out
+
+
 def test_a_picture_of_an_empty_recording_is_an_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -138,9 +138,17 @@ def test_invalid_options_are_rejected(
 def test_an_unwritable_output_is_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    out = tmp_path / "missing/out.mcap"
+    (tmp_path / "file").touch()
+    out = tmp_path / "file/out.mcap"
     assert main([str(SEVERAL), "--out", str(out)]) == 1
-    assert capsys.readouterr().err == f"Cannot write {out}: No such file or directory.\n"
+    assert capsys.readouterr().err.startswith(f"Cannot write {out}: ")
+
+
+def test_the_folder_of_a_bag_is_made(tmp_path: Path) -> None:
+    log, out = tmp_path / "one.tlog", tmp_path / "bags/2026/out.mcap"
+    log.write_bytes(tlog_of([HEARTBEAT]))
+    assert main([str(log), "--out", str(out)]) == 0
+    assert read_bag(out).log_times_ns
 
 
 def test_a_bag_that_is_not_finished_does_not_replace_another(tmp_path: Path) -> None:

@@ -124,13 +124,14 @@ def qos_text(qos: QoSProfile) -> str:
 
 @contextmanager
 def open_bag(path: Path) -> Iterator[Bag]:
-    """Yield a bag to write into; the file is complete or does not exist.
+    """Yield a bag to write into; its folder is made, the file is complete or does not exist.
 
     Raises:
         OSError: it can't be written.
         MissingPackageError: the package that writes MCAP is not installed.
     """
     partial = path.with_name(path.name + _PARTIAL)
+    path.parent.mkdir(parents=True, exist_ok=True)
     try:
         with partial.open("wb") as stream:
             bag = Bag(stream)

@@ -103,6 +103,9 @@ def prepare(options: argparse.Namespace) -> StorageRequest:
         return StorageRequest(LoadVehicleParameters, name, fields, read.notes)
     if options.verb == "save":
         files.format_of(options.file)
+        if not options.file.parent.is_dir():
+            text = f"{options.file}: the folder {options.file.parent} does not exist."
+            raise files.ParameterFileError(text)
         if options.file.exists() and not options.force:
             text = f"{options.file}: already exists; give --force to replace it."
             raise files.ParameterFileError(text)
