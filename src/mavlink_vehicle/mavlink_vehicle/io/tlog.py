@@ -36,7 +36,6 @@ class TlogWriter:
 
     Attributes:
         path: the file.
-        failure: why recording has ended, None while all is well.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -47,7 +46,7 @@ class TlogWriter:
                 a mistyped path would fill a place where nobody looks for it.
         """
         self.path = Path(path)
-        self.failure: LinkError | None = None
+        self._failure: LinkError | None = None
         self._dirty = False
         try:
             self._file = self.path.open("wb")
@@ -59,16 +58,21 @@ class TlogWriter:
         except OSError as error:
             raise LinkError(f"Cannot record to {path}: {error.strerror or error}.") from error
 
+    @property
+    def failure(self) -> LinkError | None:
+        """Why recording has ended, None while all is well."""
+        return self._failure
+
     def write(self, packet: bytes, unix_time_s: float | None = None) -> None:
         """Add one packet, by default at the present time."""
-        if self.failure is None:
+        if self._failure is None:
             taken = record(packet, unix_time_s)
             self._dirty = True
             self._try(lambda: self._file.write(taken))
 
     def flush(self) -> None:
         """Hand what was written to the operating system."""
-        if self._dirty and self.failure is None:
+        if self._dirty and self._failure is None:
             self._dirty = False
             self._try(self._file.flush)
 
@@ -80,7 +84,7 @@ class TlogWriter:
         try:
             work()
         except OSError as error:
-            self.failure = LinkError(
+            self._failure = LinkError(
                 f"Recording to {self.path} has ended: {error.strerror or error}."
             )
 

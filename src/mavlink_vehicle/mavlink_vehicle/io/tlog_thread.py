@@ -29,6 +29,7 @@ class ThreadedTlogWriter(TlogWriter):
 
     Neither :meth:`write` nor :meth:`flush` waits for the disk. When it is full, or has taken
     nothing for so long that the memory for it is used up, recording ends and `failure` says so.
+    What the file reports is written by the thread, the rest by the caller.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -40,17 +41,23 @@ class ThreadedTlogWriter(TlogWriter):
         super().__init__(path)
         self._waiting: deque[bytes] = deque()
         self._added_bytes = 0  # by the caller
+        self._held_up: LinkError | None = None  # by the caller: the thread may never come back
         self._taken_bytes = 0  # by the thread
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recording", daemon=True)
         self._thread.start()
+
+    @property
+    def failure(self) -> LinkError | None:
+        """Why recording has ended, None while all is well."""
+        return self._held_up or self._failure
 
     def write(self, packet: bytes, unix_time_s: float | None = None) -> None:
         """Add one packet, by default at the present time."""
         if self.failure is not None:
             return
         if self._added_bytes - self._taken_bytes > _WAITING_MAX_BYTES:
-            self.failure = LinkError(
+            self._held_up = LinkError(
                 f"Recording to {self.path} has ended: the disk has taken nothing for too long."
             )
             return
