@@ -30,8 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def flight(folder: Path) -> Iterator[Flight]:
     """A vehicle that was armed for a while; a fifth of all datagrams is lost from then on."""
-    parameter = f"log_directory:={folder / 'stored'}"
-    flight = Flight(folder, "--ros-args", "-p", parameter, "--")
+    flight = Flight(folder)
     try:
         assert flight.call("arm").success
         flight.spin_for(4.0)

@@ -51,8 +51,7 @@ _FULL_S = 4.0
 def vehicle(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Flight]:
     """A vehicle with a log of its own; each test starts a server for it."""
     folder = tmp_path_factory.mktemp("stop")
-    parameter = f"log_directory:={folder / 'stored'}"
-    flight = Flight(folder, "--ros-args", "-p", parameter, "--")
+    flight = Flight(folder)
     try:
         assert flight.call("arm").success
         flight.spin_for(2.0)

@@ -109,6 +109,7 @@ class Flight:
                 "python", "-m", "drone_navigation.navigation_server",
                 "--link", f"udpin://127.0.0.1:{self.port}",
                 "--tlog", str(self.folder / f"flight-{uuid.uuid4().hex[:6]}.tlog"),
+                "--ros-args", "-p", f"log_directory:={self.folder / 'stored'}", "--",
                 *self._arguments,
             ],
             self.environment,
