@@ -115,6 +115,44 @@ def test_areas_that_were_uploaded_count(autopilot: str) -> None:
     assert flight.check(flight.request(0.0, 50.0, 5.0)) is None
 
 
+PLANE_FENCES = {
+    "ardupilot": {
+        "FENCE_ENABLE": 1.0, "FENCE_TYPE": 3.0, "FENCE_RADIUS": 900.0, "FENCE_ALT_MAX": 120.0,
+    },
+    "px4": {"GF_ACTION": 2.0, "GF_MAX_HOR_DIST": 900.0, "GF_MAX_VER_DIST": 120.0},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_a_plane_keeps_its_circles_from_the_rim_of_the_fence_and_its_overshoot_from_the_top(
+    autopilot: str,
+) -> None:
+    vehicle = VehicleConfig(
+        autopilot=autopilot,
+        vehicle="plane",
+        ready_after_s=1.0,
+        parameters=PLANE_FENCES[autopilot],
+    )
+    flight = SimulatedFlight(
+        simulated=vehicle, battery_policy="ignore", volume_radius_m=3000.0
+    ).ready()
+    flight.run_for(2.0)
+    for target, words in (
+        ((200.0, 0.0, 111.5), "a margin of 9 m"),
+        ((800.0, 0.0, 60.0), "m from the boundary of the fence's circle"),
+    ):
+        refused = flight.check(flight.request(*target))
+        assert refused is not None
+        assert words in refused.message
+    goal = flight.send(200.0, 0.0, 110.9)
+    highest_m = 0.0
+    while not flight.ends(goal):
+        flight.tick()
+        highest_m = max(highest_m, flight.truth()[0][2])
+    assert flight.ends(goal)[0].code is OutcomeCode.SUCCESS, flight.ends(goal)
+    assert highest_m < 119.0
+
+
 def test_without_a_fence_nothing_is_rejected_for_one() -> None:
     flight = ready(parameters={"FENCE_ENABLE": 0.0, "FENCE_RADIUS": 10.0})
     assert flight.check(flight.request(60.0, 0.0, 5.0)) is None

@@ -90,6 +90,21 @@ def test_a_margin_keeps_targets_away_from_the_boundary() -> None:
     assert not refused(fence, (7.0, 0.0, 17.0), margin_m=2.0)
 
 
+def test_a_margin_in_height_is_its_own() -> None:
+    fence = Fence((CircleArea((0.0, 0.0), 500.0),), altitude_min_m=20.0, altitude_max_m=120.0)
+    margins = {"margin_m": 161.0, "height_margin_m": 9.0}
+    assert fence.check_target((0.0, 0.0, 111.0), 0.0, **margins) is None
+    assert fence.check_target((0.0, 0.0, 29.0), 0.0, **margins) is None
+    for target, words in (
+        ((0.0, 0.0, 111.1), "a margin of 9 m"),
+        ((0.0, 0.0, 28.9), "begins at 20 m, with a margin of 9 m"),
+        ((400.0, 0.0, 60.0), "keep 161 m away"),
+    ):
+        rejection = fence.check_target(target, 0.0, **margins)
+        assert rejection is not None
+        assert words in rejection.message
+
+
 def test_a_waypoint_is_named_by_its_number() -> None:
     fence = Fence((CircleArea((0.0, 0.0), 10.0),))
     assert refused(fence, (5.0, 0.0, 5.0), (15.0, 0.0, 5.0)).startswith("Waypoint 1: ")

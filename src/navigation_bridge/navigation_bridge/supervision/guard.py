@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from mavlink_vehicle.events import FailsafeKind
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.positions.projections import LocalFrame
+from mavlink_vehicle.profiles import VehicleKind
 from mavlink_vehicle.state.health import arming_faults, estimator_faults
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BatteryPolicy, BridgeConfig
@@ -28,7 +29,7 @@ from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.fences import Area, Fence, check_route, check_targets
 from navigation_core.tasks.intents import Outcome
-from navigation_core.tasks.watching.plane_route import circle_max_m
+from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M, circle_max_m
 
 _PERIOD_S = 0.5
 # Tolerance for overshoot and position errors before the vehicle counts as outside.
@@ -112,10 +113,13 @@ class Guard:
             notes.append(_UNKNOWN_FENCE)
         else:
             plan, margin_m = admitted.plan, self._config.safety.fence_margin_m
-            profile = self._vehicle.profile
-            if profile is not None:
+            height_margin_m, profile = margin_m, self._vehicle.profile
+            if profile is not None and profile.kind is VehicleKind.PLANE:
                 margin_m += circle_max_m(circle_radius_m(profile, self._vehicle.parameters))
-            rejection = self._check_fence(fence, plan, 0, margin_m, plan.laps > 1)
+                height_margin_m += HEIGHT_ERROR_M
+            rejection = self._check_fence(
+                fence, plan, 0, plan.laps > 1, (margin_m, height_margin_m)
+            )
             if rejection is not None:
                 return rejection
             if self.areas_unknown():
@@ -185,12 +189,17 @@ class Guard:
         return has_areas(vehicle.profile, vehicle.parameters)
 
     def _check_fence(
-        self, fence: Fence, plan: FlightPlan, first: int, margin_m: float, closed: bool
+        self,
+        fence: Fence,
+        plan: FlightPlan,
+        first: int,
+        closed: bool,
+        margins_m: tuple[float, float] = (0.0, 0.0),
     ) -> Rejection | None:
         """Check the legs from the vehicle through the targets from the ``first`` on.
 
-        ``closed`` leads back to the first of these. Paths around obstacles are planned inside the
-        fence, so only the targets are checked then.
+        ``closed`` leads back to the first of these; the margins are level and in height. Paths
+        around obstacles are planned inside the fence, so only the targets are checked then.
         """
         here = self._here()
         if here is None:
@@ -198,8 +207,11 @@ class Guard:
         home_z_enu_m = self._map_frame.home_z_enu_m(self._vehicle.state)
         targets = plan.targets_enu_m[first:]
         if plan.straight:
-            return check_route(fence, here, targets, home_z_enu_m, margin_m, closed)
-        return check_targets(fence, targets, home_z_enu_m, margin_m)
+            margin_m, height_margin_m = margins_m
+            return check_route(
+                fence, here, targets, home_z_enu_m, margin_m, closed, height_margin_m
+            )
+        return check_targets(fence, targets, home_z_enu_m, *margins_m)
 
     def _here(self) -> Vector3 | None:
         pose = self._map_frame.pose(self._vehicle.state)
@@ -277,7 +289,7 @@ class Guard:
         route = None if goal.progress is None else goal.progress.route
         again = plan.laps > 1 and (route is None or route.lap < plan.laps - 1)
         first = 0 if route is None or again else route.current
-        rejection = self._check_fence(fence, plan, first, 0.0, again)
+        rejection = self._check_fence(fence, plan, first, again)
         if rejection is None:
             return None
         return Rejection(rejection.code, f"The vehicle's fence was changed: {rejection.message}")

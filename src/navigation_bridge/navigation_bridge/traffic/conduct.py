@@ -16,7 +16,7 @@ import numpy as np
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.positions import frames
-from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.profiles import Profile, VehicleKind
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig, TrafficConflict
 from navigation_bridge.goals.goal import ActiveGoal
@@ -37,6 +37,7 @@ from navigation_core.tasks.intents import Fly, Perform, Setpoint
 from navigation_core.tasks.leading.traffic_pace import BRAKE_SHARE, REACTION_S
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M
 from navigation_core.traffic.evasions import AFTER_S
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
 from navigation_core.traffic.view import Footing, TrafficView
@@ -159,6 +160,8 @@ class TrafficConduct:
         fence = fence_of(profile, self._vehicle.parameters, home)
         if fence is not None and home is not None:
             margin_m = config.safety.fence_margin_m
+            if profile.kind is VehicleKind.PLANE:
+                margin_m += HEIGHT_ERROR_M
             if fence.altitude_min_m is not None:
                 low_m = max(low_m, home[2] + fence.altitude_min_m + margin_m)
             if fence.altitude_max_m is not None:

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from navigation_core.geometry import Vector3
+from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M
 from navigation_core.traffic.view import TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Volume, densified, joined
 
 __all__ = ["Whereabouts", "climb", "landing", "return_home", "route", "standing", "to_circle"]
 
-# How far a plane and a multicopter stray when the autopilot flies them, level and in height.
-_PLANE_STRAYS_M, _PLANE_RISES_M = 15.0, 8.0
+# How far a plane strays sideways when the autopilot flies it.
+_PLANE_STRAYS_M = 15.0
 _STRAYS_M = 1.5
 # A plane's circle is wider than its parameter says.
 _CIRCLE_SHARE = 1.4
@@ -80,7 +81,7 @@ def climb(view: TrafficView, at: Whereabouts, height_m: float) -> Volume:
     x, y, z = at.position_enu_m
     run = (x + _RUN_M * math.cos(at.yaw_enu_rad), y + _RUN_M * math.sin(at.yaw_enu_rad), top_m)
     line, _ = densified(np.array([(x, y, z), run]), np.zeros(2))
-    corridor = Volume.along(view.footing.traffic(line), _PLANE_STRAYS_M, _PLANE_RISES_M)
+    corridor = Volume.along(view.footing.traffic(line), _PLANE_STRAYS_M, HEIGHT_ERROR_M)
     return joined(corridor, _circle(view, run, at))
 
 
@@ -122,7 +123,7 @@ def route(view: TrafficView, at: Whereabouts, targets_enu_m: Sequence[Vector3]) 
     radius_m, rise_m = _STRAYS_M + view.radius_m, 2.0 * view.rise_m
     if at.is_plane:
         # It turns on the far side of each waypoint.
-        radius_m, rise_m = _PLANE_STRAYS_M + at.circle_radius_m, _PLANE_RISES_M
+        radius_m, rise_m = _PLANE_STRAYS_M + at.circle_radius_m, HEIGHT_ERROR_M
     path = Volume.along(view.footing.traffic(line), radius_m, rise_m)
     return joined(path, _circle(view, targets_enu_m[-1], at)) if at.is_plane else path
 
@@ -131,7 +132,7 @@ def to_circle(view: TrafficView, at: Whereabouts, target_enu_m: Vector3) -> Volu
     """Return the volume of a plane's leg to a target that it then circles."""
     start = np.array(at.position_enu_m)
     line, _ = densified(np.array([start, target_enu_m]), np.zeros(2))
-    path = Volume.along(view.footing.traffic(line), _PLANE_STRAYS_M, _PLANE_RISES_M)
+    path = Volume.along(view.footing.traffic(line), _PLANE_STRAYS_M, HEIGHT_ERROR_M)
     # It may have to turn round first.
     here = _disc(view, at.position_enu_m, 2.0 * at.circle_radius_m + _PLANE_STRAYS_M)
     return joined(path, here, _circle(view, target_enu_m, at))
@@ -143,7 +144,7 @@ def _circle(view: TrafficView, centre_enu_m: Vector3, at: Whereabouts) -> Volume
 
 def _disc(view: TrafficView, centre_enu_m: Vector3, radius_m: float) -> Volume:
     placed = view.footing.traffic(np.array([centre_enu_m]))
-    return Volume.along(placed, radius_m, _PLANE_RISES_M)
+    return Volume.along(placed, radius_m, HEIGHT_ERROR_M)
 
 
 def _upright(view: TrafficView, place_enu_m: Vector3, low_m: float, high_m: float) -> Volume:

@@ -159,7 +159,11 @@ class Fence:
         return next(iter(self.alternatives), None)
 
     def check_target(
-        self, position_enu_m: Vector3, home_z_enu_m: float, margin_m: float = 0.0
+        self,
+        position_enu_m: Vector3,
+        home_z_enu_m: float,
+        margin_m: float = 0.0,
+        height_margin_m: float | None = None,
     ) -> Rejection | None:
         """Return why a target is rejected.
 
@@ -167,7 +171,10 @@ class Fence:
             position_enu_m: the target in the map frame.
             home_z_enu_m: map height of home, from which the fence's heights count.
             margin_m: how far inside of every boundary it must be.
+            height_margin_m: how far within the heights, where that differs.
         """
+        if height_margin_m is None:
+            height_margin_m = margin_m
         x, y, z = position_enu_m
         what = f"The target ({x:.2f}, {y:.2f}, {z:.2f}) m"
         broken = self._broken((x, y))
@@ -182,16 +189,17 @@ class Fence:
                 )
         height_m = z - home_z_enu_m
         highest_m, lowest_m = self.altitude_max_m, self.altitude_min_m
-        if highest_m is not None and height_m > highest_m - margin_m + RESOLUTION_M:
-            told = beside(height_m, highest_m - margin_m)
+        if highest_m is not None and height_m > highest_m - height_margin_m + RESOLUTION_M:
+            told = beside(height_m, highest_m - height_margin_m)
             return _outside(
                 f"{what} is {told} m above home; the fence ends at {highest_m:g} m, with "
-                f"a margin of {margin_m:g} m (fence_margin_m)."
+                f"a margin of {height_margin_m:g} m (fence_margin_m)."
             )
-        if lowest_m is not None and height_m < lowest_m - RESOLUTION_M:
+        if lowest_m is not None and height_m < lowest_m + height_margin_m - RESOLUTION_M:
             return _outside(
-                f"{what} is {beside(height_m, lowest_m)} m above home; the fence begins at "
-                f"{lowest_m:g} m."
+                f"{what} is {beside(height_m, lowest_m + height_margin_m)} m above home; the fence "
+                f"begins at {lowest_m:g} m, with a margin of {height_margin_m:g} m "
+                "(fence_margin_m)."
             )
         return None
 
@@ -217,11 +225,15 @@ class Fence:
 
 
 def check_targets(
-    fence: Fence, targets_enu_m: Sequence[Vector3], home_z_enu_m: float, margin_m: float = 0.0
+    fence: Fence,
+    targets_enu_m: Sequence[Vector3],
+    home_z_enu_m: float,
+    margin_m: float = 0.0,
+    height_margin_m: float | None = None,
 ) -> Rejection | None:
     """Return why targets do not keep to the fence; the arguments are those of `check_route`."""
     for index, target in enumerate(targets_enu_m):
-        rejection = fence.check_target(target, home_z_enu_m, margin_m)
+        rejection = fence.check_target(target, home_z_enu_m, margin_m, height_margin_m)
         if rejection is not None:
             return _named(rejection, index) if len(targets_enu_m) > 1 else rejection
     return None
@@ -234,6 +246,7 @@ def check_route(
     home_z_enu_m: float,
     margin_m: float = 0.0,
     closed: bool = False,
+    height_margin_m: float | None = None,
 ) -> Rejection | None:
     """Return why a flight through targets, in straight lines, does not keep to the fence.
 
@@ -247,8 +260,9 @@ def check_route(
         home_z_enu_m: map height of home.
         margin_m: how far inside of every boundary targets must be.
         closed: whether the last is followed by the first again.
+        height_margin_m: how far within its heights, where that differs.
     """
-    rejection = check_targets(fence, targets_enu_m, home_z_enu_m, margin_m)
+    rejection = check_targets(fence, targets_enu_m, home_z_enu_m, margin_m, height_margin_m)
     if rejection is not None:
         return rejection
     points = list(targets_enu_m)
