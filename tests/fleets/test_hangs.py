@@ -27,10 +27,10 @@ def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_ma
     assert codes(fleet) == ["SUCCESS"] * 4, fleet.report()
 
 
-@pytest.mark.parametrize("servers", [1, 3])
-def test_after_hangs_all_that_swap_places_arrive_and_return(servers: int) -> None:
+@pytest.mark.parametrize(("seed", "servers"), [(0, 1), (0, 3), (5, 3)])
+def test_after_hangs_all_that_swap_places_arrive_and_return(seed: int, servers: int) -> None:
     """`python -m tests.fleets --hangs` flies more."""
-    flight = swapped_and_returned(0, servers)
+    flight = swapped_and_returned(seed, servers)
     assert flight.share >= 1.0, flight.text
     assert flight.waited_s <= CIRCLE_MAX_S, flight.text
     assert set(flight.codes) == {"SUCCESS"}, flight.text

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from navigation_core.traffic.negotiation import LISTEN_S, SILENT_S, Negotiation, PeerState
-from navigation_core.traffic.picture import Ask, TrafficPicture
+from navigation_core.traffic.picture import Ask, TrafficPicture, wait_for
 from navigation_core.traffic.right_of_way import Claimant, Rank
 from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
 
@@ -217,3 +217,23 @@ def test_a_server_that_the_network_knows_of_is_listened_for() -> None:
         server.negotiation.find(1)
         server.step(tick * STEP_S)
     assert server.picture.agreement is None
+
+
+def test_one_that_had_to_make_room_and_found_none_leaves_it_to_those_of_other_servers() -> None:
+    first, last = crossing()
+    entry = last.picture.entry(last.vehicle)
+    for server, other in ((first, last), (last, first)):
+        server.step(0.0)
+        own = server.picture.entry(server.vehicle)
+        own.waiting = wait_for(None, other.vehicle, "which holds what is ahead", 0.0)
+        own.moves = True
+    entry.stuck_until_s = 5.0
+
+    def must(now: float) -> bool:
+        state = last.negotiation.state({last.vehicle: (NOWHERE, NOWHERE)}, now)
+        first.negotiation.receive(state, now)
+        return first.picture.must_give_way(first.vehicle, now)
+
+    assert first.picture.entry(first.vehicle).rank < entry.rank
+    assert must(1.0)
+    assert not must(6.0)

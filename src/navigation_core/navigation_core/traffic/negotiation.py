@@ -49,7 +49,7 @@ class PeerVehicle:
         path: its announced path, or NOWHERE.
         after_s: time from the state until it is at each point of that.
         target: where its goal leads, or NOWHERE.
-        moves: whether it is expected to leave what it holds.
+        moves: whether it is expected to leave what it holds, also if it has to give way.
         waits_for: the vehicle that it waits for; empty for none.
     """
 
@@ -301,6 +301,6 @@ def _told(entry: Entry, alone: Volume, reach: Volume, now: float) -> PeerVehicle
         path=NOWHERE if intent is None else intent.volume,
         after_s=NOWHERE.radius_m if intent is None else intent.arrival_s - now,
         target=entry.target or NOWHERE,
-        moves=entry.moves,
+        moves=entry.yields(now),
         waits_for="" if entry.waiting is None else entry.waiting.whom,
     )

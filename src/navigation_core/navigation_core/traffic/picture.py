@@ -143,6 +143,10 @@ class Entry:
             self._whole = (self.held, self.kept, joined(self.held, self.kept))
         return self._whole[2]
 
+    def yields(self, now: float) -> bool:
+        """Whether it is expected to get out of the way."""
+        return self.moves and now >= self.stuck_until_s
+
 
 @dataclass(frozen=True, eq=False)
 class Ask:
@@ -573,7 +577,7 @@ class TrafficPicture:
         """
         chain = self._chain(self.entry(name))
         ahead = self.entries.get(chain[0]) if chain else None
-        if ahead is not None and not self._yields(ahead, now):
+        if ahead is not None and not ahead.yields(now):
             return True
         return self.is_last_of_circle(name, now)
 
@@ -583,13 +587,8 @@ class TrafficPicture:
         if name not in chain:
             return False
         circle = [self.entries[one] for one in chain[: chain.index(name) + 1]]
-        able = [one for one in circle if self._yields(one, now)]
+        able = [one for one in circle if one.yields(now)]
         return bool(able) and max(able, key=lambda one: one.rank).name == name
-
-    @staticmethod
-    def _yields(entry: Entry, now: float) -> bool:
-        """Whether a vehicle is expected to get out of the way."""
-        return entry.moves and now >= entry.stuck_until_s
 
     def delay_s(self, name: str, path: Volume, after_s: Array, now: float) -> float:
         """Return by how much a path is best begun later; infinite if it leads through what stands.
@@ -601,7 +600,7 @@ class TrafficPicture:
             now: time in seconds.
         """
         entry = self.entry(name)
-        standing = [other for other in self.others(name) if not self._yields(other, now)]
+        standing = [other for other in self.others(name) if not other.yields(now)]
         if self._first_held(entry, path, others=standing) is not None:
             return float("inf")
         paths = self._paths(entry, path, self.others(name))
