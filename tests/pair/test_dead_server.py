@@ -284,3 +284,99 @@ def test_a_plane_flies_on_and_circles(vehicle: tuple[str, str]) -> None:
     assert left.rest_s == math.inf
     assert left.height_m > 30.0, left
     assert left_m(flight, (200.0, 100.0)) < 200.0
+
+
+# --- the bounds of a flight -------------------------------------------------------------------
+
+FACE_M, TOP_M, INSIDE_M = 40.0, 25.0, 0.1
+
+
+def towards_the_face(vehicle: str, autopilot: str) -> SimulatedFlight:
+    """Send a vehicle to a target just inside of its flight volume."""
+    simulated = VehicleConfig(
+        vehicle=vehicle,
+        autopilot=autopilot,
+        ready_after_s=1.0,
+        battery=BatteryModel(capacity_mah=60_000.0),
+    )
+    flight = SimulatedFlight(
+        simulated=simulated,
+        battery_policy="ignore",
+        volume_radius_m=FACE_M,
+        volume_altitude_max_m=TOP_M,
+    ).ready()
+    flight.run_for(2.0)
+    height_m, speed_m_s = (8.0, SPEED_M_S) if vehicle == "copter" else (0.0, 2.0)
+    if vehicle == "copter":
+        assert flight.run_to_end(flight.send(0.0, 0.0, height_m)).code.value == "SUCCESS"
+    flight.start(flight.request(0.0, FACE_M - INSIDE_M, height_m, speed=speed_m_s))
+    return flight
+
+
+def farthest_m(flight: SimulatedFlight, watched_s: float = WATCHED_S) -> float:
+    """Stop the server for good; return how far from its home the vehicle gets, over ground."""
+    farthest = 0.0
+    for _ in range(round(watched_s / STEP_S)):
+        flight.stall(STEP_S)
+        farthest = max(farthest, math.hypot(*flight.truth()[0][:2]))
+    return farthest
+
+
+@pytest.mark.parametrize("vehicle", [*COPTERS, *DRIVING], ids=IDS)
+@pytest.mark.parametrize("before_m", [6.0, 3.0])
+def test_a_dead_server_leaves_its_vehicle_in_the_volume(
+    vehicle: tuple[str, str], before_m: float
+) -> None:
+    flight = towards_the_face(*vehicle)
+    flight.run_until(lambda: math.hypot(*flight.truth()[0][:2]) > FACE_M - before_m, 200.0)
+    # Once its setpoints end, a hull without brakes drifts.
+    drifts_m = 2.0 if vehicle == ("boat", "px4") else 0.3
+    assert farthest_m(flight) < FACE_M + drifts_m
+
+
+@pytest.mark.parametrize("vehicle", [("copter", "ardupilot"), ("rover", "ardupilot")], ids=IDS)
+def test_a_target_at_the_face_is_reached(vehicle: tuple[str, str]) -> None:
+    flight = towards_the_face(*vehicle)
+    goal_id = f"{2 if vehicle[0] == 'copter' else 1:032x}"
+    flight.run_until(lambda: bool(flight.ends(goal_id)), 200.0)
+    assert flight.ends(goal_id)[0].code.value == "SUCCESS", flight.ends(goal_id)
+
+
+@pytest.mark.parametrize("vehicle", COPTERS, ids=IDS)
+def test_a_dead_server_leaves_its_copter_below_the_top_of_the_volume(
+    vehicle: tuple[str, str],
+) -> None:
+    flight = towards_the_face(*vehicle)
+    flight.start(flight.request(0.0, 0.0, TOP_M - INSIDE_M))
+    flight.run_until(lambda: flight.truth()[0][2] > TOP_M - 2.0, 200.0)
+    highest_m = 0.0
+    for _ in range(60):
+        flight.stall(STEP_S)
+        highest_m = max(highest_m, flight.truth()[0][2])
+    assert highest_m < TOP_M + 0.5
+
+
+def test_a_dead_server_leaves_an_arducopter_in_its_fence() -> None:
+    fence = {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 2.0, "FENCE_RADIUS": FACE_M, "FENCE_ACTION": 0.0}
+    flight = ready("copter", "ardupilot", **fence)
+    flight.start(flight.request(0.0, FACE_M - 1.0, 8.0, speed=SPEED_M_S))
+    flight.run_until(lambda: flight.truth()[0][1] > FACE_M - 5.0, 200.0)
+    assert farthest_m(flight) < FACE_M
+
+
+@pytest.mark.parametrize("vehicle", PLANES, ids=IDS)
+def test_a_dead_server_leaves_its_plane_circling_in_the_volume(vehicle: tuple[str, str]) -> None:
+    simulated = VehicleConfig(
+        vehicle=vehicle[0],
+        autopilot=vehicle[1],
+        ready_after_s=1.0,
+        battery=BatteryModel(capacity_mah=60_000.0),
+    )
+    flight = SimulatedFlight(
+        simulated=simulated, battery_policy="ignore", volume_radius_m=500.0
+    ).ready()
+    flight.run_for(2.0)
+    target = (0.0, 335.0, 60.0)  # two radii of its circle, of 80 m at most, before the face
+    flight.start(flight.request(*target))
+    flight.run_until(lambda: left_m(flight, target) < 90.0, 200.0)
+    assert farthest_m(flight, 60.0) < 500.0

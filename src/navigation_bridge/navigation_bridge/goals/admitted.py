@@ -16,6 +16,7 @@ from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
 from navigation_bridge.vehicle.traits import limits_of, traits_of
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.room import Bounds
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import Searcher
 from navigation_core.tasks.goto_config import GotoConfig
@@ -80,6 +81,11 @@ class Situation:
         """Flight settings, with speeds capped by those of the autopilot."""
         goto = self.config.goto
         return replace(goto, limits=limits_of(self.traits, goto.limits))
+
+    @property
+    def bounds(self) -> Bounds:
+        """What a flight stays within."""
+        return Bounds(self.config.volume, self.config.safety.fence_margin_m)
 
     @property
     def speed_max_m_s(self) -> float:

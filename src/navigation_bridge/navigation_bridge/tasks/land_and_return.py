@@ -55,7 +55,7 @@ def _admit(
 
         if not makes_room:
             return make_led()
-        terms = FlightTerms(config, traits=traits, avoidance=avoidance)
+        terms = FlightTerms(config, traits=traits, avoidance=avoidance, bounds=situation.bounds)
         return RoomMaking(make_led, terms, leaves_parked=goal is vehicle_led.RETURN_TO_LAUNCH)
 
     description = f"{goal.name} without a recent position" if warnings else goal.name

@@ -69,7 +69,8 @@ def admit_point(
     avoidance = avoidance_of(avoid, situation)
 
     def make_task(handover: Handover) -> Task:
-        return fly_to(goal, FlightTerms(config, handover, traits, avoidance))
+        terms = FlightTerms(config, handover, traits, avoidance, situation.bounds)
+        return fly_to(goal, terms)
 
     return Admitted(
         f"map ({x:.2f}, {y:.2f}, {z:.2f}) m at up to {speed_m_s:g} m/s",

@@ -75,7 +75,7 @@ def _admit(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
     avoidance = avoidance_of(request.avoid_obstacles, situation)
 
     def make_task(handover: Handover) -> Task:
-        terms = FlightTerms(situation.goto, handover, traits, avoidance)
+        terms = FlightTerms(situation.goto, handover, traits, avoidance, situation.bounds)
         turns_back = config.on_missed_waypoint is MissedWaypoint.TURN_BACK
         return fly_route(route, terms, turns_back)
 

@@ -15,7 +15,7 @@ from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
 from navigation_core.safety.stopping_distance import stopping_distance_m, stopping_speed_m_s
 from navigation_core.safety.target_checks import FlightVolume
 
-__all__ = ["Braking", "Room"]
+__all__ = ["Bounds", "Braking", "Room"]
 
 # Room that is kept to the flight volume; over ground with what the estimate of a position is wrong
 # by (0.16 m by ground truth) and the last of a brake on top.
@@ -44,6 +44,23 @@ class Braking:
     horizontal_m_s2: float
     vertical_m_s2: float
     reaction_s: float
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What a flight stays within, whatever becomes of its server.
+
+    Attributes:
+        volume: the server's flight volume.
+        fence_margin_m: distance that is kept to the vehicle's own fence, on the inside.
+    """
+
+    volume: FlightVolume
+    fence_margin_m: float
+
+    def room(self, fence: Fence | None, home_z_enu_m: float, flies: bool) -> Room:
+        """Return the bounds with the fence as it is known now; the arguments are those of Room."""
+        return Room(self.volume, fence, home_z_enu_m, self.fence_margin_m, flies)
 
 
 @dataclass(frozen=True)
@@ -98,6 +115,26 @@ class Room:
             up = min(up, stopping_speed_m_s(above_m, reaction_s, braking.vertical_m_s2))
             up = max(up, -stopping_speed_m_s(below_m, reaction_s, braking.vertical_m_s2))
         return (share * east, share * north, up)
+
+    def run_out_share(
+        self,
+        position_enu_m: Vector3,
+        velocity_enu_m_s: Vector3,
+        ground_enu_m: float,
+        braking: Braking,
+    ) -> float:
+        """Return the share of a velocity whose run-out ends within the bounds, at most 1.
+
+        Over ground and upwards: a descent ends on the ground, which is no bound of a volume.
+
+        Args as for :meth:`reduced`; ``braking.reaction_s`` is how long the vehicle continues.
+        """
+        level_m_s = math.hypot(velocity_enu_m_s[0], velocity_enu_m_s[1])
+        kept = self.reduced(velocity_enu_m_s, position_enu_m, ground_enu_m, braking)
+        share = math.hypot(kept[0], kept[1]) / level_m_s if level_m_s > 0.0 else 1.0
+        if velocity_enu_m_s[2] > 0.0:
+            share = min(share, max(kept[2], 0.0) / velocity_enu_m_s[2])
+        return min(share, 1.0)
 
     def _heights(self, z_m: float, ground_m: float) -> tuple[float, float]:
         """Return how far down and up the vehicle may go."""

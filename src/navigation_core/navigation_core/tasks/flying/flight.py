@@ -76,7 +76,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._avoider = None
         if terms.avoidance is not None:
             self._avoider = Avoider(terms.avoidance, self._follower)
-        self._caution = Caution(terms.avoidance, traits, self._follower.limits)
+        self._caution = Caution(terms.avoidance, traits, self._follower.limits, terms.bounds)
         self._pace = TrafficPace(traits, self._follower, terms.avoidance)
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)

@@ -3,8 +3,9 @@
 The server may stop sending setpoints at any moment: the process is killed, the machine hangs. Then
 the vehicle continues with the last one until its own timeout. Near obstacles that run-out
 (:mod:`navigation_core.safety.run_out`) is part of the stopping distance, so the flight is slower
-there. A setpoint whose velocity would lead too near is sent with its position alone, at which the
-vehicle comes to rest.
+there, and so it is towards a bound of the flight volume or of the vehicle's fence. A setpoint
+whose velocity would lead too near is sent with its position alone, at which the vehicle comes to
+rest.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from navigation_core.geometry import ZERO, KinematicState, norm, scale
+from navigation_core.geometry import ZERO, KinematicState, Vector3, norm, scale
 from navigation_core.limits import Limits
 from navigation_core.planning.conflicts import clearance_at_m
 from navigation_core.safety.lateness import LATE_S, speed_share
+from navigation_core.safety.room import Bounds, Braking
 from navigation_core.safety.run_out import (
     run_out_is_clear,
     safe_speed_beside_m_s,
@@ -42,17 +44,30 @@ _ROUNDING = 1.02
 class Caution:
     """The caution with which one goal is flown."""
 
-    def __init__(self, avoidance: AvoidanceConfig | None, traits: Traits, limits: Limits) -> None:
+    def __init__(
+        self,
+        avoidance: AvoidanceConfig | None,
+        traits: Traits,
+        limits: Limits,
+        bounds: Bounds | None = None,
+    ) -> None:
         """Prepare.
 
         Args:
             avoidance: how to keep away from obstacles; None to fly straight.
             traits: what the vehicle can do.
             limits: of the flight.
+            bounds: within which a run-out ends; None for anywhere.
         """
         self._avoidance = avoidance
         self._traits = traits
         self._limits = limits
+        self._bounds = bounds
+        braking_m_s2, reaction_s = limits.acceleration_horizontal_m_s2, traits.setpoint_timeout_s
+        if not traits.flies:
+            braking_m_s2 = min(braking_m_s2, traits.braking_m_s2)
+            reaction_s += traits.brake_lag_s
+        self._braking = Braking(braking_m_s2, limits.acceleration_vertical_m_s2, reaction_s)
         self._least_m_s = _BY_POSITION_M_S if traits.flies else _CREEP_M_S
 
     def speed_share(self, carrot: Carrot, observation: Observation) -> float:
@@ -128,12 +143,40 @@ class Caution:
 
     def _safe_m_s(self, setpoint: Setpoint, observation: Observation) -> float:
         """Return how fast the setpoint may be for its run-out; infinite if that is free."""
-        if self._avoidance is None or self._traits.setpoint_timeout_s <= 0.0:
+        if self._traits.setpoint_timeout_s <= 0.0:
             return math.inf
         position = setpoint.position_enu_m
         if not self._traits.flies and observation.position_enu_m is not None:
             position = measured_state(observation).position_enu_m
-        clearance_m = self._avoidance.brake_clearance_m
+        within_m_s = self._within_bounds_m_s(setpoint, position, observation)
+        if self._avoidance is None:
+            return within_m_s
+        return min(within_m_s, self._clear_m_s(setpoint, position, self._avoidance, observation))
+
+    def _within_bounds_m_s(
+        self, setpoint: Setpoint, position: Vector3, observation: Observation
+    ) -> float:
+        """Return how fast a setpoint may be to run out within the bounds; infinite if it does."""
+        if self._bounds is None:
+            return math.inf
+        velocity = setpoint.velocity_enu_m_s
+        home, ground_m = observation.home_enu_m, observation.ground_enu_m
+        home_z_m = ground_m if home is None else home[2]
+        room = self._bounds.room(observation.fence, home_z_m, self._traits.flies)
+        if self._traits.following is not None:
+            velocity = (velocity[0], velocity[1], 0.0)  # its climbs are led by the position alone
+        share = room.run_out_share(position, velocity, ground_m, self._braking)
+        return math.inf if share >= 1.0 else share * norm(setpoint.velocity_enu_m_s)
+
+    def _clear_m_s(
+        self,
+        setpoint: Setpoint,
+        position: Vector3,
+        avoidance: AvoidanceConfig,
+        observation: Observation,
+    ) -> float:
+        """Return how fast a setpoint may be to run out clear of obstacles; infinite if it does."""
+        clearance_m = avoidance.brake_clearance_m
         timeout_s = self._traits.setpoint_timeout_s
         velocity = setpoint.velocity_enu_m_s
         safe_m_s = safe_speed_m_s(

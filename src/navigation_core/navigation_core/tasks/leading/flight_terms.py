@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from navigation_core.safety.room import Bounds
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import NOTHING_SENT, Handover
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
@@ -19,9 +20,11 @@ class FlightTerms:
         handover: what the replaced task sent last, from which this one continues without a jump.
         traits: what the vehicle can do.
         avoidance: how to keep away from obstacles; None to fly straight.
+        bounds: what it stays within if its server dies; None for anywhere.
     """
 
     config: GotoConfig
     handover: Handover = NOTHING_SENT
     traits: Traits = COPTER
     avoidance: AvoidanceConfig | None = None
+    bounds: Bounds | None = None

@@ -87,9 +87,9 @@ class Steersman:
         if not traits.flies:
             braking_m_s2 = min(traits.braking_m_s2, braking_m_s2)
         lag_s = flight.config.tracking_lag_s if traits.flies else traits.brake_lag_s
-        self._braking = Braking(
-            braking_m_s2, limits.acceleration_vertical_m_s2, self._flown.ease_s + lag_s
-        )
+        # Towards a bound it is so slow that it also stops before it if no setpoint follows.
+        reaction_s = max(self._flown.ease_s, traits.setpoint_timeout_s) + lag_s
+        self._braking = Braking(braking_m_s2, limits.acceleration_vertical_m_s2, reaction_s)
         # Motion in any direction that is under way already is slowed down with this margin.
         self._last_brake = replace(self._braking, reaction_s=lag_s)
         self._inherited = flight.handover.commanded
