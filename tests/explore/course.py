@@ -19,12 +19,13 @@ from navigation_bridge.goals.goal import (
 )
 from navigation_bridge.goals.requests import LandRequest, Request, WaypointsRequest
 from navigation_core.tasks.progress import Status
-from tests.explore.log import Asked, Entry, Truth
+from tests.explore.log import NOBODY, Asked, Entry, Truth
 from tests.explore.scenario import Craft, Event, Scenario
 
 SETPOINTS = ("SET_POSITION_TARGET_LOCAL_NED", "SET_POSITION_TARGET_GLOBAL_INT")
 COMMANDS = ("COMMAND_LONG", "COMMAND_INT")
 _TAKERS = frozenset({"pilot_mode", "station_mode", "station_goto", "station_pause", "reboot"})
+_CIRCLE_GAP_S = 1.0
 _STORING = frozenset({"station_clear", "station_upload", "station_current"})
 _TROUBLE = frozenset(
     {
@@ -127,6 +128,11 @@ class View:
         stored_for: the request of the goal that this mission is of.
         item_speed_m_s: the speed that this mission asks for first; infinite if none.
         answered_s: when a service was answered last.
+        fleet: the views of all vehicles that share traffic, in order; empty for none.
+        waits_for: the vehicle that it waits for by its server's picture.
+        circled_s: since when it has been in a circle of vehicles that wait for each other while all
+            their servers run; infinite if it is in none.
+        circle_seen_s: when it was in one last.
     """
 
     craft: Craft
@@ -162,6 +168,10 @@ class View:
     item_speed_m_s: float = math.inf
     shows_path: bool = False
     rebooted_s: float = -math.inf
+    fleet: Sequence[View] = ()
+    waits_for: int = NOBODY
+    circled_s: float = math.inf
+    circle_seen_s: float = -math.inf
 
     def home_away_m(self, place_enu_m: Sequence[float]) -> float:
         """Return how far a place is from home, level."""
@@ -193,6 +203,23 @@ class View:
         ended_s = -math.inf if self.last is None else self.last.ended_s
         return max(ended_s if math.isfinite(ended_s) else -math.inf, self.server_s)
 
+    @property
+    def waited_for(self) -> View | None:
+        """The vehicle that its goal waits for, as its feedback says; None for none."""
+        feedback = self.flown.feedback
+        if feedback is None or feedback.status is not Status.WAITING_FOR_TRAFFIC:
+            return None
+        return None if self.waits_for == NOBODY else self.fleet[self.waits_for]
+
+    def is_in_circle(self) -> bool:
+        """Whether it waits for a vehicle that waits for it, perhaps by way of others."""
+        at = self.waited_for
+        for _ in self.fleet:
+            if at is None or at is self:
+                break
+            at = at.waited_for
+        return at is self
+
     def goal(self, goal_id: str) -> Goal:
         """Return an accepted goal, or one that never was."""
         return self.goals.get(goal_id, NO_GOAL)
@@ -222,6 +249,9 @@ class Course:
             )
             for craft in scenario.crafts
         ]
+        if scenario.shares_traffic:
+            for view in self.views:
+                view.fleet = self.views
 
     def take(self, entry: Entry) -> View:
         """Continue by an entry; return the view of its vehicle."""
@@ -245,6 +275,15 @@ class Course:
             view.recent.popleft()
         if view.active is not None and view.troubled:
             view.active.disturbed = True
+        if view.is_in_circle():
+            view.circle_seen_s = now_s
+        # While a server waits for an agreement, the vehicle waits for nobody for a moment.
+        if now_s - view.circle_seen_s > _CIRCLE_GAP_S:
+            view.circled_s = math.inf
+        elif all(one.server and now_s >= one.stalled_until_s for one in view.fleet):
+            view.circled_s = min(view.circled_s, now_s)
+        else:
+            view.circled_s = now_s
 
     def _asked(self, view: View, asked: Asked, now_s: float) -> None:
         view.asked_s = now_s
@@ -335,6 +374,9 @@ class Course:
         else:
             view.troubled.add(what)
 
+    def _waits(self, view: View, whom: int, now_s: float) -> None:
+        view.waits_for = whom
+
     def _size(self, view: View, size: tuple[str, int], now_s: float) -> None:
         """Nothing to keep."""
 
@@ -351,6 +393,7 @@ class Course:
         view.active = view.last = None
         view.goals = {}
         view.stalled_until_s = -math.inf
+        view.waits_for = NOBODY
         if what == "killed":
             view.taken_s = now_s
 

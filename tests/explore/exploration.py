@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import traceback
+from collections import deque
 from collections.abc import Callable
 
 from mavlink_sitl import GeoPoint, Obstacle, RangeSensor, Simulation, VehicleConfig, Wind, World
@@ -17,12 +18,15 @@ from navigation_bridge.configuration.make_config import ServerConfig, make_confi
 from navigation_bridge.goals.goal import Annotation, GoalFeedback, GoalFinished
 from navigation_bridge.goals.requests import Request
 from navigation_bridge.recording.recorded_notes import NotesReader
+from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.progress import Status
-from tests.explore.log import Asked, Log, Truth
+from navigation_core.traffic.negotiation import Negotiation, PeerState
+from tests.explore.log import NOBODY, Asked, Log, Truth
 from tests.explore.scenario import Craft, Post, Scenario
 from tests.explore.sizes import largest
 from tests.support.flights.late_searches import LateSearcher
+from tests.support.flights.peer_states import moved_state
 
 _TICK_S = 0.025
 _TRUTH_S = 0.1
@@ -37,6 +41,8 @@ _RANGES = frozenset(
     {mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE, mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR}
 )
 STATION = (255, 190)
+# What a subscription keeps of the states of other servers, and how often a server sends its own.
+_STATES_KEPT, _STATE_PERIOD_S = 20, 0.2
 
 
 class Server:
@@ -45,6 +51,8 @@ class Server:
     Attributes:
         active: the goal that was accepted last and has not ended; empty for none.
         paused: whether its last feedback said so.
+        traffic: its picture of the traffic; None where vehicles fly as if each were alone.
+        inbox: states of other servers that it has not read yet, with the pictures they are of.
     """
 
     def __init__(
@@ -54,12 +62,17 @@ class Server:
         ship: Ship,
         now: float,
         signing: Signing | None = None,
+        traffic: SharedTraffic | None = None,
     ) -> None:
         """Start it."""
         self._ship = ship
         self.config = config
         self.vehicle = Vehicle(config.vehicle)
-        self.bridge = Bridge(self.vehicle, config.bridge, searcher)
+        self.traffic = traffic
+        self.inbox: deque[tuple[SharedTraffic, PeerState]] = deque(maxlen=_STATES_KEPT)
+        self._told_s = -math.inf
+        name = _vehicle_name(ship.index)
+        self.bridge = Bridge(self.vehicle, config.bridge, searcher, traffic=traffic, name=name)
         self.codec = Codec(1, 191, signing)
         self.active = ""
         self.paused = False
@@ -75,6 +88,8 @@ class Server:
             return []
         arrived, self._waiting = self._waiting, []
         bridge = self.bridge
+        if self.traffic is not None:
+            self._negotiate(self.traffic, now)
         for data in arrived:
             for message in self.codec.decode(data):
                 bridge.receive(message, now)
@@ -88,6 +103,29 @@ class Server:
             self._ship.log("sent", message, frame[10:-2].hex())
         self.collect()
         return frames
+
+    def _negotiate(self, traffic: SharedTraffic, now: float) -> None:
+        """Read the states of other servers, and send the own one when it is due."""
+        assert traffic.negotiation is not None
+        while self.inbox:
+            sender, state = self.inbox.popleft()
+            if traffic.earth is not None:
+                traffic.negotiation.receive(moved_state(state, sender, traffic), now)
+        if now - self._told_s < _STATE_PERIOD_S - 1e-6:
+            return
+        self._told_s = now
+        traffic.look(now)
+        if traffic.earth is not None:
+            self._ship.tell_others(traffic, traffic.negotiation.state(traffic.alone(), now))
+
+    def waits_for(self) -> int:
+        """Return the vehicle that its own one waits for; -1 for none."""
+        entries = {} if self.traffic is None else self.traffic.picture.entries
+        entry = entries.get(_vehicle_name(self._ship.index))
+        if entry is None or entry.waiting is None:
+            return NOBODY
+        others = {_vehicle_name(i): i for i in range(self._ship.fleet_size)}
+        return others.get(entry.waiting.whom, NOBODY)
 
     def collect(self) -> None:
         """Log what the bridge has to say."""
@@ -116,6 +154,7 @@ class Ship:
         self.hostile = Codec(66, 1)
         self.foreign: list[bytes] = []
         self.mode = ""
+        self._waits_for = NOBODY
         self._home_items = 1 if craft.autopilot == "ardupilot" else 0
         self._notes = Codec(1, notes.COMPONENT_ID)
         self._recorder = Codec(255, 190)
@@ -143,6 +182,11 @@ class Ship:
         return int(self._flight.next_id(), 16)
 
     @property
+    def fleet_size(self) -> int:
+        """The number of vehicles."""
+        return len(self._flight.scenario.crafts)
+
+    @property
     def hovers(self) -> bool:
         """Whether it can stand still."""
         return self.craft.kind != "plane"
@@ -157,8 +201,14 @@ class Ship:
             config = make_config({"arming": "auto", **self.craft.server})
             takes_s, flight = self.craft.search_s, self._flight
             searcher = LateSearcher(lambda: flight.now_s, takes_s, 0.1) if takes_s else AT_ONCE
-            signing = self._signing()
-            self.server = Server(config, searcher, self, flight.now_s, signing)
+            signing, traffic = self._signing(), None
+            if flight.scenario.shares_traffic:
+                traffic = SharedTraffic()
+                own = f"/server{self.index}"
+                epoch = round(1e3 * flight.now_s)
+                traffic.negotiation = Negotiation(traffic.picture, own, epoch, now=flight.now_s)
+            self.server = Server(config, searcher, self, flight.now_s, signing, traffic)
+            self._waits_for = NOBODY
 
     def kill_server(self) -> None:
         """End its server without a word."""
@@ -199,6 +249,19 @@ class Ship:
         except Exception:
             self.log("server", "failed", traceback.format_exc())
             raise
+
+    def tell_others(self, traffic: SharedTraffic, state: PeerState) -> None:
+        """Send the state of its server to the others."""
+        for ship in self._flight.ships:
+            if ship is not self and ship.server is not None:
+                ship.server.inbox.append((traffic, state))
+
+    def note_wait(self) -> None:
+        """Log for which vehicle it waits, if that has changed."""
+        whom = NOBODY if self.server is None else self.server.waits_for()
+        if whom != self._waits_for:
+            self._waits_for = whom
+            self.log("waits", whom)
 
     def ask(self, request: Request) -> str:
         """Send a goal; return its id, or nothing if it was rejected."""
@@ -299,8 +362,9 @@ class Exploration:
         )
         configs = [_vehicle(craft) for craft in scenario.crafts]
         self.simulation = Simulation(
-            vehicles=configs, seed=scenario.seed, world=world, tick_s=_TICK_S
-        )
+            vehicles=configs, seed=scenario.seed, world=world, tick_s=_TICK_S,
+            collisions=scenario.shares_traffic,
+        )  # fmt: skip
         for vehicle, craft in zip(self.simulation.vehicles, scenario.crafts, strict=True):
             if not craft.chatty:
                 vehicle.silence_streams()
@@ -323,6 +387,8 @@ class Exploration:
                 self._truth_s = self.now_s + _TRUTH_S - 1e-9
             for ship in self.ships:
                 ship.turn()
+                if self.scenario.shares_traffic:
+                    ship.note_wait()
                 if due or ship.sim.firmware.mode.spec.name != ship.mode:
                     ship.log("truth", ship.truth())
 
@@ -341,6 +407,10 @@ class Exploration:
         return self.run_until(
             lambda: all(s is not None and s.bridge.pose is not None for s in servers), _READY_S
         )
+
+
+def _vehicle_name(index: int) -> str:
+    return f"v{index}"
 
 
 def _vehicle(craft: Craft) -> VehicleConfig:

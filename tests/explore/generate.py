@@ -77,6 +77,12 @@ _ONBOARD: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]] = {
         ("WP_SPEED", (0.5, 5.0)), ("WP_RADIUS", (0.5, 5.0)), ("FS_GCS_ENABLE", (1.0,)),
     ),
 }  # fmt: skip
+# One in so many scenarios is of vehicles that share traffic.
+_SHARING = 8
+# Where they stand, east and north of the first one, and in whose places they change.
+_SHARED_PLACES_M = ((0.0, 0.0), (12.0, 0.0), (6.0, 10.0))
+_SWAPS = ((1, 0, 2), (1, 2, 0), (2, 0, 1))
+_METRES_PER_DEGREE = 111_200.0
 _BAD_NUMBERS = (math.nan, math.inf, -math.inf, 1e9, -1e9, 1e-300)
 
 
@@ -317,6 +323,69 @@ class _Author:
             self._add(t, craft, what)
 
 
+class _TrafficAuthor:
+    """Writes one scenario of copters that share traffic, each with its server, which hangs.
+
+    They change places, and return. Their servers stand still for a while meanwhile, or are killed.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self._rng = random.Random(seed)
+        self._events: list[Event] = []
+
+    def write(self) -> Scenario:
+        rng = self._rng
+        count, autopilot = rng.choice((2, 3, 3)), rng.choice(("ardupilot", "ardupilot", "px4"))
+        quick = autopilot == "ardupilot" and rng.random() < 0.5
+        onboard = {"GUID_TIMEOUT": 1.0} if quick else {}
+        latitude, longitude, altitude = rng.choice(_HOMES)
+        east_deg = 1.0 / (_METRES_PER_DEGREE * math.cos(math.radians(latitude)))
+        crafts = []
+        for east, north in _SHARED_PLACES_M[:count]:
+            place = (latitude + north / _METRES_PER_DEGREE, longitude + east * east_deg, altitude)
+            crafts.append(Craft("copter", autopilot, place, onboard=onboard))
+        height_m = rng.choice((4.0, 5.0, 8.0))
+        swap = _SWAPS[0] if count == 2 else rng.choice(_SWAPS)
+        swap_s = rng.uniform(15.0, 30.0)
+        return_s = swap_s + rng.choice((10.0, 30.0, 60.0))
+        for craft in range(count):
+            self._go(rng.uniform(0.0, 2.0), craft, craft, height_m)
+            self._go(swap_s + rng.choice((0.0, 0.0, 0.5)), craft, swap[craft], height_m)
+            if rng.random() < 0.2:
+                begun_s = swap_s + rng.uniform(0.0, 20.0)
+                self._add(begun_s, craft, "pause")
+                self._add(begun_s + rng.uniform(1.0, 15.0), craft, "resume")
+            self._add(return_s + rng.choice((0.0, 0.0, 0.5)), craft, "go_home")
+            self._hang(craft, rng.choice((0.0, swap_s)), return_s + 10.0)
+        events = tuple(sorted(self._events, key=lambda event: event.time_s))
+        return Scenario(self._seed, tuple(crafts), events, shares_traffic=True)
+
+    def _add(self, time_s: float, craft: int, what: str, **how: Any) -> None:
+        self._events.append(Event(round(time_s, 2), craft, what, how))
+
+    def _go(self, time_s: float, craft: int, place: int, height_m: float) -> None:
+        """Send a vehicle to where one stood at first; its map begins where it stood itself."""
+        (east, north), (x, y) = _SHARED_PLACES_M[place], _SHARED_PLACES_M[craft]
+        self._add(time_s, craft, "navigate", place=[east - x, north - y, height_m])
+
+    def _hang(self, craft: int, time_s: float, last_s: float) -> None:
+        """Let a server stand still again and again, or be killed and started once."""
+        rng = self._rng
+        if rng.random() < 0.15:
+            begun_s = rng.uniform(time_s, last_s)
+            self._add(begun_s, craft, "kill")
+            self._add(begun_s + rng.uniform(1.0, 12.0), craft, "start")
+            return
+        longest_s = rng.choice((0.3, 1.0, 3.0, 10.0))
+        while (time_s := time_s + rng.expovariate(1.0 / 6.0)) < last_s:
+            seconds = round(rng.uniform(0.1, longest_s), 2)
+            self._add(time_s, craft, "stall", seconds=seconds)
+            time_s += seconds
+
+
 def scenario_of(seed: int) -> Scenario:
     """Make a scenario; the same number gives the same one."""
+    if random.Random(f"{seed} shares traffic").randrange(_SHARING) == 0:
+        return _TrafficAuthor(seed).write()
     return _Author(seed).write()

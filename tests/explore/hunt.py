@@ -100,9 +100,9 @@ class Verdict:
 def grounds(count: int = GROUNDS) -> tuple[int, ...]:
     """Return short seeds in which as many different things as possible happen to goals.
 
-    Of the first seeds whose scenario has one vehicle and is over within a minute, each one is the
-    next that has the most coincidences that those before did not have; in the last third what
-    happens to a goal is left alone by everything else.
+    Of the first seeds whose scenario has one vehicle, or vehicles that share traffic, and is over
+    within a minute, each one is the next that has the most coincidences that those before did not
+    have; in the last third what happens to a goal is left alone by everything else.
     """
     calm = count // 3
     found = _various(range(_CALM_FROM), _coincidences, count - calm)
@@ -116,7 +116,8 @@ def _various(
     for seed in seeds:
         scenario = scenario_of(seed)
         times = [event.time_s for event in scenario.events]
-        if len(scenario.crafts) == 1 and max(times, default=0.0) <= _SHORT_S:
+        alone = len(scenario.crafts) == 1 or scenario.shares_traffic
+        if alone and max(times, default=0.0) <= _SHORT_S:
             left[seed] = features(scenario)
     found: list[int] = []
     seen: set[tuple[str, ...]] = set()
@@ -129,6 +130,8 @@ def _various(
 
 def _calm_coincidences(scenario: Scenario) -> set[tuple[str, ...]]:
     """Return what others do to goals that nothing else happens to for some time."""
+    if scenario.shares_traffic:
+        return set()
     craft, found = scenario.crafts[0], set()
     for goal, event, after in zip(
         scenario.events, scenario.events[1:], (*scenario.events[2:], None), strict=False
@@ -145,6 +148,8 @@ def _calm_coincidences(scenario: Scenario) -> set[tuple[str, ...]]:
 def _coincidences(scenario: Scenario) -> set[tuple[str, ...]]:
     """Return what happens soon after a goal, and which settings each kind of goal has."""
     craft = scenario.crafts[0]
+    if scenario.shares_traffic:
+        return {("shares traffic", craft.autopilot, str(len(scenario.crafts)))}
     kind = f"{craft.kind} {craft.autopilot}"
     settings = [f"{n} {v}" for n, v in (*craft.server.items(), *craft.onboard.items())]
     found: set[tuple[str, ...]] = set()

@@ -9,6 +9,9 @@ from typing import Any
 
 from navigation_core.geometry import Vector3
 
+NOBODY = -1
+"""The vehicle that is waited for by who waits for none"""
+
 
 @dataclass(frozen=True)
 class Truth:
@@ -56,8 +59,9 @@ class Entry:
         craft: which vehicle.
         kind: "truth", "asked", "sent" (a message of the server), "output" (of the bridge),
             "happening" (an event of the scenario), "server" ("started", "killed", "failed"),
-            "size" (the largest container of the server: its name and length), "recorded" (the
-            ends of goals as a recording has them: code and message by id).
+            "waits" (the vehicle that it waits for by its server's picture of the traffic, from 0;
+            -1 for none), "size" (the largest container of the server: its name and length),
+            "recorded" (the ends of goals as a recording has them: code and message by id).
         value: what.
     """
 

@@ -114,6 +114,11 @@ def _avoids(view: View) -> bool:
     return _avoids_any(view.flown)
 
 
+def _gives_way(view: View) -> bool:
+    """Whether its goal may lead elsewhere than straight to its target."""
+    return _avoids(view) or bool(view.fleet)
+
+
 def _begun_too_near(goal: Goal, last: Goal | None, now_s: float) -> bool:
     """Whether a goal that avoids nothing had left it no room to stop in, just now."""
     if goal.begun is None or now_s - goal.accepted_s > 3.0 or (last and _avoids_any(last)):
@@ -881,7 +886,7 @@ def setpoints_have_a_known_frame(message: Message, view: View, now_s: float) -> 
 def setpoints_lead_to_the_target(message: Message, view: View, now_s: float) -> bool:
     """5 s after a copter's Navigate goal and change of mode its velocities lead to the target."""
     goal, target = view.flown, _target(view.flown.request)
-    if not isinstance(goal.request, NavigateRequest) or target is None or _avoids(view):
+    if not isinstance(goal.request, NavigateRequest) or target is None or _gives_way(view):
         return True
     held = goal.feedback is None or goal.feedback.status is not Status.NAVIGATING
     # A path begins with the motion that a take-off has left.
@@ -901,7 +906,7 @@ def setpoints_lead_to_the_target(message: Message, view: View, now_s: float) -> 
 def setpoints_are_on_the_line(message: Message, view: View, now_s: float) -> bool:
     """The positions that a copter is sent on a Navigate goal are near the line to its target."""
     goal, target = view.flown, _target(view.flown.request)
-    if not isinstance(goal.request, NavigateRequest) or target is None or _avoids(view):
+    if not isinstance(goal.request, NavigateRequest) or target is None or _gives_way(view):
         return True
     if goal.begun is None or not view.copter or not _ours(view, now_s):
         return True
@@ -1195,13 +1200,14 @@ def a_fall(truth: Truth, view: View, now_s: float) -> bool:
 
 @never(_TRUTH, OURS)
 def a_flight_away(truth: Truth, view: View, now_s: float) -> bool:
-    """A copter that has arrived stays where it was left, until a service moves it."""
+    """A copter that has arrived stays there, until a service, somebody else or trouble moves it."""
     last = view.last
     if view.active is not None or last is None or not last.ends or not view.copter:
         return False
     left = last.ends[0].code is OutcomeCode.SUCCESS and not last.disturbed
     left = left and isinstance(last.request, NavigateRequest) and view.calm(now_s, 20.0)
-    left = left and now_s - last.ended_s > 5.0 and view.served_s <= last.ended_s
+    moved_s = max(view.served_s, view.taken_s, view.trouble_s, view.stalled_until_s)
+    left = left and now_s - last.ended_s > 5.0 and moved_s <= last.ended_s
     return left and math.hypot(*truth.velocity_enu_m_s[:2]) > 2.5
 
 
@@ -1232,6 +1238,19 @@ def a_return_of_its_own(truth: Truth, view: View, now_s: float) -> bool:
     alone = view.taken_s == view.trouble_s == view.served_s == -math.inf and not craft.onboard
     asked = any(isinstance(goal.request, ReturnRequest) for goal in view.goals.values())
     return alone and craft.battery == 1.0 and not asked and truth.mode in ("RTL", "AUTO.RTL")
+
+
+# --- traffic ---------------------------------------------------------------------------------
+
+
+def _begins_circle(entry: Entry, view: View) -> float | None:
+    return entry.time_s if entry.kind == "truth" and view.circled_s == entry.time_s else None
+
+
+@within(lambda view: 10.0, _begins_circle, "docs/fleet.md")
+def a_wait_circle_ends(view: View, key: float, begun_s: float, now_s: float) -> bool:
+    """Vehicles that wait for each other in a circle end it within 10 s once all servers run."""
+    return view.circled_s > begun_s
 
 
 # --- the server ------------------------------------------------------------------------------
@@ -1326,7 +1345,7 @@ POLICIES = policies()
 ON_TRIAL = frozenset(
     {
         *("a_flight_away", "a_mishap_of_a_first_goal", "relative_targets_are_near"),
-        *("setpoints_flow", "setpoints_keep_the_goals_speed"),
+        *("setpoints_flow", "setpoints_keep_the_goals_speed", "a_wait_circle_ends"),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

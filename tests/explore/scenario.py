@@ -72,6 +72,7 @@ class Scenario:
         posts: obstacles, sensed by the range sensors of all vehicles.
         wind_ned_m_s: steady wind.
         gust_m_s: standard deviation of the gusts.
+        shares_traffic: whether the servers keep their vehicles apart, and these can collide.
     """
 
     seed: int
@@ -80,6 +81,7 @@ class Scenario:
     posts: tuple[Post, ...] = ()
     wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gust_m_s: float = 0.0
+    shares_traffic: bool = False
 
     def save(self, path: Path) -> None:
         """Write it as JSON without what has its default, one event a line."""
@@ -91,6 +93,8 @@ class Scenario:
         if repr(self.wind_ned_m_s) != repr(Scenario.wind_ned_m_s) or self.gust_m_s:
             lines.append(f'"wind_ned_m_s": {json.dumps(self.wind_ned_m_s)}')
             lines.append(f'"gust_m_s": {self.gust_m_s}')
+        if self.shares_traffic:
+            lines.append('"shares_traffic": true')
         path.write_text("{\n " + ",\n ".join(lines) + "\n}\n")
 
     @staticmethod
@@ -113,6 +117,7 @@ class Scenario:
                 ),
                 tuple(data.get("wind_ned_m_s", (0.0, 0.0, 0.0))),
                 data.get("gust_m_s", 0.0),
+                data.get("shares_traffic", False),
             )
         except (KeyError, TypeError, json.JSONDecodeError) as error:
             raise ValueError(f"{path} is not a scenario: {error!r}.") from error

@@ -46,6 +46,8 @@ def _smaller(scenario: Scenario) -> Iterator[Scenario]:
         yield replace(scenario, wind_ned_m_s=(0.0, 0.0, 0.0), gust_m_s=0.0)
     for index, craft in enumerate(scenario.crafts):
         for plainer in _plainer(craft):
+            if scenario.shares_traffic and plainer.home != craft.home:
+                continue  # it would stand on another one
             crafts = (*scenario.crafts[:index], plainer, *scenario.crafts[index + 1 :])
             yield replace(scenario, crafts=crafts)
 

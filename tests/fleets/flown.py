@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,9 +30,10 @@ from navigation_bridge.goals.requests import NavigateRequest, Request
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_core.geometry import Vector3
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.traffic.negotiation import Negotiation, PeerState
-from navigation_core.traffic.volumes import Separation, Volume
+from navigation_core.traffic.negotiation import Negotiation
+from navigation_core.traffic.volumes import Separation
 from tests.fleets.points import starts_and_targets
+from tests.support.flights.peer_states import moved_state
 
 TICK_S = 0.02
 _STANDING_M = 0.5
@@ -175,7 +176,8 @@ class FlownFleet:
             for other, receiver in self.traffic.items():
                 if other not in (server, *self.dead) and not self.cut:
                     assert receiver.negotiation is not None
-                    receiver.negotiation.receive(_moved(state, traffic, receiver), now)
+                    moved = moved_state(state, traffic, receiver)
+                    receiver.negotiation.receive(moved, now)
 
     def _serve(self, craft: Craft) -> None:
         link, bridge, now = self.simulation.vehicles[craft.row].link, craft.bridge, self.now
@@ -277,30 +279,6 @@ class FlownFleet:
         yield
         assert self.least_share >= 1.0, f"separation lost: {self.least_share:.2f}, {self.worst}"
         assert not self.simulation.truth.collided.any(), "vehicles have collided"
-
-
-def _moved(state: PeerState, sender: SharedTraffic, receiver: SharedTraffic) -> PeerState:
-    """Return a state in the receiver's traffic frame, as a message would bring it."""
-    assert sender.earth is not None
-    assert receiver.earth is not None
-    here, there = sender.earth, receiver.earth
-
-    def moved(volume: Volume) -> Volume:
-        points = [there.metres(here.geodetic(point)) for point in volume.points_m]
-        return Volume.along(np.array(points), volume.radius_m, volume.rise_m)
-
-    vehicles = tuple(
-        replace(
-            one,
-            held=moved(one.held),
-            alone=moved(one.alone),
-            reach=moved(one.reach),
-            path=moved(one.path),
-            target=moved(one.target),
-        )
-        for one in state.vehicles
-    )
-    return replace(state, vehicles=vehicles)
 
 
 def homes(

@@ -19,7 +19,8 @@ from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.requests import NavigateRequest, ReturnRequest
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.traffic.negotiation import Negotiation, PeerState
-from tests.fleets.flown import Craft, FlownFleet, _moved, homes
+from tests.fleets.flown import Craft, FlownFleet, homes
+from tests.support.flights.peer_states import moved_state
 
 # Maximum number of states that a subscription keeps while its server does not run, and of datagrams
 # that the driver reads in a turn.
@@ -130,7 +131,7 @@ class HangingFleet(FlownFleet):
         while server.inbox:
             sender, state = server.inbox.popleft()
             if traffic.earth is not None:
-                moved = _moved(state, self.traffic[sender], traffic)
+                moved = moved_state(state, self.traffic[sender], traffic)
                 traffic.negotiation.receive(moved, now)
         if now - server.sent_s >= _STATE_PERIOD_S - 1e-6:
             server.sent_s = now

@@ -75,7 +75,7 @@ def test_half_a_metre_is_kept_to_the_flight_volume(
     flight = SteeredFlight(*vehicle, volume_radius_m=25.0)
     flight.begin(speed_m_s)
     farthest_m = 0.0
-    for _ in range(300):
+    for _ in range(450):
         flight.steer(0.1, (speed_m_s, 0.0, 0.0))
         farthest_m = max(farthest_m, math.hypot(*flight.truth()[0][:2]))
     assert 23.5 < farthest_m < 24.5

@@ -15,7 +15,7 @@ from navigation_core.traffic.volumes import NOWHERE, Volume, densified, joined
 
 __all__ = ["Whereabouts", "climb", "landing", "return_home", "route", "standing", "to_circle"]
 
-# How far a plane strays sideways when the autopilot flies it.
+# How far a plane and a multicopter stray sideways when the autopilot flies them.
 _PLANE_STRAYS_M = 15.0
 _STRAYS_M = 1.5
 # A plane's circle is wider than its parameter says.
