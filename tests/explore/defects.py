@@ -36,7 +36,6 @@ _STATIONS = "navigation_bridge.supervision.stations"
 _PARKING = "navigation_bridge.supervision.parking"
 _MISSION = "navigation_core.tasks.watching.mission"
 _LED = "navigation_core.tasks.watching.vehicle_led"
-_PICTURE = "navigation_core.traffic.picture"
 
 MUTANTS: tuple[Mutant, ...] = (
     Mutant("a cancel is forgotten", _BRIDGE, "            goal.begin_cancel(now)\n", ""),
@@ -289,9 +288,6 @@ MUTANTS: tuple[Mutant, ...] = (
            "mavlink_vehicle.protocols.operations.takeoff_goal",
            "math.nan, math.nan, math.nan, ground_m + self.height_m)",
            "math.nan, math.nan, math.nan, self.height_m)"),
-    Mutant("the last of a circle makes no room", _PICTURE,
-           "        return bool(able) and max(able, key=lambda one: one.rank).name == name",
-           "        return False"),
     Mutant("a heading is in degrees", _STREAM,
            "        yaw=normalize_angle(setpoint.yaw_ned_rad) if",
            "        yaw=math.degrees(setpoint.yaw_ned_rad) if"),
