@@ -201,7 +201,8 @@ class Ship:
             config = make_config({"arming": "auto", **self.craft.server})
             takes_s, flight = self.craft.search_s, self._flight
             searcher = LateSearcher(lambda: flight.now_s, takes_s, 0.1) if takes_s else AT_ONCE
-            signing, traffic = self._signing(), None
+            signing = self._signing()
+            traffic: SharedTraffic | None = None
             if flight.scenario.shares_traffic:
                 traffic = SharedTraffic()
                 own = f"/server{self.index}"
