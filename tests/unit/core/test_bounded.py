@@ -31,16 +31,13 @@ from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.vehicle_led import LAND, RETURN_TO_LAUNCH, VehicleLed
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
+from tests.support.models.vehicle_traits import PLANE
 
 STEP_S = 0.25
 LONGEST_S = 1800.0
 CONFIG = GotoConfig(may_arm=True)
 PX4_COPTER = Traits(control_before_takeoff=False)
 ROVER = Traits(name="rover", flies=False, lands_itself=False, turning_radius_m=0.9)
-PLANE = Traits(
-    name="plane", hovers=False, control_before_takeoff=False, circle_radius_m=60.0,
-    height_min_m=20.0,
-)  # fmt: skip
 
 
 def waypoints(height_m: float, speed_m_s: float | None = None) -> tuple[RouteWaypoint, ...]:

@@ -15,15 +15,11 @@ from navigation_core.tasks.observation import (
     TaskOperation,
     VehicleMode,
 )
-from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
 from navigation_core.tasks.waypoint import Route, RouteError, RouteWaypoint
+from tests.support.models.vehicle_traits import PLANE
 
-PLANE = Traits(
-    name="plane", hovers=False, control_before_takeoff=False, circle_radius_m=60.0,
-    height_min_m=20.0,
-)  # fmt: skip
 ACHIEVED, PENDING, REFUSED = (
     OperationStatus.ACHIEVED, OperationStatus.PENDING, OperationStatus.REFUSED,
 )  # fmt: skip

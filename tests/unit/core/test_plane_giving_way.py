@@ -22,18 +22,14 @@ from navigation_core.tasks.observation import (
     VehicleMode,
 )
 from navigation_core.tasks.progress import Status
-from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from navigation_core.traffic.intruders import Intruder
 from navigation_core.traffic.picture import TrafficPicture
 from navigation_core.traffic.view import Footing, TrafficView
 from navigation_core.traffic.volumes import Volume
+from tests.support.models.vehicle_traits import PLANE
 
-PLANE = Traits(
-    name="plane", hovers=False, control_before_takeoff=False, circle_radius_m=60.0,
-    height_min_m=20.0,
-)  # fmt: skip
 GOAL = (1000.0, 0.0, 60.0)
 HEAD_ON = Intruder(np.array([500.0, 0.0, 60.0]), np.array([-20.0, 0.0, 0.0]), 0.0, 0.0, 0.0)
 Place = tuple[float, float, float]
