@@ -46,6 +46,8 @@ VENV = ROOT / ".venv"
 INSTALL = ROOT / "install"
 LOGS = ROOT / "log" / "setup"
 BUILD = ROOT / "build"
+# How interfaces are built.
+INTERFACES_BUILD = ROOT / "scripts" / "interfaces"
 PACKAGES = INSTALL / "packages"
 INTERFACES = INSTALL / "interfaces"
 PACKAGES_STAMP = VENV / "packages.stamp"
@@ -264,8 +266,9 @@ def python_packages() -> list[Path]:
 
 def hash_of_interfaces(names: Iterable[str]) -> str:
     """A digest of all that compiled interfaces depend on, but for the interpreter."""
-    files = (path for name in names for path in sorted((ROOT / "src" / name).rglob("*")))
-    return hash_of([*files, ROOT / "scripts/interfaces.cmake", lock_of("wheels", "build")])
+    folders = [*(ROOT / "src" / name for name in names), INTERFACES_BUILD]
+    files = (path for folder in folders for path in sorted(folder.rglob("*")))
+    return hash_of([*files, lock_of("wheels", "build")])
 
 
 def hash_of(paths: Iterable[Path]) -> str:
@@ -465,7 +468,7 @@ def build_interfaces(ros: str, names: Sequence[str], *prefixes: Path) -> None:
 
     Args:
         ros: "wheels" or "system".
-        names: of the packages, in src; each after those that it needs.
+        names: of the packages, in src.
         prefixes: the folder to install into, and others with interfaces that these need.
     """
     prefix = prefixes[0]
@@ -473,14 +476,19 @@ def build_interfaces(ros: str, names: Sequence[str], *prefixes: Path) -> None:
         needed = [name for name in names if not is_provided(name, environment)]
         for variable in ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH"):
             environment[variable] = ":".join([*map(str, prefixes), environment[variable]])
-        for name in needed:
-            script = "cmake -S $1 -B $2 -G Ninja -DCMAKE_INSTALL_PREFIX=$3 $4 $5 $6"
-            script += " && cmake --build $2 --target install"
+        # Those on demand need the others, installed.
+        first = [name for name in needed if name not in ON_DEMAND]
+        for group in (first, [name for name in needed if name in ON_DEMAND]):
+            if not group:
+                continue
+            title = "-".join(group)
+            script = 'cmake -G Ninja "$@" && cmake --build "$2" --target install'
             command: list[str | Path] = ["bash", "-c", script, "bash"]
-            command += [ROOT / "src" / name, BUILD / name, prefix]
-            command += ["-DBUILD_TESTING=OFF", f"-DPython3_EXECUTABLE={python}"]
-            command += [f"-DCMAKE_PROJECT_INCLUDE={ROOT / 'scripts/interfaces.cmake'}"]
-            run(name, f"Building {name}", command, environment)
+            command += ["-B", BUILD / title, "-S", INTERFACES_BUILD, "-DBUILD_TESTING=OFF"]
+            command += [f"-DCMAKE_INSTALL_PREFIX={prefix}", f"-DPython3_EXECUTABLE={python}"]
+            command += [f"-DPACKAGES={';'.join(str(ROOT / 'src' / name) for name in group)}"]
+            command += [f"-DCMAKE_PROJECT_INCLUDE={INTERFACES_BUILD / 'one_unit.cmake'}"]
+            run(title, f"Building {', '.join(group)}", command, environment)
 
 
 @contextlib.contextmanager
