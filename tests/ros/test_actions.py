@@ -13,6 +13,7 @@ pytestmark = pytest.mark.xdist_group("ros_actions")
 
 
 def test_arm_disarm_take_off_pause_and_land(flight: Flight) -> None:
+    flight.ground()
     assert flight.call("arm").success
     assert flight.call("disarm").success
     record = flight.send(Takeoff.Goal(height=3.0))

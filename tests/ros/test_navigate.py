@@ -21,6 +21,7 @@ def _distance(message: Navigate.Result, x: float, y: float, z: float) -> float:
 
 
 def test_the_course_goal_is_flown_from_the_ground(flight: Flight) -> None:
+    flight.ground()
     record = flight.send(navigate_goal(10.0, 5.0, 2.0))
     result = flight.wait_for_result(record)
 

@@ -9,32 +9,20 @@ from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
 
 # Landing by the pilot can come before what a test is about.
 pytestmark = pytest.mark.xdist_group("ros_phases")
-_ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
-
-
-def _armed(flight: Flight) -> bool:
-    return bool(flight.relay.from_vehicle("HEARTBEAT")[-1].base_mode & _ARMED)
-
-
-def _ground(flight: Flight) -> None:
-    """Land the vehicle if it flies, as a pilot would, and wait until it is disarmed."""
-    if _armed(flight):
-        flight.relay.set_mode(9)  # LAND
-        flight.wait(lambda: not _armed(flight), 50.0, "landing and disarming")
 
 
 # How long a phase on the ground lasts hangs on when the next HEARTBEAT comes: it may be over
 # before the cancel arrives. The same must hold for all of them.
 @pytest.mark.parametrize("delay_s", [0.0, 0.1, 0.3, 1.0])
 def test_a_cancel_on_the_ground_leaves_a_disarmed_vehicle(flight: Flight, delay_s: float) -> None:
-    _ground(flight)
+    flight.ground()
     record = flight.send(navigate_goal(10.0, 0.0, 5.0))
     flight.spin_for(delay_s)
     flight.cancel(record)
     result = flight.wait_for_result(record)
     assert record.status == GoalStatus.STATUS_CANCELED, result.message
     assert record.statuses[-1:] != ["NAVIGATING"]
-    flight.wait(lambda: not _armed(flight), 5.0, "disarming")
+    flight.wait(lambda: not flight.is_armed, 5.0, "disarming")
 
 
 def _climbing(flight: Flight, x: float, y: float, z: float, height_mm: int) -> GoalRecord:
@@ -50,7 +38,7 @@ def _climbing(flight: Flight, x: float, y: float, z: float, height_mm: int) -> G
 
 
 def test_a_cancel_while_climbing_holds_the_height(flight: Flight) -> None:
-    _ground(flight)
+    flight.ground()
     record = _climbing(flight, 10.0, 0.0, 5.0, 800)
     flight.cancel(record)
     result = flight.wait_for_result(record)
@@ -63,7 +51,7 @@ def test_a_cancel_while_climbing_holds_the_height(flight: Flight) -> None:
 
 
 def test_no_setpoint_is_sent_during_a_take_off(flight: Flight) -> None:
-    _ground(flight)
+    flight.ground()
     before = len(flight.relay.from_server("SET_POSITION_TARGET_LOCAL_NED"))
     record = _climbing(flight, 4.0, 0.0, 2.0, 1000)
     assert record.feedback[-1].current_status == "TAKING_OFF"

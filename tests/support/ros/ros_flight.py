@@ -30,6 +30,8 @@ from tests.support.processes import Process, patient_s
 
 READY_TIMEOUT_S = 90.0
 FLIGHT_TIMEOUT_S = 60.0
+_LAND_MODE = 9
+_ARMED = 128  # MAV_MODE_FLAG_SAFETY_ARMED
 _counter = itertools.count()
 
 
@@ -232,6 +234,17 @@ class Flight:
     def _on_result(record: GoalRecord, done: Future) -> None:
         record.status = done.result().status
         record.result = done.result().result
+
+    @property
+    def is_armed(self) -> bool:
+        """Whether the copter's newest HEARTBEAT reports it armed."""
+        return bool(self.relay.from_vehicle("HEARTBEAT")[-1].base_mode & _ARMED)
+
+    def ground(self) -> None:
+        """Land the copter if it flies, as a pilot would, and wait until it is disarmed."""
+        if self.is_armed:
+            self.relay.set_mode(_LAND_MODE)
+            self.wait(lambda: not self.is_armed, FLIGHT_TIMEOUT_S, "landing and disarming")
 
     def cancel(self, record: GoalRecord) -> Any:
         """Ask for a cancel and return the service's answer."""
