@@ -19,7 +19,7 @@ from websockets.typing import Origin
 from drone_navigation.processes import free_udp_port, ros_environment
 from mavlink_vehicle.codec import make
 from tests.support.messages.random_console_messages import FLY, MOVING, broken
-from tests.support.processes import Process
+from tests.support.processes import Process, patient_s
 from tests.support.ros.browser import CHROMIUM, Browser, Tab
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal, new_domain
 from tests.support.stations import missions
@@ -353,7 +353,7 @@ def test_a_goal_of_another_client_is_seen_and_held(scene: Scene, page: Tab) -> N
 
 def rejected_total(link: ClientConnection) -> int:
     """Return how many requests were rejected, as the next new page is told."""
-    return sum(json.loads(link.recv(timeout=10.0))["rejected"].values())
+    return sum(json.loads(link.recv(timeout=patient_s(10.0)))["rejected"].values())
 
 
 def test_strangers_are_rejected_and_counted(scene: Scene) -> None:
@@ -432,10 +432,10 @@ def test_a_plan_is_opened_and_what_is_wrong_with_it_is_said(
     scene: Scene, page: Tab, tmp_path: Path
 ) -> None:
     with scene.connected() as link:
-        link.recv(timeout=10.0)
+        link.recv(timeout=patient_s(10.0))
         points = [{"x": 3.0, "y": 4.0, "z": 6.0, "hold": 2.0}]
         link.send(json.dumps({"type": "save_plan", "vehicle": "/", "waypoints": points}))
-        while (answer := json.loads(link.recv(timeout=10.0)))["type"] != "plan_file":
+        while (answer := json.loads(link.recv(timeout=patient_s(10.0))))["type"] != "plan_file":
             pass
     good, bad = tmp_path / "good.plan", tmp_path / "bad.plan"
     good.write_text(answer["text"])
@@ -473,7 +473,7 @@ def test_fence_rally_points_and_mission_in_the_vehicle_are_shown_and_taken(
     assert taken[1] == pytest.approx([20.0, -10.0, 8.0, 2.0], abs=0.4)
     with scene.connected() as link:
         link.send(json.dumps({"type": "mission", "vehicle": "/", "form": "file"}))
-        while (answer := json.loads(link.recv(timeout=10.0)))["type"] != "plan_file":
+        while (answer := json.loads(link.recv(timeout=patient_s(10.0))))["type"] != "plan_file":
             pass
     plan = json.loads(answer["text"])
     assert [entry["command"] for entry in plan["mission"]["items"]] == [22, 16, 16]
@@ -521,7 +521,7 @@ def test_a_server_that_was_killed_is_missed_and_found_again(scene: Scene, page: 
     with scene.connected() as link:
         for message in ({"type": "take", "vehicle": "/", "over": True}, FLY):
             link.send(json.dumps(message))
-        while (answer := json.loads(link.recv(timeout=10.0)))["type"] != "answer":
+        while (answer := json.loads(link.recv(timeout=patient_s(10.0))))["type"] != "answer":
             pass
         assert "server does not respond" in answer["text"]
     flight.server = flight.start_server()
@@ -584,7 +584,7 @@ def test_a_recorded_flight_is_played_on_the_page(scene: Scene) -> None:
             found[0].replace("http", "ws", 1).replace("/?", "/socket?"),
             origin=Origin(found[0].partition("/?")[0]),
         ) as socket:
-            first = json.loads(socket.recv(timeout=10.0))
+            first = json.loads(socket.recv(timeout=patient_s(10.0)))
             assert len(first["trails"].get("/", [])) < 40
         tab.close()
     finally:

@@ -16,7 +16,7 @@ from rosgraph_msgs.msg import Clock
 
 from custom_interfaces.msg import TrafficState
 from drone_navigation.processes import free_udp_port, ros_environment
-from tests.support.processes import Process
+from tests.support.processes import Process, patient_s
 from tests.support.ros import stepped_clock
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, new_domain
 
@@ -109,7 +109,7 @@ class RosClock:
     def wait_for_states(self, *servers: str) -> None:
         """Wait until each server has sent some more reservations."""
         self.heard = dict.fromkeys(servers, 0)
-        limit_s = time.monotonic() + 100.0
+        limit_s = time.monotonic() + patient_s(10.0)
         while min(self.heard.values()) < 5:
             assert time.monotonic() < limit_s, self.heard
             self._ends.wait(0.05)
