@@ -38,7 +38,9 @@ def rows(heading: str) -> list[list[str]]:
 @pytest.mark.parametrize("firmware", ["ArduPilot", "PX4"])
 def test_every_rule_has_a_test_that_exists(firmware: str) -> None:
     source = "\n".join(
-        path.read_text("utf-8") for path in sorted((ROOT / "tests").glob("**/test_*.py"))
+        path.read_text("utf-8")
+        for folder in ("tests", "sitl/tests")
+        for path in sorted((ROOT / folder).glob("**/test_*.py"))
     )
     names = set(re.findall(r"^def (test_\w+)", source, re.MULTILINE))
     rules = section(firmware).split("\n- ")[1:]
