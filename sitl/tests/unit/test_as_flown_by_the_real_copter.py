@@ -271,7 +271,7 @@ def test_velocities_and_accelerations_in_turn_are_flown_as_by_the_real_one() -> 
                     assert station.position[:2] == pytest.approx((north, east), abs=0.9), after_s
 
 
-def test_a_lean_goes_on_for_a_while_when_another_kind_of_setpoint_comes() -> None:
+def test_a_lean_is_kept_for_a_while_when_another_kind_of_setpoint_comes() -> None:
     """The integrator takes it over, until the velocity at that moment is flown: 0.76 m/s."""
     station = flying(15.0)
     station.run(4.0)
