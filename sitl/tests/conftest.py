@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import gc
 import re
-from itertools import groupby
 from pathlib import Path
 
 import pytest
@@ -34,14 +33,15 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the sets of parameters, before the marks select."""
-    own = [item for item in items if item.path.is_relative_to(Path(__file__).parent)]
-    for _, group in groupby(own, key=lambda item: item.nodeid.partition("[")[0]):
-        _, *others = tests = list(group)
-        if tests[0].get_closest_marker("wide") is None:
-            for item in others:
-                item.add_marker("wide")
-            tests = others
-        for item in tests[1:-1]:
+    functions: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.path.is_relative_to(Path(__file__).parent):
+            functions.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for tests in functions.values():
+        wide = tests[1:] if tests[0].get_closest_marker("wide") is None else tests
+        for item in wide:
+            item.add_marker("wide")
+        for item in wide[1:-1]:
             item.add_marker("night")
 
 
