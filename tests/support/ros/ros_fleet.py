@@ -6,6 +6,7 @@ import os
 import socket
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -43,24 +44,30 @@ class FleetFlight:
         self.vehicles = {vehicle.name: vehicle for vehicle in vehicles}
         self.environment = ros_environment(new_domain())
         self.config = folder / "fleet.yaml"
-        self.tlog = folder / "fleet.tlog"
+        self._folder = folder
         self.config.write_text(yaml.safe_dump(set_up(vehicles)), encoding="utf-8")
         self._processes: list[Process] = []
         self._context: rclpy.Context | None = None
         self.simulators: dict[str, Process] = {}
         try:
-            self.server = self._start(
-                "navigation_server", "drone_navigation.navigation_server",
-                "--config", str(self.config), "--tlog", str(self.tlog),
-            )  # fmt: skip
             for name in self.vehicles:
                 self.start_simulator(name)
             self._start_client()
-            for name in self.vehicles:
-                self.wait_for_line(f"[{name}.navigation_server]: Position valid", READY_TIMEOUT_S)
+            self.start_server()
         except BaseException:
             self.close()
             raise
+
+    def start_server(self) -> None:
+        """Start a server with a recording of its own; wait until every vehicle has a position."""
+        self.tlog = self._folder / f"fleet-{len(self._processes)}.tlog"
+        self.accepted = Counter[str]()
+        self.server = self._start(
+            "navigation_server", "drone_navigation.navigation_server",
+            "--config", str(self.config), "--tlog", str(self.tlog),
+        )  # fmt: skip
+        for name in self.vehicles:
+            self.wait_for_line(f"[{name}.navigation_server]: Position valid", READY_TIMEOUT_S)
 
     def _start(self, title: str, *module: str) -> Process:
         process = Process(title, ["python", "-m", *module], self.environment)
@@ -120,6 +127,7 @@ class FleetFlight:
         record.handle = future.result()
         record.accepted = record.handle.accepted
         if record.accepted:
+            self.accepted[name] += 1
             record.handle.get_result_async().add_done_callback(partial(_on_result, record))
         return record
 
