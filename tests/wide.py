@@ -199,12 +199,24 @@ EVERY = frozenset(
 """Of these, all parameters by day: each is another program."""
 
 NIGHT: dict[str, tuple[str, ...]] = {
+    "fleets/test_hangs.py": ("[5-3]",),
+    "fleets/test_many_encounters.py": ("turn_hard", "[boat-"),
+    "fleets/test_many_fleets.py": (
+        "test_eight_simulated_copters_cross[6",
+        "joins_no_two_vehicles[22",
+        "test_mixed_kinds_cross",
+    ),
     "interop/test_mavsdk_px4.py": ("[land]",),
+    "pair/test_goal_faulty_link.py": ("whatever_happens",),
+    # A stopped server beside what moves is flown by test_stalls.py, too.
+    "pair/test_late_server.py": ("again_and_again",),
+    # The copter's demo runs by day.
+    "ros/test_demo.py": ("[rover",),
     # Once it was cut off for longer than DDS remembers, on a loaded machine.
     "ros/test_hosts.py": ("test_a_host_that_is_cut_off",),
     "ros/test_stopped_server.py": ("again_and_again",),
     # For each Python of the machine it compiles the interfaces.
-    "unit/test_make_targets.py": ("[wheels]",),
+    "unit/test_make_targets.py": ("[wheels]", "[demo-nav2-"),
 }
 """Wide tests that take long: those whose names, with parameters, hold one of these."""
 

@@ -956,7 +956,7 @@ def _is_led(view: View) -> bool:
 
 @always(_SETPOINTS, PARAMETERS)
 def setpoints_accelerate_within_limits(message: Message, view: View, now_s: float) -> bool:
-    """Their velocity changes within the acceleration limit; near obstacles it is left out."""
+    """Their velocity changes within the acceleration limit, also where positions alone are sent."""
     before = view.before
     if before is None or not _ours(view, now_s) or now_s - view.flown.accepted_s < 0.5:
         return True
@@ -968,8 +968,14 @@ def setpoints_accelerate_within_limits(message: Message, view: View, now_s: floa
     moved_m = math.dist((message.x, message.y), (before.x, before.y))
     if moved_m > 1.0 + 2.0 * speed_of(before) * (now_s - view.before_s):
         return True  # begun again where the vehicle is, which was far behind
-    change_m_s = math.hypot(message.vx - before.vx, message.vy - before.vy)
-    return change_m_s <= 2.0 * limit_m_s2 * max(0.02, now_s - view.before_s) + 0.1
+    passed_s = max(0.02, now_s - view.before_s)
+    # Near traffic and bounds the velocity is left out: that of the positions counts.
+    by_positions_m_s = ((message.x - before.x) / passed_s, (message.y - before.y) / passed_s)
+    change_m_s = math.dist(
+        (message.vx, message.vy) if message.vx or message.vy else by_positions_m_s,
+        (before.vx, before.vy) if before.vx or before.vy else by_positions_m_s,
+    )
+    return change_m_s <= 2.0 * limit_m_s2 * passed_s + 0.1
 
 
 @always(sent(SETPOINTS[0]), PARAMETERS)
