@@ -4,7 +4,8 @@ Bridge and simulated copter fly seeded level routes. The reference moves through
 from rest to rest. Velocity and acceleration at each point are searched for the shortest time;
 between two points Ruckig finds the fastest motion, with the limits that the server flies with, each
 along the leg and across it. It may swing wide before a corner, which a server that keeps near the
-lines between the waypoints does not: how fast a corner is depends on the acceptance radius.
+lines between the waypoints does not: how fast a corner is depends on the acceptance radius. So does
+how far it is from these lines on average, by the simulation's truth at each tick.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from tests.bench.rows import row
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 ROUTES, CORNERS, GOAL = 6, 3, 1.15
+STRAY_GOAL = 0.35
 # Speeds, and acceptance radii of the waypoints: the default, and ArduPilot's own default.
 _FLOWN = (
     (3.0, GotoConfig.arrival_radius_m),
@@ -51,24 +53,39 @@ def measures(short: bool = False) -> list[dict[str, Any]]:
     routes, tries = (1, _SHORT_TRIES) if short else (ROUTES, _TRIES)
     for autopilot in ("px4",) if short else ("ardupilot", "px4"):
         for speed_m_s, radius_m in _FLOWN[-1:] if short else _FLOWN:
-            flown_s, least_s = _fly(autopilot, speed_m_s, radius_m, routes, tries)
-            rows.append(
+            flown_s, least_s, stray_m = _fly(autopilot, speed_m_s, radius_m, routes, tries)
+            flown = (
+                f"{autopilot} copter: {routes} routes through corners at {speed_m_s:g} m/s, "
+                f"acceptance radius {radius_m:g} m"
+            )
+            rows += [
                 row(
-                    f"{autopilot} copter: {routes} routes through corners at {speed_m_s:g} m/s, "
-                    f"acceptance radius {radius_m:g} m",
+                    flown,
                     (flown_s, "s"),
                     ("fastest point mass", least_s),
                     f"<= {GOAL:g} x",
                     flown_s <= GOAL * least_s,
-                )
-            )
+                ),
+                row(
+                    f"{flown}: mean distance from the lines",
+                    (stray_m, "m"),
+                    ("acceptance radius", radius_m),
+                    f"<= {STRAY_GOAL:g} x",
+                    stray_m <= STRAY_GOAL * radius_m,
+                ),
+            ]
     return rows
 
 
 def _fly(
     autopilot: str, speed_m_s: float, radius_m: float, routes: int, tries: int
-) -> tuple[float, float]:
-    """Fly the routes one after the other; return the flown time and the least, both in all."""
+) -> tuple[float, float, float]:
+    """Fly the routes one after the other.
+
+    Returns:
+        The flown time and the least, both in all (s), and the mean distance of the truth from the
+        lines between the waypoints (m).
+    """
     vehicle = VehicleConfig(autopilot=autopilot, ready_after_s=1.0)
     flight = SimulatedFlight(simulated=vehicle, battery_policy="ignore").ready()
     flight.fly_up()
@@ -76,7 +93,7 @@ def _fly(
     assert flight.vehicle.profile is not None
     traits = traits_of(flight.vehicle.profile, flight.vehicle.parameters)
     limits = limits_of(traits, config.limits).with_speed(speed_m_s)
-    rng, flown_s, least_s = random.Random(_SEED), 0.0, 0.0
+    rng, flown_s, least_s, strays_m = random.Random(_SEED), 0.0, 0.0, []
     for _ in range(routes):
         here = flight.truth()[0]
         points = _route(rng, here)
@@ -86,7 +103,11 @@ def _fly(
             WaypointRequest(point, acceptance_radius_m=radius_m) for point in points[1:]
         )
         goal_id = flight.start(WaypointsRequest(waypoints, max_speed_m_s=speed_m_s))
-        flight.run_until(lambda goal_id=goal_id: bool(flight.ends(goal_id)), 300.0)  # type: ignore[misc]
+        lines = list(pairwise(points))
+        while not flight.ends(goal_id):
+            flight.tick()
+            here = flight.truth()[0]
+            strays_m.append(min(_distance_m(here, *line) for line in lines))
         (end,) = flight.ends(goal_id)
         assert end.code.value == "SUCCESS", end.message
         told = [(t, item) for t, item in flight.outputs if isinstance(item, GoalFeedback)]
@@ -95,7 +116,14 @@ def _fly(
         )
         flown_s += flight.now - config.arrival_dwell_s - began_s
         least_s += least_time_s(points, limits, tries)
-    return flown_s, least_s
+    return flown_s, least_s, sum(strays_m) / len(strays_m)
+
+
+def _distance_m(point: Vector3, start: Vector3, end: Vector3) -> float:
+    """Return the distance of a point from a line between two others."""
+    way = np.subtract(end, start)
+    share = float(np.dot(np.subtract(point, start), way) / np.dot(way, way))
+    return float(np.linalg.norm(np.subtract(point, start) - min(max(share, 0.0), 1.0) * way))
 
 
 def _route(rng: random.Random, start: Vector3) -> list[Vector3]:
