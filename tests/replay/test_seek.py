@@ -19,7 +19,7 @@ from navigation_bridge.recording.replay_driver import ReplayDriver, ReplayPositi
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 RECORDING = str(DATA / "copter_lowbatt.tlog")
-_TIMEOUT_S = 30.0
+_TIMEOUT_S = 300.0
 
 
 def make_bridge() -> Bridge:
@@ -111,7 +111,7 @@ class Playing:
 
     def wait(self, **wanted: Any) -> ReplayPosition:
         """Wait until the position is like this; returns it."""
-        position = self.driver.call(self.driver.position)
+        position = self.driver.call(self.driver.position, _TIMEOUT_S)
 
         def reached() -> bool:
             nonlocal position
@@ -127,7 +127,7 @@ class Playing:
         return self.wait(seeking=False)
 
     def state(self) -> tuple[Any, ...]:
-        return self.driver.call(lambda: state_of(self.heard.bridge))
+        return self.driver.call(lambda: state_of(self.heard.bridge), _TIMEOUT_S)
 
 
 @pytest.fixture
