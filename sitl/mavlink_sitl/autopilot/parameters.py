@@ -64,7 +64,7 @@ class UnknownParameterError(KeyError):
 
 
 class ParameterTable:
-    """What parameters a personality has; shared by its vehicles, and never changed.
+    """The parameters of a personality; shared by its vehicles, and never changed.
 
     Args:
         acting: those that have an effect here.

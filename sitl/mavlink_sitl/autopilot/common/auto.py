@@ -5,10 +5,10 @@ From the recordings `copter_auto_cleared` and `rover_auto`, and from the firmwar
 * Items that move (waypoints, loiters, take-off, landing) follow one another.
 * Those that only do something (`DO_*`) and conditions (`CONDITION_*`) are done on the way to
   the next one that moves, in their order. Those that are not done yet when it ends are dropped.
-* An item that moves is told as reached under the number of what is done at once after it
+* An item that moves is reported as reached under the number of what is done at once after it
   (`copter_mission_rich`, `rover_mission`, `plane_auto`): the firmware's message is overwritten
-  before it is sent. What its mission library does itself, as servos, is never told.
-* Left half-way, it is taken up at the same item.
+  before it is sent. Items that its mission library does itself, as servos, are never reported.
+* When AUTO is entered again, the mission resumes at the item at which it was left.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class Auto(Mode):
 
     Attributes:
         moving: the items that move this vehicle type.
-        untold: the items that are never told as reached.
+        untold: the items that are never reported as reached.
         task: what it is busy with; None without a mission, or after its end.
-        paused: whether it was told to stop on its way.
+        paused: whether DO_PAUSE_CONTINUE has paused it.
     """
 
     moving = MOVING
@@ -312,7 +312,7 @@ class Auto(Mode):
             return navigator.origin.altitude_amsl_m - item.z
         return navigator.home_ned_m()[2] - item.z
 
-    # What people want of it.
+    # Requests by people.
 
     def mission_changed(self) -> None:
         """The list has another content: begin the item in force again, if it is still there."""
@@ -342,7 +342,7 @@ class Auto(Mode):
         self._advance(place)
 
     def _following_changed(self) -> None:
-        """What comes after the item in force may be another one now."""
+        """React to a possible change of the item after the one in force."""
 
     def limits_changed(self) -> None:
         """Another speed: the item continues with it."""

@@ -68,7 +68,7 @@ class Commander(Firmware):
             self._watch_sticks()
 
     def _watch_sticks(self) -> None:
-        """What the pilot's switches and held sticks ask for, once one has moved."""
+        """Act on the pilot's switches and held sticks, once one has moved."""
         if self.mode_switch is None or self.rudder is None or self.aux_switches is None:
             return
         stamp = self.radio.stamp(self.now_s)
@@ -154,7 +154,7 @@ class Commander(Firmware):
         self._settle()
 
     def forget_orders(self) -> None:
-        """What was asked for until the next mode no longer counts."""
+        """Forget the speeds that were requested until the next change of mode."""
         self.navigator.forget_speeds()
 
     def mission_changed(self) -> None:
@@ -166,7 +166,7 @@ class Commander(Firmware):
         """MISSION_START: AUTO, and no raised throttle needed to take off.
 
         A mission that is not flown yet is begun twice, by the command and by the mode (read in
-        the firmware): its first item is told twice.
+        the firmware): its first item is reported twice.
         """
         auto = self.auto
         begins = auto is not None and auto is not self.mode

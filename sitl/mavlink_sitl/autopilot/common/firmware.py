@@ -1,7 +1,7 @@
 """The common base of all firmware: start, state, texts, arming, and guidance of controllers.
 
-It is told what is the case (`update`, at a fixed rate) and what people want (the command
-methods, at any time in between). It answers with `guidance` for the controllers and with
+It gets observations (`update`, at a fixed rate) and requests by people (the command methods, at
+any time in between). It answers with `guidance` for the controllers and with
 `events` for the outside. It reads no clock and knows no MAVLink.
 """
 
@@ -69,7 +69,7 @@ class Body(Protocol):
 
 @dataclass(frozen=True)
 class PowerUp:
-    """What a firmware starts with.
+    """The inputs of a firmware at its start.
 
     Attributes:
         personality: the firmware.
@@ -77,7 +77,7 @@ class PowerUp:
         plans: its mission, fence and rally points; they do, too.
         body: the vehicle that it runs in.
         origin: where it stands when it starts; becomes the origin of its local frame.
-        observation: the first thing it is told; its time is that of power-up.
+        observation: its first observation, with the time of power-up.
         ready_after_s: how long its estimator takes to use GPS.
         external_position: its estimator takes the position from outside instead.
     """
@@ -150,7 +150,7 @@ class Firmware(ABC):
         self.mode: Mode = self._modes[self.first_mode()]
         self.mode.enter()
 
-    # What differs between firmwares.
+    # Differences between firmwares.
 
     @abstractmethod
     def make_mode(self, spec: ModeSpec) -> Mode:
@@ -196,7 +196,7 @@ class Firmware(ABC):
     def may_arm_in_mode(self) -> bool:
         """Whether motors may be armed in this mode."""
 
-    # What it knows.
+    # State.
 
     @property
     def now_s(self) -> float:
@@ -246,7 +246,7 @@ class Firmware(ABC):
         """The throttle stick, 0..1."""
         return self.radio.range("Throttle", self.now_s)
 
-    # What it does by itself.
+    # Periodic updates.
 
     def observe(self, observation: Observation) -> None:
         """Know better where it is, without acting: for commands between two updates."""
@@ -336,7 +336,7 @@ class Firmware(ABC):
             self.navigator.home = point
         self.events.append(HomeChanged())
 
-    # What people want of it.
+    # Requests by people.
 
     def arm(self, force: bool = False) -> Result:
         """Arm the motors, after the checks unless forced."""

@@ -45,7 +45,7 @@ class OwnTexts:
             self._begun += 1
 
     def _say_aiding(self) -> None:
-        """What was seen of the real copter, 15 s after its GPS was off and when it was back."""
+        """Texts of the real copter, 15 s after its GPS went off and when it was back."""
         lost = self._vehicle.estimator.lost
         if lost is self._aiding_lost:
             return

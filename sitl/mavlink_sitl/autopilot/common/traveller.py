@@ -26,7 +26,7 @@ class Traveller(Commander):
     """A vehicle that cannot hover. Arguments and attributes as of `Commander`."""
 
     def update(self, observation: Observation) -> None:
-        """See `Commander`; the end of starting is told at once."""
+        """See `Commander`; the end of starting is reported at once."""
         was = self.started
         super().update(observation)
         if self.started and not was:

@@ -123,7 +123,7 @@ class VerticalState(NamedTuple):
     error_down_m_s: Lane
     """Of the velocity, filtered"""
     push_down_m_s2: Lane
-    """What the loop around the acceleration has gathered"""
+    """Integrator of the acceleration loop"""
     was_velocity_down_m_s: Lane
     """The estimate one step before"""
 
@@ -135,7 +135,7 @@ class ControllerState(NamedTuple):
         horizontal: targets, desired motion and integrators, North and East.
         vertical: the same, down.
         yaw_rad: the desired yaw, a lane.
-        spool: 0 at idle .. 1 when the motors may do what they are told, a lane.
+        spool: 0 at idle .. 1 when the motors may give the thrust that is asked for, a lane.
     """
 
     horizontal: HorizontalState
@@ -189,7 +189,7 @@ _STEADY = attrgetter(*(f"limits.{n}" if n in _LIMITS else n for n in Targets._fi
 
 
 def targets_of(g: Guidance) -> Targets:
-    """The steady part of what one vehicle is told; every field a float."""
+    """The steady part of the guidance of one vehicle; every field a float."""
     fly, manual = float(g.motors is Motors.FLY), float(g.motors is Motors.MANUAL)
     return Targets(fly, manual, float(g.yaw_mode), *_STEADY(g))
 
@@ -200,7 +200,7 @@ T = TypeVar("T", bound=NamedTuple)
 def packed(
     kind: type[T], steady: Callable[[Guidance], tuple[float, ...]], rows: Sequence[Guidance], o: Ops
 ) -> T:
-    """Lanes of what vehicles are told: `fly`, `manual` and what `steady` takes of it."""
+    """Lanes of the vehicles' guidance: `fly`, `manual` and the values that `steady` reads."""
     told = [(g.motors is Motors.FLY, g.motors is Motors.MANUAL, *steady(g)) for g in rows]
     return kind._make(o.pack([float(v) for v in column]) for column in zip(*told, strict=True))
 
@@ -213,10 +213,10 @@ def retargeted(
     get: Callable[[Lane], float],
     put: Callable[[Lane, float], Lane],
 ) -> ControllerState:
-    """What the controllers remember once one vehicle is told something new.
+    """The state of the controllers after one vehicle has got new guidance.
 
     Args:
-        state: what they remember now.
+        state: their state before.
         g: the new guidance.
         belief: where the vehicle thinks it is, every field a float.
         k: their gains.

@@ -70,7 +70,7 @@ def step(
     spool = o.clip(state.spool + (2.0 * targets.fly - 1.0) * (dt / gains.spool_up_s), 0.0, 1.0)
     # Until the motors may lift, nothing winds up and nothing runs ahead of the vehicle.
     free = targets.fly * (1.0 - belief.on_ground * (spool < 1.0))
-    # Who leans as told has no desired motion over ground.
+    # A lean that is set directly (stick, SET_ATTITUDE_TARGET) leaves no desired motion over ground.
     own = free * (1.0 - targets.direct_lean)
     law = over_ground or horizontal
     most_level, most_upright = _along_the_line(state, targets, o)
@@ -78,7 +78,7 @@ def step(
     if most_level is not targets.speed_xy_m_s:  # one vehicle nearly always saves the copy
         along = targets._replace(speed_xy_m_s=most_level)
     level, lean_n, lean_e = law(state.horizontal, along, belief, own, dt, gains, o)
-    # So does who has the throttle of the pilot, once it is off the ground.
+    # Off the ground, a vehicle with the throttle of the pilot leans and turns, too.
     by_pilot = targets.manual * (1.0 - belief.on_ground)
     turns = free + by_pilot
     lean_n = lean_n * own + targets.lean_north * targets.direct_lean * turns
@@ -211,7 +211,7 @@ def horizontal(
     scale = most / o.maximum(o.hypot(j_n, j_e), most)
     a_n = (a_n + j_n * scale) * free
     a_e = (a_e + j_e * scale) * free
-    # What is desired must not run away from a vehicle that cannot follow.
+    # The desired motion stays close to the vehicle: one that cannot follow would overshoot later.
     faster_n = v_n + a_n * dt - speed_n
     faster_e = v_e + a_e * dt - speed_e
     scale = k.most_faster_m_s / o.maximum(o.hypot(faster_n, faster_e), k.most_faster_m_s)

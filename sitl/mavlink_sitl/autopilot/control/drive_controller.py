@@ -1,8 +1,8 @@
 """Speed and steering of rovers and boats over lanes, with ArduRover's laws and parameters.
 
-Speed (AR_AttitudeControl, `get_throttle_out_speed`): the told speed, changed no faster than
+Speed (AR_AttitudeControl, `get_throttle_out_speed`): the speed setpoint, changed no faster than
 ATC_ACCEL_MAX, is followed by PI with CRUISE_THROTTLE over CRUISE_SPEED as feed-forward. The
-simulated car needs less throttle than that, so it overshoots a told step: 1.29 m/s for 1 m/s in
+simulated car needs less throttle than that, so it overshoots a step: 1.29 m/s for 1 m/s in
 the recording `rover_guided`.
 
 Steering of a car (`get_steering_out_rate`, AP_MotorsUGV `output_regular`): a rate of turn that
@@ -34,7 +34,7 @@ class DriveGains(NamedTuple):
     """ATC_SPEED_I"""
     integrator_limit: float = 0.5
     turn_rate_rad_s: float | None = None
-    """What full rudder gives a boat; None for a car, with the gains below."""
+    """Yaw rate of a boat at full rudder; None for a car, which uses the gains below."""
     steer_feed_forward_s: float = 0.75
     """ATC_STR_RAT_FF"""
     steer: float = 0.2
@@ -109,7 +109,7 @@ def step(
     """One fixed step.
 
     Returns:
-        What the controllers remember now, throttle and steering, both -1..1.
+        The new state of the controllers; throttle and steering, both -1..1.
     """
     forward_m_s = body.forward_m_s
     change = t.acceleration_m_s2 * dt

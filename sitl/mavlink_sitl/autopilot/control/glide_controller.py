@@ -17,7 +17,7 @@ class GlideGains(NamedTuple):
     thrust_m_s2: float = 17.8
     """At full throttle"""
     drag_1_m: float = 0.0185
-    """What level flight is taken to need, per airspeed squared"""
+    """Assumed drag: deceleration in level flight over the airspeed squared, 1/m"""
     airspeed: float = 0.06
     airspeed_i: float = 0.01
     integrator_limit: float = 0.2
@@ -70,7 +70,7 @@ def step(
     """One fixed step.
 
     Returns:
-        What the controllers remember now; bank, climb and throttle.
+        The new state of the controllers, bank, climb and throttle.
     """
     change = k.climb_change_m_s2 * dt
     most = k.climb_by_speed * o.maximum(airspeed, 0.0)

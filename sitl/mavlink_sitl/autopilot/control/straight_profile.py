@@ -88,7 +88,7 @@ class LineProfile:
         s0, v0, a0 = at_begin
         other._phases[-1] = (begin, max(time_s, 0.0) - begin, s0, v0, a0, jerk)
         other.duration_s = max(time_s, 0.0)
-        # What accelerates yet stops to do so first.
+        # The present acceleration ends first.
         s, v = other._add([(-self._jerk_m_s3, a / self._jerk_m_s3)], s, v, a)
         left = self.length_m - s
         if left < self._ramp(v, speed_m_s)[1] + self._ramp(speed_m_s, 0.0)[1]:

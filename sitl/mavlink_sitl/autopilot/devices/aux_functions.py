@@ -126,7 +126,7 @@ FUNCTIONS: dict[int, Callable[[Commander, int], None]] = {
     165: _arm_or_stop,
     171: _calibrate_compasses,
 }
-"""What they do; of every vehicle type"""
+"""The functions that every kind of vehicle has, by number"""
 
 
 def _change_mode(vehicle: Commander, name: str, position: int) -> bool:

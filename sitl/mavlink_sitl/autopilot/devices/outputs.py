@@ -23,7 +23,7 @@ TRIM_US = 1500
 
 @dataclass
 class _Repeat:
-    """What flips between two states.
+    """A servo or relay that is switched back and forth.
 
     Attributes:
         is_relay: else a servo.

@@ -106,12 +106,12 @@ class Personality:
         shortest_interval_us: SET_MESSAGE_INTERVAL below it is denied.
         available_modes: AVAILABLE_MODES in its order: custom mode, standard mode, properties,
             name; of firmwares that list more than they fly here.
-        sensors: SYS_STATUS; of firmwares that tell it so.
+        sensors: SYS_STATUS; of firmwares that report it so.
         projection: how its local frame lies over the earth.
         plan_rules: how missions, fences and rally points are taken.
         kind: copter, rover, boat or plane.
-        boot_mode: HEARTBEAT.custom_mode while starting; None for that of the first mode. Who
-            has one says CALIBRATING instead of BOOT.
+        boot_mode: HEARTBEAT.custom_mode while starting; None for that of the first mode. With
+            one, the state is CALIBRATING instead of BOOT.
         boot_flags: HEARTBEAT.base_mode while starting, besides CUSTOM_MODE_ENABLED.
         armed_text: said when armed.
         disarmed_text: said when disarmed.

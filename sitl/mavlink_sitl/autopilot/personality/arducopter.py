@@ -76,4 +76,4 @@ TRAVELLER = replace(
     armed_text="Throttle armed",
     disarmed_text="Throttle disarmed",
 )
-"""What rovers, boats and planes have in common"""
+"""Common part of the personalities of rovers, boats and planes"""

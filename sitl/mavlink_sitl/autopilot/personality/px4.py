@@ -53,7 +53,7 @@ MODE_NAMES = {
     custom_mode(4, 9): "Precision Landing",
     **{custom_mode(4, 10 + number): f"External {number}" for number in range(1, 9)},
 }
-"""What texts call the modes"""
+"""Names of the modes in texts"""
 
 BY_ITSELF, BY_HAND, BY_COMPUTER = 0x1C, 0x50, 0x10
 """base_mode: AUTO, GUIDED and STABILIZE; MANUAL_INPUT and STABILIZE; STABILIZE"""
@@ -121,13 +121,13 @@ def available_modes(
 
 
 COMMON_PARAMETERS = table("px4")
-"""What all kinds have, with a multicopter's default values"""
+"""The parameters of every kind of vehicle, with a multicopter's default values"""
 
 
 def in_order(specs: Iterable[ParameterSpec], **defaults: float) -> tuple[ParameterSpec, ...]:
     """Parameters by name, as the firmware lists them; some with another default.
 
-    What an airframe sets is always in the list.
+    The parameters that an airframe sets are always in the list.
     """
     known = sorted(specs, key=lambda spec: spec.name)
     return tuple(

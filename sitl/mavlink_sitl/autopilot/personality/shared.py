@@ -35,7 +35,7 @@ STREAMS: dict[str, tuple[int, ...]] = {
     "extra2": (74,),
     "extra3": (163, 168, 132, 2, 136, 147, 192, 191, 193, 241),
 }
-"""What the firmware puts into each group, of those messages that are modelled"""
+"""The message ids of each stream group, as far as the messages are simulated"""
 STREAM_IDS = {
     "raw_sensors": 1,
     "extended_status": 2,
@@ -58,7 +58,7 @@ def streams(**more: tuple[int, ...]) -> dict[int, tuple[int, ...]]:
 
 
 def boot(name: str) -> tuple[BootStep, ...]:
-    """What the firmware says while it starts, in time; from `boot/NAME.txt`."""
+    """The texts of the firmware while it starts, by time; from `boot/NAME.txt`."""
     text = resources.files(__package__).joinpath("boot", f"{name}.txt").read_text("utf-8")
     lines = (line.split(" ", 1) for line in text.splitlines() if not line.startswith("#"))
     return tuple(BootStep(float(at_s), said) for at_s, said in lines)
@@ -89,19 +89,19 @@ def _gyroscopes(at_s: float) -> list[SavedStep]:
 
 
 GYROSCOPES = tuple(_gyroscopes(0.0))
-"""What a calibration of the gyroscopes saves"""
+"""The parameters that a calibration of the gyroscopes saves"""
 
 
 def saved(
     barometers_s: float, source_s: float, calibrations_s: tuple[float, float] | None = None
 ) -> tuple[SavedStep, ...]:
-    """What is saved while starting; times are seconds after power-up.
+    """The parameters that are saved while starting; times are seconds after power-up.
 
     Args:
         barometers_s: when the pressure on the ground is measured.
         source_s: when the source of the estimator's position is chosen.
         calibrations_s: when inertial sensors are found, and when the gyroscopes are calibrated;
-            None where nobody was heard to tell.
+            None where no recording shows it.
     """
     found = [SavedStep(barometers_s, name, value) for name, value in BAROMETERS]
     if calibrations_s is not None:
@@ -110,7 +110,7 @@ def saved(
 
 
 def _calibrations(ids_s: float, gyroscopes_s: float) -> list[SavedStep]:
-    """What inertial sensors there are, and the calibration of the gyroscopes.
+    """The saved ids of the inertial sensors, and the calibration of the gyroscopes.
 
     Args:
         ids_s: when they are found, seconds after power-up.

@@ -35,8 +35,8 @@ PX4_DEVICES = frozenset(
 )
 """Items for what is fastened to a vehicle: PX4 takes them, and passes them without effect here"""
 _ARDUPILOT = frozenset(Cmd) - FENCE - {Cmd.RALLY_POINT} - PX4_DEVICES
-"""What ArduPilot takes, whatever the vehicle: one that cannot do an item passes it over
-(uploads in `copter_mission_misc` and `rover_mission`)"""
+"""The items that ArduPilot accepts for every kind of vehicle, which passes over those that it
+cannot do (uploads in `copter_mission_misc` and `rover_mission`)"""
 
 
 @dataclass(frozen=True)

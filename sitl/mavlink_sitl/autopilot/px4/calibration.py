@@ -99,7 +99,7 @@ def _airspeed() -> list[Step]:
 
 
 class Calibration:
-    """What one vehicle calibrates, from one power-up to the next.
+    """The sensor calibrations of one vehicle, from one power-up to the next.
 
     Attributes:
         busy: a calibration is in progress; it cannot be armed then.

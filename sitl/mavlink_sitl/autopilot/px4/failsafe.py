@@ -1,9 +1,9 @@
 """PX4's failsafes: the mode that replaces the intended one.
 
 Read in the firmware's failsafe framework: every cause has an action, and the gravest one flies.
-Where somebody could still take over, it first holds for COM_FAIL_ACT_T. Who chooses another
-mode has taken over, until something else fails. OFFBOARD without a stream falls back at once,
-as recorded (`offboard_loss_stop`).
+Where somebody could still take over, it first holds for COM_FAIL_ACT_T. A person who chooses
+another mode has taken over, until something else fails. OFFBOARD without a stream falls back at
+once, as recorded (`offboard_loss_stop`).
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ class Px4Failsafes(Failsafes):
             self.acting = mode
             vehicle.enter_mode(mode)
 
-    # What fails, and what that calls for.
+    # Failures, and the actions that they require.
 
     def _failures(self) -> Iterator[tuple[str, Action]]:
         vehicle, p = self._vehicle, self._vehicle.parameters
@@ -179,7 +179,7 @@ class Px4Failsafes(Failsafes):
             yield cause, Action(mode, lasts=True, waits=True)
 
     def _fallback(self) -> int | None:
-        """What flies where the intended mode cannot."""
+        """The mode that replaces an intended mode that cannot run; None when it can."""
         vehicle, p = self._vehicle, self._vehicle.parameters
         if not vehicle.estimator.position_ok and (
             vehicle.mode.spec.requires_position or self.acting == px4.LAND

@@ -2,9 +2,9 @@
 
 The checks run when a mission or a fence has been uploaded and once home is known. The upload is
 acknowledged in any case; a mission that fails cannot be flown: AUTO.MISSION is rejected in the
-air, and keeps the vehicle from arming on the ground. Seen of the real one: nothing is said but
-a violated fence, MISSION_CURRENT.mission_state tells the rest; a first waypoint far away and
-waypoints below home are feasible. What was not seen is read in the firmware.
+air, and keeps the vehicle from arming on the ground. Seen of the real one: only a violated
+fence gets a text, MISSION_CURRENT.mission_state reports the rest; a first waypoint far away and
+waypoints below home are feasible. The other rules are read in the firmware.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ BEFORE_TAKEOFF = PX4_DEVICES | {
     Cmd.SET_ROI_NONE,
     Cmd.GRIPPER,
 }
-"""What may stand before a take-off"""
+"""Items that are allowed before a take-off"""
 TAKEOFFS, LANDINGS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF), (Cmd.LAND, Cmd.VTOL_LAND)
 LEAST_TAKEOFF_M = 1e-6
 NEEDS_TAKEOFF, NEEDS_LANDING, NEEDS_BOTH, BOTH_OR_NONE = 1, 2, 3, 4

@@ -44,7 +44,7 @@ class Px4Mission(Px4Mode, Auto, ABC):
         self.vehicle.say(Severity.INFO, "Executing Mission")
 
     def _do_waiting(self, conditions: bool = True) -> None:
-        """Of items that are done at the same moment only the last is told as reached."""
+        """Of items that are done at the same moment only the last is reported as reached."""
         if not self._waiting:
             return
         super()._do_waiting(conditions)
@@ -114,5 +114,5 @@ class Px4Mission(Px4Mode, Auto, ABC):
         self.task = None
         if self.vehicle.armed:
             self.vehicle.say(Severity.CRITICAL, "No valid mission available, loitering")
-            # Not where it stops, but where it was told: it comes back.
+            # Hold at the position of this moment: it overshoots and comes back.
             self.vehicle.hold_at(self.here())

@@ -48,7 +48,7 @@ class HoldMode(Px4Mode):
     """AUTO.LOITER: stays, or goes where DO_REPOSITION says.
 
     Attributes:
-        target: where it was told to stay, NED metres.
+        target: the position to stay at, NED metres.
     """
 
     target: Vector | None = None

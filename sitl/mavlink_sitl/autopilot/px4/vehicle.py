@@ -40,7 +40,7 @@ HOME_DRIFT_S = 120.0
 HOME_DRIFT_M = 1.2
 """The recorded home went from 487.4 m to 489.8 m in one flight"""
 REFUSAL_TEXT_S = 1.0
-"""A rejected mode is told at most once in so long"""
+"""The text about a rejected mode comes at most once in this time"""
 NEEDS_STICKS = ("px4_manual", "px4_altitude", "px4_position")
 """Behaviours of modes that somebody has to hold the sticks for"""
 _NOT_RESTORED = (px4.LAND, px4.RTL, px4.TAKEOFF)
@@ -103,7 +103,7 @@ class Px4Vehicle(Commander):
         """AUTO.LOITER: what it starts in without a receiver."""
         return px4.LOITER
 
-    # What it knows.
+    # State.
 
     @property
     def system_status(self) -> SystemStatus:
@@ -172,7 +172,7 @@ class Px4Vehicle(Commander):
             and self.can_run(self.mode.spec.number)
         )
 
-    # What it does by itself.
+    # Periodic updates.
 
     def update(self, observation: Observation) -> None:
         """Process the latest state and act; called at a fixed rate."""
@@ -226,14 +226,14 @@ class Px4Vehicle(Commander):
         """See `Commander`."""
         self.battery.forced_v = voltage_v
 
-    # What people want of it.
+    # Requests by people.
 
     def set_mode(self, number: int, told: bool = False) -> Result:
         """A mode for the autopilot: any while disarmed, one that can run while armed.
 
         Args:
             number: HEARTBEAT.custom_mode.
-            told: who asks is also told of a rejection by a text.
+            told: a text reports a rejection, besides the result.
         """
         result = self._change_mode(number)
         if told and result is Result.TEMPORARILY_REJECTED:

@@ -33,7 +33,7 @@ NOT_STARTED = (
 ACCELS_AGREE_S, GYROS_AGREE_S = 10.4, 20.7
 """After the start: two accelerometers, and then two gyroscopes, have to agree for 10 s each"""
 ALIGNED, ESTIMATOR_ACTIVE = "EKF3 IMU0 tilt alignment complete", "AHRS: EKF3 active"
-"""What is said when the attitude is known, and when it is that of the estimator"""
+"""Texts: the tilt is known; the attitude in use is now that of the EKF"""
 
 
 def prearm_failures(vehicle: Firmware) -> list[str]:
@@ -92,7 +92,7 @@ def _position_failures(vehicle: Firmware) -> list[str]:
 
 
 def stick_failures(vehicle: Firmware, by_stick: bool) -> list[str]:
-    """What arming finds wrong with the sticks; that which arms may be out of its middle.
+    """The failed pre-arm checks of the sticks; the stick that arms may be out of its middle.
 
     All kinds want the throttle at zero, in every mode (AP_Arming's `rc_arm_checks`, with the
     firmware's default of RC_OPTIONS).

@@ -63,11 +63,11 @@ class AttitudeTarget:
         return replace(self, quaternion=(w, x, y, z))
 
     def levelled(self, motion: Motion) -> AttitudeTarget:
-        """What is left of it when no other one comes."""
+        """The target after a timeout: level, at the present heading and height."""
         return AttitudeTarget(from_angles(0.0, 0.0, motion.yaw_rad), (0.0, 0.0, 0.0), HOLD_HEIGHT)
 
     def guidance(self, limits: Limits, begins: bool) -> Guidance:
-        """What the controllers are to do; only with a quaternion."""
+        """The guidance for the controllers; only with a quaternion."""
         w, x, y, z = self.quaternion or (1.0, 0.0, 0.0, 0.0)
         upright = max(1.0 - 2.0 * (x * x + y * y), LEAST_UPRIGHT)
         return Guidance(

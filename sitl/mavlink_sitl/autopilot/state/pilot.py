@@ -21,7 +21,7 @@ KEEP, RELEASE = 65535, 65534
 
 
 def released(place: int) -> int:
-    """What RC_CHANNELS_OVERRIDE has for a channel, counted from 0, to give it back."""
+    """The value in RC_CHANNELS_OVERRIDE that releases a channel, counted from 0."""
     return 0 if place < RECEIVED_AT_FIRST else RELEASE
 
 

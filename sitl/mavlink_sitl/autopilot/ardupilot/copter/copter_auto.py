@@ -155,7 +155,7 @@ class CopterAuto(LegAuto):
             return None
         return FlyTo(self, item, self._target, self.place_of(item, self._target))
 
-    # What people want of it.
+    # Requests by people.
 
     def _following_changed(self) -> None:
         if isinstance(self.task, FlyTo):

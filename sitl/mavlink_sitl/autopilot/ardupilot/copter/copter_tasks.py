@@ -118,7 +118,7 @@ class FlyTo(CopterTask):
         self._restarted = False
 
     def forget_following(self) -> None:
-        """What comes next may be another item now."""
+        """Drop the planned next leg: the next item may have changed."""
         if self.track.rounding:
             self.restart()
         self.following = None

@@ -51,7 +51,7 @@ class Submode(Enum):
 
 
 class Guided(Mode):
-    """Flies to where it is told.
+    """Flies to and along setpoints.
 
     Attributes:
         submode: what it is busy with.
@@ -78,12 +78,12 @@ class Guided(Mode):
         return self.target.velocity_m_s if self.submode is Submode.VELOCITY else None
 
     def enter(self) -> None:
-        """Stop and hold; no old setpoint is taken up again, and no pause lasts."""
+        """Stop and hold; no old setpoint is followed again, and no pause lasts."""
         self._paused = False
         self._stop()
 
     def pause(self) -> None:
-        """DO_PAUSE_CONTINUE 0: stop and hold until told to continue, whatever target comes."""
+        """DO_PAUSE_CONTINUE 0: stop and hold until DO_PAUSE_CONTINUE 1, whatever target comes."""
         # The desired motion is slowed down, which is ahead of the vehicle.
         self.guide(replace(self.hold_guidance(), restart_xy=False, restart_z=False))
         self._paused = True

@@ -72,7 +72,7 @@ class Plane(Traveller):
         self.fence = PlaneFence(self)
         self.arming = PlaneArming(self)
 
-    # What it knows.
+    # State.
 
     def observe(self, observation: Observation) -> None:
         """See `Commander`; learns whether it flies."""
@@ -147,7 +147,7 @@ class Plane(Traveller):
         height = self.parameters["RTL_ALTITUDE"]
         return north, east, self.motion.down_m if height < 0.0 else down - height
 
-    # What people want of it.
+    # Requests by people.
 
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""
@@ -162,7 +162,7 @@ class Plane(Traveller):
         return True
 
     def return_to_launch(self) -> None:
-        """What NAV_RETURN_TO_LAUNCH in a mission does: another mode."""
+        """NAV_RETURN_TO_LAUNCH in a mission: change the mode to RTL."""
         self.enter_mode(MODE_RTL)
 
     def return_after_mission(self) -> None:

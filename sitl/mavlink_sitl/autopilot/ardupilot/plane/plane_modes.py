@@ -52,7 +52,7 @@ class PlaneMode(Mode):
 
     vehicle: Plane
     target: Vector | None = None
-    """What it circles or flies to, and how high, NED metres"""
+    """The position that it circles or flies to, NED metres"""
     cross_track_m = 0.0
     on_circle = False
     _climb_m_s = 0.0

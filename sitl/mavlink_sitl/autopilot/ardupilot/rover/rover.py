@@ -116,7 +116,7 @@ class Rover(Traveller):
         super().update(observation)
         self.motor_test.update()
 
-    # What it knows.
+    # State.
 
     @property
     def landed(self) -> bool:
@@ -196,7 +196,7 @@ class Rover(Traveller):
         """Whether SMART_RTL is possible: armed, and the way not too long."""
         return self.trail is not None and not self.trail.full
 
-    # What people want of it.
+    # Requests by people.
 
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""

@@ -107,7 +107,7 @@ class Guided(DriveMode):
     """Setpoints.
 
     * A position is driven to, also one that came while disarmed, on arming; the arrival is
-      told as MISSION_ITEM_REACHED of item 0.
+      reported as MISSION_ITEM_REACHED of item 0.
     * Velocities, rates and headings run out after three seconds, with words.
     * An acceleration that is not ignored makes the whole setpoint be rejected, with words.
     * A velocity alone is a course and a speed, so backwards means turning round; with a rate
@@ -119,7 +119,7 @@ class Guided(DriveMode):
     """
 
     def enter(self) -> None:
-        """Stop; no old setpoint is taken up again."""
+        """Stop; no old setpoint is followed again."""
         self.vehicle.backwards = False
         self.route = None
         self._expires_s = math.inf

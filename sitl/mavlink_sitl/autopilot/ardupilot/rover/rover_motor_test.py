@@ -26,7 +26,7 @@ class RoverMotorTest:
         self._motor, self._share, self._kind = 0, 0.0, PERCENT
         self._until_s = 0.0
         self._wanted = rover.wanted
-        """What its mode wants, to continue with"""
+        """The guidance of its mode, to resume after the test"""
 
     def start(self, motor: int, kind: int, value: float, seconds: float) -> Result:
         """Start it, or change the one under way.

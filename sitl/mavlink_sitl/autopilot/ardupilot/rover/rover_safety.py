@@ -59,7 +59,7 @@ class RoverFailsafes(Failsafes):
         self.radio_lost = self._link("Radio", self.radio_lost, silent, enabled, now_s)
 
     def _link(self, name: str, lost: bool, silent: bool, enabled: int, now_s: float) -> bool:
-        """What FS_ACTION says, FS_TIMEOUT after a link became silent.
+        """Carry out FS_ACTION, FS_TIMEOUT after a link became silent; whether it counts as lost.
 
         Args:
             name: of the link, for the texts.

@@ -20,14 +20,14 @@ LEAST_RADIUS_M = 0.05
 YAW_REACHED_RAD = math.radians(12.0)
 """MIS_YAW_ERR"""
 LEAST_TURN_S = 0.8
-"""What turning took where nothing was to be turned (`mission_clear`)"""
+"""Least duration of a turn, recorded when the yaw was right already (`mission_clear`)"""
 
 
 class Mission(CopterMode, Px4Mission):
     """Flies the uploaded mission."""
 
     def announce(self) -> None:
-        """It begins; a take-off tells its height."""
+        """Say that it begins; a take-off says its height."""
         super().announce()
         if isinstance(self.task, ClimbTo):
             height = self.vehicle.navigator.home_ned_m()[2] - self.task.target[2]

@@ -86,7 +86,7 @@ class Takeoff(CopterMode, TakeoffMode):
     """AUTO.TAKEOFF: straight up to a height above sea level, then AUTO.LOITER."""
 
     _by_default = False
-    """Nobody named a height, and that is not yet told"""
+    """The height is the default one, and no text has said so yet"""
 
     def enter(self) -> None:
         """Set the altitude; one below the vehicle is not flown to."""
@@ -202,7 +202,7 @@ class Return(CopterMode):
                 Severity.INFO,
                 f"RTL: start return at {amsl:.0f} m ({above:.0f} m above destination)",
             )
-        # To above where it was told, though at speed it stops further on and comes back.
+        # Climb above the position at the start of RTL: at speed it overshoots and comes back.
         target = (motion.north_m, motion.east_m, self._down_m)
         limits = copter.navigator.climb_limits(motion, self._down_m)
         climb = self.hold_at(target)

@@ -64,7 +64,7 @@ class CopterNavigator(Px4Navigator):
     def climb_limits(self, motion: Motion, down_m: float) -> Limits:
         """A climb to above where it is, along a line from where it stops.
 
-        What the way over ground takes of the speed, the climb does not.
+        The horizontal part of that line uses up some of the speed, which the climb then lacks.
         """
         limits = self.limits()
         speed = motion.speed_m_s

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
 
 STALE_S = 3.0
-"""A target that has been silent for so long stands still"""
+"""A target that has been silent for this long counts as standing still"""
 COURSE_M_S = 1.0
 """A slower target has no course; the last one counts"""
 CLIMB_FIRST_M = 3.0
-"""So far from the wanted height it does not move over ground"""
+"""It climbs or sinks to within this of the wanted height before it follows over ground"""
 LEAST_TO_LOOK_M = 1.0
 RELATIVE_TO_GROUND, RELATIVE_TO_TARGET = 1, 2
 """FLW_TGT_ALT_M; 0 is relative to home"""

@@ -21,12 +21,12 @@ from mavlink_sitl.lanes import Lane, Ops
 UNSHAPED_M_S2 = 1e3
 """A limit of acceleration from here on means: no trajectory; see `CopterNavigator`"""
 VELOCITY_D = 0.1
-"""What is left of MPC_XY_VEL_D_ACC (0.2) behind the filter of MPC_VELD_LP (5 Hz): so legs of 5 m to
-30 m end as those of the real one"""
+"""Effective MPC_XY_VEL_D_ACC: 0.2, less the loss in the filter of MPC_VELD_LP (5 Hz). With this
+gain, legs of 5 m to 30 m end as those of the real one"""
 LAG_M = 2.0
-"""MPC_XY_ERR_MAX: so far behind, a trajectory stands still"""
+"""MPC_XY_ERR_MAX: at this lag of the vehicle its trajectory would stop; see MOST_WAITING"""
 MOST_WAITING = 0.7
-"""A trajectory is never slowed down by more, as it was recorded (`offboard_loss_stop`)"""
+"""The largest share by which a trajectory is slowed down, as recorded (`offboard_loss_stop`)"""
 ANTI_WINDUP = 2.0
 """Over the velocity gain: how a saturated lean empties the integrator"""
 

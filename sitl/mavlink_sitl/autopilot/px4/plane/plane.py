@@ -67,7 +67,7 @@ class Px4Plane(Px4Vehicle):
         self._slow_since_s: float | None = None
         super().__init__(start)
 
-    # What it knows.
+    # State.
 
     @property
     def landed(self) -> bool:

@@ -1,6 +1,6 @@
 """Speed and steering of PX4's cars over lanes, after `rover_ackermann` of v1.17.
 
-The told speed, slewed by RO_ACCEL_LIM and RO_DECEL_LIM, becomes a throttle by RO_MAX_THR_SPEED;
+The speed setpoint, slewed by RO_ACCEL_LIM and RO_DECEL_LIM, becomes a throttle by RO_MAX_THR_SPEED;
 with the airframe's gains next to nothing is added for the measured speed. The heading is slewed
 as fast as the car could turn at the speed that the throttle stands for, RO_YAW_P makes a rate of
 turn of what is left, and that the angle of the wheels.

@@ -59,7 +59,7 @@ class Px4Rover(Px4Vehicle):
         "px4_land": rover_modes.Land,
     }
 
-    # What it knows.
+    # State.
 
     @property
     def landed(self) -> bool:

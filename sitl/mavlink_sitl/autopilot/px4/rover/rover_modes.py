@@ -181,7 +181,7 @@ class Offboard(DriveMode, OffboardMode):
     """OFFBOARD: a place, or else a velocity; height, yaw and accelerations mean nothing.
 
     A place is driven to straight and stood at within NAV_ACC_RAD. A velocity is a course and a
-    speed, always forwards. What has neither moves nothing.
+    speed, always forwards. A setpoint with neither moves nothing.
     """
 
     def follow(self, fresh: bool) -> None:
