@@ -2,8 +2,8 @@
 
 What the ground station sent in a tlog is written to a simulated vehicle at the recorded
 times, and what the two vehicles answered is compared: acknowledgements, modes, landed states,
-the times to targets and the way there. What is meant to differ is listed in
-`recordings/differences.yaml` and told with its reason.
+the times to targets and the way there. Intended differences are listed in
+`recordings/differences.yaml` and reported with their reason.
 """
 
 from __future__ import annotations

@@ -155,7 +155,7 @@ class Environment:
         return self._collide(tick, position)
 
     def gps_changes(self, time_s: float) -> list[tuple[int, bool]]:
-        """Whose receivers lose (False) or find (True) their satellites by chance."""
+        """Vehicles whose receivers lose (False) or regain (True) their fix at random, by row."""
         return self._dropouts.changes(time_s)
 
     def blow(self, index: int, velocity_ned_m_s: Vector) -> None:
@@ -218,7 +218,7 @@ class Environment:
         nearest = int(apart.argmin())
         return TrueClearance(float(apart[nearest]), found.names[nearest], found.moves[nearest])
 
-    # What the vehicles see.
+    # Range sensors.
 
     def look_around(self, index: int) -> RangeReading | None:
         """One vehicle's range sensors, or None when it has none."""

@@ -146,7 +146,7 @@ class RangeReading(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """Everything an autopilot is told at one of its updates."""
+    """The inputs of an autopilot at one of its updates."""
 
     time_s: float
     """Simulated time, not time since boot."""

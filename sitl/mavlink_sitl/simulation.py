@@ -9,7 +9,7 @@ and time passes when `run_for` or `run_until` says so:
     answer = simulation.link.read()
 
 A tick is 10 ms by default: controllers and bodies move at every tick, the firmware
-thinks every 50 ms. What is written is acted on at once, at the simulated time of the writing. The
+thinks every 50 ms. Written bytes are processed at once, at the simulated time of the write. The
 same seed and the same writes at the same simulated times give the same bytes, however the time in
 between is cut into runs.
 """

@@ -86,7 +86,7 @@ class Truth:
 
     @property
     def collided(self) -> Flags:
-        """Shape (N,), who has hit an obstacle and flies no more."""
+        """Shape (N,), the vehicles that have hit an obstacle and no longer fly."""
         if self._collided is None:
             self._collided = np.zeros(len(self._offsets_ned_m), dtype=np.bool_)
             for fleet in self._fleets:
@@ -117,7 +117,7 @@ class Truth:
 
 
 class Estimate(NamedTuple):
-    """What the vehicles' own estimators take the state to be, in the same form.
+    """The states that the vehicles' own estimators report, in the form of the truth.
 
     Attributes:
         position_ned_m: shape (N, 3), from each vehicle's home.

@@ -374,7 +374,7 @@ def vehicle_configs(options: argparse.Namespace) -> list[VehicleConfig]:
 
 
 def _roles(options: argparse.Namespace) -> tuple[str, ...]:
-    """What the links are for, which PX4 alone cares about: as given, or by the port."""
+    """The role of each link, as given or by its port; only PX4 distinguishes roles."""
     if options.autopilot != "px4":
         return ("gcs",) * len(options.link)
     return tuple(

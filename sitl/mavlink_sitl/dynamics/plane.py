@@ -103,7 +103,7 @@ def step(
         m.roll_rate_rad_s,
     )
     bank = (s.bank_rad + rate * dt) * flying
-    # What the wings can carry at this speed, and what this path would need.
+    # The largest load factor of the wings at this speed, and the one that this path needs.
     most = (s.airspeed_m_s / m.stall_m_s) * (s.airspeed_m_s / m.stall_m_s)
     upright, path = o.cos(bank), o.cos(s.climb_rad)
     load = o.minimum(path / o.maximum(upright, 0.2), most)

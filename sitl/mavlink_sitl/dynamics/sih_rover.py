@@ -2,9 +2,9 @@
 
 After `Sih::generate_rover_ackermann_dynamics` of v1.17 and the mass, inertia and drag of the
 airframe. A motor force against friction and a drag that grows with the square of the speed, and
-a bicycle whose tyres give way sideways. On the real one, told steps from rest had no effect up
-to 0.7 m/s and made 1.2 m/s of 1.0, 1.8 of 1.5, 2.35 of 2.0 and 3.1 of 3.0: PX4's speed is mostly
-its feed-forward (RO_MAX_THR_SPEED), which knows neither.
+a bicycle whose tyres give way sideways. On the real one, speed setpoints from rest had no effect
+up to 0.7 m/s; 1.0 m/s gave 1.2 m/s, 1.5 gave 1.8, 2.0 gave 2.35 and 3.0 gave 3.1: PX4's throttle
+is mostly its feed-forward (RO_MAX_THR_SPEED), which includes neither friction nor drag.
 """
 
 from __future__ import annotations

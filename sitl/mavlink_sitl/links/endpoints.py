@@ -16,7 +16,7 @@ from mavlink_sitl.mavlink.codec import Decoder
 DATAGRAM = 65536
 PEER_EXPIRY_S = 10.0
 MOST_PEERS = 32
-"""Who asks first is answered; a flood of senders must not fill the memory"""
+"""The first senders are answered; a flood of others must not fill the memory"""
 Receive = Callable[[bytes, str], None]
 """Takes a datagram, or a frame of a stream, and the address that it came from"""
 

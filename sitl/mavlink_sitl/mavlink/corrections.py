@@ -11,7 +11,9 @@ _KEPT = 200
 
 
 class Corrections:
-    """What the GPS receiver of an ArduPilot is given (AP_GPS::handle_gps_rtcm_fragment).
+    """The RTCM corrections that reach an ArduPilot's GPS receiver, assembled from fragments.
+
+    After AP_GPS::handle_gps_rtcm_fragment.
 
     Attributes:
         given: the last pieces, oldest first.

@@ -13,7 +13,7 @@ from mavlink_sitl.mavlink.codec import Message
 
 _AUTOPILOT = 1
 _NO_FURTHER = frozenset(("RADIO", "RADIO_STATUS", "SETUP_SIGNING"))
-"""What is for this link alone, whatever it says"""
+"""Messages that are never forwarded to another link, whatever their target"""
 
 
 class Routes:
@@ -38,7 +38,7 @@ class Routes:
         return self._all if place is None else (place,)
 
     def hand_on(self, message: Message, place: int) -> list[int]:
-        """Learn who speaks on a link, and tell which others are to get what it says."""
+        """Learn the link of the sender, and return the other links to forward the message to."""
         if len(self._all) == 1:
             return []
         sender = (message.get_srcSystem(), message.get_srcComponent())

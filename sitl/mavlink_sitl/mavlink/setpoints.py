@@ -1,7 +1,7 @@
 """SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT to `Setpoint`.
 
 How masks are read, as the recordings show and the firmware does: one ignore bit of a group
-ignores the whole group. What is left must make sense (`Guided.setpoint` decides).
+ignores the whole group. `Guided.setpoint` decides whether the groups that are left can be flown.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ UNIT_TOLERANCE = 1e-3
 def from_attitude_target(message: Message, drives: bool = False) -> AttitudeTarget | None:
     """The attitude, or None for what is silently ignored: no thrust, or no attitude of length 1.
 
-    A rover that is told how fast to turn takes no notice of the attitude.
+    A rover ignores the attitude when the message has a yaw rate.
 
     Raises:
         UnusableError: a field in use is NaN, infinite or absurd.

@@ -31,7 +31,7 @@ GpsSample = tuple[float, Vector, Vector]
 
 
 class PhysicsStart(NamedTuple):
-    """What the physics of N vehicles begins with.
+    """The initial state of the physics of N vehicles.
 
     Attributes:
         yaw_rad: each vehicle's heading; its position is its own origin.
@@ -275,9 +275,9 @@ class Physics:
     def reset_estimate(self, index: int, offset_ned_m: Vector) -> None:
         """Let a vehicle's estimator jump to where a receiver is that errs by so much.
 
-        What its controllers hold goes along, so that it stays where it is: both firmwares do so
-        (AC_PosControl's handling of EKF resets, PX4's reset counters). A setpoint that comes
-        later means the new place.
+        The controllers' targets shift with the estimate, so that the vehicle does not move: both
+        firmwares do so (AC_PosControl's handling of EKF resets, PX4's reset counters). A setpoint
+        that comes later is relative to the new estimate.
         """
         old = self.misled_by(index)
         self.mislead(index, offset_ned_m)
@@ -334,7 +334,7 @@ class Physics:
             self.control = self._with_rows_of(self.control, begun, index)
 
     def _with_rows_of(self, old: Any, new: Any, index: int) -> Any:
-        """What the controllers remember, with one vehicle's numbers from another memory."""
+        """The controllers' state with one vehicle's values replaced by those of `new`."""
         if isinstance(old, tuple):
             pairs = zip(old, new, strict=True)
             return type(old)._make(self._with_rows_of(was, now, index) for was, now in pairs)  # type: ignore[attr-defined]

@@ -74,9 +74,9 @@ class RoverPhysics(TravellerPhysics):
 class BoatPhysics(RoverPhysics):
     """Boats: rovers that drift.
 
-    A hull has a fifth of a car's thrust, so a car's ATC_SPEED_P would let it run half as fast
-    again as it is told. ArduRover's law is the same; these are gains as its tuning finds them
-    for this hull: P up to where the speed follows, I well below P.
+    A hull has a fifth of a car's thrust, so a car's ATC_SPEED_P would let it run at one and a
+    half times the speed setpoint. ArduRover's law is the same; these are gains as its tuning
+    finds them for this hull: P up to where the speed follows, I well below P.
     """
 
     body_model: Any = boat.BoatModel()

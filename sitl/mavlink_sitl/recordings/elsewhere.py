@@ -1,7 +1,7 @@
 """Detects commands to a recorded vehicle on a link that is not in the recording.
 
-A recording of one of several links has everything that the vehicle told on it, and only what
-was sent on it: played again, the vehicle does not do what it was told elsewhere.
+A recording of one of several links has everything that the vehicle sent on it, but only those
+commands that came on it. In a replay the vehicle does not get the commands of the other links.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _ARMING = frozenset(
     )
 )
 LATEST_ANSWER_S = 2.0
-"""What is answered so soon may have been asked before the first record"""
+"""An answer this soon after the first record may be to a command from before it"""
 _STICKS = ("RC_CHANNELS_OVERRIDE", "MANUAL_CONTROL")
 """A pilot arms with them"""
 

@@ -18,7 +18,7 @@ from mavlink_sitl.recordings.replay import Conversation
 
 ANY = object()
 FOR_INFORMATION = "text"
-"""The aspect whose unlisted differences are told and do not count"""
+"""The aspect whose unlisted differences are reported and do not count"""
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,11 @@ from mavlink_sitl.recordings.start import ARMED
 
 Place = tuple[float, float, float]
 Found = tuple[str, str | None, str | None, float]
-"""What, recorded, simulated, when"""
+"""The aspect, its recorded and its simulated value, and the time in s"""
 
 TIME_TOLERANCE = 0.1
 SAMPLE_S = 0.3
-"""Positions are told four to fifty times a second"""
+"""Positions are reported at 4 to 50 Hz"""
 RMS_LIMIT_M = 1.5
 NEAR_M = {"copter": 1.2, "rover": 2.5, "boat": 2.5}
 NEAR_PART = 0.1

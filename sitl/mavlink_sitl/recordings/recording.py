@@ -42,7 +42,7 @@ _KINDS_READ = frozenset(
         "GPS_GLOBAL_ORIGIN",
     )
 )  # fmt: skip
-"""What is looked at of what vehicles say; to decode the rest would take most of the time"""
+"""The vehicle's messages that are compared; decoding the others would take most of the time"""
 
 
 class RecordingError(ValueError):

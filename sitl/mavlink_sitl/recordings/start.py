@@ -45,7 +45,7 @@ class Start:
     Attributes:
         mode: its custom mode.
         armed: whether the motors were on.
-        position_ned_m: from the local origin; None when it is not told at the beginning.
+        position_ned_m: from the local origin; None when it is not reported at the beginning.
         mission: what it had on board already.
         interval_us: of the messages that came without having been asked for in the recording,
             by their numbers.
@@ -210,7 +210,7 @@ def _told(recording: Recording) -> dict[str, float]:
 
 
 def _mission(recording: Recording) -> tuple[PlanItem, ...]:
-    """What was read back before anything was uploaded."""
+    """The mission on board at the start: read back before any upload; empty if not complete."""
     uploads = [
         t for t, m in recording.sent if m.get_type() in ("MISSION_COUNT", "MISSION_CLEAR_ALL")
     ]
@@ -232,7 +232,7 @@ def _unknown_mission(recording: Recording) -> tuple[str, ...]:
 
 
 def _unasked(recording: Recording) -> dict[int, float]:
-    """What came in before the recorded ground station had asked for it, and how often."""
+    """Interval in us, by message id, of messages that came before the ground station asked."""
     asked_s = min(
         (
             t
@@ -294,7 +294,7 @@ def _armed_in_auto(recording: Recording) -> bool:
 
 
 def _battery_thresholds(recording: Recording) -> dict[str, float]:
-    """A low battery was at or below its threshold when it was told; nearer it is not known."""
+    """The thresholds in V: at or above the voltage in the text; not known more exactly."""
     texts = [(t, m.text) for t, m in recording.of("STATUSTEXT")]
     acts = any(text == "Battery Failsafe" for _, text in texts)
     found: dict[str, float] = {}

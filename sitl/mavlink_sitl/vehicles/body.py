@@ -47,9 +47,9 @@ class VehicleBody:
         self._resets = 0
         self._external_at_us = -EXTERNAL_LOST_US
         self._gps_reading: tuple[object, GpsReading] | None = None
-        """What the latest reading was made of, and it"""
+        """The inputs of the latest reading, and the reading"""
 
-    # What it knows.
+    # State.
 
     def enter(self, environment: Environment) -> None:
         """Be in a world; called once by the simulation."""
@@ -90,7 +90,7 @@ class VehicleBody:
     def receiver(self) -> GpsReading:
         """The reading of the receiver; made once per sample."""
         lost_at_s = self._gps_lost_at_s
-        # What the estimator follows is in the sample already.
+        # The sample already includes the part of the offset that the estimator follows.
         taken = self._physics.misled_by(self._lane)
         offset = tuple(o - t for o, t in zip(self._gps_offset_ned_m, taken, strict=True))
         made_of = (self._physics.gps(self._lane), lost_at_s, offset, self.origin)
@@ -107,7 +107,7 @@ class VehicleBody:
         self._gps_reading = (made_of, reading)
         return reading
 
-    # What can be done to it.
+    # Failures and other influences.
 
     def lose_gps(self, cause: str = "asked") -> None:
         """The receiver loses its satellites; each cause has to end before they are back."""
@@ -140,8 +140,8 @@ class VehicleBody:
     def take_external_position(self, position_ned_m: Vector, reset: bool) -> None:
         """A position from outside, in the local frame of the estimator.
 
-        What it is off from the truth, the estimate is off, too; a jump is believed at once when
-        its source says that it was reset, otherwise as one of a receiver.
+        Its error becomes the error of the estimate. The estimator follows a jump at once when the
+        source reports a reset, otherwise as it follows a jump of a GPS receiver.
         """
         self._external_at_us = self.now_us
         place = self.truth()[:3]
@@ -158,7 +158,7 @@ class VehicleBody:
             self.lose_gps("external")
 
     def _gate_m(self) -> float:
-        """What the estimator believes of a jump; the firmware knows."""
+        """The largest GPS error over ground, m, that the estimator follows at once."""
         return math.inf
 
     def _gps_off_m(self) -> float:
@@ -178,7 +178,7 @@ class VehicleBody:
         physics.gps_fix = physics.with_value(physics.gps_fix, self._lane, fix)
 
     def force_voltage(self, voltage_v: float) -> None:
-        """Force the pack's voltage until told otherwise; 0 gives the model back."""
+        """Force the pack's voltage until the next call; 0 V returns to the model."""
         physics = self._physics
         lane = physics.with_value(physics.battery.override_v, self._lane, voltage_v)
         physics.battery = physics.battery._replace(override_v=lane)

@@ -135,7 +135,7 @@ class Failures:
         return kind in (OK, OFF)
 
     def _link(self, kind: int, _: int) -> bool:
-        """OFF silences the vehicle only, so that it can still be told that all is well."""
+        """OFF silences the vehicle only: it still receives the command that ends the failure."""
         for link in self._vehicle.links:
             if kind in (OK, OFF):
                 link.mute = kind == OFF

@@ -188,7 +188,7 @@ class SimulatedVehicle(VehicleBody):
             self.firmware.begin_underway()
 
     def _moves_on(self, now_us: int) -> bool:
-        """What is late on the links, and a start in progress; whether the firmware runs."""
+        """Deliver late bytes on links, continue a start, and return whether the firmware runs."""
         for link in self.links:
             if link.late:
                 link.pump()
@@ -272,7 +272,7 @@ class SimulatedVehicle(VehicleBody):
         """The RTCM corrections that its GPS receiver was given since it started, on any link."""
         return [data for server in self._servers for data in server.corrections.given]
 
-    # What its firmware asks of it; see `firmware.Body`.
+    # Requests by the firmware, as `firmware.Body`.
 
     def moving_target(self) -> Vector:
         """Where the controllers' moving target is, NED metres."""
@@ -282,7 +282,7 @@ class SimulatedVehicle(VehicleBody):
         """Break something, by MAV_CMD_INJECT_FAILURE."""
         return self._failures.inject(unit, kind, instance)
 
-    # What it knows.
+    # State.
 
     def _observation(self) -> Observation:
         physics, index = self._physics, self._lane
@@ -303,7 +303,7 @@ class SimulatedVehicle(VehicleBody):
         return self.firmware.estimator.glitch_rules.gate_m
 
     def _capacity_mah(self) -> float:
-        """What the firmware believes the pack to hold."""
+        """The pack's capacity that the firmware assumes: BATT_CAPACITY where it exists."""
         revision = self.parameters.revision
         if revision != self._capacity[0]:
             known = "BATT_CAPACITY" in self.parameters
@@ -312,7 +312,7 @@ class SimulatedVehicle(VehicleBody):
         return self._capacity[1]
 
     def _battery_reading(self) -> BatteryReading:
-        """What the monitor shows; BATTERY_RESET has it count from elsewhere."""
+        """The power monitor's reading; BATTERY_RESET shifts its count of the charge."""
         capacity_mah = self._capacity_mah()
         reading = self._physics.battery_reading(self._lane, capacity_mah)
         firmware = getattr(self, "firmware", None)
@@ -344,7 +344,7 @@ class SimulatedVehicle(VehicleBody):
             instruments=self,
         )
 
-    # What few messages tell, worked out when it is asked for.
+    # Values that few messages contain, computed when asked for.
 
     def gps_reading(self) -> GpsReading | None:
         """The reading of the receiver, or None before it is found."""
@@ -352,7 +352,7 @@ class SimulatedVehicle(VehicleBody):
         has_receiver = estimator.gps_started and not estimator.is_external
         return self.receiver() if has_receiver else None
 
-    # What can be done to it.
+    # Actions on the vehicle: pilot, failures, batteries.
 
     def pilot_mode_change(self, mode: str | int) -> bool:
         """The pilot turns the mode switch.

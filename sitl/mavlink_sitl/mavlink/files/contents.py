@@ -10,7 +10,7 @@ class Contents(Protocol):
 
     @property
     def told_size(self) -> int:
-        """What is said about its size when it is opened."""
+        """The size that is reported when the file is opened, in bytes."""
 
     def read(self, offset: int, count: int) -> bytes:
         """Bytes of it; none at its end.

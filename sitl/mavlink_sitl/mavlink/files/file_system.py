@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class FileSystem(ABC):
-    """What both firmwares have.
+    """The files and folders of a vehicle, as MAVLink FTP shows them; common to both firmwares.
 
     Attributes:
         storage: what may be changed.
@@ -42,7 +42,7 @@ class FileSystem(ABC):
 
     @abstractmethod
     def own_files(self) -> Mapping[str, bytes | bytearray]:
-        """What is there and cannot be changed, by path."""
+        """The read-only files of the firmware, by path."""
 
     def folders(self) -> set[str]:
         """All folders."""
@@ -59,10 +59,10 @@ class FileSystem(ABC):
         return {**self.storage.files, **self.own_files()}
 
     def entries(self, path: str) -> list[str]:
-        """What is in a folder, as ListDirectory has it.
+        """The entries of a folder in the format of ListDirectory.
 
         Raises:
-            StorageError: there is none.
+            StorageError: there is no such folder.
         """
         folder = self.clean(path)
         folders = self.folders()

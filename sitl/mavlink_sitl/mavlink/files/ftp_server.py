@@ -52,7 +52,7 @@ class FtpServer:
 
     waiting_max = 5
     between = b"\0\0"
-    """What ends an entry of a folder"""
+    """The bytes that end an entry in the answer to ListDirectory"""
     system: type[FileSystem] = ArduPilotFileSystem
     unknown = ftp.FAIL
     idle_us, closed_us = 3_000_000, 20_000_000

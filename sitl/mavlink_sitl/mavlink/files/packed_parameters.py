@@ -30,13 +30,13 @@ _PACKED = {
 """The number of the type and its form"""
 HAS_DEFAULT = 0x10
 BYTES_EACH = 12
-"""What the firmware expects of each, for the size that it tells"""
+"""Bytes that the firmware reckons for each parameter when it reports the size of the file"""
 COUNT_MAX = 0xFFFF
 
 
 @dataclass(frozen=True)
 class Query:
-    """What comes after the question mark.
+    """The options after the question mark in the name of the file.
 
     Attributes:
         start: number of the first parameter.

@@ -28,7 +28,7 @@ class RefusedError(Exception):
 
 @dataclass(frozen=True)
 class Request:
-    """What was received.
+    """A request as it was received, its header decoded.
 
     Attributes:
         asker: system and component.

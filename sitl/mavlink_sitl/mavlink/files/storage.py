@@ -10,7 +10,7 @@ ENTRIES_MAX = 200
 
 
 class StorageError(Exception):
-    """What cannot be done with a file.
+    """A file operation that failed.
 
     Attributes:
         number: errno.

@@ -67,7 +67,7 @@ DEVICES: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_REPEAT_RELAY: (_repeat_relay, 3),
     dialect.MAV_CMD_BATTERY_RESET: (_reset_battery, 2),
     dialect.MAV_CMD_DO_SEND_BANNER: (_send_banner, 0),
-    # What there is none of, or nobody sees. The answers are those of `copter_ground_cmds`.
+    # Devices that are not simulated. The answers are those of the recording `copter_ground_cmds`.
     dialect.MAV_CMD_DO_SET_ROI: (_look_at, 0),
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
     dialect.MAV_CMD_DO_SET_ROI_NONE: (_always(Result.ACCEPTED), 0),

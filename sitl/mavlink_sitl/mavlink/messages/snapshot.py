@@ -18,7 +18,7 @@ from mavlink_sitl.geodesy import GeoPoint
 
 
 class Instruments(Protocol):
-    """What few messages tell and what takes work: asked for when one is made."""
+    """Values that few messages contain and that are costly: computed only when asked for."""
 
     def gps_reading(self) -> GpsReading | None:
         """The reading of the receiver; None before it is found."""
@@ -55,7 +55,7 @@ class Snapshot(NamedTuple):
 
     time_boot_us: int
     unix_time_us: int
-    """0 while the GPS has not told the time."""
+    """0 until the GPS has reported the time."""
     vehicle: Commander
     motion: Motion
     battery: BatteryReading

@@ -57,7 +57,7 @@ _LOGGING, _BATTERY, _PREARM = 0x01000000, 0x02000000, 0x10000000
 
 
 def _sensors(vehicle: Commander) -> tuple[int, int, int]:
-    """What there is, what is used, and what of it is well."""
+    """The bits of SYS_STATUS: sensors present, enabled and healthy."""
     sensors = vehicle.personality.sensors
     controlled = sensors.by_mode.get(vehicle.mode.spec.name, sensors.otherwise)
     present, enabled = sensors.present, sensors.enabled | controlled

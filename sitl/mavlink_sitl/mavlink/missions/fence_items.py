@@ -27,7 +27,7 @@ class _Checker:
         self._seen_return_point = False
 
     def fault(self, item: PlanItem) -> str | None:
-        """What is wrong with the next item."""
+        """The fault of the next item in the firmware's words; None for a valid one."""
         fault = self._corner(item) if item.command in POLYGONS else self._other(item)
         if fault is None and (abs(item.x) > 900_000_000 or abs(item.y) > 1_800_000_000):
             return "Bad lat or lon"
@@ -61,7 +61,7 @@ class _Checker:
 
 
 def fence_fault(items: list[PlanItem]) -> str | None:
-    """What is wrong with a fence, in the firmware's words, or None."""
+    """The first fault of a fence in the firmware's words; None for a valid one."""
     checker = _Checker()
     for item in items:
         fault = checker.fault(item)

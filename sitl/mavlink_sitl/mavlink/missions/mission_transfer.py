@@ -1,7 +1,7 @@
 """The mission service: upload, download, clearing and the current item, for all three lists.
 
-One upload at a time. What the firmwares do differently is in `autopilot.plan_rules`; where
-each rule was seen is said there. Sans-IO: time is an argument, answers go to `send`.
+One upload at a time. The differences between the firmwares are in `autopilot.plan_rules`, with the
+recording or source that each rule comes from. Sans-IO: time is an argument, answers go to `send`.
 """
 
 from __future__ import annotations
@@ -297,7 +297,7 @@ class MissionServer(MissionSender):
             self._vehicle.say(Severity.CRITICAL, self._rules.not_in_list_text)
         self._send_later(_MISSION_CURRENT)
 
-    # What follows from a change.
+    # Effects of a changed list.
 
     def _changed(self, plan_type: PlanType) -> None:
         plans, saved = self._vehicle.plans, self._vehicle.saved

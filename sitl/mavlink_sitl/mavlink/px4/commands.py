@@ -28,7 +28,7 @@ Handler: TypeAlias = "Callable[[Px4Server, ReceivedCommand], Result | None]"
 HEARTBEAT, ORBIT_STATUS, AVAILABLE_MODES, CURRENT_MODE = 0, 360, 435, 436
 _CHANGE_MODE = 1
 NAN_AS_INTEGER = 0x7FF80000
-"""What some senders put into x and y of a COMMAND_INT for NaN"""
+"""NaN as some senders write it into the integers x and y of a COMMAND_INT"""
 
 
 def mode_number(base_mode: int, main: int, sub: int) -> int:

@@ -26,7 +26,7 @@ def handle(server: Px4Server, command: ReceivedCommand) -> Result | None:
     """Carry out a command.
 
     Returns:
-        What COMMAND_ACK says, or None when there is no answer.
+        The result for COMMAND_ACK, or None when no answer is sent.
     """
     entry = BY_KIND[server.vehicle.personality.kind].get(command.id)
     if entry is None:
@@ -69,7 +69,7 @@ def figure_eight(server: Px4Server, command: ReceivedCommand) -> Result:
 
 
 def no_figure_eight(server: Px4Server, _: ReceivedCommand) -> None:
-    """What others than planes say about it, without an answer."""
+    """DO_FIGURE_EIGHT to a copter, rover or boat: a text and no COMMAND_ACK."""
     text = "Figure 8 command only available for fixed wing and vtol vehicles."
     server.vehicle.say(Severity.CRITICAL, text)
 

@@ -50,7 +50,7 @@ def _plane_mode(s: Snapshot) -> PlaneMode:
 
 
 def _flying_path(s: Snapshot) -> PathPoint | None:
-    """What a plane follows, armed."""
+    """The path that an armed plane follows; None while disarmed or without a path."""
     return _plane_mode(s).path if s.vehicle.armed else None
 
 

@@ -60,7 +60,7 @@ TAKE_NEUTRAL_RELEASE = (
 )
 """DO_GIMBAL_MANAGER_CONFIGURE, _PITCHYAW and _CONFIGURE as recorded; only the first is repeated"""
 HANDED_ON = ("HEARTBEAT", "SET_MODE")
-"""What one link says and the others get, too"""
+"""Messages that are forwarded from the link they came on to the vehicle's other links"""
 CALIBRATES = "[cal]"
 """How texts of a calibration begin"""
 ONBOARD, GCS = "onboard", "gcs"
@@ -153,7 +153,7 @@ class Px4Server(MavlinkServer):
         return -1 if rate_hz is None else round(1e6 / rate_hz)
 
     def begin_scanning(self) -> None:
-        """What the scanner sees is a stream like the others."""
+        """Start to stream OBSTACLE_DISTANCE: the vehicle has a scanner."""
         self._scans = True
         self._begin_stream(_OBSTACLE_DISTANCE, self._default_interval_us(_OBSTACLE_DISTANCE))
 
@@ -233,7 +233,7 @@ class Px4Server(MavlinkServer):
         elif 1 <= place <= count:
             self.send(messages.available_mode(self.vehicle, place))
 
-    # What the firmware says.
+    # Reports of the firmware.
 
     def _report(self, event: Event) -> None:
         for peer in self.peers:
@@ -287,7 +287,7 @@ class Px4Server(MavlinkServer):
         return self.builders[message_id](self._snapshot()) is not None
 
     def asked_by_station(self) -> bool:
-        """Whether a ground station's own component asks: only that is told of rejected modes."""
+        """Whether a ground station's own component asks: only it gets texts of rejected modes."""
         return bool(self._asker[1] == dialect.MAV_COMP_ID_MISSIONPLANNER)
 
     def acknowledge(self, command: int, result: Result) -> None:

@@ -1,8 +1,9 @@
 """PX4's reading of SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT.
 
 Every component has its own ignore bit; NaN means the same (read in the firmware). An ignored
-component is NaN in the `Setpoint`, and a group that is ignored whole is None. What cannot be flown
-is rejected with a text at every message, and does not count as part of the stream.
+component is NaN in the `Setpoint`, and a group that is ignored whole is None. A setpoint
+that cannot be flown is rejected with a text at every message, and does not count as part of the
+stream.
 """
 
 from __future__ import annotations
