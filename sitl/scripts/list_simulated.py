@@ -35,10 +35,10 @@ NAMELESS = ("", "(Mode not available)")
 Answers = Mapping[int, tuple[Callable[..., Any], int] | None]
 
 _HEAD = """\
-# What the simulated {title} knows
+# Commands, modes, messages and mission items of the simulated {title}
 
-Written by `make pages` from the simulator's own tables. [sitl]({about}) has what it means;
-[missions](missions.md) which items are flown, and how.
+Written by `make pages` from the simulator's own tables. [sitl]({about}) explains the lists;
+[missions](missions.md) says how items are flown.
 
 ## Commands
 

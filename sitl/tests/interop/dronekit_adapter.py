@@ -3,8 +3,8 @@
     python -m interop.dronekit_adapter CHECKOUT MODULE FUNCTION PORT
 
 The tests expect a launcher of the real firmware, a test runner that is no longer made, and two
-small packages of the days of Python 2. What they use of those is stood in for here; their own code
-is imported as it is.
+small packages of the days of Python 2. Here are substitutes for the parts of those that the
+tests use; the tests' own code is imported as it is.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def main() -> int:
     helpers = importlib.import_module("dronekit.test")
 
     def with_sitl(test: Test) -> Test:
-        # The simulator runs already; the test is told where, and nothing else changes.
+        # The simulator runs already; the test gets its address, and nothing else changes.
         return lambda *args: test(f"tcp:127.0.0.1:{port}", *args)
 
     helpers.with_sitl = with_sitl  # type: ignore[attr-defined]

@@ -53,9 +53,9 @@ DO_NOT_EXIT = {"offboard_position_velocity_ned": "-- Stopping offboard", "shell"
 """The last words of those that leave a stream open: MAVSDK's process then never ends (3.17)"""
 DO_NOT_EXIT_S = 90.0
 BEFORE = {"logfile_download": "takeoff_and_land"}
-"""What is flown before with the same vehicle: a vehicle that never flew has no log"""
+"""The example to fly first, with the same vehicle: a vehicle that never flew has no log"""
 PARAMETER_FILE = "# Vehicle-Id Component-Id Name Value Type\n1\t1\tMIS_TAKEOFF_ALT\t7.5\t9\n"
-"""What `upload_params` is given"""
+"""The file that `upload_params` uploads"""
 HOME = "47.397742,8.545594,488,0"
 """Of PX4's own simulator: missions of the examples name places near it"""
 

@@ -178,7 +178,7 @@ class QGroundControl(GroundStation):
             assert self.last("PARAM_VALUE").param_index in (index, 65535)
 
     def ready_to_fly(self) -> bool:
-        """What the main tool bar looks at."""
+        """Whether the main tool bar shows the vehicle as ready to fly."""
         needed = ("GLOBAL_POSITION_INT", "SYS_STATUS", "EXTENDED_SYS_STATE", "BATTERY_STATUS")
         if not all(self.messages(kind) for kind in needed):
             return False

@@ -15,7 +15,7 @@ pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("recordings")]  # each i
 
 
 def sides(name: str) -> tuple[Timed, Timed]:
-    """What the real vehicle said, and the simulated one."""
+    """The messages of the real vehicle and of the simulated one."""
     played = flight(name)
     return played.real, played.ours
 
@@ -167,7 +167,7 @@ def test_intended_and_flown_mode_are_those_of_the_recording(name: str) -> None:
 
 @of("probe_ground")
 def test_texts_come_on_the_companions_link_only_after_a_heartbeat_of_a_ground_station() -> None:
-    # What the real one says about a list that is not there came once more, 1.2 s late.
+    # The real one repeated its text about a missing list (WPM) once, 1.2 s later.
     real, ours = (
         [text for text in texts(side) if not text.startswith("WPM")]
         for side in sides("probe_ground")

@@ -78,7 +78,7 @@ class FtpClient:
     def done(
         self, op: int, data: bytes = b"", offset: int = 0, size: int | None = None, session: int = 0
     ) -> bytes:
-        """What a request gives."""
+        """The data of the answer to a request, which must be an ACK."""
         answer = self.one(op, data, offset, size, session)
         assert answer.kind == ACK, (op, answer)
         return answer.data

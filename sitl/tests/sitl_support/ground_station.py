@@ -166,10 +166,10 @@ class GroundStation:
             send()
             self.run(1.0 / rate_hz)
 
-    # What was received.
+    # Received messages.
 
     def _of_kind(self, kind: str) -> list[tuple[float, Message]]:
-        """What is in the log of a kind; conditions ask often, and a log gets long."""
+        """The logged messages of a kind, cached: conditions ask often, and a log gets long."""
         if self._sorted and (len(self.log) < self._sorted or self.log[0] is not self._first):
             self._by_kind, self._sorted = {}, 0  # a test has cleared the log
         for entry in self.log[self._sorted :]:

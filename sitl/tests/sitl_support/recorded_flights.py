@@ -65,7 +65,7 @@ def values(messages: Timed, kind: str, *fields: str) -> list[tuple[int, ...]]:
 
 
 def texts(messages: Timed) -> list[str]:
-    """What was said, chunks apart."""
+    """The text of each STATUSTEXT; chunks of a long text are separate."""
     return [m.text for _, m in messages if m.get_type() == "STATUSTEXT"]
 
 

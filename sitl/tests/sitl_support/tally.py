@@ -8,7 +8,7 @@ __all__ = ["Outcome", "Tally"]
 
 
 class Outcome(NamedTuple):
-    """What became of a test.
+    """The result of a test.
 
     Attributes:
         passed: whether it ended as it should, in time.

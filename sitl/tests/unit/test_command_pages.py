@@ -26,7 +26,7 @@ def test_the_page_is_up_to_date(autopilot: str) -> None:
 
 
 def listed(autopilot: str, vehicle: str) -> dict[int, str]:
-    """What the page says of each command, by number."""
+    """The answer that the page gives for each command, by number."""
     text = SCRIPT["path_of"](autopilot).read_text("utf-8")
     part = text.split("## Commands")[1].split("## Modes")[0]
     rows = re.findall(r"^\| (\d+) \w+ \| (.*) \|$", part, re.MULTILINE)

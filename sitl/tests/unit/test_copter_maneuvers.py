@@ -105,7 +105,7 @@ def test_hover_stays_where_it_is_for_a_minute() -> None:
 
 
 def test_a_velocity_beyond_reach_ends_soon_after_the_order() -> None:
-    """What is desired does not run away from a vehicle that cannot follow."""
+    """The desired motion does not run ahead of a vehicle that cannot follow."""
     station: GroundStation = flying(30.0)
     station.stream(20.0, 5.0, lambda: station.setpoint(0xDC7, velocity=(50.0, 0.0, 0.0)))
     assert 9.0 < station.velocity[0] < 15.0

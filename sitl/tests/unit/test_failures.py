@@ -312,7 +312,7 @@ def test_a_corrupting_pipe_changes_one_byte_and_is_seeded() -> None:
     assert arrived != through("b")
 
 
-# What cannot be.
+# Limits of failures: unsupported ones, how long they last, which vehicle they hit.
 
 
 @pytest.mark.parametrize(("unit", "kind"), [(0, OFF), (GPS, STUCK), (99, OFF), (LINK, STUCK)])

@@ -238,7 +238,7 @@ def test_a_long_burst_is_complete_after_a_limit(client: FtpClient) -> None:
     assert client.done(READ, offset=len(data) - 1, size=1) == data[-1:]
 
 
-# What ArduPilot makes itself.
+# Files that ArduPilot generates.
 
 
 def decoded(client: FtpClient, asked: bytes = b"") -> tuple[list[tuple[bytes, float, int]], object]:
@@ -285,7 +285,7 @@ def test_param_pck_is_read_in_parts_of_one_size_and_no_value_is_cut() -> None:
     assert client.done(READ, size=80) == first
 
 
-# What PX4 has.
+# Files of PX4.
 
 
 def test_component_metadata_names_a_file_and_its_sum() -> None:

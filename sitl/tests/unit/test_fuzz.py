@@ -38,7 +38,7 @@ def check_finite(station: GroundStation) -> None:
 
 
 def unharmed(station: GroundStation) -> None:
-    """It still moves, thinks and answers, whatever its link was told."""
+    """It still moves, thinks and answers, whatever its link received."""
     station.vehicle.link.silent = station.vehicle.link.mute = False
     station.vehicle.link.set_faults(None)
     alive(station, 6.0)

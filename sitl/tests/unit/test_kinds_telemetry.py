@@ -52,7 +52,7 @@ def vehicle(kind: str, wind: tuple[float, float, float] | None = None) -> Ground
 
 
 def streamed(station: GroundStation, group: int) -> set[str]:
-    """What comes when a group is asked for, and nothing else is."""
+    """The kinds of message that come when only one group is requested."""
     station.log.clear()
     station.send(mav.MAVLink_request_data_stream_message(1, 1, group, 4, 1))
     station.run(2.0)

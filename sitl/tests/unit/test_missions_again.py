@@ -216,7 +216,7 @@ def test_set_current_with_reset_has_the_jumps_begin_again() -> None:
     assert station.last("MISSION_CURRENT").seq == 1
 
 
-# What only a rover does.
+# Items that differ by kind of vehicle.
 
 
 @pytest.mark.parametrize(("relative", "angle", "yaw"), [(0.0, 90.0, 90.0), (1.0, -60.0, -60.0)])

@@ -165,7 +165,7 @@ def test_a_gentle_heading_change_banks_less() -> None:
     assert abs(math.degrees(station.vehicle.firmware.motion.roll_rad)) < 8.0
 
 
-# What is stored.
+# Stored items and outputs.
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ def fence() -> list[mav.MAVLink_message]:
 
 
 def told(station: GroundStation, name: str) -> list[float]:
-    """What was reported of a parameter, unasked."""
+    """The values of a parameter that were reported, unasked."""
     return [m.param_value for m in station.messages("PARAM_VALUE") if m.param_id == name]
 
 

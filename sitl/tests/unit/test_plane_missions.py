@@ -184,7 +184,7 @@ def test_loiter_to_alt_changes_the_height_before_it_continues() -> None:
     assert 2 in reached(station)
 
 
-# What people want of it.
+# Requests by people.
 
 
 def test_left_half_way_it_is_taken_up_at_the_same_item() -> None:

@@ -82,7 +82,7 @@ def test_a_flight_over_udp_recorded_and_ended_by_sigterm(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("speedup", ["10", "50", "1000"])
 def test_at_any_speed_the_same_inputs_give_the_same_bytes(speedup: str, tmp_path: Path) -> None:
-    """What came over the socket, flown again in-process at the logged times, logs the same."""
+    """The bytes from the socket, flown again in-process at the logged times, give the same log."""
     log, again = tmp_path / "flight.tlog", io.BytesIO()
     port = free_udp_port()
     options = ("--speedup", speedup, "--seed", "11", "--ready-after", "1", "--wind", "4,200,1")

@@ -153,7 +153,7 @@ def send(station: Px4Station, command: int, case: Case) -> int:
 
 
 def seen(kind: str, command: int, case: Case, sent: bool) -> object:
-    """What is to be seen some time after the command, or without it."""
+    """Messages, texts and state some time after the command, or without it if not `sent`."""
     station = case.where(kind)
     station.log.clear()
     if sent:

@@ -25,7 +25,7 @@ def calibrate(ground: Px4Station, what: int, kind: float = 1.0) -> int:
 
 
 def listening() -> Px4Station:
-    """A ground station is heard, which alone is told texts."""
+    """The vehicle hears a ground station: only such a link gets texts."""
     ground = ready_px4()
     ground.gcs_heartbeat()
     return ground

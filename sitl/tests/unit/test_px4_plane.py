@@ -65,7 +65,7 @@ def distances(station: Px4Station, centre: tuple[float, float], seconds: float) 
     return found
 
 
-# What it is.
+# Identity, arming and modes.
 
 
 def test_it_says_what_it_is_and_is_ready_in_auto_loiter() -> None:

@@ -54,7 +54,7 @@ def heading(station: Px4Station) -> float:
     return float(station.simulation.truth.yaw_rad[0])
 
 
-# What it is.
+# Identity, arming and modes.
 
 
 @pytest.mark.parametrize(("vehicle", "kind"), [("rover", 10), ("boat", 11)])
@@ -238,10 +238,10 @@ def test_an_offboard_velocity_is_a_course_and_a_speed_never_backwards(rover: Px4
 def test_an_offboard_speed_is_a_throttle_that_moves_nothing_below_0_8(
     rover: Px4Station, told_m_s: float, driven_m_s: float
 ) -> None:
-    """What the real one makes of a told speed depends on the direction a little.
+    """The real one's speed for a setpoint depends a little on the course.
 
-    It did not move up to 0.7 m/s, and made 1.2 to 1.3 m/s of 1.0, 1.8 of 1.5, 2.3 to 2.4 of 2.0
-    and 2.5 to 3.1 of 3.0.
+    It did not move up to 0.7 m/s. A setpoint of 1.0 m/s gave 1.2 to 1.3 m/s, 1.5 gave 1.8, 2.0
+    gave 2.3 to 2.4 and 3.0 gave 2.5 to 3.1.
     """
     offboard(rover)
     rover.stream(4.0, 10.0, lambda: rover.setpoint(VELOCITY, velocity=(told_m_s, 0.0, 0.0)))

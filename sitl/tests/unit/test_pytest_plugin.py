@@ -102,7 +102,7 @@ def example() -> str:
 
 @pytest.fixture(scope="module")
 def said(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """What pytest says of all tests that use fixtures; one start of it takes two seconds."""
+    """The output of pytest for all tests that use fixtures; one start of it takes two seconds."""
     broken = example().replace("NAV_TAKEOFF", "NAV_LOITER_UNLIM")
     tests = {"example": example(), "broken": broken, "world": OWN_WORLD, "socket": OWN_SOCKET}
     return run(tests, installed, tmp_path_factory.mktemp("theirs"))

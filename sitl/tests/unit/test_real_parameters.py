@@ -37,7 +37,7 @@ def real_types(autopilot: str, vehicle: str) -> dict[str, int]:
 
 
 def listed(station: GroundStation) -> dict[str, int]:
-    """What PARAM_REQUEST_LIST gives: types by name."""
+    """The answer to PARAM_REQUEST_LIST: types by name."""
     begin_s = station.now_s
     station.send(mav.MAVLink_param_request_list_message(1, 1))
     station.run(3.0)
@@ -195,7 +195,7 @@ def test_px4_answers_for_what_it_does_not_list() -> None:
     assert (answer.param_id, answer.param_type, answer.param_index) == (name, 6, 65535)
 
 
-# What an ArduPilot saves by itself.
+# Parameters that an ArduPilot saves by itself.
 
 
 def unasked(station: GroundStation, since_s: float = 0.0) -> list[str]:

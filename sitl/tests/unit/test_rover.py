@@ -122,7 +122,7 @@ def test_a_commanded_step_is_overshot_by_a_quarter() -> None:
 
 @pytest.mark.parametrize(("told_m_s", "radius_m"), [(1.0, 0.9), (2.0, 1.05), (3.0, 1.6)])
 def test_the_turning_radius_grows_with_the_speed(told_m_s: float, radius_m: float) -> None:
-    """Measured on the real one, told a course 92 degrees to the right all the time."""
+    """Measured on the real one, with a course setpoint always 92 degrees to the right."""
     station = driving()
     places, turned, before = [], 0.0, yaw(station)
     for step in range(100):
@@ -139,7 +139,7 @@ def test_the_turning_radius_grows_with_the_speed(told_m_s: float, radius_m: floa
 
 
 def test_a_velocity_of_zero_steers_north_while_it_brakes() -> None:
-    """Seen on the real one: 88 degrees from 3 m/s, none if told 1 mm/s along its nose."""
+    """Seen on the real one: 88 degrees from 3 m/s, none for 1 mm/s along its nose."""
     station = driving()
     follow(station, (0.0, 3.0, 0.0), 8.0)
     assert yaw(station) == pytest.approx(math.pi / 2, abs=0.02)

@@ -290,7 +290,7 @@ def test_a_turn_is_as_fast_as_recorded(hover: GroundStation) -> None:
     assert math.degrees(hover.last("ATTITUDE").yawspeed) == pytest.approx(61.0, abs=3.0)
 
 
-# What is not a target.
+# Setpoints without a valid target.
 
 
 @pytest.mark.parametrize("mask", [0x0FFF, 0x0DF9, 0x0DFA, 0x0DFC, 0x0DFF, 0x0C38])

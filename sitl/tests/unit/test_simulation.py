@@ -20,7 +20,7 @@ Script = list[tuple[float, bytes]]
 
 
 def script() -> Script:
-    """What a ground station writes, and when (seconds, whole microseconds)."""
+    """The writes of a ground station: time (seconds, whole microseconds) and bytes."""
     out = mav.MAVLink(None, srcSystem=255, srcComponent=190)
 
     def command(*params: float) -> bytes:

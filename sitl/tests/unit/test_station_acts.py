@@ -37,7 +37,7 @@ LARGEST, NAN_AS_INTEGER = 2**31 - 1, 0x7FF80000
 
 
 def paused_on_the_way(down_m: float = -8.0) -> GroundStation:
-    """A copter in GUIDED that was told to go far North, and then to pause."""
+    """A copter in GUIDED that has got a target far North, and then a pause."""
     station = flying(-down_m)
     station.setpoint(POSITION, (200.0, 0.0, down_m))
     station.run(3.0)

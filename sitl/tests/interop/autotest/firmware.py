@@ -29,7 +29,7 @@ _SERIALS = (0, 2, 3)
 
 
 class Sticks:
-    """What the test's pilot holds, read without waiting."""
+    """The RC channels that the test's pilot sends over UDP, read without waiting."""
 
     def __init__(self, port: int, vehicle: SimulatedVehicle) -> None:
         """Listen on a loopback port."""
@@ -39,7 +39,7 @@ class Sticks:
         self._socket.setblocking(False)
 
     def look(self) -> None:
-        """Hand the newest positions of the sticks on."""
+        """Pass the newest positions of the sticks to the vehicle."""
         newest = None
         while True:
             try:
