@@ -694,7 +694,7 @@ def is_provided(name: str, environment: Environment) -> bool:
 
 
 def settings_of(package: Path) -> ConfigParser:
-    """What a package's setup.cfg says; a pyproject.toml counts as if it stood there.
+    """Return the settings in a package's setup.cfg; those of its pyproject.toml count, too.
 
     Python 3.10 has no parser of TOML. Tables of strings and of lists of strings are read here,
     and nothing else is looked at.

@@ -36,7 +36,7 @@ _RIDDLE = re.compile(r"(?:What|Who|Whose|So many|As near|So far|So long)\b(?!.*\
 
 @dataclass
 class Turn:
-    """What was called while one thing happened.
+    """The functions that were called during one event.
 
     Attributes:
         calls: of functions of the product, all.

@@ -41,7 +41,7 @@ _RANGES = frozenset(
     {mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE, mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR}
 )
 STATION = (255, 190)
-# What a subscription keeps of the states of other servers, and how often a server sends its own.
+# How many states of other servers a subscription keeps; how often a server sends its own, s.
 _STATES_KEPT, _STATE_PERIOD_S = 20, 0.2
 
 

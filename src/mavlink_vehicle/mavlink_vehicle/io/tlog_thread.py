@@ -29,7 +29,7 @@ class ThreadedTlogWriter(TlogWriter):
 
     Neither :meth:`write` nor :meth:`flush` waits for the disk. When it is full, or has taken
     nothing for so long that the memory for it is used up, recording ends and `failure` says so.
-    What the file reports is written by the thread, the rest by the caller.
+    The thread writes the file and the attributes with its results, the caller the others.
     """
 
     def __init__(self, path: Path | str) -> None:

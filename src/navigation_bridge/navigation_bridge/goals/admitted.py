@@ -84,7 +84,7 @@ class Situation:
 
     @property
     def bounds(self) -> Bounds:
-        """What a flight stays within."""
+        """The limits of every flight: the flight volume and the margin to the vehicle's fence."""
         return Bounds(self.config.volume, self.config.safety.fence_margin_m)
 
     @property

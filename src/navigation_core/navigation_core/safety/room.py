@@ -48,7 +48,7 @@ class Braking:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What a flight stays within, whatever becomes of its server.
+    """The limits of a flight, which hold even when its server ends.
 
     Attributes:
         volume: the server's flight volume.
