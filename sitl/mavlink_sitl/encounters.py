@@ -57,7 +57,7 @@ class Encounters:
         return self._table(Environment.positions, 3)
 
     def step(self, tick: int) -> list[Meeting]:
-        """Return who has hit whom in this tick, both ways round."""
+        """Return the pairs of vehicles that have collided in this tick, in both orders."""
         if tick < self._check_tick or self._count < 2:
             return []
         places = self.positions()

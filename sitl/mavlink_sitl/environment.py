@@ -61,7 +61,7 @@ class Environment:
         seed: of gusts, noise and drop-outs.
 
     Attributes:
-        collided: shape (N,), who has hit something; replaced when it changes.
+        collided: shape (N,), vehicles that have hit something; replaced when it changes.
         still: without gusts, obstacles and slopes: `step` would do nothing.
     """
 
@@ -240,7 +240,7 @@ class Environment:
         scanner = self.positions() - range_finder.MOUNT_M * turn[:, :, 2]
         reach_m = max(sensor.reach_m, sensor.reach_down_m) + range_finder.MOUNT_M
         seen = self._shapes.cast(scanner, rays, reach_m)
-        # The bodies of who drives stay level on a slope, so they would look into the hill.
+        # Simulated rovers stay level on a slope, so their sensors would look into the hill.
         sees_ground = slice(None) if physics.flies else slice(-1, None)
         on_ground = shapes.cast_on_ground(self.world.ground, scanner, rays[:, sees_ground], reach_m)
         seen[:, sees_ground] = np.minimum(seen[:, sees_ground], on_ground)

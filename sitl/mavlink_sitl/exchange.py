@@ -157,7 +157,7 @@ class Observation(NamedTuple):
     impact_m_s: float
     thrust_over_hover: float
     airspeed_m_s: float | None = None
-    """Indicated, of who measures it."""
+    """Indicated, of vehicles with a sensor."""
     gps_off_m: float = 0.0
     """How far the receiver is, over ground, from what the estimator has believed of it."""
 

@@ -42,7 +42,7 @@ class Truth:
         velocity_ned_m_s: shape (N, 3).
         yaw_rad: shape (N,), clockwise from North.
         on_ground: shape (N,).
-        collided: shape (N,), who has hit an obstacle and flies no more.
+        collided: shape (N,), vehicles that have hit an obstacle and no longer fly.
     """
 
     __slots__ = ("_collided", "_fleets", "_offsets_ned_m", "_on_ground", "_position", "_rest")

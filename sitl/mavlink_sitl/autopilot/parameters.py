@@ -186,11 +186,11 @@ class Parameters:
         self._values = _Values(self.table)
 
     def erase(self) -> None:
-        """The storage is emptied: at the next start all have their defaults, or what is set yet."""
+        """Empty the storage: at the next start all have their defaults, but for later changes."""
         self._erased = {}
 
     def power_up(self) -> None:
-        """The firmware starts, with what is in its storage."""
+        """Start with the values in the storage."""
         stored = self._erased
         if stored is not None:
             self.reset()

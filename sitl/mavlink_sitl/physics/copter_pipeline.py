@@ -169,11 +169,11 @@ class Physics:
     # Views.
 
     def servos(self, index: int) -> tuple[int, ...]:
-        """Servo outputs of who has no four equal motors, microseconds."""
+        """Servo outputs of vehicles other than those with four equal motors, microseconds."""
         return ()
 
     def airspeed_m_s(self, index: int) -> float | None:
-        """The airspeed of who measures it."""
+        """The measured airspeed; None without a sensor."""
         return None
 
     def wind_at(self, index: int) -> Vector:
@@ -273,7 +273,7 @@ class Physics:
         return n, e, d
 
     def reset_estimate(self, index: int, offset_ned_m: Vector) -> None:
-        """Let a vehicle's estimator jump to where a receiver is that errs by so much.
+        """Let a vehicle's estimator jump to the position of its receiver, which has this error.
 
         The controllers' targets shift with the estimate, so that the vehicle does not move: both
         firmwares do so (AC_PosControl's handling of EKF resets, PX4's reset counters). A setpoint
@@ -304,7 +304,7 @@ class Physics:
         return self._vector(self._misled, index)
 
     def weaken(self, index: int, efficiency: float) -> None:
-        """Let a vehicle's motors give this part of what is asked of them."""
+        """Scale the thrust of a vehicle's motors by a factor."""
         self.efficiency = self.with_value(self.efficiency, index, efficiency)
 
     def stop_dead(self, index: int) -> None:

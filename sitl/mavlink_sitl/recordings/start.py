@@ -49,7 +49,7 @@ class Start:
         mission: what it had on board already.
         interval_us: of the messages that came without having been asked for in the recording,
             by their numbers.
-        notes: what was taken from where, for who reads the comparison.
+        notes: where these values come from, for readers of the comparison.
     """
 
     config: VehicleConfig
@@ -251,7 +251,7 @@ def _unasked(recording: Recording) -> dict[int, float]:
     return intervals
 
 
-# Settings that nobody says, by what they did.
+# Settings that no message contains, concluded from their effects.
 
 
 def _given_away(recording: Recording, kind: str) -> dict[str, float]:

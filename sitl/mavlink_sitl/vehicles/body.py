@@ -74,7 +74,7 @@ class VehicleBody:
         return self._physics.wind_at(self._lane)
 
     def servos_us(self) -> tuple[int, ...]:
-        """Servo outputs of who has no four equal motors."""
+        """Servo outputs of vehicles other than those with four equal motors."""
         return self._physics.servos(self._lane)
 
     def look_around(self) -> RangeReading | None:
@@ -131,7 +131,7 @@ class VehicleBody:
             self.lose_gps("world")
 
     def shift_gps(self, offset_ned_m: Vector) -> None:
-        """Let the receiver be wrong by so much; the estimator may not believe it, at first."""
+        """Give the receiver this error; beyond its gate the estimator rejects it at first."""
         self._gps_offset_ned_m = offset_ned_m
         if self._gps_off_m() <= self._gate_m():
             self._gps_believed_ned_m = offset_ned_m
@@ -196,7 +196,7 @@ class VehicleBody:
         physics.battery = physics.battery._replace(consumed_mah=lane)
 
     def weaken_motors(self, efficiency: float) -> None:
-        """Thrust as a part of what is asked for; 1 is whole."""
+        """Scale the motors' thrust by a factor, 0..1; 1 is full thrust."""
         self._physics.weaken(self._lane, efficiency)
 
     def blow(self, velocity_ned_m_s: Vector) -> None:

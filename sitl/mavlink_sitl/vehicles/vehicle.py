@@ -383,7 +383,7 @@ class SimulatedVehicle(VehicleBody):
         self.firmware.pilot.throttle_us = raw_us
 
     def silence_streams(self) -> None:
-        """Stop what comes unasked, until the next start, but for what nobody can stop."""
+        """Stop all streams until the next start, except the ones that cannot be stopped."""
         for server in self._servers:
             server.streams.stop_all(but=server.steady)
         self._plan_wake()

@@ -16,7 +16,7 @@ from mavlink_sitl.world.model import Ground, Obstacle
 Array = NDArray[np.float64]
 
 _TINY = 1e-9
-"""A part of a ray that is smaller is taken for so much"""
+"""Components of a ray smaller than this count as this: nothing is divided by 0"""
 _STEPS_MAX = 200
 _HALVINGS = 14
 

@@ -60,7 +60,7 @@ class Commander(Firmware):
         return self.behaviours[spec.behaviour](self, spec)
 
     def watch(self, observation: Observation) -> None:
-        """Look for what is wrong; once the power monitor has readings."""
+        """Check for failures; called once the power monitor has readings."""
         if self.battery_known:
             self.failsafe.update(observation)
         self.fence.update()

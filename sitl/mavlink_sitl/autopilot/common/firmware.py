@@ -135,9 +135,9 @@ class Firmware(ABC):
         self.compasses = Compasses(self)
         self.accelerometers = Accelerometers(self)
         self.motors_stopped = False
-        """By a switch, whatever anybody wants of them"""
+        """A switch of the pilot has stopped them; it overrides all else"""
         self.charge_added_mah = 0.0
-        """By BATTERY_RESET, to what the monitor has counted"""
+        """Correction of the monitor's count of the charge, by BATTERY_RESET"""
         self.guidance = Guidance()
         self.revision = 0
         self.events: deque[Event] = deque()
@@ -162,7 +162,7 @@ class Firmware(ABC):
 
     @abstractmethod
     def watch(self, observation: Observation) -> None:
-        """Look for what is wrong; once the power monitor has readings."""
+        """Check for failures; called once the power monitor has readings."""
 
     @abstractmethod
     def enter_mode(self, number: int) -> bool:
@@ -363,7 +363,7 @@ class Firmware(ABC):
         self._settle()
 
     def reset_battery(self, percent: float) -> None:
-        """BATTERY_RESET: so much is left of the capacity, as its monitor counts."""
+        """BATTERY_RESET: set the remaining charge, percent of BATT_CAPACITY."""
         if "BATT_CAPACITY" in self.parameters:
             spent_mah = self.parameters["BATT_CAPACITY"] * (1.0 - percent / 100.0)
             self.charge_added_mah += self.observation.battery.consumed_mah - spent_mah

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 BANDS_US = (1231, 1361, 1491, 1621, 1750)
 """Between the positions"""
 SETTLED_S = 0.2
-"""A position counts once the switch has been there for so long"""
+"""A position counts once the switch has been there for this time"""
 
 
 class SettledPosition:

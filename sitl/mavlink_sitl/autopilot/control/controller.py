@@ -29,7 +29,7 @@ HorizontalLaw = Callable[
     [HorizontalState, Targets, Belief, Lane, float, ControllerGains, Ops],
     tuple[HorizontalState, Lane, Lane],
 ]
-"""Like `horizontal`: from what is remembered, wanted and believed to two leans"""
+"""Like `horizontal`: from state, targets and estimate to the leans north and east"""
 OVERSPEED_GAIN = 2.0
 """POSCONTROL_OVERSPEED_GAIN_Z of the firmware"""
 CORNER_SHARE = math.sqrt(0.5)

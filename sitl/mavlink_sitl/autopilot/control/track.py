@@ -21,7 +21,7 @@ Motion3 = tuple[Vector, Vector, Vector]
 JERK_SHARE = 0.9
 SNAP_S = 0.6
 """The firmware limits the change of jerk, too: its jerk has less of an effect than its limit,
-and takes so long to change. Both fit the first leg of `copter_auto_cleared` to 0.1 m."""
+and takes SNAP_S to change. Both fit the first leg of `copter_auto_cleared` to 0.1 m."""
 
 
 class SmoothProfile:
@@ -33,7 +33,7 @@ class SmoothProfile:
         self.duration_s = self._line.duration_s + SNAP_S
 
     def change_speed(self, speed_m_s: float, time_s: float) -> None:
-        """Another largest speed for what is left, if it does not brake for its end yet."""
+        """Another largest speed for the rest, if it does not brake for its end yet."""
         line = self._line.with_speed(speed_m_s, max(time_s, 0.0))
         if line is not None:
             self._line = line

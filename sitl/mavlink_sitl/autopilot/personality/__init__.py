@@ -116,11 +116,11 @@ class Personality:
         armed_text: said when armed.
         disarmed_text: said when disarmed.
         aloft_texts: said once after power-up, at first out of the ground's reach.
-        saved: what it saves while starting, in time, and tells unasked; empty for who tells
-            nobody.
+        saved: parameters that it saves and reports while starting, by time; empty where it
+            reports none.
         estimators: those that say when they lose the GPS for good and use it again; of the
-            first time `boot` tells.
-        banner: what it says of itself when it is asked to.
+            first time `boot` has the texts.
+        banner: its texts on request (DO_SEND_BANNER).
         says_impacts: whether it says how hard it has hit the ground.
     """
 

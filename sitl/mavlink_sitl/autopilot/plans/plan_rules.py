@@ -33,7 +33,7 @@ PX4_DEVICES = frozenset(
         Cmd.WINCH,
     )
 )
-"""Items for what is fastened to a vehicle: PX4 takes them, and passes them without effect here"""
+"""Items for devices on a vehicle: PX4 takes them, and passes them without effect here"""
 _ARDUPILOT = frozenset(Cmd) - FENCE - {Cmd.RALLY_POINT} - PX4_DEVICES
 """The items that ArduPilot accepts for every kind of vehicle, which passes over those that it
 cannot do (uploads in `copter_mission_misc` and `rover_mission`)"""
@@ -46,9 +46,9 @@ class PlanRules:
     Attributes:
         home_first: item 0 of a mission is home, whatever was sent as such.
         asks_for_int: an upload is asked for with MISSION_REQUEST_INT, else MISSION_REQUEST.
-        retry_s: an item that does not come is asked for again after so long.
-        timeout_s: and given up after so long.
-        timeout_text: what is said then.
+        retry_s: time after which an item that does not come is requested again.
+        timeout_s: time after which the upload ends without it.
+        timeout_text: the text then.
         timeout_result: the MISSION_ACK then, or None for silence.
         in_place: items of missions and rally points are stored as they come, so that an upload
             that ends early leaves a mixture, while a fence is checked and stored as a whole; else

@@ -159,7 +159,7 @@ class Plans:
         current: sequence number of the mission's item in force.
         state: of the mission, once there is one.
         jumps: how often each DO_JUMP has been taken.
-        begins: where somebody set the current item to, and what the next item to fly to was.
+        begins: the current item as it was set, and the next item to fly to at that time.
     """
 
     mission: Plan = field(default_factory=Plan)

@@ -21,11 +21,11 @@ Step: TypeAlias = tuple[float, Severity, str]
 """Seconds after the one before, severity, text"""
 SIDES = "back front left right up down"
 STILL_S, DEFER_S = 1.3, 0.02
-"""At rest for so long before its side counts; between texts"""
+"""Time at rest before a side counts; time between texts"""
 FAILURES_MAX = 10
 """Sides that are done already, one after the other, before it gives up"""
 GYRO, MAG, BARO, RADIO, ACCEL, AIRSPEED, ESC = range(7)
-"""Which of param1 to param7 asks for what"""
+"""The number of the parameter, less 1, that starts each calibration"""
 LEVEL, ACCEL_QUICK = 2, 4
 """Other values of the accelerometer's"""
 
@@ -56,7 +56,7 @@ def _side(sides: str = SIDES) -> list[Step]:
 
 
 def _found() -> list[Step]:
-    """A side that was pending; said twice, for who misses one."""
+    """A side that was pending; said twice, in case one text is lost."""
     return [*_side(), *[_info(STILL_S / 2, "down orientation detected")] * 2]
 
 

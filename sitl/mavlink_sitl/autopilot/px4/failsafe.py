@@ -125,7 +125,7 @@ class Px4Failsafes(Failsafes):
             vehicle.say(Severity.CRITICAL, "Failsafe activated")
 
     def _choose(self) -> None:
-        """Let the gravest action fly, or what people want."""
+        """Fly the gravest action, or else the intended mode."""
         vehicle = self._vehicle
         self._taken_over = self._taken_over and bool(self._actions)
         worst = max(self._actions.values(), key=lambda action: action.gravity, default=None)

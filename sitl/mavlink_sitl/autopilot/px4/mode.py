@@ -27,7 +27,7 @@ class Px4Mode(Mode):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the land detector of who knows no height says landed in this mode."""
+        """Whether the land detector of vehicles without a height reports landed in this mode."""
         return False
 
     def ground_motors(self) -> Motors:

@@ -263,7 +263,7 @@ class Px4Vehicle(Commander):
         return Result.ACCEPTED
 
     def hold_underway(self) -> None:
-        """See `Firmware`: AUTO.LOITER, and in flight for so long that home drifts no more."""
+        """See `Firmware`: AUTO.LOITER, and in flight long enough that home no longer drifts."""
         self.in_flight = True
         self.took_off_at_s = self.arming.lift_began_s = self.boot_s - HOME_DRIFT_S
         self.restart_mode(px4.LOITER)

@@ -16,7 +16,7 @@ MODE_RTL = 6
 MODE_BRAKE, MODE_SMART_RTL, MODE_AUTO_RTL = 17, 21, 27
 
 RADIO_AFTER_S = 0.5
-"""Without pulses for so long; the firmware was seen to act within 1 s"""
+"""Time without pulses after which the radio is lost; the firmware was seen to act within 1 s"""
 THR_LAND = 3
 """FS_THR_ENABLE; the others return"""
 

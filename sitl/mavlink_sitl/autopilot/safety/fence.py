@@ -103,7 +103,7 @@ class Fence:
     """The fence of one vehicle; of a copter, where subclasses do not say otherwise.
 
     Attributes:
-        again_m: so much further out a breach counts again.
+        again_m: distance further out at which a breach counts again.
         breached: the bits of FENCE_TYPE that are broken now.
         last_breached: the latest that were broken; 0 for never.
         count: how often.

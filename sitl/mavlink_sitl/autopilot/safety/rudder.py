@@ -18,7 +18,7 @@ BY_ORDER = ("auto", "guided", "guided_nogps")
 
 
 class Rudder:
-    """Watches the stick that steers: yaw of who flies, steering of who drives."""
+    """Watches the stick that steers: yaw of aircraft, steering of rovers and boats."""
 
     def __init__(self, vehicle: Firmware) -> None:
         self._vehicle = vehicle

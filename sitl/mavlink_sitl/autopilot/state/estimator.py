@@ -34,7 +34,7 @@ class GlitchRules(NamedTuple):
 
     Attributes:
         gate_m: a jump this far is not believed.
-        gives_in_s: after so long the estimate is reset to the receiver.
+        gives_in_s: time after which the estimate is reset to the receiver.
         flagged_s: from the jump to the flag that says so.
         cleared_s: how long all must be well before the flag goes.
     """

@@ -56,8 +56,8 @@ class FtpServer:
     system: type[FileSystem] = ArduPilotFileSystem
     unknown = ftp.FAIL
     idle_us, closed_us = 3_000_000, 20_000_000
-    """After so long without a request another file may be opened, in another session too; and is a
-    file closed"""
+    """Times without a request after which another file may be opened, also in another session, and
+    after which an open file is closed"""
     parts_max = 2000
 
     def __init__(self, card: Logbook, vehicle: Commander, send: Callable[[Message], None]) -> None:

@@ -55,7 +55,7 @@ def servo_output_raw(s: Snapshot) -> Message:
 
 
 def vfr_hud(s: Snapshot) -> Message:
-    """VFR_HUD with the airspeed of who has a sensor for it."""
+    """VFR_HUD, with the airspeed where the vehicle has a sensor for it."""
     speed = s.motion.speed_m_s
     airspeed = speed if s.airspeed_m_s is None else s.airspeed_m_s
     return position.hud(s, airspeed, s.throttle_fraction)

@@ -88,7 +88,7 @@ def _airspeed_pa(s: Snapshot) -> float:
 
 
 def scaled_pressure(s: Snapshot) -> Message:
-    """SCALED_PRESSURE; the airspeed sensor's, too, of who has one."""
+    """SCALED_PRESSURE, with the differential pressure of an airspeed sensor if there is one."""
     return dialect.MAVLink_scaled_pressure_message(
         boot_ms(s), _pressure_hpa(s), _airspeed_pa(s) / 100.0, round(BOARD_C * 100.0)
     )
@@ -102,7 +102,7 @@ def scaled_pressure2(s: Snapshot) -> Message:
 
 
 def airspeed(s: Snapshot) -> Message | None:
-    """AIRSPEED: of who measures it."""
+    """AIRSPEED; None without an airspeed sensor."""
     if s.airspeed_m_s is None:
         return None
     return dialect.MAVLink_airspeed_message(
@@ -111,7 +111,7 @@ def airspeed(s: Snapshot) -> Message | None:
 
 
 def aoa_ssa(s: Snapshot) -> Message | None:
-    """AOA_SSA: where the air comes from; of who measures its speed."""
+    """AOA_SSA: the angles of the airflow; None without an airspeed sensor."""
     if s.airspeed_m_s is None:
         return None
     wind = s.instruments.wind_ned_m_s

@@ -38,7 +38,7 @@ class Instruments(Protocol):
         ...
 
     def servos_us(self) -> tuple[int, ...]:
-        """Servo outputs of who has no four equal motors."""
+        """Servo outputs of vehicles other than those with four equal motors."""
         ...
 
     def next_battery(self) -> FurtherBattery | None:

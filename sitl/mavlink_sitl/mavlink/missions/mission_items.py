@@ -126,7 +126,7 @@ def identity(items: list[PlanItem]) -> int:
 def to_message(
     item: PlanItem, seq: int, current: bool, target: tuple[int, int], plan_type: int, as_int: bool
 ) -> Message:
-    """MISSION_ITEM_INT, or MISSION_ITEM for who asks for that."""
+    """MISSION_ITEM_INT, or MISSION_ITEM where that was requested."""
     make = dialect.MAVLink_mission_item_int_message
     x: float = item.x
     y: float = item.y

@@ -62,7 +62,7 @@ def heartbeat(s: Snapshot) -> Message:
 
 
 def current_mode(s: Snapshot) -> Message:
-    """CURRENT_MODE: what flies, and what is wanted."""
+    """CURRENT_MODE: the active mode and the intended one."""
     vehicle = firmware_of(s)
     number = vehicle.mode.spec.number
     standard = next(mode[1] for mode in vehicle.personality.available_modes if mode[0] == number)
@@ -291,7 +291,7 @@ def home_position(s: Snapshot) -> Message | None:
 
 
 def vfr_hud(s: Snapshot) -> Message:
-    """VFR_HUD: with the airspeed of who measures it."""
+    """VFR_HUD, with the airspeed where the vehicle has a sensor for it."""
     throttle = s.throttle_fraction if isinstance(s.vehicle, Px4Plane) else 0.0  # so with rovers
     if isinstance(s.vehicle, Px4Copter):
         throttle = s.thrust_over_hover * HOVER_THRUST

@@ -66,10 +66,10 @@ CALIBRATES = "[cal]"
 ONBOARD, GCS = "onboard", "gcs"
 _HOME_POSITION, _OBSTACLE_DISTANCE, _CURRENT_MODE = 242, 330, 436
 COMMANDER_US = 10_000
-"""The commander judges a mode so much later at most: OFFBOARD with its first setpoint 0.3 ms behind
-the command was accepted, after 10.8 ms"""
+"""The commander judges a mode at most this much later: OFFBOARD with its first setpoint 0.3 ms
+behind the command was accepted, after 10.8 ms"""
 STATUS_US = 500_000
-"""The commander publishes its vehicle_status so often, and whenever it changes"""
+"""Period at which the commander publishes vehicle_status; it also does so at each change"""
 _RATES = {ONBOARD: rates.ONBOARD_HZ, GCS: rates.GCS_HZ}
 
 

@@ -22,7 +22,7 @@ CONE_SLOPE = 3.0
 LEAST_HEIGHT_M = 2.0
 """RTL_ALT_MIN"""
 OVERLAP_S = 1.8
-"""The way home begins so long before the climb ends, in the recordings"""
+"""The way home begins this much before the climb ends, in the recordings"""
 
 
 class ReturnStage(Enum):

@@ -32,7 +32,7 @@ CLIMBS_ON_M = 10.0
 RETURN_THEN_LAND, LAND_AT_ONCE = 1, 2
 """RTL_AUTOLAND"""
 STALL_MARGIN_BANK_RAD = math.radians(25.0)
-"""It may always bank so much"""
+"""The bank limit for a low airspeed is never below this"""
 
 
 def throttle_limits(plane: Plane) -> Throttle:

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 SLOPES_ABOVE_M = 20.0
 """Lower than that above home it climbs to a waypoint's height at once, not bit by bit"""
 ALIGNED_RAD = math.radians(10.0)
-"""A loiter is left when the course points so nearly to what comes next; more with each turn"""
+"""A loiter is left when the course is within this of the next item; the limit grows per turn"""
 AT_HEIGHT_M = 5.0
-"""LOITER_TO_ALT ends so near to its height"""
+"""LOITER_TO_ALT ends within this of its height"""
 COMPLETE_TEXTS = {
     Cmd.LOITER_TIME: "Loiter time complete",
     Cmd.LOITER_TURNS: "Loiter orbits complete",
@@ -190,7 +190,7 @@ class FlyLine(GlideTask):
 class GoRound(GlideTask):
     """NAV_LOITER_UNLIM, _TIME, _TURNS and _TO_ALT: round a place until something is the case.
 
-    Then it continues round until its course points to what comes next.
+    Then it circles on until its course points to the next item.
 
     Args:
         centre: NED metres.
@@ -238,7 +238,7 @@ class GoRound(GlideTask):
         return False
 
     def finished(self) -> bool:
-        """Done, and pointing to what comes next."""
+        """Whether it is done and its course points to the next item."""
         if not self._leaving:
             if not self._done():
                 return False

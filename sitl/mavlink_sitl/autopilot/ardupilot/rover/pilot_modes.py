@@ -10,7 +10,7 @@ from mavlink_sitl.guidance import DriveGuidance
 
 GRAVITY_M_S2 = 9.81
 LEAST_SHARE, FASTEST_M_S = 0.05, 30.0
-"""Of CRUISE_THROTTLE, to conclude from it, and of what is concluded"""
+"""Least share of CRUISE_THROTTLE that the full speed is derived from; limit of that speed"""
 LEAST_SIDEWAYS_M_S2 = 0.1
 LEAST_SPEED_M_S = 0.3
 """Below it a turn is not taken for one on a circle"""

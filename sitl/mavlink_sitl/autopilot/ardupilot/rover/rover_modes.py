@@ -23,7 +23,7 @@ TARGET_TIMEOUT_S = 3.0
 STOPPING = "target not received last 3secs, stopping"
 REFUSED = "Ignoring SET_POSITION_TARGET_LOCAL_NED; set ACC_IGNORE in mask"
 STREAM_S = 0.5
-"""Positions that come so soon one after the other move one target"""
+"""Positions that come at most this far apart in time move one target"""
 SAME_M = 0.05
 
 

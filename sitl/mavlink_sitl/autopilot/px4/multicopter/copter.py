@@ -18,7 +18,7 @@ from mavlink_sitl.geodesy import GeoPoint
 TAKEOFF_DETECTED_S = 0.7
 """From the begin of the motors' ramp; 1.5 s to 2.1 s after arming in the recordings"""
 LANDED_AFTER_S = 1.0
-"""LNDMC_TRIG_TIME: on the ground for so long is landed"""
+"""LNDMC_TRIG_TIME: time on the ground after which it is landed"""
 UNLOADED_S, UNLOADED_IN_RTL_S = 0.7, 5.0
 """From motors that push little on the ground to 'Landing detected'. From touching down that is
 2.2 s in AUTO.LAND (`offboard_10m_20n_gt`, where the truth is known), 2.4 s in

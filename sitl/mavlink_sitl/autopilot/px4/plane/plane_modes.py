@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 CLIMB_CHANGE_M_S2 = 3.0
 STEP_S = 0.05
 STALL_MARGIN_BANK_RAD = math.radians(20.0)
-"""It may always bank so much"""
+"""The bank limit for a low airspeed is never below this"""
 TRUE_OVER_INDICATED = 1.06
 """Of the simulated body; see its pipeline"""
 GROUND_BANK_RAD = math.radians(2.0)
