@@ -1,7 +1,7 @@
 """`python -m mavlink_sitl.compare RECORDING`: replays a recorded conversation and compares.
 
-What the ground station sent in a tlog is written to a simulated vehicle at the recorded
-times, and what the two vehicles answered is compared: acknowledgements, modes, landed states,
+The messages of the ground station in a tlog are written to a simulated vehicle at the recorded
+times, and the answers of the two vehicles are compared: acknowledgements, modes, landed states,
 the times to targets and the way there. Intended differences are listed in
 `recordings/differences.yaml` and reported with their reason.
 """

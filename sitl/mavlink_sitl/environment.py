@@ -140,7 +140,7 @@ class Environment:
     # Time.
 
     def step(self, tick: int) -> list[Hit]:
-        """The world's part of a tick, after the bodies have moved; tells who hit what."""
+        """The world's part of a tick, after the bodies have moved; returns the collisions."""
         self._tick = tick
         if self.world.wind.gust_m_s:
             if tick % self._draw_ticks == 0:

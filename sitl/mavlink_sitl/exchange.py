@@ -298,7 +298,7 @@ class HomeChanged:
 
 @dataclass(frozen=True)
 class ParameterSaved:
-    """The firmware has saved a parameter by itself, and tells everybody."""
+    """The firmware has saved a parameter by itself, and reports it on all links."""
 
     name: str
     value: float

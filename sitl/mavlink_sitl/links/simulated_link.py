@@ -13,12 +13,12 @@ class SimulatedLink:
     Args:
         seed: of the faults.
         receive: takes bytes that arrive at the vehicle, and whether they are a datagram.
-        now_us: tells simulated time.
+        now_us: returns simulated time.
         on_change: called when `late` may have changed.
 
     Attributes:
         silent: while true, nothing passes in either direction.
-        mute: the same for what the vehicle says only.
+        mute: the same for the vehicle's messages only.
         late: whether something may be under way in it.
     """
 

@@ -1,6 +1,6 @@
 """Commands known only to copters here, or carried out by them in their own way.
 
-What `copter_acks` shows is answered as there; the rest follows ArduCopter's source.
+Answers are those of the recording `copter_acks`; others follow ArduCopter's source.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ class SimulatedVehicle(VehicleBody):
         self._underway = config.underway
         self._snapshot_cache: tuple[int, Snapshot] | None = None
         self._capacity = (-1, 0.0)
-        """Revision of the parameters, and the capacity that they tell"""
+        """Revision of the parameters, and the capacity by them, mAh"""
         self._boot()
         self.links = [self._make_link(place, seed) for place in range(len(config.links))]
         self.link = self.links[0]

@@ -17,9 +17,9 @@ from mavlink_sitl.world.model import RangeSensor
 
 SECTORS = 72
 MOUNT_M = 0.2
-"""The scanner is so far above the vehicle's own place, which is that of its feet or wheels"""
+"""Height of the scanner above the vehicle's position, which is that of its feet or wheels"""
 BEAMS = 5
-"""In each sector, a degree apart and about its middle: the sector tells the nearest hit, as
+"""In each sector, a degree apart and about its middle: the sector reports the nearest hit, as
 drivers of scanners do, so that a post between two middles is not lost"""
 _COUNT = SECTORS * BEAMS
 _ANGLES = (np.arange(_COUNT) - BEAMS // 2) * (math.tau / _COUNT)

@@ -1,7 +1,7 @@
 """Recorded conversations with real autopilots, played to the simulated ones.
 
-What is meant to differ stands in `recordings/differences.yaml`, each with its reason; nothing
-else may.
+Intended differences stand in `recordings/differences.yaml`, each with its reason; nothing else may
+differ.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def download(station: GroundStation, mission_type: int = 0) -> list[Message]:
 
 
 def answer(station: GroundStation, message: Message) -> Message:
-    """The only answer to a message; what the vehicle tells everybody besides is none."""
+    """The only answer to a message; texts and values for all links do not count."""
     told = ("STATUSTEXT", "PARAM_VALUE")
     answers = [m for m in station.send(message) if m.get_type() not in told]
     assert len(answers) == 1, answers

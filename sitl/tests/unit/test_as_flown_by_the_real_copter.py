@@ -97,7 +97,7 @@ def test_a_speed_that_was_changed_in_a_pause_counts_after_it() -> None:
 
 Leg = tuple[tuple[float, float], list[tuple[float, float, float]]]
 LEGS: list[Leg] = [
-    # North and down; after so many seconds: so far north and down.
+    # Target from the start, north and down, m; then time, s, and movement north and down, m.
     ((30.0, 30.0), [(3.0, 3.29, 3.23), (6.0, 7.83, 7.68), (12.0, 16.8, 16.68)]),
     ((-30.0, -20.0), [(3.0, -6.87, -4.09), (5.0, -14.06, -9.1), (8.0, -25.0, -16.36)]),
     ((-100.0, 25.0), [(3.0, -8.93, 3.3), (6.0, -27.82, 7.78), (12.0, -65.68, 16.77)]),
@@ -249,7 +249,7 @@ def test_in_guided_it_also_waits_for_home_and_for_a_position() -> None:
 VELOCITY_ACCELERATION = 0xC07
 Vector = tuple[float, float, float]
 KINDS: list[tuple[int, Vector, Vector, list[Row]]] = [
-    # Mask, velocity and acceleration, streamed for 3.05 s; north and east after so many seconds.
+    # Mask, velocity and acceleration, streamed for 3.05 s; then time, s, with north and east, m.
     (VELOCITY, (3.0, 0.0, 0.0), (0.0, 0.0, 0.0), [(1.0, 0.41, 0.0), (2.0, 3.16, 0.0)]),
     (VELOCITY_ACCELERATION, (3.0, 2.0, 0.0), (0.5, 0.0, 0.0), [(1.0, 9.09, 0.37)]),
     (ACCELERATION, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), [(1.0, 19.2, 6.57), (2.0, 22.48, 9.83)]),

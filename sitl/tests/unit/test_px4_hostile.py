@@ -28,7 +28,7 @@ def test_20_000_hostile_frames_in_flight() -> None:
     for number, frame in enumerate(itertools.islice(frames(11), 20_000)):
         station.vehicle.link.write(frame)
         if number % 50 == 0:
-            station.simulation.run_for(0.03)  # not so long that it lands
+            station.simulation.run_for(0.03)  # too short for a landing
             station.vehicle.link.read()
     alive(station)
 

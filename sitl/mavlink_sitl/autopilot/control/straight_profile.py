@@ -1,8 +1,8 @@
 """A straight line from rest to rest within limits of speed, acceleration and jerk.
 
-Under way the speed may become another one; the rest of the line is then flown with that.
+The speed may change during the flight; the rest of the line is then flown with the new one.
 
-What the firmware's waypoint navigation does on a leg without corners. Seven phases of
+The firmware's waypoint navigation flies a leg without corners like this. Seven phases of
 constant jerk, the textbook solution (for example Biagiotti and Melchiorri, "Trajectory
 Planning for Automatic Machines and Robots", 3.4).
 """

@@ -80,7 +80,7 @@ UNTOLD = frozenset(
         Cmd.SEND_SCRIPT_MESSAGE,
     )
 )
-"""Done by ArduPilot's mission library itself, which tells nobody (seen in `plane_auto`)"""
+"""Done by ArduPilot's mission library itself, which does not report them (seen in `plane_auto`)"""
 WITH_HEADING = MOVING - {Cmd.RTL, Cmd.DELAY} | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND}
 """Items at a place, whose param4 is a heading: NaN is none"""
 POLYGONS = frozenset((Cmd.POLYGON_INCLUSION, Cmd.POLYGON_EXCLUSION))

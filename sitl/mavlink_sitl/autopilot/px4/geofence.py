@@ -2,8 +2,8 @@
 
 Read in the firmware (geofence, commander's checks): a breach forbids arming, and in flight
 `failsafe` answers it with GF_ACTION. An area that does not contain home, or the vehicle when
-it flies, is said to be invalid and left out. No message tells the state of the fence: there
-is no FENCE_STATUS with PX4.
+it flies, is said to be invalid and left out. No message reports the state of the fence:
+PX4 has no FENCE_STATUS.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ def within(value: float, least: float, most: float) -> float:
 
 
 class Px4Navigator(Navigator):
-    """A `Navigator` that tells home as it is from home as the firmware has it."""
+    """A `Navigator` that also knows the true home: the altitude of the firmware's home drifts."""
 
     def __init__(self, frame: LocalFrame, parameters: Parameters) -> None:
         super().__init__(frame, parameters)

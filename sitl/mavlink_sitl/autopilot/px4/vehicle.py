@@ -1,7 +1,7 @@
 """PX4's commander for all vehicle types: intentions, failsafes, arming.
 
-What people choose is an *intention*; what flies may be another mode while a failsafe acts,
-and the intention comes back into force by itself when its reason is gone (a restarted
+The mode that people choose is the *intention*. Another mode may fly while a failsafe acts, and
+the intention comes back into force by itself when its reason is gone (a restarted
 setpoint stream takes control again). Texts and results are those of the recordings.
 """
 

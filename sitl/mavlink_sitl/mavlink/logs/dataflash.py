@@ -1,8 +1,8 @@
 """ArduPilot's DataFlash format: each record has the number of its FMT, which describes it.
 
-Records, fields and numbers as in a log of the real copter 4.7. Written are those that tell a
-flight: FMT, PARM, MSG, VER, MODE, ARM, ATT, POS, GPS, BAT. A log begins with arming; the record of
-that comes before it and so is not in it (observed).
+Records, fields and numbers as in a log of the real copter 4.7. Only the records that describe a
+flight are written: FMT, PARM, MSG, VER, MODE, ARM, ATT, POS, GPS, BAT. A log begins with arming;
+the record of arming comes before it and so is not in it (observed).
 """
 
 from __future__ import annotations

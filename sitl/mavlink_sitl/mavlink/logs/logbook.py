@@ -45,7 +45,7 @@ class Logbook:
         Args:
             now_us: simulated time.
             armed: whether the motors are armed.
-            snapshot: tells the vehicle's state.
+            snapshot: returns the vehicle's state.
         """
         log = self._open
         if log is None:

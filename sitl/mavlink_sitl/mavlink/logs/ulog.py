@@ -1,6 +1,6 @@
 """PX4's ULog format: definitions first, then data (https://docs.px4.io/main/en/dev_log/ulog_file_format.html).
 
-Topics and fields have PX4 1.17's names; written are those that tell a flight.
+Topics and fields have PX4 1.17's names; only those that describe a flight are written.
 """
 
 from __future__ import annotations

@@ -81,8 +81,8 @@ def available_mode(vehicle: Px4Vehicle, place: int) -> Message:
 def sys_status(s: Snapshot) -> Message:
     """SYS_STATUS: ready to arm is one bit; the charge is rounded up.
 
-    Sticks count as present only while they are heard, and a low battery as unhealthy; of a lost
-    receiver only the fix tells (all seen on its own simulator).
+    Sticks count as present only while they are heard, and a low battery as unhealthy; a lost
+    receiver shows only in the fix type (all seen on its own simulator).
     """
     vehicle = firmware_of(s)
     present, enabled, health = _PRESENT, _ENABLED, _HEALTHY

@@ -1,6 +1,6 @@
 """GUIDED: take-off, and setpoints of every kind.
 
-What the firmware does with each kind of setpoint, from the recordings `copter_setpoints`,
+Each kind of setpoint as the firmware flies it, from the recordings `copter_setpoints`,
 `copter_takeoff_mix` and `copter_guided`:
 
 * a position alone stays until another target comes;

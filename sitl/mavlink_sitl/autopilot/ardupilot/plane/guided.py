@@ -45,7 +45,7 @@ class Guided(Loiter):
         super().enter()
 
     def update(self) -> None:
-        """Go round, or along a heading; tell when the circle is reached."""
+        """Fly a circle, or along a heading; report the circle once, when it is reached."""
         if self._heading is None:
             super().update()
         elif self.target is not None:
