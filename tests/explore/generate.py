@@ -375,7 +375,10 @@ class _TrafficAuthor:
         if rng.random() < 0.15:
             begun_s = rng.uniform(time_s, last_s)
             self._add(begun_s, craft, "kill")
-            self._add(begun_s + rng.uniform(1.0, 12.0), craft, "start")
+            started_s = begun_s + rng.uniform(1.0, 12.0)
+            self._add(started_s, craft, "start")
+            # Otherwise it stays where another has to land, which waits for it without end.
+            self._add(max(started_s, last_s) + 5.0, craft, "go_home")
             return
         longest_s = rng.choice((0.3, 1.0, 3.0, 10.0))
         while (time_s := time_s + rng.expovariate(1.0 / 6.0)) < last_s:
