@@ -387,6 +387,9 @@ class Exploration:
                 self.row = self.simulation.truth
                 self._truth_s = self.now_s + _TRUTH_S - 1e-9
             for ship in self.ships:
+                if ship.sim.firmware.mode.spec.name != ship.mode:
+                    # A server that hears of its mode at once answers within this turn.
+                    ship.log("truth", ship.truth())
                 ship.turn()
                 if self.scenario.shares_traffic:
                     ship.note_wait()
