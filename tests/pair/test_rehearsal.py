@@ -188,7 +188,7 @@ def test_a_goal_from_the_ground_takes_off_and_one_that_may_not_is_rejected() -> 
 
 def test_wind_and_the_charge_decide_the_flight() -> None:
     calm = rehearse(COPTER)
-    blown = rehearse(replace(COPTER, wind_enu_m_s=(-7.0, 0.0, 0.0)))
+    blown = rehearse(replace(COPTER, wind_enu_m_s=(-9.0, 0.0, 0.0)))
     assert blown.duration_s > calm.duration_s
     assert blown.battery is None  # nothing was measured
     empty = rehearse(replace(COPTER, battery=0.05, server={"arming": "auto"}))
