@@ -39,7 +39,10 @@ def home() -> Message:
 
 
 def take_off(height_m: float) -> Message:
-    return _item(mav.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, height_m)
+    """An item without a place: it climbs where the vehicle is."""
+    item = _item(mav.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, height_m)
+    item.x = item.y = 0
+    return item
 
 
 def waypoint(north_m: float, east_m: float, up_m: float, stay_s: float = 0.0) -> Message:
