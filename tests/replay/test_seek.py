@@ -16,10 +16,11 @@ from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.recording.replay import Player, open_recording
 from navigation_bridge.recording.replay_driver import ReplayDriver, ReplayPosition
+from tests.support.processes import patient_s
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 RECORDING = str(DATA / "copter_lowbatt.tlog")
-_TIMEOUT_S = 300.0
+_TIMEOUT_S = patient_s(30.0)
 
 
 def make_bridge() -> Bridge:

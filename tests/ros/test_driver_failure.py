@@ -31,7 +31,7 @@ from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.names import ACTION_NAME
 from navigation_core.outcomes import OutcomeCode
-from tests.support.processes import Process
+from tests.support.processes import Process, patient_s
 from tests.support.ros.ros_flight import navigate_goal, new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_demo")
@@ -89,8 +89,8 @@ def server() -> Iterator[_Server]:
     server.close()
 
 
-def _wait(condition: Callable[[], bool], what: str, timeout_s: float = 200.0) -> None:
-    deadline = time.monotonic() + timeout_s
+def _wait(condition: Callable[[], bool], what: str, timeout_s: float = 20.0) -> None:
+    deadline = time.monotonic() + patient_s(timeout_s)
     while not condition():
         assert time.monotonic() < deadline, f"{what} did not happen in {timeout_s:g} s"
         time.sleep(0.02)

@@ -35,7 +35,7 @@ from mavlink_vehicle.io.tlog import TlogReader
 from navigation_bridge.configuration.make_config import ConfigurationError, make_config
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.names import SERVER_NODE_NAME, TAKEOFF_ACTION_NAME
-from tests.support.processes import Process
+from tests.support.processes import Process, patient_s
 from tests.support.ros.ros_flight import Flight, navigate_goal, new_domain
 
 pytestmark = pytest.mark.xdist_group("ros_replay")
@@ -150,8 +150,8 @@ class Replay:
     def subscribe(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: Any) -> None:
         self.node.create_subscription(kind, topic, callback, qos)
 
-    def wait(self, condition: Callable[[], bool], timeout_s: float = 300.0) -> None:
-        deadline = time.monotonic() + timeout_s
+    def wait(self, condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
+        deadline = time.monotonic() + patient_s(timeout_s)
         while not condition():
             assert time.monotonic() < deadline, self.server.text[-3000:]
             self._executor.spin_once(timeout_sec=0.05)

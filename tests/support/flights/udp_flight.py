@@ -30,10 +30,11 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from pytest_mavlink_sitl import simulator_process
+from tests.support.processes import patient_s
 
 ResultT = TypeVar("ResultT")
 SPEEDUP = 2.0
-LIMIT_S = 300.0
+LIMIT_S = patient_s(30.0)
 
 
 class HostileStation:

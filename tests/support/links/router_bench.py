@@ -13,8 +13,9 @@ from mavlink_vehicle.codec import Codec, Message, make, mavlink, with_source
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.io.tlog import TlogWriter
+from tests.support.processes import patient_s
 
-LIMIT_S = 100.0
+LIMIT_S = patient_s(10.0)
 LOOPBACK = "127.0.0.1"
 _marks = itertools.count(0xABCD)
 

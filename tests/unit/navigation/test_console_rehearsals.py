@@ -11,8 +11,9 @@ import pytest
 
 from drone_navigation.console.messages import PageWaypoint, Rehearse
 from drone_navigation.console.rehearsals import Rehearsals
+from tests.support.processes import patient_s
 
-WAIT_S = 200.0
+WAIT_S = patient_s(20.0)
 HELLO = 'print(json.dumps({"server": ["arming"], "vehicle": {"Any": ["P"]}}), flush=True)'
 OBEDIENT = f"""
 import json, sys

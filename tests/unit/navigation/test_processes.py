@@ -10,6 +10,7 @@ import time
 import psutil
 
 from drone_navigation.processes import Process
+from tests.support.processes import patient_s
 
 _START = "import subprocess; c = subprocess.Popen(['sleep', '50']); print(c.pid, flush=True)"
 _DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
@@ -26,7 +27,7 @@ def test_what_a_process_has_started_is_killed_with_it() -> None:
     process = Process("deaf", ["python", "-c", f"{_DEAF}; {_START}; c.wait()"])
     child = int(process.wait_for("", 20.0))
     assert process.stop(0.5) == -signal.SIGKILL
-    deadline_s, pause = time.monotonic() + 200.0, threading.Event()
+    deadline_s, pause = time.monotonic() + patient_s(20.0), threading.Event()
     while _is_running(child):
         assert time.monotonic() < deadline_s, "it outlives the process that started it"
         pause.wait(0.05)

@@ -17,8 +17,9 @@ from mavlink_vehicle.io.links.udp import UdpLink
 from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.protocols.monitoring.data_age import DataAge
 from mavlink_vehicle.protocols.sequence import ModeOrder
+from tests.support.processes import patient_s
 
-LIMIT_S = 200.0
+LIMIT_S = patient_s(20.0)
 KEPT = ("HEARTBEAT", "COMMAND_ACK", "STATUSTEXT", "MISSION_REQUEST_INT", "PARAM_VALUE", "LOG_DATA")
 
 

@@ -19,8 +19,9 @@ from mavlink_vehicle.io.links.udp import UdpLink
 from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
+from tests.support.processes import patient_s
 
-LIMIT_S = 200.0
+LIMIT_S = patient_s(20.0)
 
 
 class Echo:

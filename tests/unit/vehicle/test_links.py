@@ -18,8 +18,9 @@ from mavlink_vehicle.io.links import Link, LinkKind, open_link, parse_url
 from mavlink_vehicle.io.links.tcp import TcpInLink
 from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_QUIET_S, UdpLink
 from mavlink_vehicle.io.tlog import TlogWriter
+from tests.support.processes import patient_s
 
-LIMIT_S = 100.0
+LIMIT_S = patient_s(10.0)
 
 
 def until(condition: Callable[[], bool], *links: Link) -> None:

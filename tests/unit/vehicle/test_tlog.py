@@ -17,6 +17,7 @@ from mavlink_vehicle.codec import Codec, make
 from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from mavlink_vehicle.io.tlog_thread import ThreadedTlogWriter
+from tests.support.processes import patient_s
 
 FRAMES = [Codec(1, 1).encode(make("ATTITUDE", roll=float(n), yawspeed=1.0)) for n in range(5)]
 TIMES_S = [1_700_000_000.25 + n for n in range(5)]
@@ -102,7 +103,7 @@ def test_a_place_that_cannot_be_written_is_said_plainly(tmp_path: Path) -> None:
 
 def told(writer: ThreadedTlogWriter) -> str:
     """Wait for the end of a recording; return why it has ended."""
-    limit_s = time.monotonic() + 200.0
+    limit_s = time.monotonic() + patient_s(20.0)
     while (failure := writer.failure) is None and time.monotonic() < limit_s:
         threading.Event().wait(0.01)
     return str(failure)
