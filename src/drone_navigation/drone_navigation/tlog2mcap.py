@@ -119,7 +119,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_version(parser, "drone_navigation")
     parser.add_argument("log", type=Path, metavar="LOG", help="the tlog")
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="the MCAP file (default: beside the log)"
+        "-o", "--out", type=Path, metavar="FILE", help="the MCAP file (default: beside the log)"
     )
     parser.add_argument(
         "--system",

@@ -97,8 +97,9 @@ def _summary(recording: FlightRecording) -> str:
         f"{figures.duration_s:.0f} s",
         f"{figures.distance_m:.0f} m",
         f"highest {figures.highest_m:.1f} m above {figures.height_reference}",
-        f"fastest {figures.fastest_m_s:.1f} m/s",
     ]
+    if figures.fastest_m_s is not None:
+        parts.append(f"fastest {figures.fastest_m_s:.1f} m/s")
     replans = len(scene.replan_times_s(recording))
     if replans:
         parts.append(f"replanned {replans} times")
@@ -235,7 +236,9 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add_version(parser, "flight_reports")
     parser.add_argument("log", type=Path, help="the tlog")
-    parser.add_argument("-o", "--output", type=Path, help="picture file (default: beside the log)")
+    parser.add_argument(
+        "-o", "--out", "--output", type=Path, help="picture file (default: beside the log)"
+    )
     parser.add_argument("--system", type=int, metavar="ID", help="system id (default: the first)")
     return parser
 
@@ -243,7 +246,7 @@ def make_parser() -> argparse.ArgumentParser:
 def main(args: list[str] | None = None) -> int:
     """Draw a recording; 0 on success."""
     options = make_parser().parse_args(args)
-    picture: Path = options.output or options.log.with_suffix(".png")
+    picture: Path = options.out or options.log.with_suffix(".png")
     try:
         recording = plot_flight(options.log, picture, options.system)
     except (NoFlightError, PictureError) as error:

@@ -136,7 +136,12 @@ def make_parser() -> argparse.ArgumentParser:
         "log", type=Path, nargs="?", default=_LOG, help=f"the tlog (default: {_LOG})"
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help="output folder (default: beside the log)"
+        "-o",
+        "--out",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="output folder (default: beside the log)",
     )
     parser.add_argument("--system", type=int, metavar="ID", help="system id (default: the first)")
     return parser
@@ -145,7 +150,7 @@ def make_parser() -> argparse.ArgumentParser:
 def main(args: list[str] | None = None) -> int:
     """Render the videos; 0 on success."""
     options = make_parser().parse_args(args)
-    folder: Path = options.output or options.log.parent
+    folder: Path = options.out or options.log.parent
     mp4, gif = (folder / options.log.with_suffix(end).name for end in (".mp4", ".gif"))
     try:
         make_video(options.log, mp4, gif, options.system)

@@ -35,7 +35,11 @@ def make_parser() -> argparse.ArgumentParser:
         "--compare", type=Path, nargs=2, metavar=("A", "B"), help="overlay two flights"
     )
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="output page (default: beside LOG, with .html)"
+        "-o",
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="output page (default: beside LOG, with .html)",
     )
     parser.add_argument(
         "--system", type=int, metavar="N", help="only the vehicle with this MAVLink system id"

@@ -53,6 +53,7 @@ class Shape:
         estimator: flags of the estimator's reports; None without reports.
         lost: the share of the packets that is lost.
         seconds: of the flight.
+        velocity: whether the log has velocities, not zeros.
     """
 
     autopilot: int = ARDUPILOT
@@ -63,6 +64,7 @@ class Shape:
     estimator: int | None = 831
     lost: float = 0.0
     seconds: float = 20.0
+    velocity: bool = True
 
 
 SHAPES = st.builds(
@@ -85,7 +87,10 @@ def written(shape: Shape, path: Path) -> Path:
     told: list[tuple[float, Message]] = [(0.0, heartbeat(shape))]
     for step in range(int(shape.seconds / shape.period_s)):
         time_s = 0.2 + step * shape.period_s
-        told.append((time_s, globally(frame, time_s)))
+        place = globally(frame, time_s)
+        if not shape.velocity:
+            place.vx = place.vy = place.vz = 0
+        told.append((time_s, place))
         told.append((time_s + shape.later_s, locally(time_s + shape.later_s)))
     for second in range(int(shape.seconds)):
         told.append((second + 0.05, heartbeat(shape)))
@@ -191,6 +196,7 @@ def test_page_plot_bag_and_replay_show_one_track(shape: Shape) -> None:
         figures, contents = flight.figures, flight.contents
         assert figures is not None
         flown_s = float(flight.track.time_s[-1] - flight.track.time_s[0])
+        assert figures.fastest_m_s is not None
         assert figures.distance_m == pytest.approx(
             math.hypot(SPEED_M_S, CLIMB_M_S) * flown_s, rel=0.01, abs=0.5
         )
@@ -228,8 +234,21 @@ def test_the_page_and_the_plot_write_the_same_figures(tmp_path: Path) -> None:
     text = report_page([flight])
     assert f"<dd>{figures.distance_m:.0f} m</dd>" in text
     assert f"<dd>{figures.highest_m:.1f} m above home</dd>" in text
+    assert figures.fastest_m_s is not None
     assert f"<dd>{figures.fastest_m_s:.1f} m/s</dd>" in text
     assert plot_flight(path, tmp_path / "a.png").figures == figures
+
+
+def test_a_log_without_velocity_has_no_fastest(tmp_path: Path) -> None:
+    """Old autopilots' logs have positions only; their page said "fastest 0.0 m/s"."""
+    path = written(Shape(velocity=False), tmp_path / "a.tlog")
+    (flight,) = read_flights(read_log(path))
+    assert flight.figures is not None
+    assert flight.figures.fastest_m_s is None
+    text = report_page([flight])
+    assert "fastest" not in text
+    assert "no velocity of this vehicle" in text
+    assert plot_flight(path, tmp_path / "a.png").figures == flight.figures
 
 
 def test_the_recording_of_a_server_has_one_track(tmp_path: Path) -> None:

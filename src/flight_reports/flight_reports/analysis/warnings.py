@@ -193,6 +193,8 @@ def lacking(flight: Flight) -> list[str]:
     told += flight.contents.remarks
     if not len(flight.track.time_s):
         told.append("The log has no position of this vehicle; map and altitude are missing.")
+    elif not flight.track.has_velocity:
+        told.append("The log has no velocity of this vehicle; its speed is missing.")
     told += flight.track.remarks
     if not noted.goals:
         told.append(

@@ -69,6 +69,11 @@ class Track:
         return speed
 
     @property
+    def has_velocity(self) -> bool:
+        """Whether the log has velocities: some have positions only, and zeros instead."""
+        return bool(self.velocity_ned_m_s.any()) or self.length_m == 0.0
+
+    @property
     def length_m(self) -> float:
         """Distance flown in three dimensions, without position noise at rest."""
         if not len(self.time_s):
@@ -98,14 +103,14 @@ class Figures:
         distance_m: flown in three dimensions, without position noise at rest.
         highest_m: the greatest height above `height_reference`.
         height_reference: "home" or "the first position".
-        fastest_m_s: the greatest speed over the ground.
+        fastest_m_s: the greatest speed over the ground; None if the log has no velocity.
     """
 
     duration_s: float
     distance_m: float
     highest_m: float
     height_reference: str
-    fastest_m_s: float
+    fastest_m_s: float | None
 
 
 def figures(contents: LogContents, track: Track) -> Figures | None:
@@ -117,7 +122,7 @@ def figures(contents: LogContents, track: Track) -> Figures | None:
         track.length_m,
         float(track.height_m.max()),
         track.height_reference,
-        float(track.ground_speed_m_s.max()),
+        float(track.ground_speed_m_s.max()) if track.has_velocity else None,
     )
 
 

@@ -153,7 +153,7 @@ def _of(flight: Flight) -> dict[str, tuple[Floats, Floats]]:
     up_m = track.position_enu_m[:, 2]
     series = {
         "altitude (m)": (track.time_s, up_m - up_m[0] if len(up_m) else up_m),
-        "speed (m/s)": (track.time_s, track.ground_speed_m_s),
+        "speed (m/s)": (track.time_s, track.ground_speed_m_s) if track.has_velocity else points([]),
         "battery (%)": points(flight.retold.battery),
         "remaining (m)": points(noted.distance_m),
     }

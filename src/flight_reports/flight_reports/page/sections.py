@@ -37,8 +37,9 @@ def summary(flight: Flight) -> Markup:
         facts += [
             ("distance", number(figures.distance_m, "m", 0)),
             ("highest", f"{number(figures.highest_m, 'm')} above {figures.height_reference}"),
-            ("fastest", number(figures.fastest_m_s, "m/s")),
         ]
+        if figures.fastest_m_s is not None:
+            facts.append(("fastest", number(figures.fastest_m_s, "m/s")))
     if retold.battery:
         facts.append(("battery", _battery([percent for _, percent in retold.battery])))
     if noted := retold.noted.goals:

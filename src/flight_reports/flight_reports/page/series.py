@@ -194,12 +194,15 @@ def _height_and_speed(flight: Flight) -> list[Row]:
         heights.append(
             line(flight.setpoints.time_s, wanted, "altitude setpoint (m)", "@goal", line=look)
         )
+    altitudes = Row("altitude (m)", heights)
+    if not track.has_velocity:
+        return [altitudes]
     climb = -track.velocity_ned_m_s[:, 2]
     speeds = [
         line(track.time_s, track.ground_speed_m_s, "ground speed (m/s)", "@track"),
         line(track.time_s, climb, "climb (m/s)", "@second", line={"width": 1.5}),
     ]
-    return [Row("altitude (m)", heights), Row("speed (m/s)", speeds)]
+    return [altitudes, Row("speed (m/s)", speeds)]
 
 
 def _errors(flight: Flight) -> list[Row]:
