@@ -233,13 +233,17 @@ class TrafficConduct:
         found = None if target_enu_m is None else self.conflict(target_enu_m, now)
         if found is None:
             return ""
-        text = f"The target is too near to that of {found.whom}, or to where it stands"
         if self._config.traffic.conflict is TrafficConflict.REJECT:
             return Rejection(
                 OutcomeCode.TRAFFIC,
-                f"{text}; choose another target, or send the goal again once it has left.",
+                f"The target is too near to that of {found.whom}, or to where it stands; choose "
+                "another target, or send the goal again once it has left.",
             )
-        return f"{text}; the goal waits until it has left."
+        # It is also in the result, once the other one has left.
+        return (
+            f"Accepted while the target was too near to that of {found.whom}, or to where it "
+            "stood; such a goal waits until it has left."
+        )
 
     def free_target(self, target_enu_m: Vector3, now: float) -> Vector3 | None:
         """Return the nearest target where nobody stands, at the same height."""
