@@ -307,24 +307,10 @@ class ParameterSaved:
 
 
 @dataclass(frozen=True)
-class AccelerometerPosition:
-    """The vehicle is to be put into a position, to calibrate its accelerometers."""
-
-    position: int
-    """ACCELCAL_VEHICLE_POS"""
-
-
-@dataclass(frozen=True)
 class RebootRequested:
     """The firmware is about to start again."""
 
 
 Event: TypeAlias = (
-    StatusText
-    | ModeChanged
-    | HomeChanged
-    | ItemReached
-    | ParameterSaved
-    | AccelerometerPosition
-    | RebootRequested
+    StatusText | ModeChanged | HomeChanged | ItemReached | ParameterSaved | RebootRequested
 )

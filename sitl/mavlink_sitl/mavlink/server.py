@@ -15,7 +15,6 @@ from typing import NamedTuple, TypeVar
 
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.exchange import (
-    AccelerometerPosition,
     Event,
     HomeChanged,
     ItemReached,
@@ -33,7 +32,6 @@ from mavlink_sitl.mavlink.files.ftp_server import FtpServer
 from mavlink_sitl.mavlink.logs.log_server import LogServer
 from mavlink_sitl.mavlink.logs.logbook import Logbook
 from mavlink_sitl.mavlink.messages import telemetry
-from mavlink_sitl.mavlink.messages.device_messages import accelerometer_position
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.status_messages import heartbeat
 from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
@@ -143,7 +141,6 @@ class MavlinkServer:
             "PARAM_SET": self._on_param_set,
             "MANUAL_CONTROL": self._on_manual_control,
             "SETUP_SIGNING": self._on_setup_signing,
-            "COMMAND_ACK": self._on_acknowledgement,
             "GPS_RTCM_DATA": self.corrections.take,
             "ADSB_VEHICLE": self._on_traffic,
             **dict.fromkeys(self._missions.handlers, self._on_mission),
@@ -281,8 +278,6 @@ class MavlinkServer:
             self.send(dialect.MAVLink_mission_item_reached_message(event.seq))
         elif isinstance(event, ParameterSaved):
             self.send(saved_parameter(event, self.vehicle.parameters))
-        elif isinstance(event, AccelerometerPosition):
-            self.send(accelerometer_position(event))
         elif isinstance(event, RebootRequested):
             self.reboot_requested = True
 
@@ -353,10 +348,6 @@ class MavlinkServer:
                 message.get_srcComponent(),
             )
         )
-
-    def _on_acknowledgement(self, _: Message) -> None:
-        """Somebody has put the vehicle where its accelerometers want it."""
-        self.vehicle.accelerometers.there()
 
     def _on_set_mode(self, message: Message) -> None:
         if message.base_mode & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:

@@ -389,69 +389,6 @@ def it_comes_at_the_interval(ask: Ask) -> None:
     assert len(station.messages("SCALED_PRESSURE")) == pytest.approx(50, abs=1)
 
 
-def six_positions(ask: Ask) -> None:
-    station = ask.station
-    assert station.command(241, 0, 0, 0, 0, 1) == ACCEPTED
-    assert station.texts()[-1] == "Place vehicle level and press any key."
-    for position in range(1, 7):
-        station.run(1.2)
-        asked = [m.param1 for m in station.messages("COMMAND_LONG") if m.command == 42429]
-        assert asked[-1] == position
-        assert ask(position + 1) == 4, "another one is wanted"
-        assert ask(position) == ACCEPTED
-    station.run(1.5)
-    assert station.texts()[-1] == "Calibration successful"
-    assert station.messages("COMMAND_LONG")[-1].param1 == 16777215
-
-
-def compasses_are_calibrated(ask: Ask) -> None:
-    station = ask.station
-    station.interval(191, 2.0)
-    station.interval(192, 1.0)
-    assert ask(0, 0, 1, 2.0) == ACCEPTED
-    station.run(1.0)
-    assert {m.cal_status for m in station.messages("MAG_CAL_PROGRESS")} == {1}, "it waits"
-    assert station.arm() == 4
-    assert "Arm: Compass calibration running" in station.texts()
-    station.run(34.0)
-    progress = station.messages("MAG_CAL_PROGRESS")
-    assert {m.compass_id for m in progress} == {0, 1, 2}
-    assert {m.cal_status for m in progress} == {1, 2, 3}
-    percent = [m.completion_pct for m in progress if m.compass_id == 0]
-    assert percent == sorted(percent)
-    report = station.last("MAG_CAL_REPORT")
-    assert (report.cal_status, report.autosaved, report.cal_mask) == (4, 1, 7)
-    assert "COMPASS_OFS_X" in {m.param_id for m in station.messages("PARAM_VALUE")}
-    assert station.arm() == 4
-    assert station.texts()[-1] == "Arm: Compass calibrated requires reboot"
-    station.command(246, 1)
-    station.run(5.0)
-    assert not station.vehicle.firmware.compasses.calibrations
-
-
-def a_calibration_is_accepted(ask: Ask) -> None:
-    station = ask.station
-    assert station.command(mav.MAV_CMD_DO_START_MAG_CAL, 1) == ACCEPTED
-    station.run(31.0)
-    station.command(512, 192)
-    assert station.last("MAG_CAL_REPORT").autosaved == 0
-    assert ask(0) == ACCEPTED
-    assert "COMPASS_OFS_X" in {m.param_id for m in station.messages("PARAM_VALUE")}
-    station.log.clear()
-    station.command(512, 192)
-    assert not came(station, "MAG_CAL_REPORT")
-
-
-def a_calibration_is_cancelled(ask: Ask) -> None:
-    station = ask.station
-    assert station.command(mav.MAV_CMD_DO_START_MAG_CAL, 0) == ACCEPTED
-    station.run(1.0)
-    assert ask(0) == ACCEPTED
-    station.log.clear()
-    station.command(512, 191)
-    assert not came(station, "MAG_CAL_PROGRESS")
-
-
 def the_battery_counts_from_there(ask: Ask) -> None:
     station = ask.station
     assert ask(1, 40) == ACCEPTED
@@ -517,10 +454,6 @@ EVERY_KIND: dict[str, Effect] = {
     "SET_MESSAGE_INTERVAL": it_comes_at_the_interval,
     "REQUEST_MESSAGE": asked_for("SYSTEM_TIME", 2),
     "REQUEST_AUTOPILOT_CAPABILITIES": asked_for("AUTOPILOT_VERSION", 1),
-    "ACCELCAL_VEHICLE_POS": six_positions,
-    "DO_START_MAG_CAL": compasses_are_calibrated,
-    "DO_ACCEPT_MAG_CAL": a_calibration_is_accepted,
-    "DO_CANCEL_MAG_CAL": a_calibration_is_cancelled,
     "BATTERY_RESET": the_battery_counts_from_there,
     "DO_SEND_BANNER": the_banner_comes,
 }
@@ -574,6 +507,9 @@ REFUSED_BY = {
 WITHOUT_EFFECT = {
     "DO_DIGICAM_CONTROL": "the firmware accepts it without a camera, too",
     "DO_SET_CAM_TRIGG_DIST": "the firmware accepts it without a camera, too",
+    **dict.fromkeys(
+        ("DO_START_MAG_CAL", "DO_ACCEPT_MAG_CAL", "DO_CANCEL_MAG_CAL"), "nobody turns the vehicle"
+    ),
     "SET_EKF_SOURCE_SET": "there is one source of the position, and no message shows which",
 }
 LOOKING = dict.fromkeys(

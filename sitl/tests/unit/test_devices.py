@@ -20,7 +20,7 @@ from sitl_support.ground_station import (
     copter,
     flying,
 )
-from sitl_support.kinds import kind, rover
+from sitl_support.kinds import kind
 from sitl_support.missions import home, item, upload, waypoint
 
 KINDS = ["copter", "rover", "boat", "plane"]
@@ -167,32 +167,6 @@ def test_what_is_calibrated_is_saved_and_told(vehicle: str) -> None:
         assert station.command(mav.MAV_CMD_PREFLIGHT_CALIBRATION, *params) == ACCEPTED
         assert name in {m.param_id for m in station.messages("PARAM_VALUE")}
     assert station.command(mav.MAV_CMD_PREFLIGHT_CALIBRATION) == UNSUPPORTED
-
-
-def test_a_command_ack_stands_for_the_position(ground: GroundStation) -> None:
-    """As MAVProxy has it: press any key."""
-    ground.command(mav.MAV_CMD_PREFLIGHT_CALIBRATION, 0, 0, 0, 0, 1)
-    for _ in range(6):
-        ground.send(mav.MAVLink_command_ack_message(0, 1))
-        ground.run(1.0)
-    assert ground.texts()[-1] == "Calibration successful"
-    assert ground.command(mav.MAV_CMD_ACCELCAL_VEHICLE_POS, 1) == FAILED
-
-
-def test_compasses_are_not_calibrated_while_armed_or_when_there_is_none() -> None:
-    station = rover()
-    assert station.command(mav.MAV_CMD_DO_START_MAG_CAL, 0) == FAILED
-    assert station.texts()[-1] == "Disarm to allow compass calibration"
-    station.command(400, 0)
-    assert station.command(mav.MAV_CMD_DO_START_MAG_CAL, 8) == FAILED, "a fourth one"
-    assert station.command(mav.MAV_CMD_DO_START_MAG_CAL, 300) == FAILED
-
-
-def test_a_calibration_with_autoreboot_starts_the_vehicle_again(ground: GroundStation) -> None:
-    boots = ground.vehicle.parameters["STAT_BOOTCNT"]
-    assert ground.command(mav.MAV_CMD_DO_START_MAG_CAL, 0, 0, 1, 0, 1) == ACCEPTED
-    ground.run(35.0)
-    assert ground.vehicle.parameters["STAT_BOOTCNT"] == boots + 1
 
 
 def test_a_rovers_motor_test_has_limits_and_leaves_its_mode_as_it_was() -> None:

@@ -13,8 +13,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from mavlink_sitl.autopilot.common.own_texts import OwnTexts
-from mavlink_sitl.autopilot.devices.accelerometers import Accelerometers
-from mavlink_sitl.autopilot.devices.compasses import Compasses
 from mavlink_sitl.autopilot.devices.outputs import Outputs
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import ModeSpec, Personality
@@ -132,8 +130,6 @@ class Firmware(ABC):
         self.saved = Saved(self)
         self.started = False
         self.outputs = Outputs(self)
-        self.compasses = Compasses(self)
-        self.accelerometers = Accelerometers(self)
         self.motors_stopped = False
         """A switch of the pilot has stopped them; it overrides all else"""
         self.charge_added_mah = 0.0
@@ -273,8 +269,7 @@ class Firmware(ABC):
         if self.arming.disarm_is_due(self._landing.landed_since_s):
             self.arming.disarm(force=True)
         self.saved.update()
-        for device in (self.outputs, self.compasses, self.accelerometers):
-            device.update()
+        self.outputs.update()
         self._settle()
 
     def _settle(self) -> None:

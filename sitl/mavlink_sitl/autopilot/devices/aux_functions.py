@@ -32,8 +32,8 @@ SAVE_WAYPOINT = 7
 
 _EVERY_KIND = (
     9, 15, 19, 27, 30, 38, 40, 62, 78, 79, 80, 85, 100, 101, 102, 103, 104, 105, 106, 110, 111,
-    112, 113, 156, 158, 162, 163, 164, 166, 167, 168, 169, 172, 174, 175, 177, 212, 213, 214, 215,
-    216, 217, 218, 300, 301, 302, 303, 304, 305, 306, 307,
+    112, 113, 156, 158, 162, 163, 164, 166, 167, 168, 169, 171, 172, 174, 175, 177, 212, 213, 214,
+    215, 216, 217, 218, 300, 301, 302, 303, 304, 305, 306, 307,
 )  # fmt: skip
 WITHOUT_EFFECT: dict[str, frozenset[int]] = {
     "copter": frozenset(
@@ -105,13 +105,6 @@ def _choose_source(vehicle: Commander, position: int) -> None:
     vehicle.say(Severity.INFO, f"Using EKF Source Set {position + 1}")
 
 
-def _calibrate_compasses(vehicle: Commander, position: int) -> None:
-    if position == HIGH:
-        vehicle.compasses.start(0, True, 5.0, False)
-    elif position == LOW:
-        vehicle.compasses.cancel(0)
-
-
 FUNCTIONS: dict[int, Callable[[Commander, int], None]] = {
     7: _save_waypoint,
     11: _fence,
@@ -124,7 +117,6 @@ FUNCTIONS: dict[int, Callable[[Commander, int], None]] = {
     90: _choose_source,
     153: _arm,
     165: _arm_or_stop,
-    171: _calibrate_compasses,
 }
 """The functions that every kind of vehicle has, by number"""
 

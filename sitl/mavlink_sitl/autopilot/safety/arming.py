@@ -51,7 +51,6 @@ def prearm_failures(vehicle: Firmware) -> list[str]:
     if leans and needs_position and not aligned:
         reasons.append("Need Alt Estimate")
     reasons += _inertial_failures(vehicle)
-    reasons += vehicle.compasses.reasons()
     if leans and not aligned:
         reasons.append("EKF attitude is bad")
     if needs_position:

@@ -76,6 +76,9 @@ DEVICES: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_MOUNT_CONTROL: (_always(Result.FAILED), 0),
     dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: (_always(Result.ACCEPTED), 3),
     dialect.MAV_CMD_DO_DIGICAM_CONTROL: (_always(Result.ACCEPTED), 4),
+    dialect.MAV_CMD_DO_START_MAG_CAL: (_always(Result.ACCEPTED), 4),
+    dialect.MAV_CMD_DO_ACCEPT_MAG_CAL: (_always(Result.ACCEPTED), 1),
+    dialect.MAV_CMD_DO_CANCEL_MAG_CAL: (_always(Result.ACCEPTED), 1),
     dialect.MAV_CMD_SET_EKF_SOURCE_SET: (_source_set, 1),
 }
 """By MAV_CMD: what carries it out, and how many of param1..4 count"""

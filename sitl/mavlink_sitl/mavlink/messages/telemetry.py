@@ -51,8 +51,6 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     164: position.simstate,
     168: position.wind,
     178: sensors.ahrs2,
-    191: devices.mag_cal_progress,
-    192: devices.mag_cal_report,
     193: status.ekf_status_report,
     235: devices.high_latency2,
     241: status.vibration,
