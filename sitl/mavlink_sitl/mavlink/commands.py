@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink import kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.ground_commands.aux_functions import AUX_FUNCTIONS
-from mavlink_sitl.mavlink.ground_commands.calibration import calibrate
-from mavlink_sitl.mavlink.ground_commands.devices import DEVICES
+from mavlink_sitl.mavlink.ground_commands import GROUND_COMMANDS
 from mavlink_sitl.mavlink.messages import known_messages
 from mavlink_sitl.mavlink.received_command import RELATIVE_ALT, Handler, ReceivedCommand
 
@@ -243,14 +241,12 @@ SHARED: dict[int, tuple[Handler, int]] = {
 """Of all firmwares"""
 _HANDLERS: dict[int, tuple[Handler, int]] = {
     **SHARED,
-    **DEVICES,
-    **AUX_FUNCTIONS,
+    **GROUND_COMMANDS,
     dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
     dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
-    dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (calibrate, 4),
     dialect.MAV_CMD_PREFLIGHT_STORAGE: (_store, 1),
     dialect.MAV_CMD_MISSION_START: (_mission_start, 2),
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),

@@ -155,40 +155,9 @@ def output(station: GroundStation, number: int) -> int:
     return int(getattr(station.last("SERVO_OUTPUT_RAW"), f"servo{number}_raw"))
 
 
-def relay(station: GroundStation) -> int:
-    station.command(512, 376)
-    return int(station.last("RELAY_STATUS").on)
-
-
 def a_servo_moves(ask: Ask) -> None:
     assert ask(9, 1700) == ACCEPTED
     assert output(ask.station, 9) == 1700
-
-
-def a_servo_moves_twice(ask: Ask) -> None:
-    assert ask(9, 1700, 2, 2.0) == ACCEPTED
-    seen = []
-    for _ in range(6):
-        seen.append(output(ask.station, 9))
-        ask.station.run(1.0)
-    assert seen == [1700, 1500, 1700, 1500, 1500, 1500]
-
-
-def a_relay_is_on(ask: Ask) -> None:
-    assert ask(0, 1) == ACCEPTED
-    assert relay(ask.station) == 1
-    assert ask(0, 0) == ACCEPTED
-    assert relay(ask.station) == 0
-    assert ask(9, 1) == 4, "there is none of that number"
-
-
-def a_relay_goes_on_and_off(ask: Ask) -> None:
-    assert ask(0, 2, 2.0) == ACCEPTED
-    seen = []
-    for _ in range(6):
-        seen.append(relay(ask.station))
-        ask.station.run(1.0)
-    assert seen == [1, 0, 1, 0, 0, 0]
 
 
 def the_motors_stop(ask: Ask) -> None:
@@ -431,10 +400,7 @@ EVERY_KIND: dict[str, Effect] = {
     "DO_SET_MODE": set_a_mode,
     "DO_CHANGE_SPEED": another_speed,
     "DO_SET_HOME": home_is_there,
-    "DO_SET_RELAY": a_relay_is_on,
-    "DO_REPEAT_RELAY": a_relay_goes_on_and_off,
     "DO_SET_SERVO": a_servo_moves,
-    "DO_REPEAT_SERVO": a_servo_moves_twice,
     "DO_FLIGHTTERMINATION": the_motors_stop,
     "DO_REPOSITION": go_there,
     "DO_FENCE_ENABLE": the_fence_is_on,
@@ -505,6 +471,7 @@ REFUSED_BY = {
     },
 }
 WITHOUT_EFFECT = {
+    **dict.fromkeys(("DO_SET_RELAY", "DO_REPEAT_RELAY", "DO_REPEAT_SERVO"), "nothing is connected"),
     "DO_DIGICAM_CONTROL": "the firmware accepts it without a camera, too",
     "DO_SET_CAM_TRIGG_DIST": "the firmware accepts it without a camera, too",
     **dict.fromkeys(

@@ -11,7 +11,7 @@ from sitl_support.kinds import kind
 from sitl_support.missions import home, upload, waypoint
 from sitl_support.transmitter import Transmitter
 
-RTL, LAND, FENCE, ARM, AUTO_MODE, RELAY = 4, 18, 11, 153, 16, 28
+RTL, LAND, FENCE, ARM, AUTO_MODE = 4, 18, 11, 153, 16
 SAVE_WAYPOINT, OBEY_OVERRIDES = 7, 46
 LOW, MIDDLE, HIGH = 1000, 1500, 1900
 

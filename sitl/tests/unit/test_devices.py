@@ -13,7 +13,6 @@ from sitl_support.ground_station import (
     AUTO,
     DENIED,
     FAILED,
-    GUIDED,
     STABILIZE,
     UNSUPPORTED,
     GroundStation,
@@ -24,7 +23,7 @@ from sitl_support.kinds import kind
 from sitl_support.missions import home, item, upload, waypoint
 
 KINDS = ["copter", "rover", "boat", "plane"]
-SERVO, REPEAT_SERVO, RELAY = mav.MAV_CMD_DO_SET_SERVO, mav.MAV_CMD_DO_REPEAT_SERVO, 181
+SERVO = mav.MAV_CMD_DO_SET_SERVO
 AUX, INTERVAL, REQUEST = mav.MAV_CMD_DO_AUX_FUNCTION, mav.MAV_CMD_SET_MESSAGE_INTERVAL, 512
 LOW, MIDDLE, HIGH = 0, 1, 2
 
@@ -56,39 +55,17 @@ def test_an_output_in_use_is_no_servo_for_others(vehicle: str, own: int, free: i
     assert getattr(raw, f"servo{free}_raw") == 1900
 
 
-def test_setting_a_servo_ends_its_repetition(ground: GroundStation) -> None:
-    assert ground.command(REPEAT_SERVO, 9, 1800, 50, 1.0) == ACCEPTED
-    ground.run(0.2)
-    assert ground.command(SERVO, 9, 1234) == ACCEPTED
-    ground.run(3.0)
-    assert requested(ground, 36, "SERVO_OUTPUT_RAW").servo9_raw == 1234
-
-
-def test_a_rover_has_two_relays_and_a_copter_one() -> None:
-    assert [kind(v).command(RELAY, 1, 1) for v in KINDS] == [FAILED, ACCEPTED, ACCEPTED, FAILED]
-
-
 def test_items_of_a_mission_move_outputs_and_switches() -> None:
     station = flying(8.0)
     do = [
-        item(RELAY, params=(0.0, 1.0), anywhere=True),
-        item(mav.MAV_CMD_DO_REPEAT_SERVO, params=(10.0, 1900.0, 1.0, 60.0), anywhere=True),
+        item(SERVO, params=(10.0, 1900.0), anywhere=True),
         item(AUX, params=(11.0, 2.0), anywhere=True),
     ]
     assert upload(station, [home(), *do, waypoint(6, 0, 8), waypoint(9, 0, 8)]) == 0
     assert station.mode(AUTO) == ACCEPTED
     station.run(1.0)
-    assert requested(station, 376, "RELAY_STATUS").on == 1
     assert requested(station, 36, "SERVO_OUTPUT_RAW").servo10_raw == 1900
     assert station.vehicle.firmware.fence.enabled
-    station.run_until(lambda: station.vehicle.plans.current == 5, 30.0)
-    repeat = item(mav.MAV_CMD_DO_REPEAT_RELAY, params=(0.0, 1.0, 60.0), anywhere=True)
-    assert upload(station, [home(), repeat, waypoint(0, 6, 8)]) == 0
-    station.mode(GUIDED)
-    station.command(mav.MAV_CMD_DO_SET_MISSION_CURRENT, 1)
-    station.mode(AUTO)
-    station.run(0.5)
-    assert requested(station, 376, "RELAY_STATUS").on == 0
 
 
 # Switches.
@@ -138,10 +115,8 @@ def test_other_switches_are_answered_as_by_the_firmware(
     assert ground.command(AUX, function, position) == result
 
 
-def test_switches_of_mission_relay_and_gps(ground: GroundStation) -> None:
+def test_switches_of_mission_and_gps(ground: GroundStation) -> None:
     assert upload(ground, [home(), waypoint(5, 5)]) == 0
-    assert ground.command(AUX, 28, HIGH) == ACCEPTED
-    assert requested(ground, 376, "RELAY_STATUS").on == 1
     assert ground.command(AUX, 58, HIGH) == ACCEPTED
     assert requested(ground, 42, "MISSION_CURRENT").total == 0
     assert ground.command(AUX, 65, HIGH) == ACCEPTED
@@ -241,17 +216,6 @@ def test_what_the_firmware_does_not_send_is_denied(ground: GroundStation, messag
     """CURRENT_MODE, COMPONENT_METADATA, ..., as recorded of some: no ap_message."""
     assert ground.command(REQUEST, message_id) == FAILED
     assert ground.command(INTERVAL, message_id, 100_000) == DENIED
-
-
-@pytest.mark.parametrize("vehicle", KINDS)
-def test_high_latency_is_a_summary(vehicle: str) -> None:
-    station = kind(vehicle)
-    short = requested(station, 235, "HIGH_LATENCY2")
-    beat = station.last("HEARTBEAT")
-    assert (short.type, short.autopilot, short.custom_mode) == (beat.type, 3, beat.custom_mode)
-    assert short.latitude == pytest.approx(-353632610, abs=50)
-    assert short.battery == pytest.approx(100, abs=1)
-    assert short.custom0 & 0xFF == beat.base_mode
 
 
 @pytest.mark.parametrize(

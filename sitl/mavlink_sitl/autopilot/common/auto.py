@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 AMSL_FRAMES = (0, 2, 5)
 TAKE_OFFS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF)
-OUTPUTS = (Cmd.SET_SERVO, Cmd.SET_RELAY, Cmd.REPEAT_SERVO, Cmd.REPEAT_RELAY)
 MOST_STEPS = 200
 """A mission of nothing but jumps ends after this many"""
 ALLOW_ARMING = 1
@@ -251,24 +250,13 @@ class Auto(Mode):
             self._change_speed(int(value), item.params[1])
         elif command == Cmd.SET_HOME:
             vehicle.set_home(None if value == 1.0 else self._point_of(item))
-        elif command in OUTPUTS:
-            self._move_output(item)
+        elif command == Cmd.SET_SERVO:
+            vehicle.outputs.set_servo(int(value), item.params[1])
         elif command == Cmd.AUX_FUNCTION:
             vehicle.aux_function(int(value), int(item.params[1]))
         elif command == Cmd.FENCE_ENABLE and value in (0.0, 1.0):
             vehicle.fence.enable(value == 1.0)
         return True
-
-    def _move_output(self, item: PlanItem) -> None:
-        vehicle, (first, second, third, fourth) = self.vehicle, item.params
-        if item.command == Cmd.SET_SERVO:
-            vehicle.outputs.set_servo(int(first), second)
-        elif item.command == Cmd.SET_RELAY:
-            vehicle.outputs.set_relay(int(first), int(second))
-        elif item.command == Cmd.REPEAT_SERVO:
-            vehicle.outputs.repeat_servo(int(first), second, int(third), fourth)
-        else:
-            vehicle.outputs.repeat_relay(int(first), int(second), third)
 
     def _change_speed(self, kind: int, speed_m_s: float) -> None:
         self.vehicle.navigator.change_speed(kind, speed_m_s)

@@ -269,7 +269,6 @@ class Firmware(ABC):
         if self.arming.disarm_is_due(self._landing.landed_since_s):
             self.arming.disarm(force=True)
         self.saved.update()
-        self.outputs.update()
         self._settle()
 
     def _settle(self) -> None:

@@ -25,15 +25,14 @@ MODES = {
     150: "CRUISE",
 }  # fmt: skip
 """Functions that change the mode, and its name; a vehicle type has those of its modes"""
-RELAYS = {28: 0, 34: 1, 35: 2, 36: 3, 66: 4, 67: 5}
 
 SAVE_WAYPOINT = 7
 """Planes do not have it"""
 
 _EVERY_KIND = (
-    9, 15, 19, 27, 30, 38, 40, 62, 78, 79, 80, 85, 100, 101, 102, 103, 104, 105, 106, 110, 111,
-    112, 113, 156, 158, 162, 163, 164, 166, 167, 168, 169, 171, 172, 174, 175, 177, 212, 213, 214,
-    215, 216, 217, 218, 300, 301, 302, 303, 304, 305, 306, 307,
+    9, 15, 19, 27, 28, 30, 34, 35, 36, 38, 40, 62, 66, 67, 78, 79, 80, 85, 100, 101, 102, 103, 104,
+    105, 106, 110, 111, 112, 113, 156, 158, 162, 163, 164, 166, 167, 168, 169, 171, 172, 174, 175,
+    177, 212, 213, 214, 215, 216, 217, 218, 300, 301, 302, 303, 304, 305, 306, 307,
 )  # fmt: skip
 WITHOUT_EFFECT: dict[str, frozenset[int]] = {
     "copter": frozenset(
@@ -141,9 +140,6 @@ def run(vehicle: Commander, function: int, position: int) -> bool:
     """Do what a switch does; whether the firmware has such a function."""
     kind = vehicle.personality.kind
     if function in MODES and _change_mode(vehicle, MODES[function], position):
-        return True
-    if function in RELAYS:
-        vehicle.outputs.set_relay(RELAYS[function], int(position == HIGH))
         return True
     if function in FUNCTIONS and not (function == SAVE_WAYPOINT and kind == "plane"):
         FUNCTIONS[function](vehicle, position)

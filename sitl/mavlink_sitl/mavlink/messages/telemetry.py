@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mavlink_sitl.mavlink.codec import Message
-from mavlink_sitl.mavlink.messages import device_messages as devices
 from mavlink_sitl.mavlink.messages import position_messages as position
 from mavlink_sitl.mavlink.messages import range_messages as ranges
 from mavlink_sitl.mavlink.messages import sensor_messages as sensors
@@ -52,13 +51,11 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     168: position.wind,
     178: sensors.ahrs2,
     193: status.ekf_status_report,
-    235: devices.high_latency2,
     241: status.vibration,
     242: position.home_position,
     245: status.extended_sys_state,
     295: sensors.airspeed,
     330: ranges.obstacle_distance,
-    376: devices.relay_status,
     11020: sensors.aoa_ssa,
 }
 """By message id: what can be streamed and requested."""

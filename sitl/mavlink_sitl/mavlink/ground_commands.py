@@ -1,4 +1,4 @@
-"""DO_SET_SERVO, DO_SET_RELAY and what repeats them; BATTERY_RESET and DO_SEND_BANNER."""
+"""Commands of every ArduPilot for its devices, mostly given on the ground."""
 
 from __future__ import annotations
 
@@ -13,22 +13,45 @@ if TYPE_CHECKING:
     from mavlink_sitl.mavlink.server import MavlinkServer
 
 
+FORCE_SAVE = 76
+SIMPLE, TRIM = 4, 2
+"""PREFLIGHT_CALIBRATION's param5: accelerometers on the level, and their trim"""
+HIGHEST = 2.0
+"""Position of a switch"""
+
+
+def _calibrate(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    """PREFLIGHT_CALIBRATION: what needs no hands on the vehicle is done at once."""
+    vehicle = server.vehicle
+    if vehicle.soft_armed:
+        vehicle.say(Severity.NOTICE, "Disarm to allow calibration")
+        return Result.FAILED
+    gyroscopes, compass, barometer, _ = command.params
+    if gyroscopes == 1.0:
+        vehicle.saved.gyroscopes()
+        return Result.ACCEPTED
+    if barometer == 1.0:
+        vehicle.say(Severity.INFO, "Updating barometer calibration")
+        vehicle.saved.barometers()
+        vehicle.say(Severity.INFO, "Barometer calibration complete")
+        return Result.ACCEPTED
+    if command.x in (SIMPLE, TRIM, FORCE_SAVE):
+        vehicle.saved.accelerometers(trim=command.x == TRIM)
+        return Result.ACCEPTED
+    return Result.ACCEPTED if compass == FORCE_SAVE else Result.UNSUPPORTED
+
+
+def _switch(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    """DO_AUX_FUNCTION: what the pilot's switches do, by command."""
+    function, position = command.params[:2]
+    if position > HIGHEST:
+        return Result.DENIED
+    known = server.vehicle.aux_function(int(function), int(position))
+    return Result.ACCEPTED if known else Result.FAILED
+
+
 def _set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.vehicle.outputs.set_servo(int(command.params[0]), command.params[1])
-
-
-def _repeat_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    output, pulse_us, times, cycle_s = command.params
-    return server.vehicle.outputs.repeat_servo(int(output), pulse_us, int(times), cycle_s)
-
-
-def _set_relay(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    return server.vehicle.outputs.set_relay(int(command.params[0]), int(command.params[1]))
-
-
-def _repeat_relay(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    number, times, cycle_s, _ = command.params
-    return server.vehicle.outputs.repeat_relay(int(number), int(times), cycle_s)
 
 
 def _reset_battery(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -60,17 +83,19 @@ def _look_at(_: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if given else Result.DENIED
 
 
-DEVICES: dict[int, tuple[Handler, int]] = {
+GROUND_COMMANDS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SET_SERVO: (_set_servo, 2),
-    dialect.MAV_CMD_DO_REPEAT_SERVO: (_repeat_servo, 4),
-    dialect.MAV_CMD_DO_SET_RELAY: (_set_relay, 2),
-    dialect.MAV_CMD_DO_REPEAT_RELAY: (_repeat_relay, 3),
+    dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (_calibrate, 4),
+    dialect.MAV_CMD_DO_AUX_FUNCTION: (_switch, 2),
     dialect.MAV_CMD_BATTERY_RESET: (_reset_battery, 2),
     dialect.MAV_CMD_DO_SEND_BANNER: (_send_banner, 0),
     # Devices that are not simulated. The answers are those of the recording `copter_ground_cmds`.
     dialect.MAV_CMD_DO_SET_ROI: (_look_at, 0),
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
     dialect.MAV_CMD_DO_SET_ROI_NONE: (_always(Result.ACCEPTED), 0),
+    dialect.MAV_CMD_DO_SET_RELAY: (_always(Result.ACCEPTED), 2),
+    dialect.MAV_CMD_DO_REPEAT_RELAY: (_always(Result.ACCEPTED), 3),
+    dialect.MAV_CMD_DO_REPEAT_SERVO: (_always(Result.ACCEPTED), 4),
     dialect.MAV_CMD_DO_GRIPPER: (_always(Result.FAILED), 0),
     dialect.MAV_CMD_VIDEO_START_CAPTURE: (_always(Result.FAILED), 0),
     dialect.MAV_CMD_DO_MOUNT_CONTROL: (_always(Result.FAILED), 0),

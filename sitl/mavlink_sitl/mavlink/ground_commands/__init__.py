@@ -1,1 +1,0 @@
-"""Commands of every ArduPilot for its devices, mostly given on the ground."""
