@@ -7,6 +7,7 @@ tests/unit/test_command_pages.py holds them equal.
 from __future__ import annotations
 
 import inspect
+import math
 import re
 import sys
 import textwrap
@@ -16,7 +17,7 @@ from typing import Any
 
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import Personality
-from mavlink_sitl.autopilot.personality.parameters.page import tables
+from mavlink_sitl.autopilot.personality.parameters import whole_list
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanType
 from mavlink_sitl.config import PERSONALITIES
 from mavlink_sitl.exchange import Result
@@ -72,6 +73,35 @@ _ITEMS = """
 **taken** in an upload, or **-**: rejected, as are all others.
 
 """
+
+
+def acting(personality: Personality) -> list[str]:
+    """The names of the parameters that have an effect."""
+    return list(personality.parameter_table.acting)
+
+
+def other_defaults(personality: Personality) -> list[tuple[str, float, float]]:
+    """Parameters whose default is not the real simulator's: name, ours, theirs."""
+    ours = personality.parameter_table.specs
+    return [
+        (spec.name, ours[spec.name].default, spec.default)
+        for spec in whole_list(personality.whole)
+        if not math.isclose(ours[spec.name].default, spec.default, rel_tol=1e-6)
+    ]
+
+
+def parameter_tables(personalities: Iterable[Personality]) -> str:
+    """One section for each personality."""
+    return "\n".join(line for each in personalities for line in _section(each))
+
+
+def _section(personality: Personality) -> list[str]:
+    names, table = acting(personality), personality.parameter_table
+    others = other_defaults(personality)
+    lines = [f"## {personality.name}", ""]
+    lines += textwrap.wrap(f"Of {len(table.listed)} act {len(names)}: {', '.join(names)}.", 100)
+    rows = [f"| {name} | {ours:g} | {theirs:g} |" for name, ours, theirs in others]
+    return [*lines, "", "| Other default | Here | Real |", "|---|---|---|", *rows, ""]
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -250,7 +280,7 @@ def main() -> int:
         assert not re.search(r" $", text, re.MULTILINE)
         path_of(autopilot).write_text(text, "utf-8")
     head = PARAMETERS.read_text("utf-8").partition("\n## ")[0]
-    text = f"{head}\n{tables(PERSONALITIES.values()).rstrip()}\n"
+    text = f"{head}\n{parameter_tables(PERSONALITIES.values()).rstrip()}\n"
     PARAMETERS.write_text(text, "utf-8")
     return 0
 

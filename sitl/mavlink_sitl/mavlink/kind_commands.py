@@ -5,11 +5,9 @@ Seen in `rover_guided` and `plane_guided`. None stands for UNSUPPORTED.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane import plane
-from mavlink_sitl.autopilot.ardupilot.plane.guided import Guided, Heading
 from mavlink_sitl.autopilot.ardupilot.rover import rover
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
@@ -109,13 +107,6 @@ def _rover_motor_test(server: MavlinkServer, command: ReceivedCommand) -> Result
     return server.vehicle.motor_test.start(int(motor), int(kind), value, seconds)
 
 
-def _head_for(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    """NAV_SET_YAW_SPEED: param1 degrees, relative with param3, param2 m/s."""
-    assert isinstance(server.vehicle, rover.Rover)
-    yaw_deg, speed_m_s, relative, _ = command.params
-    return server.vehicle.head_for(yaw_deg, speed_m_s, relative > 0.0)
-
-
 def _guided_change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """GUIDED_CHANGE_SPEED: an airspeed (0), in GUIDED (`plane_guided_repo`)."""
     vehicle = _as_plane(server)
@@ -125,33 +116,6 @@ def _guided_change_speed(server: MavlinkServer, command: ReceivedCommand) -> Res
     if kind != 0.0:
         return Result.DENIED
     return vehicle.change_speed(0, speed_m_s) if speed_m_s > 0.0 else Result.FAILED
-
-
-def _guided_change_altitude(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    """GUIDED_CHANGE_ALTITUDE: to z, at the rate in param3, in GUIDED."""
-    vehicle = _as_plane(server)
-    if not isinstance(vehicle.mode, Guided):
-        return Result.FAILED
-    if not setpoints.usable(command.z) or command.z in (-1.0, 0.0):
-        return Result.DENIED
-    place = setpoints.local_position(vehicle, command.frame, 0, 0, command.z)
-    if place is None:
-        return Result.DENIED
-    vehicle.mode.change_height(place[2], command.params[2])
-    return Result.ACCEPTED
-
-
-def _guided_change_heading(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    """GUIDED_CHANGE_HEADING: param1 0 course, 1 nose, 2 none; param2 degrees, param3 m/s2."""
-    vehicle = _as_plane(server)
-    if not isinstance(vehicle.mode, Guided):
-        return Result.FAILED
-    kind, heading_deg, most_m_s2, _ = command.params
-    if not 0.0 <= heading_deg < 360.0 or kind not in (0.0, 1.0, 2.0):
-        return Result.DENIED
-    wanted = Heading(math.radians(heading_deg), kind == 0.0, max(most_m_s2, 0.05))
-    vehicle.mode.change_heading(None if kind == 2.0 else wanted)
-    return Result.ACCEPTED
 
 
 def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -179,7 +143,6 @@ _ROVER: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(rover.MODE_RTL), 0),
     dialect.MAV_CMD_DO_MOTOR_TEST: (_rover_motor_test, 4),
     dialect.MAV_CMD_DO_SET_REVERSE: (_set_reverse, 1),
-    dialect.MAV_CMD_NAV_SET_YAW_SPEED: (_head_for, 3),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition(rover.MODE_GUIDED, Result.DENIED), 3),
 }
 
@@ -188,8 +151,6 @@ _PLANE: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_DO_GO_AROUND: (_go_around, 1),
     dialect.MAV_CMD_DO_CHANGE_SPEED: (_change_speed, 2),
     dialect.MAV_CMD_GUIDED_CHANGE_SPEED: (_guided_change_speed, 2),
-    dialect.MAV_CMD_GUIDED_CHANGE_ALTITUDE: (_guided_change_altitude, 3),
-    dialect.MAV_CMD_GUIDED_CHANGE_HEADING: (_guided_change_heading, 3),
     dialect.MAV_CMD_NAV_TAKEOFF: (lambda *_: Result.FAILED, 0),
     dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(plane.MODE_LOITER), 0),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(plane.MODE_RTL), 0),

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
 
+from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.exchange import (
     Event,
@@ -362,10 +363,10 @@ class MavlinkServer:
         )
 
     def _on_attitude(self, message: Message) -> None:
-        drives = self.vehicle.personality.kind in ("rover", "boat")
-        self._take_setpoint(
-            lambda: setpoints.from_attitude_target(message, drives), self.vehicle.attitude
-        )
+        """Only rovers and boats follow it here."""
+        if isinstance(self.vehicle, Rover):
+            take = self.vehicle.attitude
+            self._take_setpoint(lambda: setpoints.from_attitude_target(message), take)
 
     def _take_setpoint(self, decode: Callable[[], T | None], take: Callable[[T], None]) -> None:
         try:

@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 
 from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
-from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.state.setpoint import DriveTarget, Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Vector
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
@@ -135,16 +134,15 @@ def place_of(vehicle: Commander, command: ReceivedCommand, long_frame: int) -> V
     return local_position(vehicle, frame, int(x), int(y), command.z)
 
 
-ATTITUDE_IGNORE, THRUST_IGNORE = 0x80, 0x40
-RATE_IGNORE = (0x01, 0x02, 0x04)
+TURN_RATE_IGNORE, THRUST_IGNORE, ATTITUDE_IGNORE = 0x04, 0x40, 0x80
 """ATTITUDE_TARGET_TYPEMASK"""
 UNIT_TOLERANCE = 1e-3
 
 
-def from_attitude_target(message: Message, drives: bool = False) -> AttitudeTarget | None:
-    """The attitude, or None for what is silently ignored: no thrust, or no attitude of length 1.
+def from_attitude_target(message: Message) -> DriveTarget | None:
+    """The target of a rover, or None for what is silently ignored: no thrust, or no attitude.
 
-    A rover ignores the attitude when the message has a yaw rate.
+    The message's yaw rate counts more than its attitude, which has to be of length 1.
 
     Raises:
         UnusableError: a field in use is NaN, infinite or absurd.
@@ -152,18 +150,20 @@ def from_attitude_target(message: Message, drives: bool = False) -> AttitudeTarg
     mask = message.type_mask
     if mask & THRUST_IGNORE:
         return None
-    fields = (message.body_roll_rate, message.body_pitch_rate, message.body_yaw_rate)
-    rates = [0.0 if mask & bit else rate for bit, rate in zip(RATE_IGNORE, fields, strict=True)]
-    quaternion = None if mask & ATTITUDE_IGNORE else tuple(message.q)
-    parts = {"attitude": quaternion or (), "body rates": rates, "thrust": (message.thrust,)}
+    turns = not mask & TURN_RATE_IGNORE
+    rate = message.body_yaw_rate if turns else 0.0
+    quaternion = (1.0, 0.0, 0.0, 0.0) if mask & ATTITUDE_IGNORE else tuple(message.q)
+    parts = {"attitude": quaternion, "body rates": (rate,), "thrust": (message.thrust,)}
     bad = [name for name, values in parts.items() if not all(map(usable, values))]
     if bad:
         raise UnusableError(bad)
-    turns = not mask & RATE_IGNORE[2]
-    unit = quaternion is None or abs(math.hypot(*quaternion) - 1.0) <= UNIT_TOLERANCE
-    if not unit and not (drives and turns):
+    if turns:
+        return DriveTarget(message.thrust, None, rate)
+    if abs(math.hypot(*quaternion) - 1.0) > UNIT_TOLERANCE:
         return None
-    return AttitudeTarget(quaternion, (rates[0], rates[1], rates[2]), message.thrust, turns)
+    w, x, y, z = quaternion
+    heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return DriveTarget(message.thrust, heading, 0.0)
 
 
 def local_position(

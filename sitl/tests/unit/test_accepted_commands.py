@@ -218,13 +218,6 @@ def backwards(ask: Ask) -> None:
     assert abs(float(station.simulation.truth.yaw_rad[0])) < 0.5, "tail first"
 
 
-def drive_a_heading(ask: Ask) -> None:
-    station = ask.moving()
-    assert ask(90, 2.0, 0) == ACCEPTED
-    station.run(2.8)
-    assert station.velocity[1] > 1.0
-
-
 def look_there(ask: Ask) -> None:
     station = ask.moving()
     assert ask(at=(HOME[0], HOME[1] + round(50 * METRE), 0.0)) == ACCEPTED
@@ -379,22 +372,6 @@ def another_airspeed(ask: Ask) -> None:
     assert station.vehicle.snapshot().airspeed_m_s == pytest.approx(26.0, abs=1.5)
 
 
-def another_height(ask: Ask) -> None:
-    station = ask.moving()
-    assert ask(at=(0, 0, 150.0)) == ACCEPTED
-    before_m = -station.position[2]
-    station.run(10.0)
-    assert -station.position[2] > before_m + 5.0
-
-
-def another_heading(ask: Ask) -> None:
-    station = ask.moving()
-    assert ask(0, 60.0, 5.0) == ACCEPTED
-    station.run(20.0)
-    course_deg = math.degrees(math.atan2(station.velocity[1], station.velocity[0]))
-    assert course_deg == pytest.approx(60.0, abs=3.0)
-
-
 Effect = Callable[[Ask], None]
 EVERY_KIND: dict[str, Effect] = {
     "DO_SET_MODE": set_a_mode,
@@ -427,7 +404,6 @@ DRIVEN: dict[str, Effect] = {
     **EVERY_KIND,
     "DO_MOTOR_TEST": a_motor_turns,
     "DO_SET_REVERSE": backwards,
-    "NAV_SET_YAW_SPEED": drive_a_heading,
 }
 EFFECTS: dict[str, dict[str, Effect]] = {
     "copter": {
@@ -452,8 +428,6 @@ EFFECTS: dict[str, dict[str, Effect]] = {
         "DO_LAND_START": the_landing_begins,
         "DO_GO_AROUND": go_around,
         "GUIDED_CHANGE_SPEED": another_airspeed,
-        "GUIDED_CHANGE_ALTITUDE": another_height,
-        "GUIDED_CHANGE_HEADING": another_heading,
     },
 }
 REFUSED = {

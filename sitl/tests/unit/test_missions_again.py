@@ -219,36 +219,6 @@ def test_set_current_with_reset_has_the_jumps_begin_again() -> None:
 # Items that differ by kind of vehicle.
 
 
-@pytest.mark.parametrize(("relative", "angle", "yaw"), [(0.0, 90.0, 90.0), (1.0, -60.0, -60.0)])
-def test_a_rovers_item_turns_it_while_it_drives(relative: float, angle: float, yaw: float) -> None:
-    station = rover()
-    turn = item(mav.MAV_CMD_NAV_SET_YAW_SPEED, params=(angle, 1.5, relative), anywhere=True)
-    assert upload(station, [home(), turn, waypoint(30, 30)]) == 0
-    station.mode(ROVER_AUTO)
-    station.run_until(lambda: station.vehicle.plans.current == 2, 20.0)
-    assert begun_items(station)[0] == "Mission: 1 SetYawSpd"
-    got = math.degrees(float(station.simulation.truth.yaw_rad[0]))
-    assert math.remainder(got - yaw, 360.0) == pytest.approx(0.0, abs=8.0)
-    assert math.hypot(*station.velocity[:2]) == pytest.approx(1.5, abs=0.5)
-
-
-@pytest.mark.parametrize("form", ["long", "int"])
-def test_the_command_drives_a_heading_for_three_seconds(form: str) -> None:
-    station = rover()
-    command = mav.MAV_CMD_NAV_SET_YAW_SPEED
-    if form == "long":
-        assert station.command(command, 90, 2.0, 0) == ACCEPTED
-    else:
-        assert station.command_int(command, 3, 90, 2.0, 0) == ACCEPTED
-    station.run(2.8)
-    assert station.velocity[1] > 1.0
-    station.run(6.0)
-    assert math.hypot(*station.velocity) < 0.3
-    assert "target not received last 3secs, stopping" in station.texts()
-    station.mode(ROVER_AUTO)
-    assert kind("rover").command(command, 90, 2.0, 0) == FAILED, "not in GUIDED"
-
-
 @pytest.mark.parametrize("vehicle", ["copter", "rover", "plane"])
 def test_items_that_need_a_companion_are_taken_and_passed_over(vehicle: str) -> None:
     """DO_GUIDED_LIMITS bounds what a companion may do in a copter's NAV_GUIDED_ENABLE."""

@@ -1,4 +1,4 @@
-"""ACRO, GUIDED_NOGPS, SMARTRTL and AUTO RTL, and other ways to fly a copter."""
+"""SMARTRTL and AUTO RTL, and other ways to fly a copter."""
 
 from __future__ import annotations
 
@@ -20,58 +20,17 @@ from sitl_support.ground_station import (
     flying,
 )
 from sitl_support.missions import home, item, take_off, upload, waypoint
-from sitl_support.transmitter import ROLL, THROTTLE, Transmitter
+from sitl_support.transmitter import THROTTLE, Transmitter
 
 pytestmark = pytest.mark.wide
 
-ACRO, GUIDED_NOGPS, SMART_RTL, AUTO_RTL = 1, 20, 21, 27
+SMART_RTL, AUTO_RTL = 21, 27
 ALT_HOLD, POSHOLD = 2, 16
 
 
 def mode(station: GroundStation) -> int:
     station.run(1.1)
     return int(station.last("HEARTBEAT").custom_mode)
-
-
-def roll(station: GroundStation) -> float:
-    return math.degrees(station.vehicle.firmware.motion.roll_rad)
-
-
-def test_the_stick_turns_it_and_let_go_of_it_turns_level_slowly() -> None:
-    station = flying(30.0)
-    pilot = Transmitter(station)
-    pilot.put({THROTTLE: 1510})
-    assert station.mode(ACRO) == ACCEPTED
-    pilot.move({ROLL: 1560}, 0.6)
-    pilot.move({ROLL: 1500}, 0.4)
-    begin = roll(station)
-    assert 6.0 < begin < 30.0
-    station.run(1.0)
-    assert roll(station) == pytest.approx(begin / math.e, abs=2.5)
-    pilot.move({ROLL: 2000}, 1.0)
-    assert roll(station) == pytest.approx(30.0, abs=2.0)
-
-
-def test_guided_nogps_takes_attitudes_and_no_positions() -> None:
-    station = flying(20.0)
-    assert station.mode(GUIDED_NOGPS) == ACCEPTED
-    station.setpoint(POSITION, (30.0, 0.0, -20.0))
-    station.run(4.0)
-    assert math.hypot(*station.position[:2]) < 1.0
-    half = math.radians(-10.0) / 2.0
-    lean = (math.cos(half), 0.0, math.sin(half), 0.0)
-    message = mav.MAVLink_set_attitude_target_message(0, 1, 1, 0x07, lean, 0.0, 0.0, 0.0, 0.5)
-    station.stream(3.0, 5.0, lambda: station.send(message))
-    assert station.velocity[0] > 2.0
-    assert station.position[2] == pytest.approx(-20.0, abs=1.0)
-
-
-def test_guided_nogps_needs_no_position() -> None:
-    station = flying(20.0)
-    station.vehicle.lose_gps()
-    station.run_until(lambda: not station.vehicle.firmware.estimator.position_ok, 40.0)
-    assert station.mode(GUIDED) == FAILED
-    assert station.mode(GUIDED_NOGPS) == ACCEPTED
 
 
 # SMARTRTL.

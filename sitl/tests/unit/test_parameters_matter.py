@@ -178,17 +178,6 @@ def gently_by_pilot(flight: Flight) -> None:
         flight.watch(3)
 
 
-def by_acro(flight: Flight) -> None:
-    station = flight.up()
-    pilot = Transmitter(station)
-    for number, throttle in ((1, 1520), (13, 1500)):
-        station.mode(number)
-        pilot.put({1: 1525, 2: 1465, 3: throttle, 4: 1600})
-        flight.watch(2)
-        pilot.put({1: 1500, 2: 1500, 3: throttle, 4: 1500})
-        flight.watch(1)
-
-
 def way_back(flight: Flight) -> None:
     flight.change()
     station = flight.station.take_off(6.0)
@@ -257,10 +246,6 @@ CRITICAL = {**FLAT, "BATT_CRT_VOLT": 10.2}
 SPENT = {"BATT_LOW_MAH": 11_580.0, "BATT_LOW_TIMER": 3.0}
 Case = tuple[Callable[[Flight], None], Mapping[str, float], float]
 CASES: dict[str, Case] = {
-    "ACRO_BAL_PITCH": (by_acro, {}, 0.2),
-    "ACRO_BAL_ROLL": (by_acro, {}, 0.2),
-    "ACRO_RP_RATE": (by_acro, {}, 60.0),
-    "ACRO_Y_RATE": (by_acro, {}, 30.0),
     "ANGLE_MAX": (by_pilot, {}, 1500.0),
     "ARMING_RUDDER": (by_stick, {}, 0.0),
     "AUTO_OPTIONS": (mission, {}, 3.0),

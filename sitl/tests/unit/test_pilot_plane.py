@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from sitl_support.ground_station import ACCEPTED, DENIED, FAILED, GroundStation
+from sitl_support.ground_station import ACCEPTED, FAILED, GroundStation
 from sitl_support.kinds import kind, plane
 from sitl_support.missions import home, item, upload, waypoint
 from sitl_support.transmitter import PITCH, ROLL, THROTTLE, YAW, Transmitter
@@ -123,46 +123,6 @@ def test_a_throttle_at_thr_fs_value_is_a_lost_radio() -> None:
     station.run(4.0)
     assert any("Failsafe" in text for text in station.texts())
     assert station.vehicle.firmware.mode.spec.name == "CIRCLE"
-
-
-# GUIDED.
-
-
-def test_guided_change_altitude_climbs_at_a_rate() -> None:
-    station = plane()
-    assert station.command_int(CHANGE_ALTITUDE, RELATIVE, 0, 0, 1.0, z=100.0) == ACCEPTED
-    station.run(10.0)
-    assert -station.velocity[2] == pytest.approx(1.0, abs=0.3)
-    assert station.command_int(CHANGE_ALTITUDE, RELATIVE, z=100.0) == ACCEPTED
-    station.run_until(lambda: height(station) > 95.0, 40.0)
-    assert station.command_int(CHANGE_ALTITUDE, RELATIVE, z=-1.0) == DENIED
-    assert station.mode(FBWB) == ACCEPTED
-    assert station.command_int(CHANGE_ALTITUDE, RELATIVE, z=100.0) == FAILED
-
-
-@pytest.mark.parametrize("kind_of", [0.0, 1.0])
-def test_guided_change_heading_flies_straight_until_the_next_place(kind_of: float) -> None:
-    station = plane()
-    assert station.command_int(CHANGE_HEADING, 0, kind_of, 60.0, 5.0) == ACCEPTED
-    station.run(20.0)
-    assert course(station) == pytest.approx(60.0, abs=3.0)
-    begin = station.position
-    station.run(30.0)
-    assert math.dist(begin[:2], station.position[:2]) > 500.0
-    assert station.command_int(CHANGE_HEADING, 0, 3.0, 60.0, 5.0) == DENIED
-    assert station.command_int(CHANGE_HEADING, 0, 0.0, 360.0, 5.0) == DENIED
-    assert station.command_int(CHANGE_HEADING, 0, 2.0, 0.0, 0.0) == ACCEPTED
-    station.run(20.0)
-    assert course(station) != pytest.approx(60.0, abs=20.0)
-
-
-def test_a_gentle_heading_change_banks_less() -> None:
-    station = plane()
-    station.run(2.0)
-    away = (course(station) + 120.0) % 360.0
-    assert station.command_int(CHANGE_HEADING, 0, 0.0, away, 1.0) == ACCEPTED
-    station.run(3.0)
-    assert abs(math.degrees(station.vehicle.firmware.motion.roll_rad)) < 8.0
 
 
 # Stored items and outputs.

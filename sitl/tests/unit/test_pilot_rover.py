@@ -116,23 +116,6 @@ def test_a_lost_radio_holds(fail: float) -> None:
 # GUIDED.
 
 
-def test_nav_set_yaw_speed_turns_and_drives_and_runs_out() -> None:
-    station, _ = driving(GUIDED)
-    command = mav.MAV_CMD_NAV_SET_YAW_SPEED
-    station.stream(8.0, 2.0, lambda: station.command(command, 90.0, 1.5, 0.0))
-    yaw = math.degrees(station.vehicle.firmware.motion.yaw_rad)
-    assert yaw == pytest.approx(90.0, abs=4.0)
-    assert speed(station) == pytest.approx(1.5, abs=0.3)
-    station.stream(6.0, 2.0, lambda: station.command(command, 0.0, -1.0, 1.0))
-    assert speed(station) < -0.6
-    station.run(6.0)
-    assert abs(speed(station)) < 0.2
-    assert any("target not received" in text for text in station.texts())
-    assert sum("NAV_SET_YAW_SPEED" in text for text in station.texts()) == 1
-    assert station.mode(HOLD) == ACCEPTED
-    assert station.command(command, 90.0, 1.5, 0.0) == FAILED
-
-
 def attitude(station: GroundStation, mask: int, thrust: float, **fields: object) -> None:
     q = fields.get("q", (1.0, 0.0, 0.0, 0.0))
     station.send(

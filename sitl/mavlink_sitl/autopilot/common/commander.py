@@ -16,7 +16,6 @@ from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.autopilot.safety.rudder import Rudder
-from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import LandedState, ModeChanged, Observation, Result, Severity
@@ -261,9 +260,6 @@ class Commander(Firmware):
     @abstractmethod
     def setpoint(self, setpoint: Setpoint) -> None:
         """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED or OFFBOARD."""
-
-    def attitude(self, target: AttitudeTarget) -> None:
-        """SET_ATTITUDE_TARGET: the same; for those that hover."""
 
     def go_to(self, setpoint: Setpoint) -> None:
         """DO_REPOSITION, once in GUIDED."""

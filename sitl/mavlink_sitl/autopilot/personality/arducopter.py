@@ -14,7 +14,7 @@ from mavlink_sitl.autopilot.personality.parameters import table
 
 _MODES = (
     ModeSpec(0, "STABILIZE", "stabilize", armable=True),
-    ModeSpec(1, "ACRO", "acro", armable=True),
+    ModeSpec(1, "ACRO", "stabilize", armable=True),
     ModeSpec(2, "ALT_HOLD", "alt_hold", armable=True),
     ModeSpec(3, "AUTO", "auto", requires_position=True, position_controlled=True),
     ModeSpec(4, "GUIDED", "guided", True, armable=True, position_controlled=True),
@@ -24,8 +24,6 @@ _MODES = (
     ModeSpec(9, "LAND", "land", position_controlled=True),
     ModeSpec(16, "POSHOLD", "loiter", True, armable=True, position_controlled=True),
     ModeSpec(17, "BRAKE", "brake", True, position_controlled=True),
-    ModeSpec(18, "THROW", "throw", True, armable=True),
-    ModeSpec(20, "GUIDED_NOGPS", "guided_nogps", armable=True, position_controlled=True),
     ModeSpec(21, "SMARTRTL", "smart_rtl", True, position_controlled=True),
     ModeSpec(27, "AUTO RTL", "auto_rtl", True, position_controlled=True),
 )

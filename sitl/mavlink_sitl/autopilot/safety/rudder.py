@@ -13,7 +13,7 @@ HELD_S, HELD_ON_A_PLANE_S = 2.0, 3.0
 OFF, ARMS_AND_DISARMS = 0, 2
 """ARMING_RUDDER; 1 only arms"""
 DRIVES_ITSELF_M_S = 0.1
-BY_ORDER = ("auto", "guided", "guided_nogps")
+BY_ORDER = ("auto", "guided")
 """Behaviours in which only a ground station arms"""
 
 

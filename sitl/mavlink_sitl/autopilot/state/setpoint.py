@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from mavlink_sitl.exchange import Motion, Vector
 
@@ -48,6 +49,20 @@ class Setpoint:
             position = turned(position, motion.yaw_rad)
         north, east, down = position
         return motion.north_m + north, motion.east_m + east, motion.down_m + down
+
+
+class DriveTarget(NamedTuple):
+    """SET_ATTITUDE_TARGET as a rover takes it.
+
+    Attributes:
+        thrust: share of the speed, -1..1.
+        heading_rad: from North; None to turn at the rate.
+        turn_rate_rad_s: clockwise.
+    """
+
+    thrust: float
+    heading_rad: float | None
+    turn_rate_rad_s: float
 
 
 def turned(vector: Vector, yaw_rad: float) -> Vector:

@@ -24,7 +24,7 @@ def position_target_local_ned(s: Snapshot) -> Message | None:
     """POSITION_TARGET_LOCAL_NED: only in GUIDED, and not while an attitude is flown."""
     vehicle = s.vehicle
     assert isinstance(vehicle, Copter)
-    if vehicle.mode is not vehicle.guided or vehicle.guided.submode is Submode.ATTITUDE:
+    if vehicle.mode is not vehicle.guided:
         return None
     zero = (0.0, 0.0, 0.0)
     target = vehicle.guided.target

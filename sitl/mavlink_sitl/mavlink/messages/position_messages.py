@@ -9,7 +9,6 @@ import math
 from collections.abc import Sequence
 
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
-from mavlink_sitl.autopilot.state.attitude_target import from_angles
 from mavlink_sitl.exchange import GRAVITY_M_S2, GpsReading, Motion, Motors
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import (
@@ -62,7 +61,15 @@ def attitude_quaternion(s: Snapshot) -> Message:
 
 def quaternion(m: Motion) -> list[float]:
     """The attitude, from body to NED."""
-    return list(from_angles(*m[6:9]))
+    cr, sr = math.cos(m.roll_rad / 2), math.sin(m.roll_rad / 2)
+    cp, sp = math.cos(m.pitch_rad / 2), math.sin(m.pitch_rad / 2)
+    cy, sy = math.cos(m.yaw_rad / 2), math.sin(m.yaw_rad / 2)
+    return [
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+    ]
 
 
 def gps_raw_int(s: Snapshot) -> Message:

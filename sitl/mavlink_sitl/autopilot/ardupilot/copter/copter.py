@@ -9,11 +9,9 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
     Brake,
     Land,
-    Throw,
 )
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided, GuidedNoGps
+from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
 from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import (
-    Acro,
     AltHold,
     PilotHeight,
     Stabilize,
@@ -27,7 +25,6 @@ from mavlink_sitl.autopilot.control.circle import Circle
 from mavlink_sitl.autopilot.control.yaw_control import YawControl
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState
 from mavlink_sitl.autopilot.safety.motor_test import MotorTest
-from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
@@ -70,9 +67,6 @@ class Copter(Commander):
         "land": Land,
         "brake": Brake,
         "circle": Circle,
-        "throw": Throw,
-        "acro": Acro,
-        "guided_nogps": GuidedNoGps,
         "smart_rtl": SmartReturn,
         "auto_rtl": AutoReturn,
     }
@@ -143,10 +137,6 @@ class Copter(Commander):
             self.events.append(ModeChanged(mode.spec.name, True))
             return True
         return super().enter_mode(number)
-
-    def may_begin(self, mode: Mode) -> bool:
-        """See `Commander`; nobody throws it here."""
-        return super().may_begin(mode) and not isinstance(mode, Throw)
 
     def forget_orders(self) -> None:
         """See `Commander`; where the nose was to point, too."""
@@ -228,24 +218,10 @@ class Copter(Commander):
         return Result.ACCEPTED
 
     def setpoint(self, setpoint: Setpoint) -> None:
-        """SET_POSITION_TARGET_*: silently ignored where no companion is obeyed."""
-        guided = self._obeys()
-        if guided is not None and not self.fence.blocks(setpoint):
+        """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
+        if isinstance(self.mode, Guided) and not self.fence.blocks(setpoint):
             self.yaw.forget()
-            guided.setpoint(setpoint)
-
-    def attitude(self, target: AttitudeTarget) -> None:
-        """SET_ATTITUDE_TARGET: the same."""
-        guided = self._obeys()
-        if guided is not None:
-            self.yaw.forget()
-            guided.attitude(target)
-
-    def _obeys(self) -> Guided | None:
-        """GUIDED, if it flies: as the mode, or for an item of AUTO."""
-        if isinstance(self.mode, CopterAuto):
-            return self.mode.guided
-        return self.mode if isinstance(self.mode, Guided) else None
+            self.mode.setpoint(setpoint)
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: 0 and 1 over ground, 2 climbing, 3 sinking; GUIDED only."""

@@ -21,11 +21,9 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import (
     ReturnHome,
     TakeOffTask,
 )
-from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import stopping_point
 from mavlink_sitl.autopilot.common.auto import TAKE_OFFS
 from mavlink_sitl.autopilot.common.auto_tasks import Delay
-from mavlink_sitl.autopilot.common.guided_item import Bounds, Obey
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.exchange import Motors, Result, Vector
@@ -43,7 +41,7 @@ class CopterAuto(LegAuto):
 
     vehicle: Copter
 
-    moving = MOVING | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND, Cmd.GUIDED_ENABLE}
+    moving = MOVING | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND}
 
     _target: Vector
     """Where the item in force ends, NED metres"""
@@ -56,7 +54,6 @@ class CopterAuto(LegAuto):
     def enter(self) -> None:
         """See `Auto`."""
         self._speeds = {}
-        self._bounds = Bounds()
         super().enter()
 
     def update(self) -> None:
@@ -92,15 +89,7 @@ class CopterAuto(LegAuto):
             nowhere = item.command == Cmd.SET_ROI_NONE or not (item.x or item.y or item.z)
             copter.yaw.look_at(None if nowhere else self.place_of(item, copter.motion[:3]))
             return True
-        if item.command == Cmd.GUIDED_LIMITS:
-            self._bounds = Bounds(*(max(value, 0.0) for value in item.params))
         return super()._do(item, begins)
-
-    @property
-    def guided(self) -> Guided | None:
-        """GUIDED, while an item has the vehicle obey a companion."""
-        task = self.task
-        return task.guided if isinstance(task, Obey) and task.begins else None
 
     def _begin(self, item: PlanItem) -> None:
         start = self._start_point()
@@ -112,8 +101,6 @@ class CopterAuto(LegAuto):
             self.task = TakeOffTask(self, item, target[2])
         elif command == Cmd.DELAY:
             self.task = Delay(self, item)
-        elif command == Cmd.GUIDED_ENABLE:
-            self.task = Obey(self, item, self.vehicle.guided, self._bounds)
         elif command == Cmd.RTL:
             self.task = ReturnHome(self, item)
         elif command in (Cmd.LAND, Cmd.VTOL_LAND):

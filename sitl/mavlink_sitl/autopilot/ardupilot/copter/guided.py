@@ -11,7 +11,6 @@ Each kind of setpoint as the firmware flies it, from the recordings `copter_setp
 * a combination that is not one of these (a mask that ignores only x, or everything) stops
   the vehicle where it is;
 * of these nothing but NAV_TAKEOFF leaves the ground;
-* an attitude (`guided_attitude`) runs out, too, and then the vehicle drifts;
 * while it is paused, targets are taken and not flown: only resuming, or another mode, ends that.
 """
 
@@ -22,7 +21,6 @@ from dataclasses import replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.state.attitude_target import HOLD_HEIGHT, AttitudeTarget
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame, turned
 from mavlink_sitl.exchange import ZERO, Guidance, Motors, Vector, YawMode
@@ -47,7 +45,6 @@ class Submode(Enum):
     POSITION_VELOCITY = "position and velocity"
     VELOCITY = "velocity"
     ACCELERATION = "acceleration"
-    ATTITUDE = "attitude"
 
 
 class Guided(Mode):
@@ -64,8 +61,6 @@ class Guided(Mode):
         self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=ZERO)
         self._expires_s = math.inf
         self._takeoff_pending = False
-        self._attitude: AttitudeTarget | None = None
-        self._turned_s = 0.0
         self._paused = False
         self._took_off = False
 
@@ -96,7 +91,7 @@ class Guided(Mode):
         if self.submode is Submode.TAKEOFF:
             if not self._takeoff_pending:
                 self.guide(self._takeoff_guidance())
-        elif self.submode is not Submode.ATTITUDE:
+        else:
             self.guide(replace(self._guidance(self.target), restart_xy=True, restart_z=True))
         self.update()
 
@@ -141,23 +136,6 @@ class Guided(Mode):
             self._take(Submode.ACCELERATION, setpoint)
         else:
             self._stop()
-
-    def attitude(self, target: AttitudeTarget) -> None:
-        """Set an attitude; everything in it is finite."""
-        begins = self.submode is not Submode.ATTITUDE
-        if target.quaternion is None and self._attitude is not None and not begins:
-            target = replace(target, quaternion=self._attitude.quaternion)
-        self.submode = Submode.ATTITUDE
-        self._takeoff_pending = False
-        self._expires_s = self.vehicle.now_s + self.vehicle.parameters["GUID_TIMEOUT"]
-        self._turned_s = self.vehicle.now_s
-        self._fly_attitude(target, begins)
-
-    def _fly_attitude(self, target: AttitudeTarget, begins: bool = False) -> None:
-        now_s = self.vehicle.now_s
-        self._attitude = target.turned_on(self.vehicle.motion, now_s - self._turned_s)
-        self._turned_s = now_s
-        self.guide(self._attitude.guidance(self.vehicle.navigator.limits(), begins))
 
     def _to_local(self, setpoint: Setpoint) -> Setpoint:
         motion = self.vehicle.motion
@@ -228,16 +206,11 @@ class Guided(Mode):
                 self._took_off = True
                 position = (*self._takeoff_at, self._takeoff_down_m)
                 self.target = Setpoint(SetpointFrame.LOCAL, position_m=position)
-        if self.submode is Submode.ATTITUDE and self._attitude is not None:
-            self._fly_attitude(self._attitude)
         if copter.now_s >= self._expires_s:
             self._expire()
 
     def _expire(self) -> None:
         self._expires_s = math.inf
-        if self.submode is Submode.ATTITUDE and self._attitude is not None:
-            self._fly_attitude(self._attitude.levelled(self.vehicle.motion))
-            return
         turning = self.target.yaw_rate_rad_s is not None
         position = None
         if self.submode is Submode.POSITION_VELOCITY:
@@ -257,24 +230,6 @@ class Guided(Mode):
         return self.hold_guidance().at((*self._takeoff_at, self._takeoff_down_m))
 
     def ground_motors(self) -> Motors:
-        """A take-off turns the motors up on the ground, and an attitude with a climb."""
+        """A take-off turns the motors up on the ground."""
         lifting = self.submode is Submode.TAKEOFF and not self._takeoff_pending
-        if self.submode is Submode.ATTITUDE and self._attitude is not None:
-            lifting = self._attitude.climb_rate_m_s(self.vehicle.navigator.limits()) > 0.0
         return Motors.FLY if lifting else Motors.IDLE
-
-
-class GuidedNoGps(Guided):
-    """GUIDED_NOGPS: attitudes only; without one it is level, keeps its height and drifts."""
-
-    def enter(self) -> None:
-        """Level."""
-        self._paused = self._takeoff_pending = self._took_off = False
-        self.submode = Submode.ATTITUDE
-        self._expires_s = math.inf
-        self._turned_s = self.vehicle.now_s
-        level = AttitudeTarget(None, ZERO, HOLD_HEIGHT)
-        self._fly_attitude(level.levelled(self.vehicle.motion), begins=True)
-
-    def setpoint(self, setpoint: Setpoint) -> None:
-        """No positions and velocities."""

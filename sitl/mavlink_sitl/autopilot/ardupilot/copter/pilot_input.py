@@ -42,15 +42,10 @@ def turned(level: Lean, yaw_rad: float) -> Lean:
     return level[0] * c - level[1] * s, level[0] * s + level[1] * c
 
 
-def yaw(copter: Firmware, full_rate: str = "PILOT_Y_RATE") -> tuple[YawMode, float]:
-    """The rate of turn of the yaw stick, rad/s; in its middle the heading is held.
-
-    Args:
-        copter: whose stick it is.
-        full_rate: the parameter with the rate of a full stick, deg/s.
-    """
+def yaw(copter: Firmware) -> tuple[YawMode, float]:
+    """The rate of turn of the yaw stick, rad/s (PILOT_Y_RATE); in its middle the heading is held."""
     stick = copter.radio.stick("Yaw", copter.now_s)
-    rate = stick * math.radians(copter.parameters[full_rate])
+    rate = stick * math.radians(copter.parameters["PILOT_Y_RATE"])
     return (YawMode.RATE if rate else YawMode.HOLD), rate
 
 

@@ -1,4 +1,4 @@
-"""The modes that a pilot flies: STABILIZE, ACRO, ALT_HOLD, LOITER and POSHOLD."""
+"""The modes that a pilot flies: STABILIZE, ALT_HOLD, LOITER and POSHOLD."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 from mavlink_sitl.autopilot.ardupilot.copter import pilot_input
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.exchange import GRAVITY_M_S2, Guidance, Limits, Motors, Vector, YawMode
+from mavlink_sitl.exchange import GRAVITY_M_S2, Guidance, Limits, Motors, Vector
 from mavlink_sitl.lanes import Ops
 
 STEP_S = 0.05
@@ -44,30 +44,18 @@ class Stabilize(Leans):
         self._passed_on = None
         super().enter()
 
-    def yawing(self) -> tuple[YawMode, float]:
-        """How the yaw is led in this step, and its rate, rad/s."""
-        return pilot_input.yaw(self.vehicle)
-
-    def thrust(self) -> float:
-        """The share of the full thrust."""
-        return pilot_input.thrust(self.vehicle)
-
-    def stands(self, north: float, east: float) -> bool:
-        """Whether nothing changes with this lean until a stick moves."""
-        return north == east == 0.0
-
     def update(self) -> None:
         """Pass the sticks on when they moved."""
         stamp = self.vehicle.radio.stamp(self.vehicle.now_s)
         if stamp == self._passed_on:
             return
         north, east = self.leaning()
-        self._passed_on = stamp if self.stands(north, east) else None
-        yaw_mode, yaw_rate = self.yawing()
+        self._passed_on = stamp if north == east == 0.0 else None
+        yaw_mode, yaw_rate = pilot_input.yaw(self.vehicle)
         self.drive(
             Guidance(
                 motors=Motors.MANUAL,
-                throttle=self.thrust(),
+                throttle=pilot_input.thrust(self.vehicle),
                 direct_lean=1.0,
                 lean_north=north,
                 lean_east=east,
@@ -79,44 +67,6 @@ class Stabilize(Leans):
     def ground_motors(self) -> Motors:
         """The stick decides."""
         return Motors.MANUAL
-
-
-class Acro(Stabilize):
-    """The sticks turn it, it turns level again by itself (ACRO_TRAINER 2); throttle is thrust."""
-
-    def enter(self) -> None:
-        """Begin with the attitude that it has."""
-        m = self.vehicle.motion
-        self._roll, self._pitch = m.roll_rad, m.pitch_rad
-        super().enter()
-
-    def _angles(self) -> tuple[float, float]:
-        """Roll and pitch one step on, within ANGLE_MAX."""
-        copter, p = self.vehicle, self.vehicle.parameters
-        rate = math.radians(p["ACRO_RP_RATE"])
-        most = pilot_input.lean_limit_rad(copter)
-        angles = []
-        for axis, now in (("Roll", self._roll), ("Pitch", self._pitch)):
-            stick = copter.radio.stick(axis, copter.now_s)
-            level = p["ACRO_BAL_ROLL"] if axis == "Roll" else p["ACRO_BAL_PITCH"]
-            turned = now + (stick * rate - max(level, 0.0) * now) * STEP_S
-            angles.append(min(max(turned, -most), most))
-        self._roll, self._pitch = angles
-        return self._roll, self._pitch
-
-    def leaning(self) -> pilot_input.Lean:
-        """The lean of this step, north and east."""
-        roll, pitch = self._angles()
-        forward = (-math.tan(pitch), math.tan(roll))
-        return pilot_input.turned(forward, self.vehicle.motion.yaw_rad)
-
-    def stands(self, north: float, east: float) -> bool:
-        """Never: it turns level by itself."""
-        return False
-
-    def yawing(self) -> tuple[YawMode, float]:
-        """At ACRO_Y_RATE."""
-        return pilot_input.yaw(self.vehicle, "ACRO_Y_RATE")
 
 
 class HeightMode(Mode):

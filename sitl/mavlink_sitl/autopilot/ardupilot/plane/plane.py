@@ -214,7 +214,7 @@ class Plane(Traveller):
         """See `Commander`."""
         if not isinstance(self.mode, Guided) or self.auto is None or not math.isfinite(item.z):
             return Result.FAILED
-        self.mode.change_height(self.auto.place_of(item, self.motion[:3])[2], 0.0)
+        self.mode.change_height(self.auto.place_of(item, self.motion[:3])[2])
         return Result.ACCEPTED
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:

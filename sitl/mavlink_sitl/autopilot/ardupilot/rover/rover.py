@@ -21,10 +21,9 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, 
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.autopilot.plans.plans import Cmd
-from mavlink_sitl.autopilot.state.attitude_target import AttitudeTarget
 from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
-from mavlink_sitl.autopilot.state.setpoint import Setpoint
+from mavlink_sitl.autopilot.state.setpoint import DriveTarget, Setpoint
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
 
 if TYPE_CHECKING:
@@ -35,7 +34,6 @@ CENTRED_US = 1500
 GRAVITY_M_S2 = 9.81
 STEER_LEAST_M_S = 1.0
 """Below this speed turns are limited as if at it"""
-DEPRECATED = "Received message (MAV_CMD_NAV_SET_YAW_SPEED) is deprecated"
 CRUMB_S = 1.0 / 3.0
 """How often the way is remembered"""
 
@@ -87,7 +85,6 @@ class Rover(Traveller):
         self.fence = RoverFence(self)
         self.trail: Breadcrumbs[Point] | None = None
         self.backwards = False
-        self._warned = False
         self._next_crumb_s = 0.0
         self.motor_test = RoverMotorTest(self)
         self.pilot.throttle_us = CENTRED_US
@@ -159,11 +156,6 @@ class Rover(Traveller):
         ahead = speed / (2.0 * self.navigator.limits().acceleration_xy_m_s2)
         return m.north_m + m.velocity_north_m_s * ahead, m.east_m + m.velocity_east_m_s * ahead
 
-    @property
-    def guided(self) -> Guided:
-        """The GUIDED mode, whether it drives or not."""
-        return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
-
     def rest_at(self, mode: DriveMode, place: Point) -> None:
         """The guidance after arrival: a car stops, a boat holds its position."""
         if self.is_boat:
@@ -224,35 +216,14 @@ class Rover(Traveller):
         self.set_home()
 
     def setpoint(self, setpoint: Setpoint) -> None:
-        """SET_POSITION_TARGET_*: silently ignored where no companion is obeyed."""
-        guided = self._obeys()
-        if guided is not None:
-            guided.setpoint(setpoint)
+        """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
+        if isinstance(self.mode, Guided):
+            self.mode.setpoint(setpoint)
 
-    def attitude(self, target: AttitudeTarget) -> None:
+    def attitude(self, target: DriveTarget) -> None:
         """SET_ATTITUDE_TARGET: a share of the speed, and a rate of turn or a heading."""
-        guided = self._obeys()
-        if guided is not None:
-            share = min(max(target.thrust, -1.0), 1.0)
-            heading = None if target.turns else target.yaw_rad
-            guided.go(share * self.cruise_m_s(), heading, target.rates_rad_s[2])
-
-    def _obeys(self) -> Guided | None:
-        """GUIDED, if it drives: as the mode, or for an item of AUTO."""
-        if isinstance(self.mode, DriveAuto):
-            return self.mode.guided
-        return self.mode if isinstance(self.mode, Guided) else None
-
-    def head_for(self, yaw_deg: float, speed_m_s: float, relative: bool) -> Result:
-        """NAV_SET_YAW_SPEED: a heading and a speed, in GUIDED."""
-        if not self._warned:
-            self._warned = True
-            self.say(Severity.INFO, DEPRECATED)
-        if not isinstance(self.mode, Guided):
-            return Result.FAILED
-        base = self.motion.yaw_rad if relative else 0.0
-        self.mode.go(speed_m_s, base + math.radians(yaw_deg), 0.0)
-        return Result.ACCEPTED
+        if isinstance(self.mode, Guided):
+            self.mode.go(target)
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: in modes that drive by themselves; in GUIDED on the way to a place."""

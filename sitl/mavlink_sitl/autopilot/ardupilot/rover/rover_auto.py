@@ -6,23 +6,19 @@ at the last one, and at those with a delay, the vehicle stands.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
-from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode, Guided
+from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.auto_tasks import AutoTask, Delay
-from mavlink_sitl.autopilot.common.guided_item import Bounds, Obey
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector, YawMode
+from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector
 from mavlink_sitl.guidance import DriveGuidance
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
-
-HEADING_REACHED = math.radians(5.0)
 START_S = 0.9
 """From arming until a mission moves"""
 
@@ -77,51 +73,12 @@ class DriveTo(AutoTask):
         return self.vehicle.now_s - self._there_since_s >= self._wait_s
 
 
-class TurnTo(AutoTask):
-    """NAV_SET_YAW_SPEED: drive with a speed until the nose points where it says."""
-
-    auto: DriveAuto
-    vehicle: Rover
-
-    def __init__(self, auto: DriveAuto, item: PlanItem) -> None:
-        super().__init__(auto, item)
-        angle_deg, speed_m_s, relative, _ = item.params
-        yaw, most = self.vehicle.motion.yaw_rad, self.vehicle.cruise_m_s()
-        self._heading = math.radians(angle_deg) + (yaw if relative > 0.0 else 0.0)
-        self._speed_m_s = min(max(speed_m_s, -most), most)
-        self.auto.route = None
-
-    def _off(self) -> float:
-        return abs(math.remainder(self._heading - self.vehicle.motion.yaw_rad, math.tau))
-
-    def update(self) -> None:
-        """Turn while driving; then stop."""
-        if self._off() < HEADING_REACHED:
-            self.auto.stop()
-            return
-        rover = self.vehicle
-        self.auto.drive(
-            DriveGuidance(
-                motors=Motors.FLY,
-                speed_m_s=self._speed_m_s,
-                yaw_mode=YawMode.ANGLE,
-                yaw_rad=self._heading,
-                turn_rate_limit_rad_s=rover.turn_limit_rad_s(self._speed_m_s),
-                limits=rover.navigator.limits(),
-            )
-        )
-
-    def finished(self) -> bool:
-        """Within five degrees."""
-        return self._off() < HEADING_REACHED
-
-
 class DriveAuto(DriveMode, Auto):
     """Drives the uploaded mission."""
 
     vehicle: Rover
 
-    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT} | {Cmd.SET_YAW_SPEED, Cmd.GUIDED_ENABLE}
+    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT}
 
     def hold_guidance(self) -> Guidance:
         """Brake."""
@@ -131,7 +88,6 @@ class DriveAuto(DriveMode, Auto):
         """Resume the mission where it was left, or begin it."""
         self.route = None
         self.vehicle.backwards = False
-        self._bounds = Bounds()
         super().enter()
 
     def update(self) -> None:
@@ -148,16 +104,7 @@ class DriveAuto(DriveMode, Auto):
         """DO_SET_REVERSE, besides what every vehicle does."""
         if item.command == Cmd.SET_REVERSE:
             self.vehicle.backwards = item.params[0] == 1.0
-        elif item.command == Cmd.GUIDED_LIMITS:
-            time_s, _, _, distance_m = (max(value, 0.0) for value in item.params)
-            self._bounds = Bounds(time_s, most_distance_m=distance_m)
         return super()._do(item, begins)
-
-    @property
-    def guided(self) -> Guided | None:
-        """GUIDED, while an item has the vehicle obey a companion."""
-        task = self.task
-        return task.guided if isinstance(task, Obey) and task.begins else None
 
     def _speed(self) -> float:
         m = self.vehicle.motion
@@ -177,13 +124,6 @@ class DriveAuto(DriveMode, Auto):
         on_the_way = isinstance(self.task, DriveTo)
         if item.command == Cmd.DELAY:
             self.task = Delay(self, item)
-            return
-        if item.command == Cmd.SET_YAW_SPEED:
-            self.task = TurnTo(self, item)
-            return
-        if item.command == Cmd.GUIDED_ENABLE:
-            self.route = None
-            self.task = Obey(self, item, rover.guided, self._bounds)
             return
         here = (m.north_m, m.east_m, m.down_m)
         target = here

@@ -12,7 +12,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import (
     drive_towards,
 )
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
+from mavlink_sitl.autopilot.state.setpoint import DriveTarget, Setpoint, SetpointFrame
 from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
@@ -157,23 +157,19 @@ class Guided(DriveMode):
         self._expires_s = math.inf
         self._told = False
 
-    def go(self, speed_m_s: float, heading_rad: float | None, turn_rate_rad_s: float) -> None:
-        """Drive at a speed with a heading, or turning; runs out as a velocity does.
-
-        Of SET_ATTITUDE_TARGET and NAV_SET_YAW_SPEED; no faster than WP_SPEED.
-        """
+    def go(self, target: DriveTarget) -> None:
+        """Drive at a share of WP_SPEED with a heading, or turning; runs out as a velocity does."""
         rover = self.vehicle
-        most = rover.cruise_m_s()
-        speed = min(max(speed_m_s, -most), most)
-        by_heading = heading_rad is not None
+        speed = min(max(target.thrust, -1.0), 1.0) * rover.cruise_m_s()
+        by_heading = target.heading_rad is not None
         self.route = None
         self._expires_s = rover.now_s + TARGET_TIMEOUT_S
         self._target = DriveGuidance(
             motors=Motors.FLY,
             speed_m_s=speed,
             yaw_mode=YawMode.ANGLE if by_heading else YawMode.RATE,
-            yaw_rad=heading_rad or 0.0,
-            yaw_rate_rad_s=turn_rate_rad_s,
+            yaw_rad=target.heading_rad or 0.0,
+            yaw_rate_rad_s=target.turn_rate_rad_s,
             turn_rate_limit_rad_s=rover.turn_limit_rad_s(speed),
             limits=rover.navigator.limits(),
         )
