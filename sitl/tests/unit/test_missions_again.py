@@ -16,6 +16,7 @@ from sitl_support.ground_station import (
     GUIDED,
     LOITER,
     RTL,
+    VELOCITY,
     GroundStation,
     copter,
     flying,
@@ -217,6 +218,24 @@ def test_set_current_with_reset_has_the_jumps_begin_again() -> None:
 
 
 # Items that differ by kind of vehicle.
+
+
+@pytest.mark.parametrize("bounds", [(6.0, 0, 0, 0), (0, 0, 0, 4.0)], ids=["time", "too far"])
+def test_a_rover_obeys_a_companion_until_a_limit(bounds: tuple[float, ...]) -> None:
+    station = kind("rover")
+    limits = item(mav.MAV_CMD_DO_GUIDED_LIMITS, params=bounds, anywhere=True)
+    guided = item(mav.MAV_CMD_NAV_GUIDED_ENABLE, params=(1.0,), anywhere=True)
+    assert upload(station, [home(), limits, guided, waypoint(0, 8)]) == 0
+    assert station.mode(ROVER_AUTO) == ACCEPTED
+    assert station.arm() == ACCEPTED
+    station.run(1.5)
+    assert station.vehicle.plans.current == 2
+    for _ in range(12):
+        station.setpoint(VELOCITY, velocity=(1.5, 0.0, 0.0))
+        station.run(0.5)
+    assert station.position[0] > 2.0
+    station.run_until(lambda: station.vehicle.plans.current == 3, 5.0)
+    station.run_until(lambda: math.dist(station.position[:2], (0.0, 8.0)) < 2.0, 30.0)
 
 
 @pytest.mark.parametrize("vehicle", ["copter", "rover", "plane"])

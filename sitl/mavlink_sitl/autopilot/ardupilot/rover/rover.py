@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
 from mavlink_sitl.autopilot.ardupilot.rover.pilot_modes import Acro, Manual, Steering
-from mavlink_sitl.autopilot.ardupilot.rover.rover_auto import DriveAuto
+from mavlink_sitl.autopilot.ardupilot.rover.rover_auto import DriveAuto, Obey
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
     Circle,
     DriveMode,
@@ -156,6 +156,11 @@ class Rover(Traveller):
         ahead = speed / (2.0 * self.navigator.limits().acceleration_xy_m_s2)
         return m.north_m + m.velocity_north_m_s * ahead, m.east_m + m.velocity_east_m_s * ahead
 
+    @property
+    def guided(self) -> Guided:
+        """The GUIDED mode, whether it drives or not."""
+        return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
+
     def rest_at(self, mode: DriveMode, place: Point) -> None:
         """The guidance after arrival: a car stops, a boat holds its position."""
         if self.is_boat:
@@ -216,14 +221,19 @@ class Rover(Traveller):
         self.set_home()
 
     def setpoint(self, setpoint: Setpoint) -> None:
-        """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED."""
-        if isinstance(self.mode, Guided):
-            self.mode.setpoint(setpoint)
+        """SET_POSITION_TARGET_*: silently ignored where no companion is obeyed."""
+        if self._obeys():
+            self.guided.setpoint(setpoint)
 
     def attitude(self, target: DriveTarget) -> None:
         """SET_ATTITUDE_TARGET: a share of the speed, and a rate of turn or a heading."""
-        if isinstance(self.mode, Guided):
-            self.mode.go(target)
+        if self._obeys():
+            self.guided.go(target)
+
+    def _obeys(self) -> bool:
+        """Whether GUIDED drives: as the mode, or for an item of AUTO."""
+        task = self.mode.task if isinstance(self.mode, DriveAuto) else None
+        return self.mode is self.guided or (isinstance(task, Obey) and task.begins)
 
     def change_speed(self, kind: int, speed_m_s: float) -> Result:
         """DO_CHANGE_SPEED: in modes that drive by themselves; in GUIDED on the way to a place."""

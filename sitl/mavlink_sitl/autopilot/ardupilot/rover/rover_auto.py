@@ -6,6 +6,7 @@ at the last one, and at those with a delay, the vehicle stands.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
@@ -73,12 +74,48 @@ class DriveTo(AutoTask):
         return self.vehicle.now_s - self._there_since_s >= self._wait_s
 
 
+class Obey(AutoTask):
+    """NAV_GUIDED_ENABLE: follows setpoints as GUIDED does, within DO_GUIDED_LIMITS.
+
+    Args:
+        item: param1 above 0 begins it, else it is over at once.
+        time_s: it ends after this; 0 for no limit.
+        distance_m: it ends so far from where it began; 0 for no limit.
+    """
+
+    auto: DriveAuto
+    vehicle: Rover
+
+    def __init__(self, auto: DriveAuto, item: PlanItem, time_s: float, distance_m: float) -> None:
+        super().__init__(auto, item)
+        self._time_s, self._distance_m = time_s, distance_m
+        self._began_s, self._began_at = self.vehicle.now_s, self.vehicle.motion[:2]
+        self.begins = item.params[0] > 0.0
+        auto.route = None
+        if self.begins:
+            self.vehicle.guided.enter()
+
+    def update(self) -> None:
+        """Run one step of GUIDED."""
+        if self.begins:
+            self.vehicle.guided.update()
+
+    def finished(self) -> bool:
+        """At a limit, or at once."""
+        away_m = math.dist(self._began_at, self.vehicle.motion[:2])
+        return (
+            not self.begins
+            or 0.0 < self._time_s <= self.vehicle.now_s - self._began_s
+            or 0.0 < self._distance_m < away_m
+        )
+
+
 class DriveAuto(DriveMode, Auto):
     """Drives the uploaded mission."""
 
     vehicle: Rover
 
-    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT}
+    moving = MOVING - {Cmd.SPLINE, Cmd.LOITER_TO_ALT} | {Cmd.GUIDED_ENABLE}
 
     def hold_guidance(self) -> Guidance:
         """Brake."""
@@ -88,6 +125,7 @@ class DriveAuto(DriveMode, Auto):
         """Resume the mission where it was left, or begin it."""
         self.route = None
         self.vehicle.backwards = False
+        self._bounds = (0.0, 0.0)
         super().enter()
 
     def update(self) -> None:
@@ -101,9 +139,11 @@ class DriveAuto(DriveMode, Auto):
             self.task.route.change_speed(self.vehicle.cruise_m_s())
 
     def _do(self, item: PlanItem, begins: bool) -> bool:
-        """DO_SET_REVERSE, besides what every vehicle does."""
+        """DO_SET_REVERSE and DO_GUIDED_LIMITS, besides what every vehicle does."""
         if item.command == Cmd.SET_REVERSE:
             self.vehicle.backwards = item.params[0] == 1.0
+        elif item.command == Cmd.GUIDED_LIMITS:
+            self._bounds = (max(item.params[0], 0.0), max(item.params[3], 0.0))
         return super()._do(item, begins)
 
     def _speed(self) -> float:
@@ -124,6 +164,9 @@ class DriveAuto(DriveMode, Auto):
         on_the_way = isinstance(self.task, DriveTo)
         if item.command == Cmd.DELAY:
             self.task = Delay(self, item)
+            return
+        if item.command == Cmd.GUIDED_ENABLE:
+            self.task = Obey(self, item, *self._bounds)
             return
         here = (m.north_m, m.east_m, m.down_m)
         target = here
