@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.common.commander import Commander
+from mavlink_sitl.autopilot.state.estimator import ExternalEstimator
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message, dialect
 
@@ -43,10 +44,14 @@ class ExternalPositionReceiver:
         self._vehicle.body.take_external_position(place, reset)
 
     def _on_origin(self, message: Message) -> None:
+        """Only an estimator without an origin takes one."""
+        estimator = self._vehicle.estimator
         latitude_deg, longitude_deg = message.latitude / 1e7, message.longitude / 1e7
-        if abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0:
+        on_earth = abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0
+        if on_earth and isinstance(estimator, ExternalEstimator) and not estimator.origin_given:
+            estimator.origin_given = True
             origin = GeoPoint(latitude_deg, longitude_deg, message.altitude / 1e3)
-            self._vehicle.give_origin(origin)
+            self._vehicle.navigator.move_origin(origin)
 
 
 class Px4ExternalPositionReceiver(ExternalPositionReceiver):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.devices import aux_functions
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
@@ -46,7 +47,7 @@ def _switch(server: MavlinkServer, command: ReceivedCommand) -> Result:
     function, position = command.params[:2]
     if position > HIGHEST:
         return Result.DENIED
-    known = server.vehicle.aux_function(int(function), int(position))
+    known = aux_functions.run(server.vehicle, int(function), int(position))
     return Result.ACCEPTED if known else Result.FAILED
 
 
@@ -56,9 +57,11 @@ def _set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 def _reset_battery(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """BATTERY_RESET: the monitor of the first battery counts from another charge."""
-    mask, percent = int(command.params[0]), command.params[1]
+    vehicle, mask = server.vehicle, int(command.params[0])
+    left = min(max(command.params[1] / 100.0, 0.0), 1.0)
     if mask & 1:
-        server.vehicle.reset_battery(min(max(percent, 0.0), 100.0))
+        spent_mah = vehicle.parameters["BATT_CAPACITY"] * (1.0 - left)
+        vehicle.charge_added_mah += vehicle.observation.battery.consumed_mah - spent_mah
     return Result.ACCEPTED
 
 

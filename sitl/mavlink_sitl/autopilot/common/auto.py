@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.devices import aux_functions
 from mavlink_sitl.autopilot.plans.plan_commands import CONDITIONS, MOVING, NAMES, UNTOLD
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.autopilot.state.mode import Mode
@@ -253,7 +254,7 @@ class Auto(Mode):
         elif command == Cmd.SET_SERVO:
             vehicle.outputs.set_servo(int(value), item.params[1])
         elif command == Cmd.AUX_FUNCTION:
-            vehicle.aux_function(int(value), int(item.params[1]))
+            aux_functions.run(vehicle, int(value), int(item.params[1]))
         elif command == Cmd.FENCE_ENABLE and value in (0.0, 1.0):
             vehicle.fence.enable(value == 1.0)
         return True

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
 
 from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
 from mavlink_sitl.autopilot.common.aux_switches import AuxSwitches
 from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
 from mavlink_sitl.autopilot.common.mode_switch import ModeSwitch
-from mavlink_sitl.autopilot.devices import aux_functions
-from mavlink_sitl.autopilot.personality import ModeSpec
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.autopilot.safety.rudder import Rudder
@@ -23,8 +19,6 @@ from mavlink_sitl.exchange import LandedState, ModeChanged, Observation, Result,
 
 class Commander(Firmware):
     """A firmware that people command; arguments and attributes as of `Firmware`."""
-
-    behaviours: ClassVar[Mapping[str, Callable[[Any, ModeSpec], Mode]]] = {}
 
     def __init__(self, start: PowerUp) -> None:
         super().__init__(start)
@@ -53,10 +47,6 @@ class Commander(Firmware):
         super().begin_underway()
         if self.mode_switch is not None:
             self.mode_switch.settle()
-
-    def make_mode(self, spec: ModeSpec) -> Mode:
-        """The mode that goes with an entry of the personality."""
-        return self.behaviours[spec.behaviour](self, spec)
 
     def watch(self, observation: Observation) -> None:
         """Check for failures; called once the power monitor has readings."""
@@ -195,10 +185,6 @@ class Commander(Firmware):
             self.plans.current = 0
         return Result.FAILED if place is None and seq else Result.ACCEPTED
 
-    def aux_function(self, function: int, position: int) -> bool:
-        """DO_AUX_FUNCTION: what a switch does; whether there is such a function."""
-        return aux_functions.run(self, function, position)
-
     def clear_mission(self) -> None:
         """Forget the mission; in AUTO it flies the leg to its end."""
         self.plans.mission.replace([])
@@ -234,10 +220,6 @@ class Commander(Firmware):
     def fly_at_height_of(self, item: PlanItem) -> Result:
         """MISSION_ITEM with current = 3: another height, for planes in GUIDED."""
         return Result.FAILED
-
-    def choose_mode(self, number: int) -> None:
-        """The pilot's switch asks for a mode."""
-        self.set_mode(number)
 
     def set_mode(self, number: int) -> Result:
         """DO_SET_MODE and SET_MODE."""

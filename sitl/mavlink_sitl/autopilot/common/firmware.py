@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from mavlink_sitl.autopilot.common.own_texts import OwnTexts
 from mavlink_sitl.autopilot.devices.outputs import Outputs
@@ -102,13 +103,16 @@ class Firmware(ABC):
         radio: the sticks as the parameters have them.
         started: whether it has finished starting (HEARTBEAT no longer says BOOT).
         mode: the flight mode.
-        guidance: what the controllers are to do.
+        wanted: the last guidance of its mode.
+        guidance: the same as far as motors are allowed to: what the controllers are to do.
         revision: grows with every change of `guidance`.
         events: what happened, for the outside to take away.
     """
 
     failsafe: Failsafes
     navigator_class: ClassVar[type[Navigator]] = Navigator
+    behaviours: ClassVar[Mapping[str, Callable[[Any, ModeSpec], Mode]]] = {}
+    """The modes by `ModeSpec.behaviour`"""
 
     def __init__(self, start: PowerUp) -> None:
         personality, observation = start.personality, start.observation
@@ -139,18 +143,15 @@ class Firmware(ABC):
         self.events: deque[Event] = deque()
         self._landing = LandDetector()
         self.own_texts = OwnTexts(self, observation)
-        self._wanted = Guidance()
+        self.wanted = Guidance()
         self._modes: dict[int, Mode] = {
-            spec.number: self.make_mode(spec) for spec in personality.modes.values()
+            spec.number: self.behaviours[spec.behaviour](self, spec)
+            for spec in personality.modes.values()
         }
         self.mode: Mode = self._modes[self.first_mode()]
         self.mode.enter()
 
     # Differences between firmwares.
-
-    @abstractmethod
-    def make_mode(self, spec: ModeSpec) -> Mode:
-        """The mode that goes with an entry of the personality."""
 
     def first_mode(self) -> int:
         """The number of the mode after power-up."""
@@ -164,10 +165,6 @@ class Firmware(ABC):
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""
 
-    @abstractmethod
-    def choose_mode(self, number: int) -> None:
-        """The pilot's switch asks for a mode."""
-
     def enter_first(self, numbers: tuple[int, ...]) -> None:
         """Change to the first of some modes that may be entered."""
         for number in numbers:
@@ -177,20 +174,6 @@ class Firmware(ABC):
     def land_after_pause(self) -> None:
         """In LAND: stay for a while before sinking, where the firmware does."""
         return
-
-    @abstractmethod
-    def aux_function(self, function: int, position: int) -> bool:
-        """DO_AUX_FUNCTION: what a switch does; whether there is such a function."""
-
-    @property
-    @abstractmethod
-    def has_mission(self) -> bool:
-        """Whether there is a mission to fly."""
-
-    @property
-    @abstractmethod
-    def may_arm_in_mode(self) -> bool:
-        """Whether motors may be armed in this mode."""
 
     # State.
 
@@ -273,31 +256,22 @@ class Firmware(ABC):
 
     def _settle(self) -> None:
         """Give the motors what arming and the ground allow."""
+        if self._permitted_motors() is not self.guidance.motors:
+            self._publish(replace(self.wanted, restart_xy=True, restart_z=True))
+
+    def _permitted_motors(self) -> Motors:
         if not self.armed or self.motors_stopped:
-            motors = Motors.OFF
-        elif self.landed:
-            motors = self.mode.ground_motors()
-        else:
-            motors = self._wanted.motors
-        if motors is not self.guidance.motors:
-            self._publish(replace(self._wanted, motors=motors, restart_xy=True, restart_z=True))
+            return Motors.OFF
+        return self.mode.ground_motors() if self.landed else self.wanted.motors
 
     def guide(self, guidance: Guidance) -> None:
         """Called by modes: what the controllers are to do, as far as motors are allowed to."""
-        self._wanted = guidance
-        if not self.armed or self.motors_stopped:
-            guidance = replace(guidance, motors=Motors.OFF)
-        elif self.landed:
-            guidance = replace(guidance, motors=self.mode.ground_motors())
+        self.wanted = guidance
         self._publish(guidance)
 
-    @property
-    def wanted(self) -> Guidance:
-        """The last guidance of its mode."""
-        return self._wanted
-
     def _publish(self, guidance: Guidance) -> None:
-        self.guidance = guidance
+        motors = self._permitted_motors()
+        self.guidance = guidance if motors is guidance.motors else replace(guidance, motors=motors)
         self.revision += 1
 
     def say(self, severity: Severity, text: str) -> None:
@@ -316,12 +290,6 @@ class Firmware(ABC):
     def hold_underway(self) -> None:
         """Enter the mode that holds and waits for orders, from where it is and as it moves."""
 
-    def give_origin(self, origin: GeoPoint) -> None:
-        """SET_GPS_GLOBAL_ORIGIN, which only an estimator without one takes."""
-        if isinstance(self.estimator, ExternalEstimator) and not self.estimator.origin_given:
-            self.estimator.origin_given = True
-            self.navigator.move_origin(origin)
-
     def set_home(self, point: GeoPoint | None = None) -> None:
         """Home is there, or here."""
         if point is None:
@@ -332,15 +300,9 @@ class Firmware(ABC):
 
     # Requests by people.
 
-    def arm(self, force: bool = False) -> Result:
-        """Arm the motors, after the checks unless forced."""
-        result = self.arming.arm(force)
-        self._settle()
-        return result
-
-    def arm_by_stick(self) -> Result:
-        """The pilot arms the motors."""
-        result = self.arming.arm_by_stick()
+    def arm(self, force: bool = False, by: str = "external command") -> Result:
+        """Arm the motors, after the checks unless forced; by whom counts."""
+        result = self.arming.arm(force, by)
         self._settle()
         return result
 
@@ -355,12 +317,6 @@ class Firmware(ABC):
         """The emergency stop: the motors stand, and the vehicle stays armed."""
         self.motors_stopped = stop
         self._settle()
-
-    def reset_battery(self, percent: float) -> None:
-        """BATTERY_RESET: set the remaining charge, percent of BATT_CAPACITY."""
-        if "BATT_CAPACITY" in self.parameters:
-            spent_mah = self.parameters["BATT_CAPACITY"] * (1.0 - percent / 100.0)
-            self.charge_added_mah += self.observation.battery.consumed_mah - spent_mah
 
     def reboot(self) -> Result:
         """PREFLIGHT_REBOOT_SHUTDOWN: not while armed."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 
 BANDS_US = (1231, 1361, 1491, 1621, 1750)
@@ -40,7 +40,7 @@ class SettledPosition:
 class ModeSwitch:
     """Changes the mode when the switch has moved, and once after the start."""
 
-    def __init__(self, vehicle: Firmware) -> None:
+    def __init__(self, vehicle: Commander) -> None:
         self._vehicle = vehicle
         self._switch = SettledPosition(None)
 
@@ -73,5 +73,5 @@ class ModeSwitch:
         if position is None:
             return False
         if self._switch.see(position, vehicle.now_s):
-            vehicle.choose_mode(self.mode_there(position))
+            vehicle.set_mode(self.mode_there(position))
         return self._switch.position != position

@@ -33,7 +33,7 @@ class Px4Arming(Arming):
         self.landed_at_s = math.inf
         self._disarm_text = ""
 
-    def arm(self, force: bool, by: str = "external command") -> Result:
+    def arm(self, force: bool, by: str) -> Result:
         """Arm the motors when the chosen mode can run, or when forced; the text says by what."""
         vehicle = self._vehicle
         if self.armed:

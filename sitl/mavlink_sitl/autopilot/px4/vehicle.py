@@ -339,8 +339,7 @@ class Px4Vehicle(Commander):
             return Result.DENIED
         result = self.set_mode(px4.MISSION)
         if result is Result.ACCEPTED:
-            result = self.arming.arm(force=False, by="mission start")
-            self._settle()
+            result = self.arm(by="mission start")
         if result is not Result.ACCEPTED:
             self._say_refused(px4.MISSION)
         return result

@@ -13,6 +13,8 @@ HELD_S, HELD_ON_A_PLANE_S = 2.0, 3.0
 OFF, ARMS_AND_DISARMS = 0, 2
 """ARMING_RUDDER; 1 only arms"""
 DRIVES_ITSELF_M_S = 0.1
+STICK = "stick"
+"""Who arms"""
 BY_ORDER = ("auto", "guided")
 """Behaviours in which only a ground station arms"""
 
@@ -44,7 +46,7 @@ class Rudder:
         if vehicle.armed:
             vehicle.disarm()
         else:
-            vehicle.arm_by_stick()
+            vehicle.arm(by=STICK)
         # Held on, it tries again; but what is armed is not disarmed by the same push.
         self._since_s, self._done = None, vehicle.armed
         return True

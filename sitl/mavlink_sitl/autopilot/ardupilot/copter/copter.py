@@ -108,7 +108,7 @@ class Copter(Commander):
     def guide_on(self) -> None:
         """Continue with the current guidance, with the present heading."""
         north, east, down = self.body.moving_target()
-        target = replace(self._wanted, north_m=north, east_m=east, down_m=down)
+        target = replace(self.wanted, north_m=north, east_m=east, down_m=down)
         self.guide(replace(target, restart_xy=False, restart_z=False))
 
     @property
@@ -232,6 +232,6 @@ class Copter(Commander):
         if isinstance(self.mode, Auto):
             self.mode.limits_changed()
             return Result.ACCEPTED
-        self._wanted = replace(self._wanted, limits=self.navigator.limits())
+        self.wanted = replace(self.wanted, limits=self.navigator.limits())
         self.guide_on()
         return Result.ACCEPTED

@@ -43,7 +43,7 @@ def turned(level: Lean, yaw_rad: float) -> Lean:
 
 
 def yaw(copter: Firmware) -> tuple[YawMode, float]:
-    """The rate of turn of the yaw stick, rad/s (PILOT_Y_RATE); in its middle the heading is held."""
+    """The turn rate of the yaw stick, rad/s (PILOT_Y_RATE); in its middle the heading is held."""
     stick = copter.radio.stick("Yaw", copter.now_s)
     rate = stick * math.radians(copter.parameters["PILOT_Y_RATE"])
     return (YawMode.RATE if rate else YawMode.HOLD), rate

@@ -117,14 +117,14 @@ class Plane(Traveller):
         if self.mode.spec.number == MODE_MANUAL:
             return None
         target = self.destination_ned_m()
-        if target is None or not isinstance(self._wanted, GlideGuidance):
+        if target is None or not isinstance(self.wanted, GlideGuidance):
             return NavigationReport()
         m = self.motion
         north, east = target[0] - m.north_m, target[1] - m.east_m
         bearing = math.degrees(math.atan2(east, north))
         assert isinstance(self.mode, PlaneMode)
         return NavigationReport(
-            roll_deg=math.degrees(self._wanted.bank_rad),
+            roll_deg=math.degrees(self.wanted.bank_rad),
             pitch_deg=math.degrees(m.pitch_rad),
             bearing_deg=bearing,
             target_bearing_deg=bearing,
