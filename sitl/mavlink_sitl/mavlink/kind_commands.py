@@ -1,12 +1,14 @@
 """Commands that each kind of vehicle with ArduPilot answers in its own way.
 
-Seen in `rover_guided` and `plane_guided`. None stands for UNSUPPORTED.
+Seen in `copter_acks`, `rover_guided` and `plane_guided`; the others follow the firmware's source.
+None stands for UNSUPPORTED.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.ardupilot.plane import plane
 from mavlink_sitl.autopilot.ardupilot.rover import rover
 from mavlink_sitl.autopilot.common.commander import Commander
@@ -14,7 +16,6 @@ from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.copter_commands import COPTER
 from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
 
 if TYPE_CHECKING:
@@ -76,6 +77,48 @@ def _go_to(vehicle: Commander, command: ReceivedCommand, position: Vector) -> Re
     return Result.ACCEPTED
 
 
+def _copter(server: MavlinkServer) -> Copter:
+    assert isinstance(server.vehicle, Copter)
+    return server.vehicle
+
+
+def _condition_yaw(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    """CONDITION_YAW: turn the nose, in the modes that fly by themselves."""
+    angle_deg, rate_deg_s, direction, relative = command.params
+    if not 0.0 <= angle_deg <= 360.0 or relative not in (0.0, 1.0):
+        return Result.FAILED
+    copter = _copter(server)
+    copter.yaw.turn(copter.motion.yaw_rad, angle_deg, rate_deg_s, direction, relative)
+    return Result.ACCEPTED
+
+
+def _look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    """DO_SET_ROI and DO_SET_ROI_LOCATION: keep the nose towards a place; zeros end that."""
+    copter = _copter(server)
+    if not (command.x or command.y or command.z):
+        return _look_at_nothing(server, command)
+    place = setpoints.place_of(copter, command, command.frame)
+    if place is None:
+        return Result.DENIED
+    copter.yaw.look_at(place)
+    return Result.ACCEPTED
+
+
+def _look_at_nothing(server: MavlinkServer, _: ReceivedCommand) -> Result:
+    """DO_SET_ROI_NONE."""
+    _copter(server).yaw.look_at(None)
+    return Result.ACCEPTED
+
+
+def _motor_test(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    """DO_MOTOR_TEST; param5 is how many motors."""
+    place, kind, value, each_s = command.params
+    if not setpoints.usable(command.x):
+        return Result.DENIED
+    test = _copter(server).motor_test
+    return test.start(int(place), int(kind), value, each_s, int(command.x))
+
+
 def _as_plane(server: MavlinkServer) -> plane.Plane:
     assert isinstance(server.vehicle, plane.Plane)
     return server.vehicle
@@ -131,7 +174,12 @@ def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 
 _COPTER: dict[int, tuple[Handler, int] | None] = {
-    **COPTER,
+    dialect.MAV_CMD_CONDITION_YAW: (_condition_yaw, 4),
+    dialect.MAV_CMD_DO_SET_ROI: (_look_at, 0),
+    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
+    dialect.MAV_CMD_DO_SET_ROI_NONE: (_look_at_nothing, 0),
+    dialect.MAV_CMD_DO_MOTOR_TEST: (_motor_test, 4),
+    dialect.MAV_CMD_DO_LAND_START: (lambda s, _: _copter(s).start_landing_sequence(), 0),
     dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(5), 0),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(6), 0),
     dialect.MAV_CMD_NAV_LAND: (_mode(9), 0),

@@ -25,7 +25,7 @@ from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 AMSL_FRAMES = (0, 2, 5)
@@ -49,7 +49,7 @@ class Auto(Mode):
     moving = MOVING
     untold: frozenset[Cmd] = UNTOLD
 
-    def __init__(self, vehicle: Firmware, spec: ModeSpec) -> None:
+    def __init__(self, vehicle: Commander, spec: ModeSpec) -> None:
         super().__init__(vehicle, spec)
         self.task: AutoTask | None = None
         self.may_take_off = False

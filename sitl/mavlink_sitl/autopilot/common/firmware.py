@@ -175,6 +175,16 @@ class Firmware(ABC):
         """In LAND: stay for a while before sinking, where the firmware does."""
         return
 
+    @property
+    @abstractmethod
+    def has_mission(self) -> bool:
+        """Whether there is a mission to fly."""
+
+    @property
+    @abstractmethod
+    def may_arm_in_mode(self) -> bool:
+        """Whether motors may be armed in this mode."""
+
     # State.
 
     @property

@@ -9,7 +9,7 @@ from mavlink_sitl.autopilot.state.radio import AXES
 from mavlink_sitl.exchange import Motors, Result, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.commander import Commander
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 CHECK_INTERVAL_S = 1.0
 REPEAT_TEXT_S = 30.0
@@ -36,7 +36,7 @@ ALIGNED, ESTIMATOR_ACTIVE = "EKF3 IMU0 tilt alignment complete", "AHRS: EKF3 act
 """Texts: the tilt is known; the attitude in use is now that of the EKF"""
 
 
-def prearm_failures(vehicle: Commander) -> list[str]:
+def prearm_failures(vehicle: Firmware) -> list[str]:
     """The failed pre-arm checks; empty if it can arm.
 
     Those of the first half minute were seen of the real copter and rover, armed once a second
@@ -64,7 +64,7 @@ def prearm_failures(vehicle: Commander) -> list[str]:
     return reasons
 
 
-def _inertial_failures(vehicle: Commander) -> list[str]:
+def _inertial_failures(vehicle: Firmware) -> list[str]:
     started_s = vehicle.personality.standby_s
     for name, after_s in (("Accels", ACCELS_AGREE_S), ("Gyros", GYROS_AGREE_S)):
         if vehicle.now_s < vehicle.estimator.scaled(started_s + after_s):
@@ -72,14 +72,14 @@ def _inertial_failures(vehicle: Commander) -> list[str]:
     return []
 
 
-def _attitude_failures(vehicle: Commander) -> list[str]:
+def _attitude_failures(vehicle: Firmware) -> list[str]:
     """Of modes that need no position."""
     if not vehicle.own_texts.passed(ESTIMATOR_ACTIVE):
         return ["AHRS: not using configured AHRS type"]
     return [] if vehicle.own_texts.passed(ALIGNED) else ["AHRS: EKF3 still initialising"]
 
 
-def _position_failures(vehicle: Commander) -> list[str]:
+def _position_failures(vehicle: Firmware) -> list[str]:
     estimator = vehicle.estimator
     if estimator.gps_started and not estimator.gps_fix:
         return ["GPS 1: Bad fix"]
@@ -90,7 +90,7 @@ def _position_failures(vehicle: Commander) -> list[str]:
     return [] if estimator.position_ok else ["Need Position Estimate"]
 
 
-def stick_failures(vehicle: Commander, by_stick: bool) -> list[str]:
+def stick_failures(vehicle: Firmware, by_stick: bool) -> list[str]:
     """The failed pre-arm checks of the sticks; the stick that arms may be out of its middle.
 
     All kinds want the throttle at zero, in every mode (AP_Arming's `rc_arm_checks`, with the
@@ -119,7 +119,7 @@ class Arming:
         checks_passed: what the latest look at the checks gave.
     """
 
-    def __init__(self, vehicle: Commander) -> None:
+    def __init__(self, vehicle: Firmware) -> None:
         self._vehicle = vehicle
         self.armed = False
         self.armed_at_s = vehicle.boot_s

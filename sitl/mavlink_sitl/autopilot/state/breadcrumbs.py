@@ -7,10 +7,17 @@ Douglas and Peucker, 1973); a loop is left out where the way crosses itself.
 from __future__ import annotations
 
 import math
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from mavlink_sitl.exchange import Severity
+
+if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.common.firmware import Firmware
 
 P = TypeVar("P", bound=tuple[float, ...])
 """A point: of two or of three coordinates"""
+CRUMB_S = 1.0 / 3.0
+"""How often the way is remembered"""
 
 
 class Breadcrumbs(Generic[P]):
@@ -45,6 +52,48 @@ class Breadcrumbs(Generic[P]):
     def shortest(self) -> list[P]:
         """The way without loops, by its corners."""
         return simplified(without_loops(self.points, self._accuracy_m), self._accuracy_m / 2.0)
+
+
+class Trail:
+    """The way of a vehicle since it was armed.
+
+    Args:
+        vehicle: whose.
+        coordinates: how many count: north, east, and down of those that fly.
+
+    Attributes:
+        crumbs: its points, NED metres; None while disarmed.
+    """
+
+    def __init__(self, vehicle: Firmware, coordinates: int) -> None:
+        self._vehicle = vehicle
+        self._coordinates = coordinates
+        self.crumbs: Breadcrumbs[tuple[float, ...]] | None = None
+        self._next_s = 0.0
+
+    @property
+    def known(self) -> bool:
+        """Whether the way back can be travelled."""
+        return self.crumbs is not None and bool(self.crumbs.points) and not self.crumbs.full
+
+    def watch(self, keeps: bool) -> None:
+        """Remember where it is, unless it is on its way back."""
+        vehicle, p = self._vehicle, self._vehicle.parameters
+        if not vehicle.armed:
+            self.crumbs = None
+            return
+        if not vehicle.estimator.position_ok or not keeps:
+            return
+        if self.crumbs is None:
+            self.crumbs = Breadcrumbs(p["SRTL_ACCURACY"], int(p["SRTL_POINTS"]))
+            self._next_s = vehicle.now_s
+        if vehicle.now_s < self._next_s:
+            return
+        self._next_s = vehicle.now_s + CRUMB_S
+        was = self.crumbs.full
+        self.crumbs.add(vehicle.motion[: self._coordinates])
+        if self.crumbs.full and not was:
+            vehicle.say(Severity.WARNING, "SmartRTL deactivated: buffer full")
 
 
 def without_loops(points: list[P], near_m: float) -> list[P]:

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.exchange import Guidance, Motors, Vector
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 
 class Mode:
     """A flight mode of one vehicle."""
 
-    vehicle: Firmware
+    vehicle: Commander
 
-    def __init__(self, vehicle: Firmware, spec: ModeSpec) -> None:
+    def __init__(self, vehicle: Commander, spec: ModeSpec) -> None:
         self.vehicle = vehicle
         self.spec = spec
 

@@ -17,7 +17,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import (
     Stabilize,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
-from mavlink_sitl.autopilot.ardupilot.copter.smart_rtl import SmartReturn, Trail
+from mavlink_sitl.autopilot.ardupilot.copter.smart_rtl import SmartReturn
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.autopilot.common.firmware import PowerUp
@@ -25,6 +25,7 @@ from mavlink_sitl.autopilot.control.circle import Circle
 from mavlink_sitl.autopilot.control.yaw_control import YawControl
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState
 from mavlink_sitl.autopilot.safety.motor_test import MotorTest
+from mavlink_sitl.autopilot.state.breadcrumbs import Trail
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
@@ -76,7 +77,7 @@ class Copter(Commander):
         self._was_aloft = False
         self.motor_test = MotorTest(self)
         super().__init__(start)
-        self.trail = Trail(self)
+        self.trail = Trail(self, coordinates=3)
 
     @property
     def soft_armed(self) -> bool:

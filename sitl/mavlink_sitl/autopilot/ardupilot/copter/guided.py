@@ -26,7 +26,7 @@ from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame, turne
 from mavlink_sitl.exchange import ZERO, Guidance, Motors, Vector, YawMode
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 
@@ -55,7 +55,7 @@ class Guided(Mode):
         target: the setpoint in force, in LOCAL, for POSITION_TARGET_LOCAL_NED.
     """
 
-    def __init__(self, copter: Firmware, spec: ModeSpec) -> None:
+    def __init__(self, copter: Commander, spec: ModeSpec) -> None:
         super().__init__(copter, spec)
         self.submode = Submode.VELOCITY
         self.target = Setpoint(SetpointFrame.LOCAL, velocity_m_s=ZERO)

@@ -14,7 +14,7 @@ from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.exchange import Guidance, Vector
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
 CONE_SLOPE = 3.0
@@ -75,7 +75,7 @@ def stopping_distance(speed_m_s: float, acceleration_m_s2: float) -> float:
     return 0.5 * acceleration_m_s2 + speed * speed / (2.0 * acceleration_m_s2)
 
 
-def stopping_point(copter: Firmware) -> Vector:
+def stopping_point(copter: Commander) -> Vector:
     """The point at which the vehicle would stop if it braked now, NED metres."""
     motion, limits = copter.motion, copter.navigator.limits()
     v_n, v_e, v_d = motion[3:6]
@@ -110,7 +110,7 @@ class LandsAtTheEnd(Mode):
 class ReturnToLaunch(LandsAtTheEnd):
     """Goes home by itself."""
 
-    def __init__(self, copter: Firmware, spec: ModeSpec) -> None:
+    def __init__(self, copter: Commander, spec: ModeSpec) -> None:
         super().__init__(copter, spec)
         self.stage = ReturnStage.CLIMB
 

@@ -8,56 +8,14 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import LandsAtTheEnd, stopping_point
-from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
-from mavlink_sitl.exchange import Guidance, Severity, Vector, YawMode
+from mavlink_sitl.exchange import Guidance, Vector, YawMode
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
-    from mavlink_sitl.autopilot.common.firmware import Firmware
-
-CRUMB_S = 1.0 / 3.0
-"""How often the way is remembered"""
 ABOVE_M = 2.0
 """It stops so high above the first point of its way, and lands from there"""
 LEAST_RADIUS_M = 0.2
 STILL_M_S = 0.3
-
-
-class Trail:
-    """The way of a copter since it was armed.
-
-    Attributes:
-        crumbs: its points, NED metres; None while disarmed.
-    """
-
-    def __init__(self, vehicle: Firmware) -> None:
-        self._vehicle = vehicle
-        self.crumbs: Breadcrumbs[Vector] | None = None
-        self._next_s = 0.0
-
-    @property
-    def known(self) -> bool:
-        """Whether the way back can be flown."""
-        return self.crumbs is not None and bool(self.crumbs.points) and not self.crumbs.full
-
-    def watch(self, keeps: bool) -> None:
-        """Remember where it is, unless it is on its way back."""
-        copter = self._vehicle
-        if not copter.armed:
-            self.crumbs = None
-            return
-        if not copter.estimator.position_ok or not keeps:
-            return
-        if self.crumbs is None:
-            p = copter.parameters
-            self.crumbs = Breadcrumbs(p["SRTL_ACCURACY"], int(p["SRTL_POINTS"]))
-        if copter.now_s < self._next_s:
-            return
-        self._next_s = copter.now_s + CRUMB_S
-        was, m = self.crumbs.full, copter.motion
-        self.crumbs.add((m.north_m, m.east_m, m.down_m))
-        if self.crumbs.full and not was:
-            copter.say(Severity.WARNING, "SmartRTL deactivated: buffer full")
 
 
 class Stage(Enum):

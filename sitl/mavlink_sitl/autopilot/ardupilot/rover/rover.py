@@ -21,7 +21,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, 
 from mavlink_sitl.autopilot.common.firmware import PowerUp
 from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
 from mavlink_sitl.autopilot.plans.plans import Cmd
-from mavlink_sitl.autopilot.state.breadcrumbs import Breadcrumbs
+from mavlink_sitl.autopilot.state.breadcrumbs import Trail
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.state.setpoint import DriveTarget, Setpoint
 from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
@@ -34,8 +34,6 @@ CENTRED_US = 1500
 GRAVITY_M_S2 = 9.81
 STEER_LEAST_M_S = 1.0
 """Below this speed turns are limited as if at it"""
-CRUMB_S = 1.0 / 3.0
-"""How often the way is remembered"""
 
 
 class DriveNavigator(Navigator):
@@ -60,7 +58,7 @@ class Rover(Traveller):
     """A car or a boat from power-up to the next. Arguments as of `Copter`.
 
     Attributes:
-        trail: the way since it was armed, for SMART_RTL; None while it is disarmed.
+        trail: the way since it was armed, for SMART_RTL.
         backwards: whether ways are driven tail first (DO_SET_REVERSE), until the mode changes.
     """
 
@@ -83,9 +81,8 @@ class Rover(Traveller):
         super().__init__(start)
         self.failsafe = RoverFailsafes(self)
         self.fence = RoverFence(self)
-        self.trail: Breadcrumbs[Point] | None = None
+        self.trail = Trail(self, coordinates=2)
         self.backwards = False
-        self._next_crumb_s = 0.0
         self.motor_test = RoverMotorTest(self)
         self.pilot.throttle_us = CENTRED_US
         self.mode.enter()
@@ -93,20 +90,7 @@ class Rover(Traveller):
     def watch(self, observation: Observation) -> None:
         """See `Commander`; remembers the way it has come."""
         super().watch(observation)
-        if not self.armed:
-            self.trail = None
-        elif self.trail is None and self.estimator.position_ok:
-            p = self.parameters
-            self.trail = Breadcrumbs(p["SRTL_ACCURACY"], int(p["SRTL_POINTS"]))
-            self._next_crumb_s = self.now_s
-        if self.trail is None or self.now_s < self._next_crumb_s:
-            return
-        self._next_crumb_s = self.now_s + CRUMB_S
-        if self.estimator.position_ok and not isinstance(self.mode, SmartReturn):
-            was = self.trail.full
-            self.trail.add((self.motion.north_m, self.motion.east_m))
-            if self.trail.full and not was:
-                self.say(Severity.WARNING, "SmartRTL deactivated: buffer full")
+        self.trail.watch(not isinstance(self.mode, SmartReturn))
 
     def update(self, observation: Observation) -> None:
         """See `Commander`; a motor test comes before what its mode wants."""
@@ -188,11 +172,6 @@ class Rover(Traveller):
         route = self.mode.route if isinstance(self.mode, DriveMode) else None
         return None if route is None else (*route.destination, 0.0)
 
-    @property
-    def knows_the_way(self) -> bool:
-        """Whether SMART_RTL is possible: armed, and the way not too long."""
-        return self.trail is not None and not self.trail.full
-
     # Requests by people.
 
     def enter_mode(self, number: int) -> bool:
@@ -200,7 +179,7 @@ class Rover(Traveller):
         if self.personality.modes[number].behaviour == "auto" and not self.has_mission:
             self.say(Severity.NOTICE, "No Mission. Can't set AUTO.")
             return False
-        if self.personality.modes[number].behaviour == "smart_rtl" and not self.knows_the_way:
+        if self.personality.modes[number].behaviour == "smart_rtl" and not self.trail.known:
             self.say(Severity.WARNING, "Flight mode change failed")
             return False
         return super().enter_mode(number)

@@ -45,25 +45,23 @@ class SmartReturn(ReturnToLaunch):
     def enter(self) -> None:
         """Brake, and find the corners of the way."""
         self._said = False
-        trail = self.vehicle.trail
-        assert trail is not None
-        trail.points = trail.shortest()
+        crumbs = self.vehicle.trail.crumbs
+        self._points = crumbs.shortest() if crumbs is not None else []
         self._next_leg(self.vehicle.stopping_point(), 0.0)
 
     def _next_leg(self, start: Point, speed_m_s: float) -> None:
-        """To the next corner; points that have been reached are forgotten."""
+        """To the next corner."""
         rover = self.vehicle
-        points = rover.trail.points if rover.trail is not None else []
-        destination = points.pop() if points else start
-        leaving = min(CORNER_M_S, self.speed_m_s()) if points else 0.0
+        destination = start
+        if self._points:
+            north, east = self._points.pop()
+            destination = (north, east)
+        leaving = min(CORNER_M_S, self.speed_m_s()) if self._points else 0.0
         self.route = LegReference(rover, destination, self.speed_m_s(), start, speed_m_s, leaving)
 
     def goes_on(self) -> bool:
         """Round the corner, while there are any."""
-        rover, route = self.vehicle, self.route
-        if rover.trail is None or not rover.trail.points or route is None:
+        if not self._points or self.route is None:
             return False
-        m = rover.motion
-        speed = m.speed_m_s
-        self._next_leg(route.destination, speed)
+        self._next_leg(self.route.destination, self.vehicle.motion.speed_m_s)
         return True
