@@ -1,13 +1,14 @@
-"""Lists the functions of the simulator that nothing calls in recorded runs of its users.
+r"""Lists the functions of the simulator that nothing calls in recorded runs of its users.
 
     python -m tests.unused_sitl -- python -m pytest -q tests/pair tests/interop
-    python -m tests.unused_sitl -- python -m tests.interop.dronekit_suite CHECKOUT
+    PYTHONPATH=sitl/tests:$PYTHONPATH python -m tests.unused_sitl -- \
+        python -m interop.dronekit_suite CHECKOUT
     python -m tests.unused_sitl
 
 With a command: runs it and records the functions that it and its processes call, in
-out/called_sitl. Without: lists those of no recorded run, with their lines. A run is two to three
-times as slow. What to run: the clients of tests/interop, the suites of docs/sitl_suites.md, and the
-bridge (tests/pair, tests/explore).
+out/called_sitl. Without: lists those of no recorded run, with their lines. Each function marks
+itself, once, so a run is hardly slower. What to run: the clients of tests/interop and
+sitl/tests/interop, the suites of sitl/docs/suites.md, and the bridge (tests/pair, tests/explore).
 """
 
 from __future__ import annotations
@@ -25,17 +26,44 @@ from typing import NamedTuple
 CALLED = Path("out/called_sitl")
 _PACKAGE = Path(__file__).parents[1] / "sitl" / "mavlink_sitl"
 _RECORDER = """
-import os, sys, threading
-_called, _to = set(), os.open(os.environ["CALLED_SITL"], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-def _record(frame, event, _argument):
-    code = frame.f_code
-    if event == "call" and id(code) not in _called:
-        _called.add(id(code))
-        _, found, path = code.co_filename.rpartition("/mavlink_sitl/")
-        if found:
-            os.write(_to, f"{path}:{code.co_firstlineno}\\n".encode())
-threading.setprofile(_record)
-sys.setprofile(_record)
+import ast, importlib.machinery, os, sys
+_to = os.open(os.environ["CALLED_SITL"], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+
+class _Marks(ast.NodeTransformer):
+    def visit_FunctionDef(self, node):
+        self.generic_visit(node)
+        first = min([node.lineno, *(each.lineno for each in node.decorator_list)])
+        has_text = ast.get_docstring(node, clean=False) is not None
+        mark = ast.parse(f"{first} in _called_ or _call_({first})").body[0]
+        for each in ast.walk(mark):
+            ast.copy_location(each, node)
+        node.body.insert(int(has_text), mark)
+        return node
+
+class _Loader(importlib.machinery.SourceFileLoader):
+    def get_code(self, fullname):
+        tree = _Marks().visit(ast.parse(self.get_data(self.path)))
+        return compile(tree, self.path, "exec", dont_inherit=True)
+
+    def exec_module(self, module):
+        called, (_, _, path) = set(), self.path.rpartition("/mavlink_sitl/")
+        def call(line):
+            called.add(line)
+            os.write(_to, f"{path}:{line}\\n".encode())
+        module.__dict__.update(_called_=called, _call_=call)
+        super().exec_module(module)
+
+class _Finder(importlib.machinery.PathFinder):
+    @classmethod
+    def find_spec(cls, name, path=None, target=None):
+        if name.partition(".")[0] != "mavlink_sitl":
+            return None
+        spec = super().find_spec(name, path, target)
+        if spec is not None and type(spec.loader) is importlib.machinery.SourceFileLoader:
+            spec.loader = _Loader(spec.loader.name, spec.loader.path)
+        return spec
+
+sys.meta_path.insert(0, _Finder)
 """
 """As sitecustomize.py, in each process"""
 
