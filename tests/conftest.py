@@ -1,25 +1,30 @@
-"""Set-up of the whole test run."""
+"""Set-up of the whole test run: how slow and broad a test is, where it hangs, what it leaves.
+
+The marks `wide` and `night` (pyproject.toml) stand at the tests. Of a wide test with several sets
+of parameters the first and the last run by day, those between them by night.
+"""
 
 from __future__ import annotations
 
 import faulthandler
 import gc
 import os
-from collections.abc import Generator
+import re
+from collections.abc import Generator, Sequence
 from pathlib import Path
 
 import pytest
 from _pytest.nodeid import coerce_node_id
 from hypothesis import settings
 
-from tests.wide import is_left_out, is_wide, of_the_night
-
 # How long an example takes says how busy the machine is, and nothing about the code.
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
-_FUNCTIONS = pytest.StashKey[set[str]]()
-"""The tests of which some parameters were collected"""
+_TESTS = Path(__file__).parent
+
+_WIDE_FILE = re.compile(r"^pytestmark = \[?\s*pytest\.mark\.wide\b", re.MULTILINE)
+_WIDE_TEST = re.compile(r"\bmark\.(wide|night)")
 
 _STDERR = pytest.StashKey[int]()
 """The standard error that no test captures"""
@@ -59,39 +64,42 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Leave out the files of which the run needs nothing."""
+    """Leave out the files of which the run needs nothing: importing them costs each worker time."""
     if not collection_path.name.startswith("test_"):
         return None
-    file = collection_path.relative_to(Path(__file__).parent).as_posix()
-    return is_left_out(file, config.option.markexpr) or None
-
-
-def pytest_sessionstart(session: pytest.Session) -> None:
-    """Begin with no test collected."""
-    session.stash[_FUNCTIONS] = set()
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_itemcollected(item: pytest.Item) -> None:
-    """Mark what only `make test-all` runs."""
-    file = _file(item)
-    function = item.nodeid.partition("[")[0]
-    if is_wide(file, item.name, is_first=function not in item.session.stash[_FUNCTIONS]):
-        item.add_marker("wide")
-    item.session.stash[_FUNCTIONS].add(function)
+    text = collection_path.read_text("utf-8")
+    if config.option.markexpr == "not wide":
+        return (
+            bool(re.search(r"^pytestmark = \[?\s*pytest\.mark\.wide\b", text, re.MULTILINE)) or None
+        )
+    is_quick = re.search(r"\bmark\.(wide|night)", text) is None
+    return (config.option.markexpr.startswith(("wide", "night")) and is_quick) or None
 
 
 @pytest.hookimpl(tryfirst=True, specname="pytest_collection_modifyitems")
-def pytest_mark_the_night(items: list[pytest.Item]) -> None:
-    """Mark what only `make test-night` runs, before the marks select."""
-    own = [item for item in items if item.path.is_relative_to(Path(__file__).parent)]
-    wide = [item for item in own if item.get_closest_marker("wide")]
-    for place in of_the_night([(_file(item), item.name) for item in wide]):
-        wide[place].add_marker("night")
+def pytest_mark_sets_of_parameters(items: list[pytest.Item]) -> None:
+    """Mark the sets of parameters, before the marks select."""
+    functions: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.path.is_relative_to(_TESTS):
+            functions.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for tests in functions.values():
+        _mark(tests)
 
 
-def _file(item: pytest.Item) -> str:
-    return item.path.relative_to(Path(__file__).parent).as_posix()
+def _mark(tests: Sequence[pytest.Item]) -> None:
+    """Mark those of one function that differ in their parameters."""
+    for mark in ("wide", "night"):
+        for item in tests[1:]:
+            if item.get_closest_marker(f"{mark}_but_first"):
+                item.add_marker(mark)
+    for item in tests:
+        if item.get_closest_marker("night"):
+            item.add_marker("wide")
+    wide = [item for item in tests if item.get_closest_marker("wide")]
+    for item in wide[1:-1]:
+        if not item.get_closest_marker("by_day"):
+            item.add_marker("night")
 
 
 def pytest_collection_finish() -> None:

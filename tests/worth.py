@@ -2,7 +2,7 @@
 
 `python -m tests.worth tests/pair/test_stalls.py ...` plants the defects of tests/explore/defects.py
 that these files reach, one after another and in memory only, and runs each file until a test fails.
-Without a name it takes all files with slow or broad tests (tests/wide.py) that start no processes:
+Without a name it takes all files with slow or broad tests that start no processes:
 that takes days of a core. The results are kept in out/worth.jsonl, as long as the file is the
 same; `--table` only prints it.
 """
@@ -13,6 +13,7 @@ import argparse
 import hashlib
 import json
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -24,8 +25,6 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
-
-from tests.wide import FILES, PARTS
 
 OUT = Path("out/worth.jsonl")
 _TESTS = Path(__file__).parent
@@ -144,7 +143,11 @@ def _chosen(files: Sequence[Path]) -> Iterator[str]:
     if files:
         yield from (path.resolve().relative_to(_TESTS).as_posix() for path in files)
     else:
-        yield from sorted(file for file in {*FILES, *PARTS} if file.startswith(_IN_ONE_PROCESS))
+        for path in sorted(_TESTS.rglob("test_*.py")):
+            file = path.relative_to(_TESTS).as_posix()
+            is_wide = re.search(r"\bmark\.(wide|night)", path.read_text("utf-8")) is not None
+            if is_wide and file.startswith(_IN_ONE_PROCESS):
+                yield file
 
 
 def _digest(file: str) -> str:

@@ -13,7 +13,12 @@ from tests.bench.run import COLUMNS
 
 HERE = Path(__file__).resolve().parent
 # One after the other: they are to measure, and most of them fly in real time.
-pytestmark = [pytest.mark.xdist_group("bench"), pytest.mark.timeout(900)]
+pytestmark = [
+    pytest.mark.wide,
+    pytest.mark.by_day,
+    pytest.mark.xdist_group("bench"),
+    pytest.mark.timeout(900),
+]
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in HERE.glob("bench_*.py")))

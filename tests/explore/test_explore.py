@@ -21,6 +21,9 @@ from tests.explore.run import fly
 from tests.explore.scenario import Craft, Event, Scenario
 from tests.explore.shrink import shrink
 
+pytestmark = pytest.mark.wide_but_first
+
+
 SCENARIOS = sorted((Path(__file__).parents[1] / "scenarios").glob("*.json"))
 FLIGHT = Scenario(
     1,

@@ -43,6 +43,7 @@ def codes(fleet: FlownFleet) -> list[str]:
     return [end.code.value for craft in fleet.crafts for _, end in craft.ends()]
 
 
+@pytest.mark.wide
 def test_four_copters_cross_through_one_point() -> None:
     places = on_a_circle(4)
     fleet = FlownFleet(copters(places)).ready()
@@ -52,6 +53,7 @@ def test_four_copters_cross_through_one_point() -> None:
     assert codes(fleet) == ["SUCCESS"] * 4
 
 
+@pytest.mark.wide
 def test_without_separation_they_collide() -> None:
     # That the simulator would show it, and that the parameter switches it off.
     places = on_a_circle(2)
@@ -86,6 +88,7 @@ def test_a_target_of_another_is_rejected_with_its_name() -> None:
     assert "v00" in sent.message
 
 
+@pytest.mark.wide
 def test_a_target_of_another_is_moved_to_the_nearest_free_position() -> None:
     fleet, _ = two_with_near_targets("reroute")
     with fleet.holding():
@@ -94,6 +97,7 @@ def test_a_target_of_another_is_moved_to_the_nearest_free_position() -> None:
     assert "moved" in fleet.crafts[1].ends()[0][1].message
 
 
+@pytest.mark.wide
 def test_a_target_of_another_is_waited_for() -> None:
     fleet, _ = two_with_near_targets("wait")
     first, second = fleet.crafts
@@ -107,6 +111,7 @@ def test_a_target_of_another_is_waited_for() -> None:
     assert codes(fleet) == ["SUCCESS"] * 3
 
 
+@pytest.mark.wide
 def test_a_lost_link_closes_the_volume_and_the_others_go_round() -> None:
     places = on_a_circle(4)
     fleet = FlownFleet(copters(places)).ready()
@@ -120,6 +125,7 @@ def test_a_lost_link_closes_the_volume_and_the_others_go_round() -> None:
     assert "v00" in fleet.crafts[2].ends()[0][1].message
 
 
+@pytest.mark.wide
 def test_motors_that_fail_in_the_middle_hit_nobody() -> None:
     places = on_a_circle(4)
     fleet = FlownFleet(copters(places)).ready()
@@ -131,6 +137,7 @@ def test_motors_that_fail_in_the_middle_hit_nobody() -> None:
     assert codes(fleet).count("SUCCESS") == 3
 
 
+@pytest.mark.wide
 def test_a_landing_waits_for_who_is_below_and_a_return_for_who_is_at_home() -> None:
     fleet = FlownFleet(copters([(0.0, 0.0), (20.0, 0.0)])).ready()
     above, below = fleet.crafts

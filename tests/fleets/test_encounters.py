@@ -14,7 +14,7 @@ from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFram
 from tests.fleets.encounters import Intruder, adsb, apart, begin, hear, meet, random_encounter
 from tests.fleets.flown import FlownFleet, homes
 
-pytestmark = pytest.mark.timeout(600)
+pytestmark = [pytest.mark.wide_but_first, pytest.mark.timeout(600)]
 
 ENCOUNTERS = {
     "head on": [Intruder(180.0, 6.0)],
@@ -45,6 +45,7 @@ def test_a_copter_keeps_apart_from_intruders_and_arrives(name: str) -> None:
     assert flown.code == "SUCCESS"
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("name", ["head on", "crossing from the left", "overtaking"])
 def test_a_px4_keeps_apart_from_intruders(name: str) -> None:
     flown = meet(begin(autopilot="px4"), ENCOUNTERS[name])
@@ -123,6 +124,7 @@ def test_a_paused_copter_leaves_the_path_of_an_intruder() -> None:
     assert craft.statuses()[-1] == "PAUSED"
 
 
+@pytest.mark.wide
 def test_an_evasion_stays_below_the_fence_of_the_autopilot() -> None:
     fence = {"FENCE_ENABLE": 1.0, "FENCE_TYPE": 1.0, "FENCE_ALT_MAX": 25.0}
     highest_m = []
@@ -146,6 +148,7 @@ def test_an_evasion_stays_below_the_fence_of_the_autopilot() -> None:
     assert highest_m[1] < 24.5
 
 
+@pytest.mark.wide
 def test_an_evasion_stays_within_the_flight_volume() -> None:
     fleet = begin(volume_altitude_max_m=14.0, volume_radius_m=85.0)
     highest_m = farthest_m = 0.0
@@ -164,6 +167,7 @@ def test_an_evasion_stays_within_the_flight_volume() -> None:
     assert farthest_m <= 85.3
 
 
+@pytest.mark.wide
 def test_vehicles_that_evade_keep_apart_from_each_other() -> None:
     places = [(0.0, 0.0), (0.0, 9.0)]
     quick = {"GUID_TIMEOUT": 1.0}

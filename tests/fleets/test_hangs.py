@@ -9,7 +9,7 @@ from tests.fleets.flown import FlownFleet
 from tests.fleets.hangs import CIRCLE_MAX_S, sent_to_one_that_hovers, swapped_and_returned
 from tests.fleets.test_crossing import codes, copters
 
-pytestmark = pytest.mark.timeout(900)
+pytestmark = [pytest.mark.wide, pytest.mark.timeout(900)]
 
 
 def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_makes_room() -> None:
@@ -27,6 +27,7 @@ def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_ma
     assert codes(fleet) == ["SUCCESS"] * 4, fleet.report()
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize(("seed", "servers"), [(0, 1), (0, 3), (5, 3)])
 def test_after_hangs_all_that_swap_places_arrive_and_return(seed: int, servers: int) -> None:
     """`python -m tests.fleets --hangs` flies more."""

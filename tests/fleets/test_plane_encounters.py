@@ -17,7 +17,7 @@ from tests.fleets.plane_encounters import (
     strays_m,
 )
 
-pytestmark = pytest.mark.timeout(1200)
+pytestmark = [pytest.mark.wide_but_first, pytest.mark.timeout(1200)]
 
 ENCOUNTERS = {
     "head on": [Intruder(180.0, 20.0)],
@@ -55,6 +55,7 @@ def test_a_plane_keeps_apart_from_intruders_and_arrives(autopilot: str, name: st
     assert flown.lowest_m >= 19.0
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_plane_without_traffic_near_it_keeps_its_path(autopilot: str) -> None:
     fleet = fly_up(autopilot)
@@ -64,6 +65,7 @@ def test_a_plane_without_traffic_near_it_keeps_its_path(autopilot: str) -> None:
     assert "WAITING_FOR_TRAFFIC" not in flown.statuses
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 @pytest.mark.parametrize("course_deg", [90.0, 180.0])
 def test_a_plane_that_circles_its_target_gives_way(autopilot: str, course_deg: float) -> None:
@@ -73,6 +75,7 @@ def test_a_plane_that_circles_its_target_gives_way(autopilot: str, course_deg: f
     assert flown.statuses[-3:] == ("WAITING_FOR_TRAFFIC", "NAVIGATING", "SETTLING")
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_paused_plane_gives_way_and_returns(autopilot: str) -> None:
     fleet = fly_up(autopilot)
@@ -105,6 +108,7 @@ def test_a_paused_plane_gives_way_and_returns(autopilot: str) -> None:
     assert abs(float(here[2]) - down) < 8.0
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_an_evasion_of_a_plane_stays_within_the_flight_volume(autopilot: str) -> None:
     flown = meet_plane(
@@ -120,6 +124,7 @@ def test_an_evasion_of_a_plane_stays_within_the_flight_volume(autopilot: str) ->
     assert max(math.hypot(place[0], place[1]) for place in flown.places) <= 800.0
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("seed", range(24))
 def test_a_plane_keeps_apart_wherever_it_can(seed: int) -> None:
     autopilot = ("ardupilot", "px4")[seed % 2]

@@ -180,6 +180,7 @@ def test_an_echo_with_another_altitude_is_known_by_its_climb() -> None:
     assert not known(fleet)
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("offset_m", [(6.0, 0.0, 0.0), (0.0, 0.0, 6.0), (0.0, 9.0, 3.0)])
 def test_another_vehicle_that_hovers_near_is_no_echo(offset_m: Vector3) -> None:
     fleet = FlownFleet([VehicleConfig(ready_after_s=1.0)]).ready()

@@ -15,6 +15,8 @@ from mavlink_sitl import LinkFaults, VehicleConfig
 from mavlink_vehicle.events import LogChunkReceived, LogsListed, LogTransferEnded
 from tests.support.flights.vehicle_pair import VehiclePair
 
+pytestmark = pytest.mark.wide_but_first
+
 
 def downloaded(autopilot: str, path: Path, kind: str = "copter") -> VehiclePair:
     """Arm, take off to 8 m, land, and store the log of it."""

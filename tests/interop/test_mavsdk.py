@@ -42,6 +42,8 @@ from tests.support.stations.mavsdk_station import (
     within,
 )
 
+pytestmark = pytest.mark.wide
+
 
 @contextlib.contextmanager
 def connected(*options: str) -> Iterator[Station]:

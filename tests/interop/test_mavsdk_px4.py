@@ -21,6 +21,9 @@ from mavsdk.plugins.telemetry import FlightMode
 from tests.interop.test_mavsdk import connected, start_uploaded_mission
 from tests.support.stations.mavsdk_station import WAIT_S, Station, wait
 
+pytestmark = pytest.mark.wide
+
+
 SQUARE = ((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0))
 
 
@@ -40,6 +43,7 @@ def corner(flight: Station, north_m: float, east_m: float, action: int) -> Any:
     )  # fmt: skip
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("ends_by", ["return", "land"])
 def test_a_square_with_camera_and_gimbal_is_flown_and_ends(ends_by: str) -> None:
     with connected("--autopilot", "px4") as flight:

@@ -21,7 +21,7 @@ pytest.importorskip("mavsdk", reason="MAVSDK from PyPI is not installed")
 
 from tests.support.stations.mavsdk_station import WAIT_S, Station, listening, wait, within
 
-pytestmark = pytest.mark.xdist_group("mavsdk_station")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("mavsdk_station")]
 STATION = "Ground station 245/190"
 
 

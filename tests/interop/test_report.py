@@ -20,6 +20,9 @@ from navigation_bridge.goals.goal import GoalFinished, GoalHappened
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_core.outcomes import OutcomeCode
 
+pytestmark = pytest.mark.wide_but_first
+
+
 DATA = Path(__file__).resolve().parents[1] / "data"
 COPTER = DATA / "copter_lowbatt.tlog"
 ROVER = DATA / "rover_guided.tlog"
@@ -139,6 +142,7 @@ FRAME = """<!doctype html><title>no answer</title><iframe src="%s" width="%d" he
 })</script>"""
 
 
+@pytest.mark.wide
 @in_a_browser
 @pytest.mark.parametrize("width", [1280, 768, 420])
 def test_nothing_is_cut_off_at_any_width(page: Path, tmp_path: Path, width: int) -> None:
@@ -159,6 +163,7 @@ def test_a_page_is_smaller_than_two_megabytes(page: Path) -> None:
     assert page.stat().st_size < 2_000_000
 
 
+@pytest.mark.wide
 @in_a_browser
 def test_two_flights_are_laid_over_each_other(tmp_path: Path) -> None:
     out = tmp_path / "both.html"

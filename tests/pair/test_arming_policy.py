@@ -20,6 +20,9 @@ from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 TARGET = (60.0, 0.0, 40.0)
 REQUESTS: dict[str, Request] = {
     "navigate": NavigateRequest("map", TARGET, (0.0, 0.0, 0.0, 1.0), False, 0.0),

@@ -23,6 +23,9 @@ from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.vehicle import VehicleConfig as VehicleSettings
 from tests.support.flights.vehicle_pair import VehiclePair
 
+pytestmark = pytest.mark.wide
+
+
 LOSSY = LinkFaults(loss=0.2)
 REORDERED = LinkFaults(loss=0.2, duplicate=0.2, delay_s=0.05, jitter_s=0.1)
 

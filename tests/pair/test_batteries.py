@@ -9,6 +9,9 @@ from navigation_bridge.goals.requests import LandRequest
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 CRITICAL, PAYLOAD = 3, 4
 AUTOPILOTS = ["ardupilot", "px4"]
 

@@ -23,6 +23,9 @@ from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from tests.support.messages.autopilot_messages import AutopilotMessages
 
+pytestmark = pytest.mark.wide_but_first
+
+
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
 _TICK_S = 0.01
 ADVICE = "Check the cable."

@@ -24,6 +24,9 @@ from navigation_bridge.goals.requests import (
 from navigation_bridge.services import Service
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 ASKS = (mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_MISSION_START)
 # The pilot's mode, and the one that the vehicle is in before.
 CHOSEN = {"px4": "POSCTL", "ardupilot": "ALT_HOLD"}
@@ -234,6 +237,7 @@ def test_a_pilots_mode_that_our_request_overtakes_is_restored(
         check(flight, goal_id, sent_s + offset_s, delay_s)
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("delay_s", [0.1, 0.3])
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
 @pytest.mark.parametrize("operation", ["navigate", "service"])
@@ -248,6 +252,7 @@ def test_a_mode_of_a_ground_station_is_not_overtaken_for_good(
         assert flight.true_mode == CHOSEN[autopilot], (offset_s, flight.seen)
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
 def test_a_second_change_of_the_pilot_is_left_alone(autopilot: str) -> None:
     second = {"px4": "ALTCTL", "ardupilot": "STABILIZE"}[autopilot]

@@ -22,6 +22,9 @@ from navigation_bridge.goals.requests import (
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.velocity_stick import SteeredFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 COPTERS = [("copter", "ardupilot"), ("copter", "px4")]
 DRIVING = [("rover", "ardupilot"), ("rover", "px4"), ("boat", "ardupilot"), ("boat", "px4")]
 PLANES = [("plane", "ardupilot"), ("plane", "px4")]

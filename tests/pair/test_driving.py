@@ -18,6 +18,9 @@ from tests.support.flights.driving import drive_to_end
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.models.kinematics import driven_way_m, least_time_s
 
+pytestmark = pytest.mark.wide_but_first
+
+
 AUTOPILOTS = ["ardupilot", "px4"]
 # Greatest time, as a multiple of the least that the limits allow.
 _SHARE = 1.10

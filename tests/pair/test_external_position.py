@@ -16,6 +16,9 @@ from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.requests import LandRequest
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 ORIGIN = (-35.0, 149.0, 600.0)
 _PERIOD_S = 0.04
 

@@ -12,6 +12,9 @@ from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 MOVING = {"SET_POSITION_TARGET_LOCAL_NED", "COMMAND_LONG", "COMMAND_INT", "SET_MODE"}
 RTL, LAND = {"RTL", "AUTO.RTL"}, {"LAND", "AUTO.LAND"}
 

@@ -20,6 +20,9 @@ from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest,
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 FIRMWARES = ("ardupilot", "px4")
 ALTITUDE_M = 488.0
 UP_M = 12.0

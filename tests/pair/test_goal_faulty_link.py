@@ -14,6 +14,9 @@ from navigation_bridge.goals.lifecycle import TERMINAL_STATES
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 FAULTS = {
     "loss 20 %": LinkFaults(loss=0.2),
     "delay 500 ms": LinkFaults(delay_s=0.5),
@@ -60,6 +63,7 @@ STEPS = st.lists(
 )
 
 
+@pytest.mark.night
 @given(STEPS)
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_every_accepted_goal_ends_exactly_once_whatever_happens(

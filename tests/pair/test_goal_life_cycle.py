@@ -11,6 +11,8 @@ from navigation_bridge.goals.lifecycle import GoalState
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
 
 @pytest.fixture
 def flight() -> SimulatedFlight:

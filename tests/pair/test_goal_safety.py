@@ -17,6 +17,9 @@ from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.stations.missions import position_1e7
 
+pytestmark = pytest.mark.wide_but_first
+
+
 FENCES = {
     "ardupilot": {
         "FENCE_ENABLE": 1.0, "FENCE_TYPE": 3.0, "FENCE_RADIUS": 40.0, "FENCE_ALT_MAX": 30.0,

@@ -19,6 +19,9 @@ from navigation_bridge.services import Service
 from tests.support.flights.driving import drive_to_end
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 VEHICLES = [
     ("rover", "ardupilot"),
     ("boat", "ardupilot"),

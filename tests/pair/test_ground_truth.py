@@ -11,6 +11,8 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.world_flights import simulated
 from tests.support.worlds.random_worlds import KINDS, random_world
 
+pytestmark = pytest.mark.wide_but_first
+
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_random_world_is_the_same_in_the_simulator(kind: str) -> None:

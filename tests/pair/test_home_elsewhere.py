@@ -19,6 +19,9 @@ from navigation_bridge.goals.requests import (
 )
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 STATION = Codec(255, 190)
 FIRMWARES = ("ardupilot", "px4")
 # Home from where the vehicle stands: north, east and up, m.

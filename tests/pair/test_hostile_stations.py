@@ -24,6 +24,9 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.udp_flight import HostileStation, UdpFlight, udp_flight
 from tests.support.messages.random_messages import CLASSES, STRANGE_FLOATS, random_message
 
+pytestmark = pytest.mark.wide
+
+
 FIRMWARES = {
     "ardupilot": (),
     "px4": ("--autopilot", "px4", "--param", "COM_OF_LOSS_T=4"),

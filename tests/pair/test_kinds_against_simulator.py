@@ -18,6 +18,9 @@ from mavlink_vehicle.events import (
 from mavlink_vehicle.vehicle import SetpointNed
 from tests.support.flights.vehicle_pair import VehiclePair
 
+pytestmark = pytest.mark.wide
+
+
 ACHIEVED, REFUSED = OperationResult.ACHIEVED, OperationResult.REFUSED
 
 

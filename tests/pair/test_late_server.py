@@ -14,6 +14,9 @@ import pytest
 from mavlink_sitl import BatteryModel, Obstacle, RangeSensor, VehicleConfig, World, load_world
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 RADIUS_M = 0.5
 SPEED_M_S = 3.0
 FIRMWARES = ("ardupilot", "px4")
@@ -55,6 +58,7 @@ def test_a_server_that_dies_among_obstacles_leaves_a_vehicle_that_hits_none(
     assert flight.ground_truth.nearest.distance_m > RADIUS_M, flight.ground_truth.nearest
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("firmware", FIRMWARES)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_server_that_is_stopped_and_continued_again_and_again_hits_nothing(
@@ -77,6 +81,7 @@ def test_a_server_that_is_stopped_and_continued_again_and_again_hits_nothing(
     assert stalls >= 5 or end.code.value != "SUCCESS"
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_beside_what_moves_a_server_that_is_stopped_again_and_again_hits_nothing(seed: int) -> None:
     """The world of the demo, whose excavator and lift move all the time."""

@@ -11,6 +11,8 @@ from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode, Rejection
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
 
 def logged(autopilot: str) -> SimulatedFlight:
     """A vehicle with one log, longer than what is sent in a second."""

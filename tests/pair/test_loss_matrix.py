@@ -20,6 +20,9 @@ from tests.support.flights.loss_matrix import (
     outcomes_on_page,
 )
 
+pytestmark = pytest.mark.wide
+
+
 # The effect of a loss of 40 % on a PX4 covers these, too, and its many messages cost time.
 MILDER = ("loss 5 %", "loss 20 %")
 CELLS = [

@@ -17,6 +17,9 @@ from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import LandRequest, NavigateRequest, TakeoffRequest
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 FORMATS = {
     "char": "c", "uint8_t": "B", "int8_t": "b", "uint16_t": "H", "int16_t": "h", "uint32_t": "I",
     "int32_t": "i", "uint64_t": "Q", "int64_t": "q", "float": "f", "double": "d",

@@ -18,6 +18,9 @@ from mavlink_vehicle.mission_items import (
 )
 from tests.support.flights.vehicle_pair import BAD_RADIO, WORSE_RADIO, VehiclePair
 
+pytestmark = pytest.mark.wide
+
+
 HOME_1E7 = (-353632610, 1491652300)
 METRE_1E7 = 1e7 / 111_319.0
 KINDS = [

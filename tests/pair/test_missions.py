@@ -12,6 +12,9 @@ from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest,
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.vehicle_pair import BAD_RADIO
 
+pytestmark = pytest.mark.wide_but_first
+
+
 Place = tuple[float, float, float]
 SQUARE = [(12.0, 0.0, 3.0), (12.0, 12.0, 4.0), (0.0, 12.0, 3.0)]
 
@@ -89,6 +92,7 @@ def test_a_plane_takes_off_flies_its_mission_and_circles_its_end(autopilot: str)
     assert math.dist(flight.truth()[0][:2], places[-1][:2]) < 150.0
 
 
+@pytest.mark.wide
 def test_laps_stays_headings_and_speeds_are_items_of_the_mission() -> None:
     flight = flight_of("ardupilot")
     waypoints = (
@@ -244,6 +248,7 @@ def test_a_flying_goal_is_replaced_by_a_mission_and_a_mission_by_another_goal() 
         assert [flight.ends(goal)[0].code.value for goal in (first, second)] == ["PREEMPTED"] * 2
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 @pytest.mark.parametrize("faults", [BAD_RADIO, LinkFaults(loss=0.4)], ids=["bad", "loss"])
 def test_a_mission_on_a_bad_link_is_flown_to_its_end(autopilot: str, faults: LinkFaults) -> None:

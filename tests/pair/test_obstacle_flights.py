@@ -13,6 +13,9 @@ from mavlink_sitl import MoverPath, Obstacle, RangeSensor, VehicleConfig, World
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.worlds.enclosures import PEN
 
+pytestmark = pytest.mark.wide_but_first
+
+
 RADIUS_M = 0.5
 COPTER = VehicleConfig(ready_after_s=1.0, heading_deg=0.0)
 PX4_COPTER = VehicleConfig(autopilot="px4", ready_after_s=1.0, heading_deg=0.0)
@@ -42,6 +45,7 @@ def closest(flight: SimulatedFlight) -> float:
     return nearest.distance_m
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(
     ("vehicle", "obstacles", "north_m"),
     [

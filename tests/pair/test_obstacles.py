@@ -17,6 +17,9 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.messages.autopilot_messages import AutopilotMessages
 from tests.support.stations.missions import position_1e7
 
+pytestmark = pytest.mark.wide_but_first
+
+
 REACH_M = 10.0
 THINGS = (
     Obstacle("oak", (10.0, 6.0), radius_m=0.6, top_m=14.0),

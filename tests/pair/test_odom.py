@@ -10,6 +10,9 @@ from mavlink_sitl import LinkFaults, VehicleConfig
 from navigation_bridge.vehicle.odom_frame import OdomFrame, at_time_of_position
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 GLITCH_M = 20.0
 
 

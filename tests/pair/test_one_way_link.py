@@ -18,6 +18,9 @@ from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.vehicle_pair import VehiclePair
 
+pytestmark = pytest.mark.wide_but_first
+
+
 VEHICLES = [
     ("ardupilot", "copter"), ("px4", "copter"), ("ardupilot", "rover"), ("px4", "rover"),
     ("ardupilot", "boat"), ("ardupilot", "plane"), ("px4", "plane"),

@@ -9,6 +9,9 @@ from mavlink_vehicle.codec import Codec, make
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 AUTOPILOTS = ["ardupilot", "px4"]
 
 

@@ -10,6 +10,9 @@ from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.messages.autopilot_messages import AutopilotMessages
 
+pytestmark = pytest.mark.wide_but_first
+
+
 GENERIC = mavlink.MAV_AUTOPILOT_GENERIC
 
 

@@ -18,6 +18,9 @@ from navigation_bridge.goals.requests import (
 from navigation_bridge.services import Service
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 # ArduPlane's WP_LOITER_RAD is 60 m, PX4's NAV_LOITER_RAD 80 m; both fly wider than that.
 CIRCLE_M = 120.0
 Place = tuple[float, float, float]

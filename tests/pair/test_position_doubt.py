@@ -20,6 +20,9 @@ from navigation_bridge.goals.requests import (
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 AUTOPILOTS = ["ardupilot", "px4"]
 GLITCH_M = 20.0
 SPEED_M_S = 3.0

@@ -24,6 +24,9 @@ from mavlink_vehicle.profiles.px4 import COPTER
 from mavlink_vehicle.vehicle import SetpointNed, VehicleConfig
 from tests.support.flights.vehicle_pair import BAD_RADIO, VehiclePair
 
+pytestmark = pytest.mark.wide
+
+
 ACHIEVED, REFUSED = OperationResult.ACHIEVED, OperationResult.REFUSED
 HOME = GeoPoint(47.397743, 8.545594, 488.0)
 NORTH = SetpointNed(velocity_ned_m_s=(2.0, 0.0, 0.0))

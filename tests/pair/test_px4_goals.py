@@ -58,6 +58,7 @@ def test_control_is_asked_for_after_a_second_of_setpoints(flight: SimulatedFligh
     assert flight.run_to_end(goal_id).code.value == "SUCCESS"
 
 
+@pytest.mark.wide
 def test_a_goal_that_replaces_another_continues_in_offboard(flight: SimulatedFlight) -> None:
     flight.fly_up()
     flight.send(40.0, 0.0, 3.0)
@@ -71,6 +72,7 @@ def test_a_goal_that_replaces_another_continues_in_offboard(flight: SimulatedFli
     assert flight.run_to_end(new).code.value == "SUCCESS"
 
 
+@pytest.mark.wide
 def test_a_goal_right_after_another_takes_it_out_of_hold_again(flight: SimulatedFlight) -> None:
     flight.fly_up()
     for x_m in (6.0, 12.0):
@@ -79,6 +81,7 @@ def test_a_goal_right_after_another_takes_it_out_of_hold_again(flight: Simulated
         assert flight.ends(goal_id)[0].code.value == "SUCCESS"
 
 
+@pytest.mark.wide
 def test_take_off_land_and_return(flight: SimulatedFlight) -> None:
     end = flight.run_to_end(flight.start(TakeoffRequest(5.0)))
     assert end.code.value == "SUCCESS", end.message
@@ -139,6 +142,7 @@ def test_a_pilot_who_takes_over_is_not_fought(flight: SimulatedFlight) -> None:
     assert flight.vehicle.mode_name == "AUTO.LAND"
 
 
+@pytest.mark.wide
 def test_a_fast_flight_stops_at_its_goal_and_not_beyond(flight: SimulatedFlight) -> None:
     flight.fly_up()
     radius_m = flight.config.bridge.goto.arrival_radius_m
@@ -169,12 +173,14 @@ def landed_by_its_failsafe(kind: str = "copter") -> SimulatedFlight:
     return flight
 
 
+@pytest.mark.wide
 def test_a_px4_that_disarmed_in_offboard_is_flown_again() -> None:
     flight = landed_by_its_failsafe()
     end = flight.run_to_end(flight.send(5.0, 0.0, 4.0))
     assert end.code.value == "SUCCESS", end.message
 
 
+@pytest.mark.wide
 def test_a_px4_that_disarmed_in_offboard_flies_a_mission() -> None:
     flight = landed_by_its_failsafe()
     request = WaypointsRequest((WaypointRequest((15.0, 0.0, 5.0)),), by_mission=True)
@@ -182,6 +188,7 @@ def test_a_px4_that_disarmed_in_offboard_flies_a_mission() -> None:
     assert end.code.value == "SUCCESS", end.message
 
 
+@pytest.mark.wide
 def test_the_arm_service_leaves_offboard_first() -> None:
     flight = landed_by_its_failsafe()
     since_s = flight.now

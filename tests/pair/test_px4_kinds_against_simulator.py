@@ -11,6 +11,9 @@ from mavlink_vehicle.events import FailsafeBegan, FailsafeKind, ModeChanged, Ope
 from mavlink_vehicle.vehicle import SetpointNed
 from tests.support.flights.vehicle_pair import VehiclePair
 
+pytestmark = pytest.mark.wide
+
+
 EAST = SetpointNed((900.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.1, 0.0, 0.0), yaw_ned_rad=0.0)
 
 

@@ -19,6 +19,9 @@ from navigation_core.geometry import Vector3, distance
 from navigation_core.safety.energy import ConsumptionEstimator
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 GOALS = 7
 ERROR_MAX = 0.05
 SERVER = {"arming": "auto", "battery_policy": "ignore"}

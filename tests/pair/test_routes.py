@@ -10,6 +10,8 @@ import pytest
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest, WaypointsRequest
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
 
 @pytest.fixture
 def flight() -> SimulatedFlight:

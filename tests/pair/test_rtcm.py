@@ -9,6 +9,8 @@ from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.unit.vehicle.test_rtcm import rtcm
 
+pytestmark = pytest.mark.wide_but_first
+
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_corrections_reach_the_receiver(autopilot: str) -> None:

@@ -14,6 +14,9 @@ from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.requests import LandRequest, Request, TakeoffRequest
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 FIRMWARES = ("px4", "ardupilot")
 SPEED_M_S = 3.0
 BLAMES_THE_VEHICLE = ("MODE_REFUSED", "ARMING_REFUSED", "TAKEOFF_REFUSED", "TIMEOUT", "LINK_LOST")
@@ -56,6 +59,7 @@ def test_a_server_that_stays_late_says_so_and_does_not_blame_the_vehicle(late_s:
     assert flight.vehicle.mode_name == "AUTO.LOITER"
 
 
+@pytest.mark.wide
 def test_a_server_that_stands_still_again_and_again_comes_to_an_end() -> None:
     """Each gap is long enough to be excused, but not all of them together."""
     flight = in_the_air("px4")
@@ -65,6 +69,7 @@ def test_a_server_that_stands_still_again_and_again_comes_to_an_end() -> None:
     assert end.code.value in ("SERVER_LATE", "FAILSAFE_OFFBOARD"), end.message
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("stall_s", [1.0, 12.0, 30.0])
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 @pytest.mark.parametrize("asked", [TakeoffRequest(5.0), LandRequest()])
@@ -108,6 +113,7 @@ class StarvedFlight(SimulatedFlight):
         self.simulation.link.read_datagrams = read_some  # type: ignore[method-assign]
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 def test_data_that_is_old_when_it_is_read_slows_and_stops_the_vehicle(autopilot: str) -> None:
     """The control loop is in time; its data is seconds old."""

@@ -15,6 +15,9 @@ from navigation_bridge.configuration.parameter_file import read_parameter_file
 from navigation_bridge.goals.requests import NavigateRequest, Request, TakeoffRequest
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
 FLEET = {"copter": "ardupilot_copter", "px4": "px4_copter", "rover": "ardupilot_rover"}
 FILES = sorted((CONFIG / "simulated").glob("*.yaml"))

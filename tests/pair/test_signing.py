@@ -16,6 +16,9 @@ from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.udp_flight import HostileStation
 
+pytestmark = pytest.mark.wide_but_first
+
+
 KEY = hashlib.sha256(b"hangar 7").digest()
 NOW_UNIX_S = 1_800_000_000.0
 NOW = int((NOW_UNIX_S - 1_420_070_400) * 1e5)

@@ -10,6 +10,9 @@ import pytest
 from mavlink_sitl import VehicleConfig
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide
+
+
 MEDIAN, PEAK = 1.03, 1.08
 # East, north and up in metres, and max_speed in m/s; 0 is the server's usual speed.
 GOALS = (

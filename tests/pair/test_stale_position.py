@@ -11,6 +11,9 @@ from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 POSITIONS = frozenset({"GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"})
 AUTOPILOTS = ["ardupilot", "px4"]
 

@@ -17,6 +17,9 @@ from navigation_bridge.services import Service
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.vehicle_pair import VehiclePair
 
+pytestmark = pytest.mark.wide
+
+
 SET_MODE = mavlink.MAV_CMD_DO_SET_MODE
 TICK_S = 0.01
 

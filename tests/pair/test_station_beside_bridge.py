@@ -15,6 +15,9 @@ from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.udp_flight import UdpFlight, udp_flight
 from tests.support.stations.pymavlink_station import PymavlinkStation
 
+pytestmark = pytest.mark.wide
+
+
 SYSTEM, COMPONENT = 254, 190
 A_PARAMETER = {"ardupilot": b"WPNAV_SPEED", "px4": b"MIS_TAKEOFF_ALT"}
 REQUESTS = ["MISSION_REQUEST_INT", "MISSION_REQUEST"]

@@ -11,6 +11,9 @@ from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import LandRequest, ReturnRequest
 from tests.support.flights.station_flight import StationFlight
 
+pytestmark = pytest.mark.wide
+
+
 VEHICLES = [
     (autopilot, vehicle)
     for autopilot in ("ardupilot", "px4")

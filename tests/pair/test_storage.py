@@ -19,6 +19,9 @@ from mavlink_vehicle.events import (
 from mavlink_vehicle.mission_items import AMSL, RELATIVE_ALT, MissionItem, MissionType
 from tests.support.flights.vehicle_pair import BAD_RADIO, VehiclePair
 
+pytestmark = pytest.mark.wide_but_first
+
+
 LOSSY = LinkFaults(loss=0.2)
 HOME_1E7 = (-353632610, 1491652300)
 FENCE, RALLY = MissionType.FENCE, MissionType.RALLY

@@ -18,6 +18,9 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 AUTOPILOTS = ("ardupilot", "px4")
 METRES_PER_DEGREE = 111_319.0
 

@@ -14,6 +14,9 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.station_flight import TARGET, StationFlight
 from tests.support.stations.missions import position_1e7
 
+pytestmark = pytest.mark.wide_but_first
+
+
 _SQUARE = ((-60.0, -60.0), (-60.0, 60.0), (60.0, 60.0), (60.0, -60.0))
 _IDENTITY = 77
 

@@ -8,6 +8,8 @@ from navigation_bridge.goals.requests import LandRequest, Request, ReturnRequest
 from navigation_bridge.services import Service
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
 
 @pytest.fixture
 def flight() -> SimulatedFlight:

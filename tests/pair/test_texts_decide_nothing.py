@@ -14,6 +14,9 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.goals.goal import Annotation, GoalFeedback, GoalFinished, LogLine
 from tests.support.flights.station_flight import StationFlight
 
+pytestmark = pytest.mark.wide
+
+
 TEXTS = {"how", "text"}
 """The fields of the event classes that are for people."""
 

@@ -25,6 +25,9 @@ from mavlink_vehicle.mission_items import RELATIVE_ALT, MissionItem
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from tests.support.flights.vehicle_pair import TICK_S
 
+pytestmark = pytest.mark.wide
+
+
 FAULTS = LinkFaults(loss=0.1, duplicate=0.1, delay_s=0.05, jitter_s=0.2)
 ON_BOARD, ON_GROUND = (1, 191), (255, 190)
 ACHIEVED = OperationResult.ACHIEVED

@@ -7,6 +7,9 @@ import pytest
 from mavlink_vehicle.codec import Codec, Message
 from tests.support.flights.simulated_flight import SimulatedFlight
 
+pytestmark = pytest.mark.wide_but_first
+
+
 BATTERY = ("BATTERY_STATUS", "SYS_STATUS")
 
 

@@ -26,6 +26,9 @@ from mavlink_vehicle.events import (
 from mavlink_vehicle.vehicle import DEFAULT_RATES_HZ, SetpointNed, VehicleConfig
 from tests.support.flights.vehicle_pair import BAD_RADIO, WORSE_RADIO, VehiclePair
 
+pytestmark = pytest.mark.wide
+
+
 ACHIEVED, REFUSED = OperationResult.ACHIEVED, OperationResult.REFUSED
 CANCELLED, LINK_LOST = OperationResult.CANCELLED, OperationResult.LINK_LOST
 

@@ -15,6 +15,9 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.station_flight import StationFlight
 from tests.support.flights.velocity_stick import SteeredFlight
 
+pytestmark = pytest.mark.wide
+
+
 COPTERS = [("copter", "ardupilot"), ("copter", "px4")]
 GROUND = [("rover", "ardupilot"), ("rover", "px4"), ("boat", "ardupilot")]
 VEHICLES = COPTERS + GROUND

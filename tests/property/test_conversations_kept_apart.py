@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +19,9 @@ from mavlink_vehicle.events import OperationFinished, OperationResult, VehicleEv
 from mavlink_vehicle.mission_items import RELATIVE_ALT, MissionItem
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from tests.support.messages.autopilot_messages import AutopilotMessages
+
+pytestmark = pytest.mark.wide
+
 
 OURS = (1, 191)
 OTHERS = [(255, 190), (255, 191), (1, 190), (1, 192), (2, 191)]

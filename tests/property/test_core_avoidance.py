@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -128,6 +129,7 @@ def _assert_safe(task: SetpointFlight, things: list[Thing]) -> OutcomeCode:
     return code
 
 
+@pytest.mark.wide
 @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
 @given(things=st.lists(things, min_size=1, max_size=14))
 def test_a_flight_to_a_point_hits_nothing_and_ends(things: list[Thing]) -> None:
@@ -136,6 +138,7 @@ def test_a_flight_to_a_point_hits_nothing_and_ends(things: list[Thing]) -> None:
     )
 
 
+@pytest.mark.wide
 @settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 @given(
     things=st.lists(things, min_size=1, max_size=10),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -127,6 +128,7 @@ def _assert_honest(flight: Flight, vehicle: PointMass, config: GotoConfig, calm:
         assert vehicle.speed <= config.stop_speed_m_s or not calm
 
 
+@pytest.mark.wide
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     target=targets,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -37,6 +38,7 @@ def scans(draw: st.DrawFn) -> RayScan:
     )
 
 
+@pytest.mark.wide
 @given(st.lists(st.tuples(scans(), grounds), max_size=12), st.booleans())
 def test_whatever_it_reads_its_obstacles_are_sound_few_and_within_the_window(
     told: list[tuple[RayScan, float | None]], as_points: bool
@@ -79,6 +81,7 @@ def test_what_is_there_is_found_wherever_it_stands_and_freed_when_it_is_gone(
     assert len(seen.obstacles()) == 0
 
 
+@pytest.mark.wide
 @settings(max_examples=20)
 @given(st.tuples(st.integers(-400, 400), st.integers(-400, 400)), angles)
 def test_everything_is_the_same_a_whole_number_of_columns_further_on(

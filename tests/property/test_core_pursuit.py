@@ -78,6 +78,7 @@ def drive(
     raise AssertionError(f"not in 300 s; it is at {car.x:.1f}, {car.y:.1f}")
 
 
+@pytest.mark.wide
 @settings(max_examples=40, deadline=None)
 @given(
     distance_m=st.floats(0.1, 40.0),

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -158,6 +159,7 @@ def assert_pieces_agree(path: Path, log: Tlog) -> None:
             assert joined[field].tobytes() == records[field].tobytes()
 
 
+@pytest.mark.wide
 @settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(damaged_logs())
 def test_every_whole_packet_of_a_damaged_log_is_read(data: bytes) -> None:

@@ -6,6 +6,7 @@ import math
 import struct
 from pathlib import Path
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,6 +23,9 @@ from navigation_bridge.recording.replay import LONGEST_SILENCE_S, USUAL_GAP_S, P
 from navigation_bridge.recording.shadow_file import ShadowGoal
 from navigation_bridge.recording.shadow_goals import OPEN, REJECTED, work_shadow_goals
 from tests.support.flights.made_flights import FOLDER
+
+pytestmark = pytest.mark.wide
+
 
 YEAR_S = 365.25 * 86_400
 LOGS = ("battery_failsafe", "link_gap", "px4_reboot", "station_cancel", "no_path")

@@ -9,6 +9,8 @@ import pytest
 
 from tests.support.logs.recordings import recording
 
+pytestmark = pytest.mark.wide
+
 
 @pytest.mark.parametrize(
     ("name", "reason"),

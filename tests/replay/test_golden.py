@@ -33,6 +33,9 @@ from tests.support.logs.golden import (
 )
 from tests.support.logs.recordings import NAMES, SMALL, recording
 
+pytestmark = pytest.mark.wide_but_first
+
+
 ROOT = Path(__file__).resolve().parents[2]
 GOLDEN = Path(__file__).parent / "golden"
 OWN = {

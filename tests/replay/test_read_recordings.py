@@ -19,6 +19,9 @@ from tests.support.logs.read_logs import (
     mavutil_packets,
 )
 
+pytestmark = pytest.mark.wide
+
+
 LOGS = OWN_LOGS + LARGE_LOGS
 
 

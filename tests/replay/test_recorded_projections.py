@@ -27,7 +27,7 @@ from mavlink_vehicle.profiles import ardupilot, px4
 from mavlink_vehicle.state.reducer import VehicleState, reduce
 from navigation_bridge.vehicle.map_frame import MapFrame
 
-pytestmark = pytest.mark.xdist_group("recordings")  # each is played once
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("recordings")]  # each is played once
 
 ROOT = Path(__file__).resolve().parents[2]
 PLANE, MISSION = "positions/plane_guided", "positions/mission_clear"

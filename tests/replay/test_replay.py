@@ -28,6 +28,8 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from tests.support.flights.made_flights import FOLDER, RECIPES, MadeFlight
 
+pytestmark = pytest.mark.wide_but_first
+
 
 def bridge() -> Bridge:
     config = make_config({})

@@ -20,6 +20,9 @@ from tests.support.flights.recorded_flight import Recorder
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.logs.recordings import SMALL
 
+pytestmark = pytest.mark.wide_but_first
+
+
 ROOT = Path(__file__).resolve().parents[2]
 
 

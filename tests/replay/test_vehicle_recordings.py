@@ -28,6 +28,8 @@ from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from tests.support.logs.recordings import NAMES, recording
 
+pytestmark = pytest.mark.wide
+
 
 def oracle(frames: list[bytes]) -> list[Any]:
     """The same frames as pymavlink's own parser decodes them; None for what it can't."""

@@ -9,7 +9,7 @@ from custom_interfaces.action import Land, ReturnToLaunch, Takeoff
 from custom_interfaces.msg import GoalCode
 from tests.support.ros.ros_flight import Flight, navigate_goal
 
-pytestmark = pytest.mark.xdist_group("ros_actions")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_actions")]
 
 
 def test_arm_disarm_take_off_pause_and_land(flight: Flight) -> None:

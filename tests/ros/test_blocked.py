@@ -5,8 +5,13 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight
+
+pytestmark = pytest.mark.wide
+
 
 WALLS = """
 obstacles:

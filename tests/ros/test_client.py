@@ -62,6 +62,7 @@ def test_updates_replace_the_goal_in_flight_and_the_last_end_counts(flight: Flig
     assert feedback["replans"] == 0
 
 
+@pytest.mark.wide
 def test_an_update_after_the_arrival_continues_from_there(flight: Flight) -> None:
     # Each lets the vehicle settle where it is; the second is due long after the first has ended.
     here = ["--frame", "base_link", "--goal", "0", "0", "0"]
@@ -206,6 +207,7 @@ def test_ctrl_z_lends_the_terminal_to_the_shell(terminal: Terminal) -> None:
     assert terminal.modes == terminal.modes_before
 
 
+@pytest.mark.wide
 def test_a_killed_client_gives_the_terminal_back(flight: Flight, terminal: Terminal) -> None:
     terminal.wait_for("NAVIGATING", 45.0)
     terminal.type("\x1c")  # Ctrl-\

@@ -11,7 +11,7 @@ from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, navigate_goal
 
 # Each command is a process of its own, and a process may take 10 s to start on a busy machine.
-pytestmark = pytest.mark.xdist_group("ros_client_commands")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_client_commands")]
 CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
 
 

@@ -12,7 +12,7 @@ from drone_navigation.processes import free_udp_port, ros_environment
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, new_domain
 
-pytestmark = pytest.mark.xdist_group("ros_command_line")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_command_line")]
 CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
 SERVER = ["python", "-m", "drone_navigation.navigation_server"]
 

@@ -26,6 +26,7 @@ from tests.support.stations import missions
 from tests.support.stations.pymavlink_station import PymavlinkStation
 
 pytestmark = [
+    pytest.mark.wide,
     pytest.mark.xdist_group("console"),
     pytest.mark.skipif(
         CHROMIUM is None, reason="no Chromium here (apt install chromium), so no page can be opened"

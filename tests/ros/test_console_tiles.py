@@ -30,6 +30,7 @@ from tests.support.ros.ros_flight import READY_TIMEOUT_S, new_domain
 from tests.support.tiles import draw_tiles, write_archive, write_folder
 
 pytestmark = [
+    pytest.mark.wide,
     pytest.mark.xdist_group("console_tiles"),
     pytest.mark.skipif(
         CHROMIUM is None, reason="no Chromium here (apt install chromium), so no page can be opened"

@@ -18,6 +18,9 @@ from mavlink_vehicle.io.tlog import TlogReader
 from navigation_bridge import notes
 from tests.support.processes import STARVED, Process
 
+pytestmark = pytest.mark.wide
+
+
 RADIUS_M = 0.5  # vehicle_radius_m
 ESTIMATE_OFF_M = 0.2  # the vehicle's place is its own estimate
 _TRIES = 3
@@ -39,6 +42,7 @@ def true_clearance_m(log: Path, world: Path) -> float:
     return nearest_m
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize(
     ("vehicle", "goal_enu_m"),
     [

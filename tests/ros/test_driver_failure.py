@@ -34,7 +34,7 @@ from navigation_core.outcomes import OutcomeCode
 from tests.support.processes import Process, patient_s
 from tests.support.ros.ros_flight import navigate_goal, new_domain
 
-pytestmark = pytest.mark.xdist_group("ros_demo")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_demo")]
 
 
 class _Server:

@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 
 from tests.support.ros.ros_flight import Flight
 
-pytestmark = pytest.mark.xdist_group("ros_external")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_external")]
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from tests.support.processes import patient_s
 from tests.support.ros.ros_fleet import FleetFlight, FleetVehicle, Flood, two_ports
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, GoalRecord, navigate_goal
 
-pytestmark = pytest.mark.xdist_group("ros_fleet")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_fleet")]
 
 READY_S = patient_s(20.0)
 GOALS = {"copter": (6.0, 4.0, 3.0), "px4": (6.0, 4.0, 3.0), "rover": (8.0, 3.0, 0.0)}

@@ -16,7 +16,7 @@ from tests.support.links.hosts import Host, Network, NoNamespacesError, networke
 from tests.support.processes import Process
 
 # A host that is cut off must stay so for longer than DDS remembers it: 20 s.
-pytestmark = pytest.mark.xdist_group("ros_hosts")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_hosts")]
 
 # The network of these hosts is their own.
 DOMAIN = 1
@@ -157,6 +157,7 @@ def test_where_multicast_is_dropped_peers_that_are_named_are_found(fleet: Fleet)
         fleet.network.drop_multicast(False)
 
 
+@pytest.mark.night
 def test_a_host_that_is_cut_off_flies_on_and_reports_the_ends_later(fleet: Fleet) -> None:
     # The one that is not cut off flies longer than DDS remembers the one that is: 20 s.
     other = fleet.fly("b", *east(46.0), *STEADY)

@@ -10,7 +10,7 @@ from action_msgs.msg import GoalStatus
 
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 
-pytestmark = pytest.mark.xdist_group("ros_link")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_link")]
 
 
 def test_a_short_silence_is_reported_and_flown_through(flight: Flight) -> None:

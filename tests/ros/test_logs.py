@@ -17,7 +17,7 @@ from custom_interfaces.srv import ListLogs
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight
 
-pytestmark = pytest.mark.xdist_group("ros_logs")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_logs")]
 CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
 ANSWER_S = 30.0
 

@@ -18,7 +18,7 @@ from tests.support.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
 # Each waits for a take-off and then for a silence, which busy machines draw out.
-pytestmark = pytest.mark.xdist_group("ros_client")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_client")]
 
 
 def fly(flight: Flight, *options: str) -> Process:

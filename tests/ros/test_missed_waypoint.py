@@ -12,7 +12,7 @@ from custom_interfaces.action import NavigateWaypoints
 from custom_interfaces.msg import GoalCode, Waypoint
 from tests.support.ros.ros_flight import Flight
 
-pytestmark = pytest.mark.xdist_group("ros_missed_waypoint")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_missed_waypoint")]
 
 
 def test_the_result_lists_what_was_missed(tmp_path: Path) -> None:

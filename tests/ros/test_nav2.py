@@ -27,7 +27,7 @@ from nav2_msgs import action, srv
 
 from tests.support.ros.nav2_client import ABORTED, CANCELED, SUCCEEDED, Nav2Client, pose
 
-pytestmark = pytest.mark.xdist_group("ros_nav2")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_nav2")]
 
 ACTIVE = 3
 LEAST_M = 3.0

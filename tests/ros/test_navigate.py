@@ -61,6 +61,7 @@ def test_feedback_reports_position_distance_time_and_battery(flight: Flight) -> 
     assert all(f.current_pose.header.frame_id == "map" for f in flying)
 
 
+@pytest.mark.wide
 def test_base_link_is_relative_to_the_vehicle(flight: Flight) -> None:
     first = flight.wait_for_result(flight.send(navigate_goal(0.0, 0.0, 3.0)))
     goal = navigate_goal(4.0, 3.0, 0.5)

@@ -8,7 +8,7 @@ from action_msgs.msg import GoalStatus
 from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
 
 # Landing by the pilot can come before what a test is about.
-pytestmark = pytest.mark.xdist_group("ros_phases")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_phases")]
 
 
 # How long a phase on the ground lasts hangs on when the next HEARTBEAT comes: it may be over

@@ -38,7 +38,7 @@ from navigation_bridge.names import SERVER_NODE_NAME, TAKEOFF_ACTION_NAME
 from tests.support.processes import Process, patient_s
 from tests.support.ros.ros_flight import Flight, navigate_goal, new_domain
 
-pytestmark = pytest.mark.xdist_group("ros_replay")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_replay")]
 
 # Deep enough to lose nothing of what comes as fast as possible.
 DEEP_QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=20_000)

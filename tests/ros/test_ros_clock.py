@@ -20,7 +20,7 @@ from tests.support.processes import Process, patient_s
 from tests.support.ros import stepped_clock
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, new_domain
 
-pytestmark = pytest.mark.xdist_group("ros_fleet")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_fleet")]
 
 SIM_TIME = ("-p", "use_sim_time:=true")
 

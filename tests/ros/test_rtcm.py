@@ -8,7 +8,7 @@ from std_msgs.msg import UInt8MultiArray
 from tests.support.ros.ros_flight import Flight
 from tests.unit.vehicle.test_rtcm import rtcm
 
-pytestmark = pytest.mark.xdist_group("ros_rtcm")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_rtcm")]
 
 
 def test_corrections_of_the_topic_reach_the_link_and_others_are_rejected(flight: Flight) -> None:

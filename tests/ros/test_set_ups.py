@@ -20,7 +20,7 @@ from navigation_bridge.configuration.make_config import make_config
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import new_domain
 
-pytestmark = pytest.mark.xdist_group("ros_set_ups")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_set_ups")]
 CONFIG = Path(__file__).resolve().parents[2] / "bridge_config"
 FILES = [
     path

@@ -36,7 +36,12 @@ TARGETS = re.findall(r"^([a-z0-9-]+):", (ROOT / "Makefile").read_text("utf-8"), 
 OWN_PORTS = ("14550", "14551", "5760")
 NO_SERVER, USAGE = 5, 2
 LIMIT_S = 300.0
-pytestmark = [pytest.mark.xdist_group("shown_commands"), pytest.mark.timeout(900)]
+pytestmark = [
+    pytest.mark.wide,
+    pytest.mark.by_day,
+    pytest.mark.xdist_group("shown_commands"),
+    pytest.mark.timeout(900),
+]
 
 NOT_RUN = {
     "git clone": "it needs the network",

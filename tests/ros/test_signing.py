@@ -16,7 +16,7 @@ from tests.support.processes import Process
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 from tests.support.stations.pymavlink_station import PymavlinkStation
 
-pytestmark = pytest.mark.xdist_group("ros_signing")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_signing")]
 
 PASSPHRASE = "hangar 7"
 KEY = hashlib.sha256(PASSPHRASE.encode()).digest()

@@ -20,7 +20,7 @@ from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
 from tests.support.stations import missions
 from tests.support.stations.pymavlink_station import PymavlinkStation
 
-pytestmark = pytest.mark.xdist_group("ros_stations")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_stations")]
 PAUSE_CONTINUE = 193
 TARGET = {"target_system": 1, "target_component": 1}
 

@@ -303,6 +303,7 @@ def test_a_download_that_is_stopped_with_the_server_ends_and_says_so(flight: Fli
     assert not any(word in flight.server.text for word in _WORDS), flight.server.text
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("state", STATES, ids=lambda state: state.__name__)
 def test_a_stop_ends_the_process_whatever_is_pending(
     flight: Flight, state: Callable[[Flight], None]
@@ -342,6 +343,7 @@ def test_one_id_on_two_actions_gives_two_results_and_a_stop_ends_the_server(
     stopped(flight.server, signal.SIGTERM)
 
 
+@pytest.mark.wide
 def test_a_goal_that_is_stopped_with_the_server_ends_and_says_so(flight: Flight) -> None:
     record = flight.send(navigate_goal(80.0, 0.0, 5.0, 3.0))
     flight.wait_for_status(record, "NAVIGATING")
@@ -352,6 +354,7 @@ def test_a_goal_that_is_stopped_with_the_server_ends_and_says_so(flight: Flight)
     in_time(flight.server, flight.server.wait(_ENDED_S))
 
 
+@pytest.mark.wide
 def test_a_vehicle_too_fast_to_stop_in_time_is_left_holding(flight: Flight) -> None:
     """From 10 m/s it brakes for 5 s and more, which the server does not have."""
     record = flight.send(navigate_goal(-250.0, 0.0, 5.0, 10.0))
@@ -369,6 +372,7 @@ def test_a_vehicle_too_fast_to_stop_in_time_is_left_holding(flight: Flight) -> N
     assert speed_m_s(flight) < 0.3
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("after_s", [0.3, 0.8, 1.2, 1.6, 2.0, 2.6, 3.4])
 def test_a_stop_during_the_start_ends_the_process(vehicle: Flight, after_s: float) -> None:
     server = vehicle.start_server()
@@ -393,6 +397,7 @@ def _takes(server: Process, number: signal.Signals) -> bool:
     return bool(int(mask, 16) >> (number - 1) & 1)
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_driver_that_hangs_is_ended_with_a_code_of_its_own(
     vehicle: Flight, tmp_path: Path, number: signal.Signals
@@ -412,6 +417,7 @@ def test_a_driver_that_hangs_is_ended_with_a_code_of_its_own(
         server.stop()
 
 
+@pytest.mark.wide
 def test_a_start_that_hangs_is_ended_with_a_code_of_its_own(
     vehicle: Flight, tmp_path: Path
 ) -> None:

@@ -8,9 +8,13 @@ import pytest
 
 from tests.support.ros.stopped_demo import fly
 
+pytestmark = pytest.mark.wide
+
+
 MOVING = ("excavator", "lift")
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_demo_whose_server_is_stopped_again_and_again_hits_nothing(
     tmp_path: Path, autopilot: str

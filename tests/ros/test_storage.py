@@ -24,7 +24,7 @@ from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, navigate_goal
 
-pytestmark = pytest.mark.xdist_group("ros_storage")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_storage")]
 CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
 HOME_DEG = (-35.363261, 149.165230)
 STEP_DEG = 0.002

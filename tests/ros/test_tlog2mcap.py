@@ -20,7 +20,7 @@ from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 from tests.support.logs.bags import ReadBag, holds, plain, read_bag
 from tests.support.ros.ros_flight import Flight, GoalRecord, navigate_goal
 
-pytestmark = pytest.mark.xdist_group("ros_tlog2mcap")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_tlog2mcap")]
 
 ALL_QOS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 TOPICS = {

@@ -20,7 +20,7 @@ from mavlink_vehicle.positions.earth import earth_position_m
 from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.ros.ros_flight import Flight, navigate_goal
 
-pytestmark = pytest.mark.xdist_group("ros_actions")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_actions")]
 
 
 def test_the_vehicle_the_plan_and_the_goal_can_be_watched(flight: Flight) -> None:

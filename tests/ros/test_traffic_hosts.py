@@ -11,7 +11,7 @@ from drone_navigation.processes import ros_environment
 from tests.support.links.hosts import Host, Network, NoNamespacesError, networked
 from tests.support.processes import Process
 
-pytestmark = pytest.mark.xdist_group("ros_hosts")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_hosts")]
 DOMAIN = 1
 READY_S, FLIGHT_S = 60.0, 120.0
 TRIES = 3

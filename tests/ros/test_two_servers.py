@@ -12,7 +12,7 @@ from drone_navigation.processes import free_udp_port
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight
 
-pytestmark = pytest.mark.xdist_group("ros_client")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_client")]
 
 WHY = "Another server offers /navigate_to_waypoint in this ROS domain"
 # A program of somebody else that offers the same action, as on the course page.

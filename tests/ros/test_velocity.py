@@ -17,7 +17,7 @@ from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.ros.ros_flight import Flight, navigate_goal
 from tests.support.ros.teleop import SPEED_M_S, Teleop
 
-pytestmark = pytest.mark.xdist_group("ros_actions")
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_actions")]
 
 
 class Watch:

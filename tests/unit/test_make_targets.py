@@ -23,7 +23,7 @@ TARGETS = re.findall(r"^([a-z0-9-]+):", MAKEFILE, re.MULTILINE)
 MADE = (".venv", "build", "install")
 KEPT = ("scripts", "src")
 LIMIT_S = 500.0
-pytestmark = pytest.mark.timeout(900)
+pytestmark = [pytest.mark.wide, pytest.mark.by_day, pytest.mark.timeout(900)]
 
 WHOLE = {
     "help": (),
@@ -112,7 +112,11 @@ def test_every_target_is_here() -> None:
     assert {*WHOLE, *INTERRUPTED, *PRINTED, *CLEANED} == set(TARGETS), "say how it runs shortly"
 
 
-@pytest.mark.parametrize("target", WHOLE)
+@pytest.mark.parametrize(
+    "target",
+    # For each Python of the machine it compiles the interfaces.
+    [pytest.param(t, marks=[pytest.mark.night] * (t == "wheels")) for t in WHOLE],
+)
 def test_a_target_runs(copy: Path, target: str) -> None:
     printed = run(copy, target, *WHOLE[target])
     if target == "help":
@@ -150,7 +154,12 @@ def started(copy: Path, request: pytest.FixtureRequest) -> Iterator[subprocess.P
         process.communicate(timeout=10.0)
 
 
-@pytest.mark.parametrize(("started", "target"), [(t, t) for t in INTERRUPTED], indirect=["started"])
+@pytest.mark.parametrize(
+    ("started", "target"),
+    # It waits a minute for the client of Nav2.
+    [pytest.param(t, t, marks=[pytest.mark.night] * (t == "demo-nav2")) for t in INTERRUPTED],
+    indirect=["started"],
+)
 def test_a_target_that_flies_starts_and_can_be_interrupted(
     started: subprocess.Popen[str], target: str
 ) -> None:

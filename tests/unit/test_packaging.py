@@ -18,6 +18,9 @@ from packaging.utils import canonicalize_name
 
 from custom_interfaces.action import Navigate
 
+pytestmark = pytest.mark.wide_but_first
+
+
 if sys.version_info >= (3, 11):
     import tomllib
 else:
@@ -119,6 +122,7 @@ def test_entry_points_can_be_called(package: str, commands: set[str]) -> None:
     assert all(callable(main) for main in scripts.values())
 
 
+@pytest.mark.wide
 def test_simulator_installs_on_its_own(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "sitl", tmp_path / "sitl")
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]

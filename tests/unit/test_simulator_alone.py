@@ -24,7 +24,7 @@ TESTS = (
     "tests/recordings/test_elsewhere.py",
 )
 LIMIT_S = 300.0
-pytestmark = pytest.mark.timeout(900)
+pytestmark = [pytest.mark.wide, pytest.mark.timeout(900)]
 
 
 def environment(python: Path) -> dict[str, str]:

@@ -22,6 +22,9 @@ from zipfile import ZipFile
 
 import pytest
 
+pytestmark = pytest.mark.wide
+
+
 ROOT = Path(__file__).resolve().parents[2]
 VERSION = (ROOT / "VERSION").read_text("utf-8").strip()
 (SITL_VERSION,) = re.findall(

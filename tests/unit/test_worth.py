@@ -2,16 +2,63 @@
 
 from __future__ import annotations
 
-from tests.wide import of_the_night
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
 from tests.worth import measure, table
 
+CONFTEST = Path(__file__).resolve().parents[1] / "conftest.py"
+MARKED = """
+import pytest
 
-def test_of_the_wide_tests_the_first_and_the_last_parameters_do_not_wait_for_the_night() -> None:
-    wide = [("a.py", f"test_one[{n}]") for n in range(4)]
-    wide += [("b.py", "test_one[0]"), ("b.py", "test_two"), ("a.py", "test_two[0]")]
-    assert of_the_night(wide) == {1, 2}
-    assert of_the_night(wide[:2]) == set()
-    assert not of_the_night([("unit/test_make_targets.py", f"test_one[{n}]") for n in range(4)])
+FOUR = pytest.mark.parametrize("n", range(4))
+
+@FOUR
+def test_quick(n): ...
+@FOUR
+@pytest.mark.wide_but_first
+def test_first(n): ...
+@FOUR
+@pytest.mark.wide
+def test_wide(n): ...
+@FOUR
+@pytest.mark.wide
+@pytest.mark.night_but_first
+def test_night_first(n): ...
+@FOUR
+@pytest.mark.wide
+@pytest.mark.by_day
+def test_by_day(n): ...
+@pytest.mark.night
+def test_night(): ...
+"""
+
+
+def test_marks_choose_between_now_by_day_and_by_night(tmp_path: Path) -> None:
+    shutil.copy(CONFTEST, tmp_path)
+    (tmp_path / "test_marked.py").write_text(MARKED, "utf-8")
+    (tmp_path / "pytest.ini").write_text("[pytest]", "utf-8")
+    assert chosen(tmp_path, "not wide") == {
+        *(f"test_quick[{n}]" for n in range(4)), "test_first[0]",
+    }  # fmt: skip
+    assert chosen(tmp_path, "wide and not night") == {
+        "test_first[1]", "test_first[3]", "test_wide[0]", "test_wide[3]", "test_night_first[0]",
+        *(f"test_by_day[{n}]" for n in range(4)),
+    }  # fmt: skip
+    assert chosen(tmp_path, "night") == {
+        "test_first[2]", "test_wide[1]", "test_wide[2]", "test_night",
+        *(f"test_night_first[{n}]" for n in range(1, 4)),
+    }  # fmt: skip
+
+
+def chosen(folder: Path, marks: str) -> set[str]:
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
+    done = subprocess.run(
+        [*command, "-m", marks], cwd=folder, capture_output=True, text=True, check=True, timeout=300
+    )
+    return {line.partition("::")[2] for line in done.stdout.splitlines() if "::" in line}
 
 
 def test_a_planted_defect_is_reached_and_found_by_the_tests_of_its_module() -> None:

@@ -258,6 +258,7 @@ def test_a_cancel_while_blocked_stops_it(after_s: float) -> None:
     assert "has stopped" in flight.outcome.message
 
 
+@pytest.mark.wide
 def test_a_pause_while_blocked_stops_the_clock() -> None:
     vehicle, task = hovering(), goto()
     watched = Watched(task, vehicle)
@@ -586,6 +587,7 @@ def test_a_vehicle_that_is_held_up_in_a_route_does_not_return_to_what_it_has_pas
     assert not any(returned)
 
 
+@pytest.mark.wide
 def test_a_long_route_that_cannot_be_planned_on_stops_where_its_plan_ends() -> None:
     vehicle = hovering()
     vehicle.obstacles = Obstacles.of(

@@ -33,6 +33,9 @@ from navigation_core.tasks.watching.vehicle_led import LAND, RETURN_TO_LAUNCH, V
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from tests.support.models.vehicle_traits import PLANE
 
+pytestmark = pytest.mark.wide_but_first
+
+
 STEP_S = 0.25
 LONGEST_S = 1800.0
 CONFIG = GotoConfig(may_arm=True)

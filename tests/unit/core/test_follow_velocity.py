@@ -30,6 +30,9 @@ from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 from tests.support.models.observations import HOVERING
 
+pytestmark = pytest.mark.wide_but_first
+
+
 PERIOD_S = 0.05
 LIMITS = Limits(speed_horizontal_m_s=3.0, speed_up_m_s=1.5, speed_down_m_s=1.0)
 CONFIG = GotoConfig(limits=LIMITS)

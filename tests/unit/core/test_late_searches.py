@@ -19,6 +19,9 @@ from navigation_core.tasks.progress import Progress, Status
 from tests.support.flights.late_searches import LateSearcher
 from tests.support.models.point_mass import Flight, PointMass, fly
 
+pytestmark = pytest.mark.wide_but_first
+
+
 CONFIG = GotoConfig(may_arm=True)
 AVOIDANCE = AvoidanceConfig(heights_m=(1.0, 20.0), blocked_timeout_s=10.0)
 PERIOD_S = 0.05

@@ -15,6 +15,9 @@ from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle, Obstacles
 from tests.support.worlds.range_scanner import sectors
 
+pytestmark = pytest.mark.wide_but_first
+
+
 PERIOD_S, NOISE_M = 0.1, 0.02
 STANDING: tuple[KnownObstacle, ...] = (
     Box("wall", (20.0, 0.0), (0.3, 60.0), 0.2),

@@ -13,6 +13,9 @@ from navigation_core.safety.fences import CircleArea, Fence, PolygonArea
 from navigation_core.safety.room import Braking, Room
 from navigation_core.safety.target_checks import FlightVolume, MapBounds
 
+pytestmark = pytest.mark.wide_but_first
+
+
 VOLUME = FlightVolume(radius_max_m=100.0, altitude_min_m=0.5, altitude_max_m=30.0)
 BRAKING = Braking(horizontal_m_s2=2.0, vertical_m_s2=1.0, reaction_s=0.7)
 SQUARE = PolygonArea(((-20.0, -20.0), (20.0, -20.0), (20.0, 20.0), (-20.0, 20.0)))

@@ -34,6 +34,9 @@ from tests.support.logs.firmware_logs import (
     px4_version,
 )
 
+pytestmark = pytest.mark.wide_but_first
+
+
 NAMES = {"copter": "ArduCopter", "plane": "ArduPlane", "rover": "ArduRover", "sub": "ArduSub"}
 ALL = [(release, kind) for release in ARDUPILOT_RELEASES for kind in ardupilot_kinds(release)]
 

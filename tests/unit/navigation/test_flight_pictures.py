@@ -89,6 +89,7 @@ def test_a_video_is_never_slower_than_the_flight_and_keeps_its_length(
         assert pace.times_s()[-1] == pace.end_s
 
 
+@pytest.mark.wide
 def test_mp4_and_gif_show_the_same_moments(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -128,6 +129,7 @@ def test_a_video_of_an_empty_recording_is_an_error(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.wide_but_first
 @pytest.mark.parametrize("name", ["copter_lowbatt", "rover_guided", "offboard_10m_20n_gt_api"])
 def test_any_tlog_is_drawn(tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     picture = tmp_path / "flight.png"

@@ -31,6 +31,9 @@ from navigation_bridge.recording.replay import play
 from tests.support.flights.made_flights import RECIPES
 from tests.support.logs.bags import read_bag
 
+pytestmark = pytest.mark.wide_but_first
+
+
 BEGUN_UNIX_S = 1_700_000_000.0
 ORIGIN = (52.5, 13.4, 88.89)
 HOME_ALTITUDE_M = 92.55
@@ -251,6 +254,7 @@ def test_a_log_without_velocity_has_no_fastest(tmp_path: Path) -> None:
     assert plot_flight(path, tmp_path / "a.png").figures == flight.figures
 
 
+@pytest.mark.wide
 def test_the_recording_of_a_server_has_one_track(tmp_path: Path) -> None:
     path = tmp_path / "a.tlog"
     RECIPES["px4_copter_goals"].fly(path)

@@ -26,6 +26,9 @@ from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.logs.bags import ReadBag, read_bag
 from tests.support.logs.recordings import SMALL
 
+pytestmark = pytest.mark.wide
+
+
 SERVER = "/navigation_server"
 SEVERAL = SMALL / "multi_udp.tlog"
 ALL_TOPICS = {
