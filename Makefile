@@ -59,26 +59,30 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 # The ROS tests mostly wait, so there are more processes than cores. Each would compile all sources
 # if the result were not kept. A process that ends is not replaced: pytest-xdist 3.8 then waits
 # without end for tests that it gave to nobody.
-PYTEST := unset PYTHONDONTWRITEBYTECODE && \
-	python -m pytest -n 4 --dist loadgroup --max-worker-restart 0
+PYTEST := env -u PYTHONDONTWRITEBYTECODE \
+	python -m pytest --dist loadgroup --max-worker-restart 0
 
-# Tests that wait for processes run beside each other, and not beside those that only compute.
 TESTS := tests sitl/tests
 IN_REAL_TIME := tests/bench tests/interop sitl/tests/interop tests/ros \
 	tests/unit/test_make_targets.py
 
 test: setup-dev ## Run the tests, all but the slow and broad ones
 	@$(ENTER) $(IMPORT_RULES)
-	@$(ENTER) $(PYTEST) -m "not wide" $(TESTS)
+	@$(ENTER) $(PYTEST) -n 4 -m "not wide" $(TESTS)
 
+# Tests that only compute take what those that wait for processes leave of the processors, and
+# their output follows at the end. A shell lets what runs beside it ignore Ctrl-C, unless told.
 test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a quarter of an hour)
-	@$(ENTER) status=0; \
-	{ $(PYTEST) -m "wide and not night" $(IN_REAL_TIME); } || status=$$?; \
-	{ $(PYTEST) -m "wide and not night" $(TESTS) $(IN_REAL_TIME:%=--ignore=%); } || status=$$?; \
+	@$(ENTER) mkdir -p out; computed=out/test_all_computed.txt; status=0; \
+	env --default-signal=INT nice -n 19 $(PYTEST) -n 2 -m "wide and not night" \
+		$(TESTS) $(IN_REAL_TIME:%=--ignore=%) >$$computed 2>&1 & \
+	$(PYTEST) -n 4 -m "wide and not night" $(IN_REAL_TIME) || status=$$?; \
+	wait $$! || status=$$?; \
+	cat $$computed; \
 	exit $$status
 
 test-night: test-all ## And those with all their parameters (an hour)
-	@$(ENTER) $(PYTEST) -m night $(TESTS)
+	@$(ENTER) $(PYTEST) -n 4 -m night $(TESTS)
 
 SEEDS ?= 200
 FIRST ?= 0
