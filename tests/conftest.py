@@ -1,7 +1,7 @@
 """Set-up of the whole test run: how slow and broad a test is, where it hangs, what it leaves.
 
-The marks `wide` and `night` (pyproject.toml) stand at the tests. Of a wide test with several sets
-of parameters the first and the last run by day, those between them by night.
+The marks `wide` and `night` (pyproject.toml) stand at the tests. Of a test with wide sets of
+parameters those between the first and the last wait for the night.
 """
 
 from __future__ import annotations
@@ -96,9 +96,8 @@ def _mark(tests: Sequence[pytest.Item]) -> None:
     for item in tests:
         if item.get_closest_marker("night"):
             item.add_marker("wide")
-    wide = [item for item in tests if item.get_closest_marker("wide")]
-    for item in wide[1:-1]:
-        if not item.get_closest_marker("by_day"):
+    for item in tests[1:-1]:
+        if item.get_closest_marker("wide") and not item.get_closest_marker("by_day"):
             item.add_marker("night")
 
 

@@ -1,8 +1,8 @@
 """Set-up of the simulator's tests: how slow and broad a test is.
 
 `wide` marks the files and tests that are slow and broad. Of all others, only the first set of
-parameters is quick: a kind of vehicle, a link or a recording of each. Of the wide ones, the first
-and the last set of parameters run by day, those between them by night.
+parameters is quick: a kind of vehicle, a link or a recording of each. Wide sets of parameters
+between the first and the last of a test wait for the night.
 """
 
 from __future__ import annotations
@@ -41,8 +41,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         wide = tests[1:] if tests[0].get_closest_marker("wide") is None else tests
         for item in wide:
             item.add_marker("wide")
-        for item in wide[1:-1]:
-            item.add_marker("night")
+        for item in tests[1:-1]:
+            if item.get_closest_marker("wide"):
+                item.add_marker("night")
 
 
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
