@@ -33,6 +33,7 @@ pytestmark = [
     ),
 ]
 COPTER = Path(__file__).resolve().parents[1] / "data/copter_lowbatt.tlog"
+CONSOLE = ["python", "-m", "drone_navigation.navigation_console", "--no-browser"]
 _FLIGHT_S = 60.0
 _REHEARSED_S = 30.0
 READY = "document.body.dataset.ready === 'true'"
@@ -67,6 +68,13 @@ class Scene:
         return connect(self.socket, origin=Origin(self.origin), max_queue=None)
 
 
+def address_of(console: Process) -> str:
+    """Return where a console that starts can be opened."""
+    found = re.search(r"http://\S+", console.wait_for("The console is at", READY_TIMEOUT_S))
+    assert found is not None
+    return found[0]
+
+
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
     folder = tmp_path_factory.mktemp("console")
@@ -74,15 +82,11 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
     links = f"gcs_links:=['udpin://127.0.0.1:{port}']"
     flight = Flight(folder, "--ros-args", "-p", links, "--")
     station = PymavlinkStation(port)
-    command = ["python", "-m", "drone_navigation.navigation_console", "--no-browser"]
-    console = Process("navigation_console", command, flight.environment)
+    console = Process("navigation_console", CONSOLE, flight.environment)
     browser = None
     try:
-        line = console.wait_for("The console is at", READY_TIMEOUT_S)
-        found = re.search(r"http://\S+", line)
-        assert found is not None
         browser = Browser(folder / "browser")
-        yield Scene(flight, station, console, found[0], browser)
+        yield Scene(flight, station, console, address_of(console), browser)
     finally:
         if browser is not None:
             browser.close()
@@ -534,15 +538,12 @@ def test_a_recorded_flight_is_played_on_the_page(scene: Scene) -> None:
     environment = ros_environment(new_domain())
     link = f"tlog:{COPTER}"
     server = ["python", "-m", "drone_navigation.navigation_server", "--link", link]
-    console = ["python", "-m", "drone_navigation.navigation_console", "--no-browser"]
     processes = []
     try:
-        for name, command in (("navigation_server", server), ("navigation_console", console)):
+        for name, command in (("navigation_server", server), ("navigation_console", CONSOLE)):
             processes.append(Process(name, command, environment))
-        line = processes[1].wait_for("The console is at", READY_TIMEOUT_S)
-        found = re.search(r"http://\S+", line)
-        assert found is not None
-        tab = scene.browser.open(found[0])
+        address = address_of(processes[1])
+        tab = scene.browser.open(address)
         tab.wait("!document.getElementById('replay').hidden", READY_TIMEOUT_S)
         assert tab.text("banner") == "A recording: nothing is flown."
         tab.wait("!!document.getElementById('map').dataset.view", READY_TIMEOUT_S)
@@ -578,12 +579,12 @@ def test_a_recorded_flight_is_played_on_the_page(scene: Scene) -> None:
         tab.press("Home", "Home")
         tab.wait(f"{AT} < 20 && document.body.dataset.replay === 'playing'", _FLIGHT_S)
         # A page that comes later sees the same.
-        other = scene.browser.open(found[0])
+        other = scene.browser.open(address)
         other.wait("!document.getElementById('replay').hidden", READY_TIMEOUT_S)
         other.close()
         with connect(
-            found[0].replace("http", "ws", 1).replace("/?", "/socket?"),
-            origin=Origin(found[0].partition("/?")[0]),
+            address.replace("http", "ws", 1).replace("/?", "/socket?"),
+            origin=Origin(address.partition("/?")[0]),
         ) as socket:
             first = json.loads(socket.recv(timeout=patient_s(10.0)))
             assert len(first["trails"].get("/", [])) < 40
@@ -593,18 +594,24 @@ def test_a_recorded_flight_is_played_on_the_page(scene: Scene) -> None:
             process.stop()
 
 
-def test_no_page_complained_or_asked_for_anything_elsewhere(scene: Scene) -> None:
+def test_no_page_complained_or_asked_for_anything_elsewhere(scene: Scene, page: Tab) -> None:
+    page.wait("!!document.getElementById('map').dataset.view", READY_TIMEOUT_S)
     assert scene.browser.errors() == []
     requests = scene.browser.requests() - {"about:blank"}
     assert len(requests) > 10
     assert {urlsplit(address).hostname for address in requests} == {"127.0.0.1"}
 
 
-def test_a_console_that_ends_is_missed_by_its_page(scene: Scene) -> None:
-    tab = scene.browser.open(scene.address)
-    tab.wait(READY)
-    scene.console.signal(signal.SIGTERM)
-    assert scene.console.wait(10.0) == 0
-    assert "goals continue" in scene.console.text
-    tab.wait("document.getElementById('banner').textContent.includes('console has ended')")
-    tab.close()
+def test_a_console_that_ends_is_missed_by_its_page(scene: Scene, tmp_path: Path) -> None:
+    console = Process("navigation_console", CONSOLE, scene.flight.environment)
+    browser = Browser(tmp_path)  # of its own: this page may complain
+    try:
+        tab = browser.open(address_of(console))
+        tab.wait(READY)
+        console.signal(signal.SIGTERM)
+        assert console.wait(10.0) == 0
+        assert "goals continue" in console.text
+        tab.wait("document.getElementById('banner').textContent.includes('console has ended')")
+    finally:
+        browser.close()
+        console.stop()
