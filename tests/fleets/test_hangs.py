@@ -37,6 +37,7 @@ def test_after_hangs_all_that_swap_places_arrive_and_return(seed: int, servers: 
     assert set(flight.codes) == {"SUCCESS"}, flight.text
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("seed", range(4))
 def test_who_is_sent_to_where_one_of_another_server_hovers_keeps_apart(seed: int) -> None:
     flight = sent_to_one_that_hovers(seed)

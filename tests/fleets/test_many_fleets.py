@@ -20,7 +20,7 @@ def test_twenty_copters_cross(seed: int) -> None:
     assert ratio <= RATIO_MAX + 0.2
 
 
-@pytest.mark.night_but_first
+@pytest.mark.night
 @pytest.mark.parametrize(("seed", "conditions"), list(enumerate(CONDITIONS)))
 def test_eight_simulated_copters_cross(seed: int, conditions: str) -> None:
     ratio, _, fault = flown_crossing(seed, 8, 60.0, CONDITIONS[conditions])
@@ -66,6 +66,7 @@ def test_planes_circle_to_wait_for_each_other() -> None:
     assert codes(fleet) == ["SUCCESS"] * 3, fleet.report()
 
 
+@pytest.mark.night
 def test_a_server_that_dies_in_the_middle_keeps_its_volume_closed() -> None:
     places = on_a_circle(4)
     fleet = FlownFleet(copters(places), servers=[0, 0, 1, 1]).ready()

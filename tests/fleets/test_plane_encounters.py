@@ -65,6 +65,7 @@ def test_a_plane_without_traffic_near_it_keeps_its_path(autopilot: str) -> None:
     assert "WAITING_FOR_TRAFFIC" not in flown.statuses
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 @pytest.mark.parametrize("course_deg", [90.0, 180.0])

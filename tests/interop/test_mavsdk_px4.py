@@ -43,7 +43,7 @@ def corner(flight: Station, north_m: float, east_m: float, action: int) -> Any:
     )  # fmt: skip
 
 
-@pytest.mark.night_but_first
+@pytest.mark.night
 @pytest.mark.parametrize("ends_by", ["return", "land"])
 def test_a_square_with_camera_and_gimbal_is_flown_and_ends(ends_by: str) -> None:
     with connected("--autopilot", "px4") as flight:
@@ -69,6 +69,7 @@ def test_a_square_with_camera_and_gimbal_is_flown_and_ends(ends_by: str) -> None
         assert math.hypot(*flight.north_east_up()[:2]) < 2.0
 
 
+@pytest.mark.night
 def test_an_orbit_is_flown_until_hold() -> None:
     with connected("--autopilot", "px4") as flight:
         flying(flight, 10.0)
@@ -90,6 +91,7 @@ def test_an_orbit_is_flown_until_hold() -> None:
         wait(lambda: flight.telemetry.flight_mode() == FlightMode.HOLD, "hold")
 
 
+@pytest.mark.night
 def test_a_target_is_followed() -> None:
     with connected("--autopilot", "px4") as flight:
         flying(flight, 10.0)

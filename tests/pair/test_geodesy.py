@@ -64,6 +64,7 @@ def truth_en_m(flight: SimulatedFlight) -> tuple[float, float]:
 # The cases that were found on the real firmwares
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize(
     ("autopilot", "latitude_deg", "target"),
     [

@@ -42,6 +42,7 @@ def excess(flight: SimulatedFlight, goal: tuple[float, ...]) -> float:
     return greatest
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_no_goal_is_flown_faster_than_it_allows(autopilot: str) -> None:
     simulated = VehicleConfig(autopilot=autopilot, ready_after_s=1.0)

@@ -13,6 +13,7 @@ from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_link")]
 
 
+@pytest.mark.night
 def test_a_short_silence_is_reported_and_flown_through(flight: Flight) -> None:
     record = flight.send(navigate_goal(30.0, 0.0, 4.0))
     flight.wait_for_status(record, "NAVIGATING")
@@ -24,6 +25,7 @@ def test_a_short_silence_is_reported_and_flown_through(flight: Flight) -> None:
     assert result.success, result.message
 
 
+@pytest.mark.night
 def test_a_long_silence_ends_the_goal_and_does_not_revive_it(flight: Flight) -> None:
     record = flight.send(navigate_goal(-30.0, 0.0, 4.0))
     flight.wait_for_status(record, "NAVIGATING")

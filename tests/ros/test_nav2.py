@@ -87,6 +87,7 @@ def test_a_second_one_ends_with_the_reason(nav2: Nav2Client, flight: Flight) -> 
     assert "Another node offers navigate_to_pose in this ROS domain" in second.text
 
 
+@pytest.mark.night
 def test_one_that_discovers_another_late_ends_with_the_reason() -> None:
     environment = ros_environment(new_domain())
     words = ["python", "-m", "drone_navigation.navigation_nav2"]
@@ -107,6 +108,7 @@ def test_one_that_discovers_another_late_ends_with_the_reason() -> None:
                 each.stop()
 
 
+@pytest.mark.night
 def test_of_several_that_start_at_once_one_stays() -> None:
     environment = ros_environment(new_domain())
     words = ["python", "-m", "drone_navigation.navigation_nav2"]

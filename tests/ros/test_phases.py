@@ -13,6 +13,7 @@ pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_phases")]
 
 # How long a phase on the ground lasts hangs on when the next HEARTBEAT comes: it may be over
 # before the cancel arrives. The same must hold for all of them.
+@pytest.mark.night
 @pytest.mark.parametrize("delay_s", [0.0, 0.1, 0.3, 1.0])
 def test_a_cancel_on_the_ground_leaves_a_disarmed_vehicle(flight: Flight, delay_s: float) -> None:
     flight.ground()
@@ -37,6 +38,7 @@ def _climbing(flight: Flight, x: float, y: float, z: float, height_mm: int) -> G
     return record
 
 
+@pytest.mark.night
 def test_a_cancel_while_climbing_holds_the_height(flight: Flight) -> None:
     flight.ground()
     record = _climbing(flight, 10.0, 0.0, 5.0, 800)
@@ -50,6 +52,7 @@ def test_a_cancel_while_climbing_holds_the_height(flight: Flight) -> None:
     assert later_m == pytest.approx(height_m, abs=0.5)
 
 
+@pytest.mark.night
 def test_no_setpoint_is_sent_during_a_take_off(flight: Flight) -> None:
     flight.ground()
     before = len(flight.relay.from_server("SET_POSITION_TARGET_LOCAL_NED"))

@@ -128,6 +128,7 @@ def servers() -> Iterator[TwoServers]:
     two.close()
 
 
+@pytest.mark.night
 def test_servers_without_a_ros_clock_keep_apart_also_when_it_is_set_back_and_forth(
     servers: TwoServers,
 ) -> None:

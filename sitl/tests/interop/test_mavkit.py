@@ -26,6 +26,7 @@ GLOBAL_POSITION_INT, MISSION_CURRENT = 33, 42
 PX4_AUTO, PX4_RTL = 4.0, 5.0
 
 
+@pytest.mark.night
 def test_an_arducopter_takes_parameters_and_a_mission_and_flies() -> None:
     with simulator_process() as port:
         asyncio.run(asyncio.wait_for(fly_arducopter(port), 3.0 * WAIT_S))
