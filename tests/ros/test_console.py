@@ -140,7 +140,8 @@ def wait_for_end(tab: Tab, before: int, code: str) -> None:
     assert tab.value("document.getElementById('end').dataset.code") == code, tab.text("end")
 
 
-def test_a_goal_is_clicked_confirmed_by_keyboard_and_flown(page: Tab) -> None:
+def test_a_goal_is_clicked_confirmed_by_keyboard_and_flown(scene: Scene, page: Tab) -> None:
+    scene.flight.ground()  # in the air, a waypoint is as high as the vehicle
     before = ends(page)
     page.wait("/% lost, [0-9.]+ ms/.test(document.getElementById('facts').textContent)")
     page.drag(on_map(page, 4.0, 3.0))
