@@ -76,7 +76,7 @@ test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a 
 	@$(ENTER) mkdir -p out; computed=out/test_all_computed.txt; status=0; \
 	env --default-signal=INT nice -n 19 $(PYTEST) -n 2 -m "wide and not night" \
 		$(TESTS) $(IN_REAL_TIME:%=--ignore=%) >$$computed 2>&1 & \
-	$(PYTEST) -n 4 -m "wide and not night" $(IN_REAL_TIME) || status=$$?; \
+	$(PYTEST) -n 5 -m "wide and not night" $(IN_REAL_TIME) || status=$$?; \
 	wait $$! || status=$$?; \
 	cat $$computed; \
 	exit $$status

@@ -130,6 +130,17 @@ def test_a_target_runs(copy: Path, target: str) -> None:
         assert list(copy.glob(made[target]))
 
 
+@pytest.mark.parametrize("half", ["tests/ros", "--ignore=tests/ros"])
+def test_either_half_of_all_tests_can_fail(copy: Path, half: str) -> None:
+    fails = f"python -c \"import sys; print('ran'); sys.exit('{half}' in sys.argv)\""
+    done = subprocess.run(
+        make("-o", "test", "test-all", f"PYTEST={fails}"), cwd=copy, env=environment(),
+        capture_output=True, text=True, timeout=LIMIT_S, check=False,
+    )  # fmt: skip
+    assert done.returncode != 0
+    assert done.stdout.split() == ["ran", "ran"], done.stdout + done.stderr
+
+
 def test_what_is_written_into_the_repository_is_as_it_was(copy: Path) -> None:
     paths = (*copy.glob("docs/*.md"), *copy.glob("src/*/package.xml"), *copy.glob("*/*/setup.cfg"))
     before = {path: path.read_bytes() for path in paths}
