@@ -23,7 +23,7 @@ settings.load_profile("untimed")
 
 _TESTS = Path(__file__).parent
 
-_WIDE_FILE = re.compile(r"^pytestmark = \[?\s*pytest\.mark\.wide\b", re.MULTILINE)
+_WIDE_FILE = re.compile(r"^pytestmark = \[?\s*pytest\.mark\.(wide|night)\b", re.MULTILINE)
 _WIDE_TEST = re.compile(r"\bmark\.(wide|night)")
 
 _STDERR = pytest.StashKey[int]()

@@ -227,6 +227,7 @@ def test_a_goal_ends_that_an_intruder_keeps_from_its_target() -> None:
     assert "ICAO ABCDEF" in end.message
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_goal_that_settles_gives_way(autopilot: str) -> None:
     """It stands at its target when the intruder comes within 20 s of it."""

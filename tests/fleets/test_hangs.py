@@ -9,7 +9,7 @@ from tests.fleets.flown import FlownFleet
 from tests.fleets.hangs import CIRCLE_MAX_S, sent_to_one_that_hovers, swapped_and_returned
 from tests.fleets.test_crossing import codes, copters
 
-pytestmark = [pytest.mark.wide, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.night, pytest.mark.timeout(900)]
 
 
 def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_makes_room() -> None:
@@ -27,7 +27,6 @@ def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_ma
     assert codes(fleet) == ["SUCCESS"] * 4, fleet.report()
 
 
-@pytest.mark.night_but_first
 @pytest.mark.parametrize(("seed", "servers"), [(0, 1), (0, 3), (5, 3)])
 def test_after_hangs_all_that_swap_places_arrive_and_return(seed: int, servers: int) -> None:
     """`python -m tests.fleets --hangs` flies more."""
@@ -37,7 +36,6 @@ def test_after_hangs_all_that_swap_places_arrive_and_return(seed: int, servers: 
     assert set(flight.codes) == {"SUCCESS"}, flight.text
 
 
-@pytest.mark.night_but_first
 @pytest.mark.parametrize("seed", range(4))
 def test_who_is_sent_to_where_one_of_another_server_hovers_keeps_apart(seed: int) -> None:
     flight = sent_to_one_that_hovers(seed)

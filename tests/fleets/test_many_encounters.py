@@ -13,7 +13,7 @@ from tests.fleets.encounters import (
     turning_encounter,
 )
 
-pytestmark = [pytest.mark.wide, pytest.mark.timeout(1500)]
+pytestmark = [pytest.mark.night, pytest.mark.timeout(1500)]
 
 
 def passes(intruders: list[Intruder], seed: int) -> None:
@@ -30,13 +30,11 @@ def test_a_copter_keeps_apart_wherever_it_can(seed: int) -> None:
     passes(random_encounter(seed), seed)
 
 
-@pytest.mark.night
 @pytest.mark.parametrize("seed", range(12))
 def test_a_copter_keeps_apart_from_those_that_turn_hard(seed: int) -> None:
     passes(turning_encounter(seed), seed)
 
 
-@pytest.mark.night_but_first
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", ["rover", "boat"])
 def test_what_drives_ends_and_keeps_apart_from_those_that_come_late(kind: str, seed: int) -> None:

@@ -9,7 +9,7 @@ from tests.fleets.__main__ import RATIO_MAX, fly
 from tests.fleets.flown import CONDITIONS, FlownFleet, flown_crossing, homes
 from tests.fleets.test_crossing import codes, copters, cross, on_a_circle
 
-pytestmark = [pytest.mark.wide, pytest.mark.timeout(1500)]
+pytestmark = [pytest.mark.night, pytest.mark.timeout(1500)]
 
 
 @pytest.mark.parametrize("seed", [*range(8), 534])
@@ -20,7 +20,6 @@ def test_twenty_copters_cross(seed: int) -> None:
     assert ratio <= RATIO_MAX + 0.2
 
 
-@pytest.mark.night
 @pytest.mark.parametrize(("seed", "conditions"), list(enumerate(CONDITIONS)))
 def test_eight_simulated_copters_cross(seed: int, conditions: str) -> None:
     ratio, _, fault = flown_crossing(seed, 8, 60.0, CONDITIONS[conditions])
@@ -28,7 +27,6 @@ def test_eight_simulated_copters_cross(seed: int, conditions: str) -> None:
     assert ratio <= RATIO_MAX + 0.2
 
 
-@pytest.mark.night
 def test_mixed_kinds_cross() -> None:
     places = on_a_circle(6, 25.0)
     kinds = (
@@ -66,7 +64,6 @@ def test_planes_circle_to_wait_for_each_other() -> None:
     assert codes(fleet) == ["SUCCESS"] * 3, fleet.report()
 
 
-@pytest.mark.night
 def test_a_server_that_dies_in_the_middle_keeps_its_volume_closed() -> None:
     places = on_a_circle(4)
     fleet = FlownFleet(copters(places), servers=[0, 0, 1, 1]).ready()
@@ -80,7 +77,6 @@ def test_a_server_that_dies_in_the_middle_keeps_its_volume_closed() -> None:
     assert set(ended) <= {"SUCCESS", "TRAFFIC"}
 
 
-@pytest.mark.night_but_first
 @pytest.mark.parametrize("cut_s", [8.0, 16.0, 22.0])
 def test_a_cut_network_between_two_servers_joins_no_two_vehicles(cut_s: float) -> None:
     places = on_a_circle(4)

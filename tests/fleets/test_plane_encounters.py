@@ -55,6 +55,7 @@ def test_a_plane_keeps_apart_from_intruders_and_arrives(autopilot: str, name: st
     assert flown.lowest_m >= 19.0
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_plane_without_traffic_near_it_keeps_its_path(autopilot: str) -> None:
@@ -76,6 +77,7 @@ def test_a_plane_that_circles_its_target_gives_way(autopilot: str, course_deg: f
     assert flown.statuses[-3:] == ("WAITING_FOR_TRAFFIC", "NAVIGATING", "SETTLING")
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_paused_plane_gives_way_and_returns(autopilot: str) -> None:

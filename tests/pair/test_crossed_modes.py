@@ -252,6 +252,7 @@ def test_a_mode_of_a_ground_station_is_not_overtaken_for_good(
         assert flight.true_mode == CHOSEN[autopilot], (offset_s, flight.seen)
 
 
+@pytest.mark.night_but_first
 @pytest.mark.wide
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
 def test_a_second_change_of_the_pilot_is_left_alone(autopilot: str) -> None:

@@ -166,6 +166,7 @@ def test_goals_agree_with_a_reposition(
     check_agreement(autopilot, latitude_deg, bearing_rad, distance_m)
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 @given(
     latitude_deg=st.floats(-85.0, 85.0),
@@ -226,6 +227,7 @@ def test_a_fence_stands_where_the_vehicle_has_it(autopilot: str) -> None:
     assert outside.code is OutcomeCode.OUTSIDE_FENCE
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize("autopilot", FIRMWARES)
 def test_a_geodetic_waypoint_is_flown_through(autopilot: str) -> None:
     flight = standing_at(autopilot, 47.4, arrival_radius_m=0.1).ready()

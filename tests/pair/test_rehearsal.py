@@ -70,6 +70,7 @@ def order_of(
     )
 
 
+@pytest.mark.night_but_first
 @pytest.mark.parametrize(
     ("name", "vehicle"),
     [
