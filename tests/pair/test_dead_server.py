@@ -292,15 +292,18 @@ def test_a_plane_flies_on_and_circles(vehicle: tuple[str, str]) -> None:
 # --- the bounds of a flight -------------------------------------------------------------------
 
 FACE_M, TOP_M, INSIDE_M = 40.0, 25.0, 0.1
+# A PX4 that drives returns when its setpoints end, and turns first: its targets are as far inside.
+TURNING = {("rover", "px4"): 1.7, ("boat", "px4"): 4.8}
 
 
-def towards_the_face(vehicle: str, autopilot: str) -> SimulatedFlight:
-    """Send a vehicle to a target just inside of its flight volume."""
+def in_a_volume(vehicle: str, autopilot: str, **parameters: float) -> SimulatedFlight:
+    """Return a vehicle that waits for a goal in its flight volume."""
     simulated = VehicleConfig(
         vehicle=vehicle,
         autopilot=autopilot,
         ready_after_s=1.0,
         battery=BatteryModel(capacity_mah=60_000.0),
+        parameters=parameters,
     )
     flight = SimulatedFlight(
         simulated=simulated,
@@ -309,10 +312,25 @@ def towards_the_face(vehicle: str, autopilot: str) -> SimulatedFlight:
         volume_altitude_max_m=TOP_M,
     ).ready()
     flight.run_for(2.0)
-    height_m, speed_m_s = (8.0, SPEED_M_S) if vehicle == "copter" else (0.0, 2.0)
+    return flight
+
+
+def towards_the_face(
+    vehicle: str,
+    autopilot: str,
+    inside_m: float | None = None,
+    speed_m_s: float | None = None,
+    **parameters: float,
+) -> SimulatedFlight:
+    """Send a vehicle to a target as near to the face of its flight volume as it may be."""
+    if inside_m is None:
+        inside_m = TURNING.get((vehicle, autopilot), INSIDE_M)
+    flight = in_a_volume(vehicle, autopilot, **parameters)
+    height_m, usual_m_s = (8.0, SPEED_M_S) if vehicle == "copter" else (0.0, 2.0)
     if vehicle == "copter":
         assert flight.run_to_end(flight.send(0.0, 0.0, height_m)).code.value == "SUCCESS"
-    flight.start(flight.request(0.0, FACE_M - INSIDE_M, height_m, speed=speed_m_s))
+    target = flight.request(0.0, FACE_M - inside_m, height_m, speed=speed_m_s or usual_m_s)
+    flight.start(target)
     return flight
 
 
@@ -331,13 +349,78 @@ def test_a_dead_server_leaves_its_vehicle_in_the_volume(
     vehicle: tuple[str, str], before_m: float
 ) -> None:
     flight = towards_the_face(*vehicle)
+    nearest_m = before_m
+    if vehicle in TURNING:  # it stops before its target
+        nearest_m = max(before_m, TURNING[vehicle] + 1.3)
+    flight.run_until(lambda: math.hypot(*flight.truth()[0][:2]) > FACE_M - nearest_m, 200.0)
+    assert farthest_m(flight) < FACE_M + 0.3
+
+
+@pytest.mark.parametrize("speed_m_s", [0.8, 2.0, 4.0])
+@pytest.mark.parametrize("before_m", [2.0, 4.5, 1.4])
+@pytest.mark.parametrize("vehicle", TURNING, ids=IDS)
+def test_what_returns_without_its_server_turns_in_the_volume(
+    vehicle: tuple[str, str], before_m: float, speed_m_s: float
+) -> None:
+    """Dead this far before its target; a boat reaches it within 2 m."""
+    flight = towards_the_face(*vehicle, speed_m_s=speed_m_s)
+    stop_m = FACE_M - TURNING[vehicle] - before_m
+    flight.run_until(lambda: math.hypot(*flight.truth()[0][:2]) > stop_m, 200.0)
+    assert farthest_m(flight) < FACE_M
+
+
+@pytest.mark.parametrize("late_s", [0.8, 1.3, 3.0])
+@pytest.mark.parametrize("vehicle", TURNING, ids=IDS)
+def test_what_returns_while_its_server_is_late_turns_in_the_volume(
+    vehicle: tuple[str, str], late_s: float
+) -> None:
+    flight = towards_the_face(*vehicle)
+    stop_m = FACE_M - TURNING[vehicle] - 2.0
+    flight.run_until(lambda: math.hypot(*flight.truth()[0][:2]) > stop_m, 200.0)
+    flight.hang_for(late_s)
+    farthest = 0.0
+    for _ in range(3000):
+        flight.tick()
+        farthest = max(farthest, math.hypot(*flight.truth()[0][:2]))
+    assert farthest < FACE_M
+
+
+@pytest.mark.parametrize("vehicle", TURNING, ids=IDS)
+def test_velocity_commands_keep_off_the_face_by_the_turn_of_a_return(
+    vehicle: tuple[str, str],
+) -> None:
+    flight = SteeredFlight(*vehicle, volume_radius_m=FACE_M)
+    flight.begin()
+    flight.steer(30.0, (2.0, 0.0, 0.0))
+    assert math.hypot(*flight.truth()[0][:2]) > FACE_M - 8.0
+    assert farthest_m(flight) < FACE_M
+
+
+@pytest.mark.parametrize("vehicle", TURNING, ids=IDS)
+def test_a_target_is_rejected_where_a_return_has_no_room_to_turn(
+    vehicle: tuple[str, str],
+) -> None:
+    flight = in_a_volume(*vehicle)
+    target = (0.0, FACE_M - TURNING[vehicle] + 0.1, 0.0)
+    for request in (flight.request(*target), WaypointsRequest((WaypointRequest(target),))):
+        rejection = flight.check(request)
+        assert rejection is not None
+        assert rejection.code.value == "OUTSIDE_VOLUME"
+        assert "COM_OBL_RC_ACT" in rejection.message
+
+
+@pytest.mark.parametrize("before_m", [6.0, 3.0, 1.5])
+def test_a_boat_that_holds_without_its_server_may_go_to_the_face(before_m: float) -> None:
+    flight = towards_the_face("boat", "px4", INSIDE_M, COM_OBL_RC_ACT=5.0)
     flight.run_until(lambda: math.hypot(*flight.truth()[0][:2]) > FACE_M - before_m, 200.0)
-    # Once its setpoints end, a hull without brakes drifts.
-    drifts_m = 2.0 if vehicle == ("boat", "px4") else 0.3
-    assert farthest_m(flight) < FACE_M + drifts_m
+    assert farthest_m(flight) < FACE_M
+    assert flight.simulation.vehicles[0].firmware.mode.spec.name == "AUTO.LOITER"
 
 
-@pytest.mark.parametrize("vehicle", [("copter", "ardupilot"), ("rover", "ardupilot")], ids=IDS)
+TO_THE_FACE = [("copter", "ardupilot"), ("rover", "ardupilot"), *TURNING]
+
+
+@pytest.mark.parametrize("vehicle", TO_THE_FACE, ids=IDS)
 def test_a_target_at_the_face_is_reached(vehicle: tuple[str, str]) -> None:
     flight = towards_the_face(*vehicle)
     goal_id = f"{2 if vehicle[0] == 'copter' else 1:032x}"

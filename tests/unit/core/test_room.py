@@ -53,6 +53,20 @@ def test_far_from_every_bound_the_velocity_is_as_asked() -> None:
     assert room(FENCES["square"]).reduced(wanted, (0.0, 0.0, 10.0), 0.0, BRAKING) == wanted
 
 
+@pytest.mark.parametrize(("north_m", "share"), [(80.0, 1.0), (94.0, 0.5), (96.0, 0.0)])
+def test_a_vehicle_that_turns_back_by_itself_has_room_for_its_turn(
+    north_m: float, share: float
+) -> None:
+    """A turn of 4 m, begun after a second at 4 m/s: the bound is at 100 m."""
+    braking = Braking(1000.0, 1.0, 0.0, turn_m=4.0, turn_after_s=1.0)
+    volume = FlightVolume(100.0, 0.5, 50.0)
+    outwards, place = (0.0, 4.0, 0.0), (0.0, north_m, 0.0)
+    kept = room(None, False, volume).reduced(outwards, place, 0.0, braking)
+    assert kept[1] == pytest.approx(4.0 * share)
+    back = room(None, False, volume).reduced((0.0, -4.0, 0.0), place, 0.0, braking)
+    assert back == (0.0, -4.0, 0.0)
+
+
 @pytest.mark.parametrize("fence", FENCES)
 @given(
     heading=st.floats(-math.pi, math.pi),

@@ -170,6 +170,9 @@ class Profile:
         setpoint_timeout_s: for how long it continues with the velocity and the acceleration of the
             last setpoint when none follows, by the default of its parameter.
         setpoint_timeout_parameter: the parameter that says so; empty if there is none.
+        setpoint_loss_parameter: the parameter that says what it does after that time, where it may
+            drive back; empty if it stops.
+        setpoint_loss_stops: values of that parameter by which it stops.
         following: how it comes to a setpoint whose target it moves on by the last velocity and
             acceleration in that time; None if it does not move the target.
         own_rates_hz: messages that the firmware sends no more often than this, whatever is asked
@@ -228,6 +231,8 @@ class Profile:
     unsupported_messages: frozenset[str] = frozenset()
     setpoint_timeout_s: float = 0.0
     setpoint_timeout_parameter: str = ""
+    setpoint_loss_parameter: str = ""
+    setpoint_loss_stops: frozenset[int] = frozenset()
     following: FollowingLimits | None = None
     own_rates_hz: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     link_rate_parameter: str | None = None

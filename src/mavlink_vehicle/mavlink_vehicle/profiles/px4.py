@@ -158,9 +158,14 @@ ROVER = replace(
     setpoint_motions=frozenset({_P, _V}),
     setpoint_form=_V,
     return_speeds=(("RO_SPEED_LIM", 1.0),),
+    # failsafe.cpp: without a pilot it drives home in AUTO.RTL, and turns there under power, unless
+    # it is to land (which stops it) or to hold.
+    setpoint_loss_parameter="COM_OBL_RC_ACT",
+    setpoint_loss_stops=frozenset({4, 5}),
     # The modules rover_ackermann and lib/rover_control; other rovers lack the first two.
     wanted_parameters=(
         *_COMMON.wanted_parameters,
+        "COM_OBL_RC_ACT",
         "RA_WHEEL_BASE",
         "RA_MAX_STR_ANG",
         "RO_YAW_RATE_LIM",

@@ -21,6 +21,7 @@ class FlightPlan:
         hold_s: hold time in one lap.
         straight: whether it is flown in straight lines; otherwise around obstacles and along the
             fence.
+        margin_m: least distance of the targets to a bound of the flight volume or the fence.
     """
 
     targets_enu_m: tuple[Vector3, ...]
@@ -28,6 +29,7 @@ class FlightPlan:
     laps: int = 1
     hold_s: float = 0.0
     straight: bool = True
+    margin_m: float = 0.0
 
     def duration_s(self, start_enu_m: Vector3) -> float:
         """Return the flight time from a position, without starting and stopping."""

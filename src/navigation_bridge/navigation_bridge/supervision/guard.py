@@ -28,6 +28,7 @@ from navigation_bridge.vehicle.traits import circle_radius_m
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.fences import Area, Fence, check_route, check_targets
+from navigation_core.safety.target_checks import RESOLUTION_M, beside
 from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M, circle_max_m
 
@@ -104,7 +105,7 @@ class Guard:
         """Return a rejection for a well-formed goal, or add its warnings."""
         if admitted.plan is None:
             return admitted  # a landing or a return is never rejected
-        rejection = self._check_health(now)
+        rejection = self._check_health(now) or self._check_turn(admitted.plan)
         if rejection is not None:
             return rejection
         notes = list(admitted.warnings)
@@ -117,6 +118,7 @@ class Guard:
             if profile is not None and profile.kind is VehicleKind.PLANE:
                 margin_m += circle_max_m(circle_radius_m(profile, self._vehicle.parameters))
                 height_margin_m += HEIGHT_ERROR_M
+            margin_m = max(margin_m, plan.margin_m)
             rejection = self._check_fence(
                 fence, plan, 0, plan.laps > 1, (margin_m, height_margin_m)
             )
@@ -135,6 +137,24 @@ class Guard:
         if unknown is not None and policy is not BatteryPolicy.IGNORE:
             notes.append(unknown)
         return replace(admitted, warnings=tuple(notes))
+
+    def _check_turn(self, plan: FlightPlan) -> Rejection | None:
+        """Return why a vehicle that turned back at a target would leave the flight volume."""
+        if plan.margin_m <= 0.0:
+            return None
+        for x, y, _ in plan.targets_enu_m:
+            room_m = self._config.volume.room_m((x, y))
+            if room_m < plan.margin_m - RESOLUTION_M:
+                profile = self._vehicle.profile
+                parameter = "" if profile is None else profile.setpoint_loss_parameter
+                return Rejection(
+                    OutcomeCode.OUTSIDE_VOLUME,
+                    f"The target ({x:.2f}, {y:.2f}) m is {beside(room_m, plan.margin_m)} m inside "
+                    "the flight volume. If the server ends, the vehicle returns by itself and "
+                    f"turns first; keep {plan.margin_m:.1f} m away, or have it hold then "
+                    f"({parameter}).",
+                )
+        return None
 
     def _check_health(self, now: float) -> Rejection | None:
         vehicle, state = self._vehicle, self._vehicle.state

@@ -77,7 +77,12 @@ def admit_point(
         goal.position_enu_m,
         make_task,
         warnings,
-        FlightPlan((goal.position_enu_m,), (speed_m_s,), straight=avoidance is None),
+        FlightPlan(
+            (goal.position_enu_m,),
+            (speed_m_s,),
+            straight=avoidance is None,
+            margin_m=traits.target_margin_m,
+        ),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from navigation_bridge.configuration.settings import MissedWaypoint
 from navigation_bridge.goals.admitted import Admitted, Situation
@@ -84,7 +85,10 @@ def _admit(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         waypoints[-1].position_enu_m,
         make_task,
         warnings,
-        _plan(route, situation.goto.limits.speed_horizontal_m_s, avoidance is None),
+        replace(
+            _plan(route, situation.goto.limits.speed_horizontal_m_s, avoidance is None),
+            margin_m=traits.target_margin_m,
+        ),
     )
 
 

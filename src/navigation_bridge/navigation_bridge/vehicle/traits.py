@@ -88,14 +88,15 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             braking_m_s2 = _BRAKING_SHARE * driving.braking_m_s2
         if driving.turn_rate_rad_s is not None:
             turn_rad_s = _TURN_SHARE * driving.turn_rate_rad_s
+        turning_radius_m = max(
+            _BOAT_TURN_M if boat else _ROVER_TURN_M, driving.turning_radius_m or 0.0
+        )
         return Traits(
             name="boat" if boat else "rover",
             flies=False,
             control_before_takeoff=before,
             lands_itself=False,
-            turning_radius_m=max(
-                _BOAT_TURN_M if boat else _ROVER_TURN_M, driving.turning_radius_m or 0.0
-            ),
+            turning_radius_m=turning_radius_m,
             turn_rate_rad_s=min(turn_rad_s, _BOAT_TURN_RAD_S if boat else math.inf),
             arrival_radius_m=_BOAT_ARRIVAL_M if boat else 0.0,
             speed_max_m_s=driving.speed_m_s or math.inf,
@@ -104,6 +105,7 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             braking_m_s2=min(braking_m_s2, _BOAT_BRAKING_M_S2 if boat else math.inf),
             drives_by_turn_rate=profile.drives_by_turn_rate,
             setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
+            return_turn_m=turning_radius_m if _drives_back(profile, parameters) else 0.0,
         )
     told = profile.following
     most_m_s2 = most_climb_m_s2 = math.inf
@@ -118,6 +120,12 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
         setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
         following=_following(profile, parameters),
     )
+
+
+def _drives_back(profile: Profile, parameters: Mapping[str, float]) -> bool:
+    """Return whether the vehicle drives back by itself when its setpoints end."""
+    name = profile.setpoint_loss_parameter
+    return bool(name) and parameters.get(name) not in profile.setpoint_loss_stops
 
 
 def _limit(

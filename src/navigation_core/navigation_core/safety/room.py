@@ -8,7 +8,7 @@ back.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from navigation_core.geometry import Vector3
 from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
@@ -39,11 +39,15 @@ class Braking:
         horizontal_m_s2: its horizontal deceleration.
         vertical_m_s2: its vertical deceleration.
         reaction_s: time for which it continues before that.
+        turn_m: radius of a turn that it may make instead, under power and at any speed; 0 for none.
+        turn_after_s: time for which it continues before the turn, > 0 where there is one.
     """
 
     horizontal_m_s2: float
     vertical_m_s2: float
     reaction_s: float
+    turn_m: float = 0.0
+    turn_after_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,7 @@ class Room:
         home_z_enu_m: map z of home, from which the fence's heights count.
         fence_margin_m: distance that is kept to the fence, on the inside.
         flies: whether the bounds of the height count.
+        volume_margin_m: distance over ground that is kept to the flight volume, on the inside.
     """
 
     volume: FlightVolume
@@ -80,6 +85,7 @@ class Room:
     home_z_enu_m: float
     fence_margin_m: float
     flies: bool = True
+    volume_margin_m: float = _LEVEL_MARGIN_M
 
     def reduced(
         self,
@@ -110,11 +116,22 @@ class Room:
             if free_m < needed_m:
                 allowed_m_s = stopping_speed_m_s(free_m, reaction_s, braking.horizontal_m_s2)
                 share = min(allowed_m_s / level_m_s, 1.0)
+            if braking.turn_m > 0.0:
+                share = min(share, self._turn_share(place, course, level_m_s, braking))
         if self.flies:
             below_m, above_m = self._heights(position_enu_m[2], ground_enu_m)
             up = min(up, stopping_speed_m_s(above_m, reaction_s, braking.vertical_m_s2))
             up = max(up, -stopping_speed_m_s(below_m, reaction_s, braking.vertical_m_s2))
         return (share * east, share * north, up)
+
+    def _turn_share(
+        self, place: Point2, course: Point2, level_m_s: float, braking: Braking
+    ) -> float:
+        """Return the share of a speed that leaves room for the turn; its radius is the margin."""
+        bare = replace(self, fence_margin_m=0.0, volume_margin_m=0.0)
+        before_m = level_m_s * braking.turn_after_s
+        free_m = bare._free_m(place, course, before_m + braking.turn_m) - braking.turn_m
+        return 1.0 if free_m >= before_m else max(free_m, 0.0) / before_m
 
     def run_out_share(
         self,
@@ -170,12 +187,7 @@ class Room:
 
     def _room_m(self, point: Point2) -> float:
         """Return how far every bound is, its margin taken off; negative beyond it."""
-        volume = self.volume
-        rooms_m = [volume.radius_max_m - math.hypot(*point) - _LEVEL_MARGIN_M]
-        if volume.box is not None:
-            (west, south, _), (east, north, _) = volume.box.minimum_enu_m, volume.box.maximum_enu_m
-            sides_m = (east - point[0], point[0] - west, north - point[1], point[1] - south)
-            rooms_m.append(min(sides_m) - _LEVEL_MARGIN_M)
+        rooms_m = [self.volume.room_m(point) - self.volume_margin_m]
         if self.fence is not None:
             rooms_m += [_depth_m(area, point) - self.fence_margin_m for area in self.fence.areas]
             if self.fence.alternatives:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from navigation_core.safety.unfollowed import Following
 
+# As slow as this a ground vehicle still drives: PX4's simulated rover not below 0.8 m/s (observed).
+_SLOW_M_S = 0.8
+
 
 @dataclass(frozen=True)
 class Traits:
@@ -34,6 +37,8 @@ class Traits:
         takeoff_height_m: height above the ground of a take-off when none is asked for.
         setpoint_timeout_s: for how long it continues with the velocity and the acceleration of the
             last setpoint when none follows; 0 if it does not.
+        return_turn_m: radius of the turn with which it drives back by itself after that time; 0 if
+            it stops instead.
         following: how it comes to a setpoint whose target it moves on by itself in that time; None
             if it does not move the target.
         drives_by_turn_rate: whether it follows a speed along its nose, also backwards, and a
@@ -59,8 +64,16 @@ class Traits:
     height_min_m: float = 0.0
     takeoff_height_m: float = 0.0
     setpoint_timeout_s: float = 0.0
+    return_turn_m: float = 0.0
     following: Following | None = None
     drives_by_turn_rate: bool = False
+
+    @property
+    def target_margin_m(self) -> float:
+        """Least distance of its targets to a bound, so that it turns back before that bound."""
+        if self.return_turn_m <= 0.0:
+            return 0.0
+        return self.return_turn_m + _SLOW_M_S * self.setpoint_timeout_s
 
 
 COPTER = Traits()

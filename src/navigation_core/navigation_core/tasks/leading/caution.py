@@ -67,7 +67,13 @@ class Caution:
         if not traits.flies:
             braking_m_s2 = min(braking_m_s2, traits.braking_m_s2)
             reaction_s += traits.brake_lag_s
-        self._braking = Braking(braking_m_s2, limits.acceleration_vertical_m_s2, reaction_s)
+        self._braking = Braking(
+            braking_m_s2,
+            limits.acceleration_vertical_m_s2,
+            reaction_s,
+            traits.return_turn_m,
+            traits.setpoint_timeout_s,
+        )
         self._least_m_s = _BY_POSITION_M_S if traits.flies else _CREEP_M_S
 
     def speed_share(self, carrot: Carrot, observation: Observation) -> float:

@@ -89,9 +89,15 @@ class Steersman:
         lag_s = flight.config.tracking_lag_s if traits.flies else traits.brake_lag_s
         # Towards a bound it is so slow that it also stops before it if no setpoint follows.
         reaction_s = max(self._flown.ease_s, traits.setpoint_timeout_s) + lag_s
-        self._braking = Braking(braking_m_s2, limits.acceleration_vertical_m_s2, reaction_s)
+        self._braking = Braking(
+            braking_m_s2,
+            limits.acceleration_vertical_m_s2,
+            reaction_s,
+            traits.return_turn_m,
+            traits.setpoint_timeout_s,
+        )
         # Motion in any direction that is under way already is slowed down with this margin.
-        self._last_brake = replace(self._braking, reaction_s=lag_s)
+        self._last_brake = replace(self._braking, reaction_s=lag_s, turn_m=0.0)
         self._inherited = flight.handover.commanded
         self._sent: KinematicState | None = None
         self._begun = False
