@@ -14,7 +14,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from drone_navigation.processes import ProcessError, run_in_terminal, simulated_vehicle
+from drone_navigation.processes import ProcessError, ProcessGroup
 from flight_logs.command_version import add_version
 from flight_reports.flight_plot import plot_flight
 from flight_reports.flight_recording import FlightRecording, NoFlightError
@@ -165,12 +165,11 @@ def _fly(out: Path, tlog: Path, vehicle: str, autopilot: str) -> int:
         "--vehicle", vehicle, "--autopilot", autopilot, "--world", str(scenario.world),
         "--summary", str(out / _SUMMARY), *_SETTINGS.get((vehicle, autopilot), ()),
     ]  # fmt: skip
-    with simulated_vehicle(
-        ["--config", str(server), "--tlog", str(tlog)], simulator, out
-    ) as environment:
+    with ProcessGroup(out) as group:
+        environment = group.start_vehicle(["--config", str(server), "--tlog", str(tlog)], simulator)
         print(f"Ready after {time.monotonic() - begin_s:.1f} s", flush=True)
         # The client draws directly on this terminal.
-        return run_in_terminal(client, environment, _FLIGHT_TIMEOUT_S)
+        return group.run_in_terminal(client, environment, _FLIGHT_TIMEOUT_S)
 
 
 def report(recording: FlightRecording, nearest: Nearest) -> str:

@@ -7,10 +7,9 @@ import contextlib
 import os
 import sys
 import threading
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from drone_navigation.processes import Process, ProcessError, simulated_vehicle
+from drone_navigation.processes import ProcessError, ProcessGroup
 from flight_logs.command_version import add_version
 
 EXIT_OK = 0
@@ -51,7 +50,11 @@ def main(args: list[str] | None = None) -> int:
     server = ["--config", str(config), "--tlog", str(out / "flight.tlog")]
     simulator = ["--vehicle", options.vehicle, "--autopilot", options.autopilot]
     try:
-        with simulated_vehicle(server, simulator, out) as environment, _nav2(environment, out):
+        with ProcessGroup(out) as group:
+            environment = group.start_vehicle(server, simulator)
+            words = ["python", "-m", "drone_navigation.navigation_nav2"]
+            nav2 = group.start("navigation_nav2", words, environment)
+            nav2.wait_for("Ready for clients", _READY_TIMEOUT_S)
             os.environ.update(environment)
             domain = environment["ROS_DOMAIN_ID"]
             print(f"Clients of Nav2 find this vehicle with ROS_DOMAIN_ID={domain}", flush=True)
@@ -71,18 +74,6 @@ def main(args: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("The demo was interrupted.", file=sys.stderr)
     return EXIT_FAILED
-
-
-@contextlib.contextmanager
-def _nav2(environment: Mapping[str, str], out: Path) -> Iterator[None]:
-    """Run navigation_nav2."""
-    words = ["python", "-m", "drone_navigation.navigation_nav2"]
-    process = Process("navigation_nav2", words, environment, out / "navigation_nav2.log")
-    try:
-        process.wait_for("Ready for clients", _READY_TIMEOUT_S)
-        yield
-    finally:
-        process.stop(_READY_TIMEOUT_S)
 
 
 if __name__ == "__main__":

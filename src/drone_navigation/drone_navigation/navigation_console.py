@@ -7,10 +7,10 @@ from drone_navigation.quiet_start import run_program
 # isort: split
 import asyncio
 import os
-import signal
 import sys
 import threading
 import webbrowser
+from argparse import Namespace
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -25,12 +25,14 @@ from drone_navigation.console.board import Board
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.options import TokenError, make_parser, token_of
 from drone_navigation.console.tiles.folder import TileError
-from drone_navigation.console.tiles.source import open_tiles
+from drone_navigation.console.tiles.source import Tiles, open_tiles
 from drone_navigation.console.web import Web
+from drone_navigation.stop_signals import StopSignals
 
 _REDIRECT = '<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n'
 EXIT_OK = 0
 EXIT_FAILED = 1
+_WATCH_PERIOD_S = 0.1
 
 
 def main(args: list[str] | None = None) -> int:
@@ -46,6 +48,15 @@ def _main(argv: list[str]) -> int:
         tiles = open_tiles(options.tiles) if options.tiles else None
     except (TokenError, TileError) as error:
         parser.error(str(error))
+    signals = StopSignals("navigation_console")
+    code = _serve_until(signals, argv, options, token, tiles)
+    signals.finish(code)
+    return code
+
+
+def _serve_until(
+    signals: StopSignals, argv: list[str], options: Namespace, token: str, tiles: Tiles | None
+) -> int:
     with ExitStack() as on_exit:
         # Only for its owner: a command line, with the address on it, is for everybody.
         folder = on_exit.enter_context(TemporaryDirectory(prefix="navigation_console_"))
@@ -73,7 +84,8 @@ def _main(argv: list[str]) -> int:
                 threading.Thread(target=webbrowser.open, args=(file.as_uri(),), daemon=True).start()
 
         try:
-            asyncio.run(_serve(Web(fleet, board, token, tiles), options.host, options.port, ready))
+            web = Web(fleet, board, token, tiles)
+            asyncio.run(_serve(signals, web, options.host, options.port, ready))
         except OSError as error:
             print(f"Cannot listen on {options.host}: {error.strerror or error}.", file=sys.stderr)
             return EXIT_FAILED
@@ -81,11 +93,20 @@ def _main(argv: list[str]) -> int:
     return EXIT_OK
 
 
-async def _serve(web: Web, host: str, port: int, ready: Callable[[int], None]) -> None:
-    loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, web.stop)
-    await web.run(host, port, ready)
+async def _serve(
+    signals: StopSignals, web: Web, host: str, port: int, ready: Callable[[int], None]
+) -> None:
+    watch = asyncio.create_task(_watch(signals, web))
+    try:
+        await web.run(host, port, ready)
+    finally:
+        watch.cancel()
+
+
+async def _watch(signals: StopSignals, web: Web) -> None:
+    while not signals.is_requested:
+        await asyncio.sleep(_WATCH_PERIOD_S)
+    web.stop()
 
 
 if __name__ == "__main__":

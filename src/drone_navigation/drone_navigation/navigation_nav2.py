@@ -7,14 +7,13 @@ from drone_navigation.quiet_start import run_program
 # isort: split
 import argparse
 import importlib.util
-import signal
 import sys
-import threading
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from drone_navigation.stop_signals import StopSignals
 from flight_logs.command_version import add_version
 
 EXIT_OK = 0
@@ -58,18 +57,18 @@ def _main(argv: list[str]) -> int:
     # Imported here because it imports nav2_msgs, whose absence is reported above.
     from drone_navigation.nav2.node import StartError, run  # noqa: PLC0415
 
+    signals = StopSignals("navigation_nav2")
+    code = EXIT_OK
     rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
-    stopped = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.set())
     try:
-        run(stopped, _PARAMETERS)
+        run(signals, _PARAMETERS)
     except StartError as error:
         print(str(error), file=sys.stderr)
-        return EXIT_FAILED
+        code = EXIT_FAILED
     finally:
         rclpy.try_shutdown()
-    return EXIT_OK
+    signals.finish(code)
+    return code
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from rclpy.utilities import remove_ros_args
 
 from drone_navigation.server.options import CHECK_TIMEOUT_S, make_parser, overrides
 from drone_navigation.server.server import NavigationServer
-from drone_navigation.server.stop_signals import EXIT_HUNG, StopSignals
+from drone_navigation.stop_signals import EXIT_HUNG, StopSignals
 from mavlink_vehicle.errors import DriverError, LinkError
 from mavlink_vehicle.io.clock import MonotonicClock
 from navigation_bridge.configuration.fleet_config import check_server_wide, make_vehicle_configs

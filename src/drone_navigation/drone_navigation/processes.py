@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import math
 import os
 import random
 import signal
@@ -13,6 +15,7 @@ import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import FrameType
 
 _LOOPBACK = "127.0.0.1"
 _DOMAIN_MAX = 101
@@ -21,7 +24,10 @@ _DOMAIN_MAX = 101
 _PORT_BASE, _DOMAIN_GAIN, _OFFSET = 7400, 250, 10
 _PORT_MIN, _PORT_MAX, _PORTS_TRIED = 61000, 65500, 100
 _READY_TIMEOUT_S = 20.0
-_END_TIMEOUT_S = 10.0
+_READER_S = 5.0
+_POLL_S = 0.05
+# A program that was interrupted ends within 5 s, and so does each that it has started.
+_END_LIMIT_S = 4.5
 
 
 class ProcessError(RuntimeError):
@@ -74,77 +80,6 @@ def ros_environment(domain: int) -> dict[str, str]:
     return environment
 
 
-def run_in_terminal(
-    arguments: Sequence[str],
-    environment: Mapping[str, str],
-    timeout_s: float | None = None,
-    *,
-    ends_itself: bool = False,
-) -> int:
-    """Run ``python -m MODULE ...`` with this terminal as its own, and return its exit code.
-
-    Args:
-        arguments: the module and its arguments.
-        environment: of the child.
-        timeout_s: None to wait for as long as it runs.
-        ends_itself: pass an interrupt on and wait for the end; otherwise it is killed then.
-
-    Raises:
-        ProcessError: it is still running after ``timeout_s``.
-    """
-    child = subprocess.Popen([sys.executable, "-m", *arguments], env=dict(environment))
-    try:
-        return child.wait(timeout_s)
-    except subprocess.TimeoutExpired:
-        raise ProcessError(f"{arguments[0]} did not end within {timeout_s:g} s") from None
-    except KeyboardInterrupt:
-        if not ends_itself:
-            raise
-        child.send_signal(signal.SIGINT)
-        return child.wait(_END_TIMEOUT_S)
-    finally:
-        if child.poll() is None:
-            child.kill()
-            child.wait()
-
-
-@contextlib.contextmanager
-def simulated_vehicle(
-    server: Sequence[str], simulator: Sequence[str], logs: Path | None = None
-) -> Iterator[dict[str, str]]:
-    """Run a navigation server and its simulator, on a link and in a ROS domain of their own.
-
-    Args:
-        server: arguments of the server, but for the link.
-        simulator: those of the simulator.
-        logs: folder for what they print, or None.
-
-    Yields:
-        The environment of the server's clients, once it is ready for goals.
-
-    Raises:
-        ProcessError: one of them failed.
-    """
-    environment = ros_environment(free_domain(os.getpid()))
-    link = f"//127.0.0.1:{free_udp_port()}"
-    commands = {
-        "navigation_server": [
-            "drone_navigation.navigation_server", "--link", f"udpin:{link}", *server,
-        ],
-        "mavlink_sitl": ["mavlink_sitl", "--link", f"udpout:{link}", *simulator],
-    }  # fmt: skip
-    processes: list[Process] = []
-    try:
-        for name, words in commands.items():
-            log = None if logs is None else logs / f"{name}.log"
-            processes.append(Process(name, ["python", "-m", *words], environment, log))
-        processes[0].wait_for("Position valid", _READY_TIMEOUT_S)
-        yield environment
-    finally:
-        for process in reversed(processes):
-            process.stop()
-
-
 def _descendants(pid: int) -> list[int]:
     """Return the processes that a process has started, and theirs; none where /proc has no list."""
     found: list[int] = []
@@ -175,7 +110,6 @@ class Process:
         """
         self.name = name
         self.lines: list[str] = []
-        self._changed = threading.Condition()
         self._log = None if log is None else log.open("w", encoding="utf-8")
         command = [sys.executable if word == "python" else word for word in arguments]
         self._child = subprocess.Popen(
@@ -203,8 +137,7 @@ class Process:
     @property
     def text(self) -> str:
         """Everything it has printed."""
-        with self._changed:
-            return "\n".join(self.lines)
+        return "\n".join(self.lines)
 
     def wait_for(self, fragment: str, timeout_s: float, *, after: int = 0) -> str:
         """Wait for a line that contains ``fragment``, from line number ``after`` on.
@@ -215,17 +148,16 @@ class Process:
         Raises:
             ProcessError: it ended, or it timed out.
         """
+        # An interrupt may end this wait at any point, so it holds no lock.
         deadline = time.monotonic() + timeout_s
-        with self._changed:
-            while True:
-                for line in self.lines[after:]:
-                    if fragment in line:
-                        return line
-                left_s = deadline - time.monotonic()
-                ended = self._child.poll() is not None and not self._reader.is_alive()
-                if ended or left_s <= 0.0:
-                    break
-                self._changed.wait(min(left_s, 0.1))
+        while True:
+            ended = self._child.poll() is not None and not self._reader.is_alive()
+            for line in self.lines[after:]:
+                if fragment in line:
+                    return line
+            if ended or time.monotonic() >= deadline:
+                break
+            time.sleep(_POLL_S)
         why = f"exited with {self.returncode}" if ended else f"did not within {timeout_s:g} s"
         raise ProcessError(
             f"{self.name} should have printed '{fragment}' but {why}. It printed:\n"
@@ -245,7 +177,7 @@ class Process:
                 f"{self.name} was still running after {timeout_s:g} s. It printed:\n"
                 + "\n".join(self.lines[-20:])
             ) from None
-        self._close()
+        self._reader.join(_READER_S)
         return code
 
     def signal(self, number: signal.Signals) -> None:
@@ -260,6 +192,14 @@ class Process:
             The exit code.
         """
         self.signal(signal.SIGINT)
+        return self.end_within(timeout_s)
+
+    def end_within(self, timeout_s: float) -> int:
+        """Wait for its end; kill it, and what it has started, after ``timeout_s``.
+
+        Returns:
+            The exit code.
+        """
         try:
             self._child.wait(timeout_s)
         except subprocess.TimeoutExpired:
@@ -269,27 +209,163 @@ class Process:
                 with contextlib.suppress(ProcessLookupError):
                     os.kill(pid, signal.SIGKILL)
             self._child.wait(10.0)
-        self._close()
+        # Something that it has left behind may hold its output open.
+        self._reader.join(_READER_S)
         return self._child.returncode
-
-    def _close(self) -> None:
-        self._reader.join(5.0)
-        # Something that it has left behind may hold its output open, so the reader closes it:
-        # closing it here would wait for the reader, without end and deaf to signals.
-        with self._changed:
-            if self._log is not None:
-                self._log.close()
-                self._log = None
 
     def _read(self) -> None:
         assert self._child.stdout is not None
-        with self._child.stdout as output:
+        with self._child.stdout as output, self._log or contextlib.nullcontext() as log:
             for line in output:
-                with self._changed:
-                    self.lines.append(line.rstrip("\n"))
-                    if self._log is not None:
-                        self._log.write(line)
-                        self._log.flush()
-                    self._changed.notify_all()
-        with self._changed:
-            self._changed.notify_all()
+                self.lines.append(line.rstrip("\n"))
+                if log is not None:
+                    log.write(line)
+                    log.flush()
+
+
+class ProcessGroup:
+    """Processes that a program starts, and that end with it, all within 5 s.
+
+    From its creation on SIGINT and SIGTERM raise KeyboardInterrupt, once. One that comes while a
+    process is being started, or while all are stopped, is seen afterwards: none is left behind.
+    """
+
+    def __init__(self, logs: Path | None = None) -> None:
+        """Take the signals; called by the main thread.
+
+        Args:
+            logs: folder for what the processes print, or None.
+        """
+        self._logs = logs
+        self._processes: list[Process] = []
+        self._in_terminal: subprocess.Popen[bytes] | None = None
+        self._holds = self._is_interrupted = self._is_held_back = False
+        self._end_by_s = math.inf
+        # An interrupt may come between the last step of a program and `__exit__`.
+        atexit.register(self._stop)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._interrupt)
+
+    def __enter__(self) -> ProcessGroup:
+        """Return itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Stop all processes.
+
+        Raises:
+            KeyboardInterrupt: it came meanwhile.
+        """
+        self._stop()
+        if kind is None and self._is_held_back:
+            raise KeyboardInterrupt
+
+    def start(
+        self, name: str, command: Sequence[str], environment: Mapping[str, str] | None = None
+    ) -> Process:
+        """Start a process; the arguments are those of `Process`."""
+        log = None if self._logs is None else self._logs / f"{name}.log"
+        with self._held():
+            process = Process(name, command, environment, log)
+            self._processes.append(process)
+        return process
+
+    def start_vehicle(self, server: Sequence[str], simulator: Sequence[str]) -> dict[str, str]:
+        """Start a navigation server and its simulator, on a link and in a ROS domain of their own.
+
+        Args:
+            server: arguments of the server, but for the link.
+            simulator: those of the simulator.
+
+        Returns:
+            The environment of the server's clients, once it is ready for goals.
+
+        Raises:
+            ProcessError: one of them failed.
+        """
+        environment = ros_environment(free_domain(os.getpid()))
+        link = f"//127.0.0.1:{free_udp_port()}"
+        words = ["python", "-m", "drone_navigation.navigation_server"]
+        words += ["--link", f"udpin:{link}", *server]
+        process = self.start("navigation_server", words, environment)
+        words = ["python", "-m", "mavlink_sitl", "--link", f"udpout:{link}", *simulator]
+        self.start("mavlink_sitl", words, environment)
+        process.wait_for("Position valid", _READY_TIMEOUT_S)
+        return environment
+
+    def run_in_terminal(
+        self,
+        arguments: Sequence[str],
+        environment: Mapping[str, str],
+        timeout_s: float | None = None,
+        *,
+        ends_itself: bool = False,
+    ) -> int:
+        """Run ``python -m MODULE ...`` with this terminal as its own, and return its exit code.
+
+        Args:
+            arguments: the module and its arguments.
+            environment: of the child.
+            timeout_s: None to wait for as long as it runs.
+            ends_itself: pass an interrupt on and wait for the end; otherwise it is killed then.
+
+        Raises:
+            ProcessError: it is still running after ``timeout_s``, or after an interrupt.
+        """
+        with self._held():
+            child = subprocess.Popen([sys.executable, "-m", *arguments], env=dict(environment))
+            self._in_terminal = child
+        try:
+            return child.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            raise ProcessError(f"{arguments[0]} did not end within {timeout_s:g} s") from None
+        except KeyboardInterrupt:
+            if not ends_itself:
+                raise
+            self._signal()
+            try:
+                return child.wait(max(self._end_by_s - time.monotonic(), 0.0))
+            except subprocess.TimeoutExpired:
+                raise ProcessError(f"{arguments[0]} did not end after an interrupt") from None
+
+    def _signal(self) -> None:
+        """Interrupt all processes at once, as a terminal does."""
+        if self._end_by_s < math.inf:
+            return
+        self._end_by_s = time.monotonic() + _END_LIMIT_S
+        if self._in_terminal is not None and self._in_terminal.poll() is None:
+            self._in_terminal.send_signal(signal.SIGINT)
+        for process in self._processes:
+            process.signal(signal.SIGINT)
+
+    def _stop(self) -> None:
+        """Stop all processes; an interrupt is seen afterwards."""
+        self._holds = True
+        child = self._in_terminal
+        if child is not None and child.poll() is None and self._end_by_s == math.inf:
+            child.kill()
+        self._signal()
+        while self._processes:
+            self._processes.pop().end_within(max(self._end_by_s - time.monotonic(), 0.0))
+        if child is not None and child.poll() is None:
+            child.kill()
+            child.wait()
+
+    @contextlib.contextmanager
+    def _held(self) -> Iterator[None]:
+        """Hold an interrupt back."""
+        self._holds = True
+        try:
+            yield
+        finally:
+            self._holds = False
+        if self._is_held_back:
+            raise KeyboardInterrupt
+
+    def _interrupt(self, _number: int, _frame: FrameType | None) -> None:
+        if self._is_interrupted:
+            return
+        self._is_interrupted = True
+        self._is_held_back = self._holds
+        if not self._holds:
+            raise KeyboardInterrupt

@@ -8,12 +8,31 @@ import threading
 import time
 
 import psutil
+import pytest
 
-from drone_navigation.processes import Process
+from drone_navigation.processes import Process, ProcessGroup
 from tests.support.processes import patient_s
 
 _START = "import subprocess; c = subprocess.Popen(['sleep', '50']); print(c.pid, flush=True)"
 _DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+
+
+# A program that starts two others, which print their process ids, and waits.
+_PROGRAM = """
+import sys, threading
+from drone_navigation.processes import ProcessGroup
+
+code = sys.argv[1] + "import os, time; print(os.getpid(), flush=True); time.sleep(50)"
+try:
+    with ProcessGroup() as group:
+        for name in ("one", "two"):
+            print(group.start(name, ["python", "-c", code]).wait_for("", 20.0), flush=True)
+        print("started", flush=True)
+        threading.Event().wait(50.0)
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+    sys.exit(7)
+"""
 
 
 def _is_running(pid: int) -> bool:
@@ -41,3 +60,45 @@ def test_a_process_ends_though_what_it_left_behind_holds_its_output() -> None:
         assert _is_running(child), "it waited for the output to be closed"
     finally:
         os.kill(child, signal.SIGKILL)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "children",
+    [pytest.param("", id="willing"), pytest.param(f"{_DEAF}; ", id="deaf", marks=pytest.mark.wide)],
+)
+def test_an_interrupt_ends_a_program_and_all_that_it_has_started(
+    children: str, number: signal.Signals
+) -> None:
+    program = Process("program", ["python", "-c", _PROGRAM, children])
+    try:
+        program.wait_for("started", patient_s(20.0))
+        pids = [int(line) for line in program.lines[:2]]
+        program.signal(number)
+        program.signal(number)
+        assert program.wait(patient_s(10.0)) == 7, program.text
+        assert program.lines[-1] == "interrupted", program.text
+        assert not any(_is_running(pid) for pid in pids)
+    finally:
+        program.stop(1.0)
+
+
+def _start_while_interrupted(group: ProcessGroup) -> None:
+    with group._held():
+        os.kill(os.getpid(), signal.SIGINT)
+        process = Process("child", ["python", "-c", "import time; time.sleep(50)"])
+        group._processes.append(process)
+
+
+def test_an_interrupt_while_a_process_is_started_is_seen_afterwards() -> None:
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    group = ProcessGroup()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            _start_while_interrupted(group)
+        (process,) = group._processes
+        group._stop()
+        assert process.returncode is not None
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)

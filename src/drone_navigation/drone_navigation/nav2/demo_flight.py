@@ -11,11 +11,13 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 from rclpy.action import ActionClient
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from drone_navigation.processes import ProcessError
 
 _READY_TIMEOUT_S = 20.0
 _GOAL_TIMEOUT_S = 180.0
+_SPIN_S = 0.2
 # Two-dimensional, as RViz and the examples of Nav2 send them.
 _POSE = (15.0, 5.0)
 _WAYPOINTS = ((15.0, -5.0), (5.0, -5.0), (0.0, 0.0))
@@ -23,7 +25,7 @@ _WAYPOINTS = ((15.0, -5.0), (5.0, -5.0), (0.0, 0.0))
 
 def fly() -> bool:
     """Fly a pose and waypoints; return whether both goals succeed."""
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = Node("demo_nav2")
     try:
         pose = NavigateToPose.Goal(pose=_pose(_POSE))
@@ -41,6 +43,13 @@ def _pose(place: tuple[float, float]) -> PoseStamped:
     pose.header.frame_id = "map"
     pose.pose.position.x, pose.pose.position.y = place
     return pose
+
+
+def _spin(node: Node, future: Any, timeout_s: float) -> None:
+    """Spin until an answer is there; an interrupt is seen after a short wait."""
+    until_s = time.monotonic() + timeout_s
+    while not future.done() and time.monotonic() < until_s:
+        rclpy.spin_once(node, timeout_sec=_SPIN_S)
 
 
 def _send(node: Node, kind: Any, name: str, goal: Any) -> bool:
@@ -68,12 +77,12 @@ def _send(node: Node, kind: Any, name: str, goal: Any) -> bool:
 
     print(f"Sending a goal to {name}", flush=True)
     sent = client.send_goal_async(goal, feedback_callback=tell)
-    rclpy.spin_until_future_complete(node, sent, timeout_sec=_READY_TIMEOUT_S)
+    _spin(node, sent, _READY_TIMEOUT_S)
     handle = sent.result()
     if handle is None or not handle.accepted:
         raise ProcessError(f"{name} did not accept the goal.")
     future = handle.get_result_async()
-    rclpy.spin_until_future_complete(node, future, timeout_sec=_GOAL_TIMEOUT_S)
+    _spin(node, future, _GOAL_TIMEOUT_S)
     if not future.done():
         raise ProcessError(f"{name} did not end within {_GOAL_TIMEOUT_S:g} s.")
     end = future.result()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Callable, Mapping
 
@@ -17,6 +16,7 @@ from drone_navigation.nav2.others import ACTION, Others
 from drone_navigation.nav2.planners import Planners
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the_rest
+from drone_navigation.stop_signals import StopSignals
 
 __all__ = ["StartError", "run"]
 
@@ -38,11 +38,11 @@ class StartError(RuntimeError):
     """The node cannot serve clients; the text is the reason."""
 
 
-def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
-    """Serve clients until a moment; goals under way are then cancelled.
+def run(signals: StopSignals, defaults: Mapping[str, float | bool]) -> None:
+    """Serve clients until a request to stop; goals under way are then cancelled.
 
     Args:
-        stopped: set from outside.
+        signals: of the process.
         defaults: of the parameters.
 
     Raises:
@@ -55,10 +55,10 @@ def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
     others = Others(node)
     vehicle = ServerState(node)
     # Others are discovered meanwhile.
-    _spin_until(executor, stopped.is_set, _DISCOVERY_S)
+    _spin_until(executor, lambda: signals.is_requested, _DISCOVERY_S)
     # A client that does not ask whether it is active sends its goal at once.
-    _spin_until(executor, lambda: stopped.is_set() or not vehicle.why_not(), _HEAR_TIMEOUT_S)
-    _wait_until_alone(node, others, executor, stopped)
+    _spin_until(executor, lambda: signals.is_requested or not vehicle.why_not(), _HEAR_TIMEOUT_S)
+    _wait_until_alone(node, others, executor, signals)
     flights = Flights(node, vehicle)
     navigators = Navigators(node, vehicle, flights, preferences)
     Behaviours(node, vehicle, flights, navigators, preferences)
@@ -68,7 +68,7 @@ def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
     reject_the_rest(node)
     node.get_logger().info("Ready for clients of Nav2")
     try:
-        _serve(others, executor, stopped)
+        _serve(others, executor, signals)
     finally:
         flights.stop()
         _spin_until(executor, lambda: flights.is_idle, _STOP_TIMEOUT_S)
@@ -76,7 +76,7 @@ def run(stopped: threading.Event, defaults: Mapping[str, float | bool]) -> None:
         node.destroy_node()
 
 
-def _serve(others: Others, executor: SingleThreadedExecutor, stopped: threading.Event) -> None:
+def _serve(others: Others, executor: SingleThreadedExecutor, signals: StopSignals) -> None:
     """Serve until a moment.
 
     A loaded machine discovers others late. Of ours the one that started last ends. Nav2's own
@@ -86,7 +86,7 @@ def _serve(others: Others, executor: SingleThreadedExecutor, stopped: threading.
         StartError: another one was found, and it does not end.
     """
     new_until_s, alone_s = time.monotonic() + _NEW_S, time.monotonic()
-    while not stopped.is_set():
+    while not signals.is_requested:
         executor.spin_once(timeout_sec=_SPIN_S)
         now_s = time.monotonic()
         if not (others.earlier or (others.foreign and alone_s < new_until_s)):
@@ -96,7 +96,7 @@ def _serve(others: Others, executor: SingleThreadedExecutor, stopped: threading.
 
 
 def _wait_until_alone(
-    node: Node, others: Others, executor: SingleThreadedExecutor, stopped: threading.Event
+    node: Node, others: Others, executor: SingleThreadedExecutor, signals: StopSignals
 ) -> None:
     """Wait for the end of another server of the same names: both would execute each goal.
 
@@ -105,7 +105,7 @@ def _wait_until_alone(
     """
 
     def is_alone() -> bool:
-        return stopped.is_set() or not others.servers
+        return signals.is_requested or not others.servers
 
     if not is_alone():
         node.get_logger().warning(f"Another node offers {ACTION}; waiting until it ends")

@@ -47,6 +47,11 @@ class StopSignals:
         for number in _SIGNALS:
             signal.signal(number, _take)
 
+    @property
+    def is_requested(self) -> bool:
+        """Whether there is a request to stop."""
+        return self._requested.is_set()
+
     def wait(self, timeout_s: float) -> bool:
         """Wait for a request to stop; return whether there is one."""
         return self._requested.wait(timeout_s)
