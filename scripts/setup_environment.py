@@ -61,13 +61,16 @@ STAND_INS = ("geographic_msgs", "tf2_msgs")
 ON_DEMAND = ("nav2_msgs",)
 # Packages on top of those for running, each with a lock of its own. "dev" contains "extras".
 LAYERS = ("extras", "dev")
-# Free disk that the set-up needs: .venv, the tools of the build, and packages as downloaded.
-NEEDED_DISK_MB = 1500
+# Free disk that the set-up needs: .venv, the tools of the build, and packages as downloaded; of
+# these, the cache of uv has the last, and the folder of temporary files has uv itself.
+NEEDED_DISK_MB, NEEDED_CACHE_MB, NEEDED_TEMPORARY_MB = 1500, 500, 100
 WHEEL_NAME = "mavbridge_interfaces"
 WHEELS_FOLDER = "MAVBRIDGE_WHEELS"
 # Progress lines of CMake and Ninja.
 PROGRESS = re.compile(r"^(?:-- (Configuring done|Installing)|(\[ *\d+/\d+\]))", re.MULTILINE)
 OURS = (VENV, INSTALL, BUILD)
+# Ends the name of a folder while another one is made in its place.
+BEFORE = ".before"
 ENVIRONMENT_FILE = INSTALL / "environment.bash"
 # Modules that `make demo` and the server import.
 IMPORTED = (
@@ -154,6 +157,8 @@ def main() -> int:
             if options.wheel:
                 print(make_wheel(options.wheel.resolve()))
                 return 0
+            for before in (*ROOT.glob(f"*{BEFORE}"), *INSTALL.glob(f"*{BEFORE}")):
+                put_back(before)
             changed = update(options.ros)
             for name in options.wanted:
                 add = add_layer if name in LAYERS else add_interfaces
@@ -205,7 +210,8 @@ def update(ros: str) -> bool:
             else:
                 unpack(wheel, INTERFACES)
             INTERFACES_STAMP.write_text(interfaces_key)
-    link_packages()
+    with replacing(PACKAGES):
+        link_packages()
     record_environment(ros)
     prepare_start(ros)
     WORKSPACE_STAMP.write_text(workspace_key)
@@ -213,23 +219,41 @@ def update(ros: str) -> bool:
 
 
 @contextlib.contextmanager
-def replacing(folder: Path) -> Iterator[None]:
-    """Lets a folder be made again; what was there before comes back when that fails."""
-    before = folder.with_name(f"{folder.name}.before")
+def replacing(folder: Path, *, keeps_content: bool = False) -> Iterator[None]:
+    """Lets a folder be made again, or changed; what was there before comes back when that fails.
+
+    After a set-up that was killed, the next one puts it back (`put_back`). To change a folder, its
+    files are linked, not copied: nothing writes into a file that is there.
+    """
+    before = folder.with_name(f"{folder.name}{BEFORE}")
+    put_back(before)
+    shutil.rmtree(BUILD, ignore_errors=True)
+    try:
+        if folder.exists() and keeps_content:
+            # `before` is whole as soon as it has its name.
+            shutil.copytree(folder, BUILD, symlinks=True, copy_function=os.link)
+            BUILD.rename(before)
+        elif folder.exists():
+            folder.rename(before)
+        try:
+            yield
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            put_back(before)
+            raise
+        if before.exists():
+            # No longer to be put back, even if this is killed while it removes the files.
+            before.rename(BUILD)
+    finally:
+        shutil.rmtree(BUILD, ignore_errors=True)
+
+
+def put_back(before: Path) -> None:
+    """Puts a folder back that a set-up was replacing when it failed or was killed."""
+    folder = before.with_name(before.name.removesuffix(BEFORE))
     if before.exists():
-        # A set-up that was killed left it.
         shutil.rmtree(folder, ignore_errors=True)
         before.rename(folder)
-    if folder.exists():
-        folder.rename(before)
-    try:
-        yield
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        if before.exists():
-            before.rename(folder)
-        raise
-    shutil.rmtree(before, ignore_errors=True)
 
 
 def lock_of(ros: str, layer: str = "") -> Path:
@@ -309,7 +333,7 @@ def check_prerequisites(ros: str, packages: bool = True, compiles: bool = True) 
 
     Args:
         ros: "wheels" or "system".
-        packages: whether packages are to be installed.
+        packages: whether packages are to be installed into .venv.
         compiles: whether interfaces are to be compiled.
 
     Raises:
@@ -335,18 +359,36 @@ def check_prerequisites(ros: str, packages: bool = True, compiles: bool = True) 
         missing.append(f"the headers of {python} are missing")
         names.append(f"{package}-dev")
     probe = [python, "-I", "-c", "import ensurepip, venv"]
-    if packages and subprocess.run(probe, stderr=subprocess.DEVNULL, check=False).returncode:
+    if subprocess.run(probe, stderr=subprocess.DEVNULL, check=False).returncode:
         missing.append(f"the venv module of {python} is missing")
         names.append(f"{package}-venv")
     text = ", ".join(missing)
     if text:
         text = f"{text[0].upper()}{text[1:]}: sudo apt install {' '.join(dict.fromkeys(names))}"
-    free_mb = shutil.disk_usage(ROOT).free // 1_000_000
-    if packages and free_mb < NEEDED_DISK_MB:
-        text += "; also, " if text else ""
-        text += f"{ROOT} has {free_mb} MB of free disk, and the set-up needs {NEEDED_DISK_MB} MB"
+        if compiles and (given := [path.name for path in given_wheels()]):
+            text += f", or use a wheel of the interfaces that fits: {', '.join(given)} does not"
+    for shortage in short_disks() if packages else ():
+        text += f"; also, {shortage}" if text else shortage
     if text:
         raise SetupError(text)
+
+
+def short_disks() -> Iterator[str]:
+    """The disks that have not enough left for packages, each said with the folder on it."""
+    caches = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    cache = os.environ.get("UV_CACHE_DIR") or Path(caches, "uv")
+    seen = set()
+    for folder, needed_mb in (
+        (ROOT, NEEDED_DISK_MB),
+        (Path(cache).absolute(), NEEDED_CACHE_MB),
+        (Path(tempfile.gettempdir()), NEEDED_TEMPORARY_MB),
+    ):
+        there = next(path for path in (folder, *folder.parents) if path.exists())
+        free_mb = shutil.disk_usage(there).free // 1_000_000
+        disk = there.stat().st_dev
+        if disk not in seen and free_mb < needed_mb:
+            yield f"{folder} has {free_mb} MB of free disk, and the set-up needs {needed_mb} MB"
+        seen.add(disk)
 
 
 def install_packages(ros: str) -> None:
@@ -373,9 +415,11 @@ def add_layer(ros: str, layer: str) -> bool:
     key = f"{read(PACKAGES_STAMP)}\n{hash_of([lock])}"
     if read(stamp) == key:
         return False
-    stamp.unlink(missing_ok=True)
-    install_lock(lock, VENV)
-    stamp.write_text(key)
+    check_prerequisites(ros, compiles=False)
+    with replacing(VENV, keeps_content=True):
+        install_lock(lock, VENV)
+        stamp.unlink(missing_ok=True)
+        stamp.write_text(key)
     return True
 
 
@@ -545,9 +589,10 @@ def keep_parsed_definitions(tools: Path) -> None:
 
 
 def rewrite(path: Path, text: str) -> None:
-    """Changes an installed file, and not uv's cache that it may be a hard link into."""
-    path.unlink()
-    path.write_text(text)
+    """Changes a file at once, and not uv's cache that it may be a hard link into."""
+    part = path.with_name(f"{path.name}.part")
+    part.write_text(text)
+    part.replace(path)
 
 
 def make_wheel(folder: Path) -> Path:
@@ -621,14 +666,21 @@ def fitting_wheel() -> Path | None:
 
     It may be in wheels/, or in the folder that MAVBRIDGE_WHEELS names.
     """
-    folders = [Path(os.environ[WHEELS_FOLDER])] if os.environ.get(WHEELS_FOLDER) else []
-    start = f"{WHEEL_NAME}-{wheel_version()}-{python_tag()}-{python_tag()}-manylinux_2_"
+    start = f"{WHEEL_NAME}-{wheel_version()}-{python_tag()}-{python_tag()}"
+    name = re.compile(rf"{re.escape(start)}-manylinux_2_(\d+)_x86_64\.whl")
     kind, _, version = (os.confstr("CS_GNU_LIBC_VERSION") or "").partition(" 2.")
-    for path in (path for folder in [*folders, ROOT / "wheels"] for path in folder.glob("*.whl")):
-        needed = path.name.removeprefix(start).removesuffix("_x86_64.whl")
-        if path.name.startswith(start) and kind == "glibc" and int(needed) <= int(version):
+    for path in given_wheels():
+        found = name.fullmatch(path.name)
+        if found and kind == "glibc" and int(found[1]) <= int(version):
             return path
     return None
+
+
+def given_wheels() -> list[Path]:
+    """The wheels of interfaces that are there, whether they fit or not."""
+    folders = [Path(os.environ[WHEELS_FOLDER])] if os.environ.get(WHEELS_FOLDER) else []
+    found = (folder.glob(f"{WHEEL_NAME}-*.whl") for folder in [*folders, ROOT / "wheels"])
+    return [path for paths in found for path in sorted(paths)]
 
 
 def unpack(wheel: Path, prefix: Path) -> None:
@@ -736,7 +788,6 @@ def link_packages() -> None:
     linked: modules, files for ROS and commands; the metadata are those that `importlib.metadata`
     reads.
     """
-    shutil.rmtree(PACKAGES, ignore_errors=True)
     modules = site_packages(PACKAGES)
     modules.mkdir(parents=True)
     for package in python_packages():
@@ -840,7 +891,7 @@ def record_environment(ros: str) -> None:
         if new:
             lines.append(f"_mavbridge_prepend {variable} {shlex.quote(':'.join(new))}")
     lines.append(f"export VIRTUAL_ENV={shlex.quote(str(VENV))}")
-    ENVIRONMENT_FILE.write_text("\n".join(lines) + "\n")
+    rewrite(ENVIRONMENT_FILE, "\n".join(lines) + "\n")
 
 
 def progress(log: str) -> str:
@@ -907,8 +958,15 @@ def run(name: str, what: str, command: Sequence[str | Path], environment: dict[s
 
 
 def reason(log: str) -> str:
-    """The line of a program's output that says best why it failed, for the end of a sentence."""
+    """What a program's output says best about why it failed, for the end of a sentence."""
     lines = [line.strip() for line in log.splitlines() if line.strip()]
+    # uv lists the causes of an error below it, and pip names what it did without.
+    listed = [line.partition(": ")[2] for line in lines if re.match("(?i:error|cause): ", line)]
+    if listed:
+        text = ": ".join(dict.fromkeys([*listed[:2], listed[-1]]))
+        # pip forgets that there was no connection.
+        lost = "; the package index was not reached" if "connection broken by" in log else ""
+        return f": {text[:300]}{lost}"
     for pattern in (r"No space left on device", r"\berror\b|Failed to|FAILED", r""):
         for line in lines:
             if re.search(pattern, line, re.IGNORECASE):
