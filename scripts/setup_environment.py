@@ -19,6 +19,7 @@ import contextlib
 import fcntl
 import functools
 import hashlib
+import itertools
 import os
 import platform
 import re
@@ -968,9 +969,10 @@ def reason(log: str) -> str:
         lost = "; the package index was not reached" if "connection broken by" in log else ""
         return f": {text[:300]}{lost}"
     for pattern in (r"No space left on device", r"\berror\b|Failed to|FAILED", r""):
-        for line in lines:
+        for line, next_line in itertools.zip_longest(lines, lines[1:], fillvalue=""):
             if re.search(pattern, line, re.IGNORECASE):
-                return f": {line[:200]}"
+                # CMake says where in one line, and what in the next.
+                return f": {f'{line} {next_line}' if line.endswith(':') else line:.300}"
     return ""
 
 
