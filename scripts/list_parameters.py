@@ -1,8 +1,6 @@
-"""Writes what lists the server's parameters: `make pages`.
+"""Writes the table of docs/parameters.md and the JSON Schemas in bridge_config: `make pages`.
 
-That is the table of docs/parameters.md and the JSON Schema of parameter files; both come from the
-declarations in navigation_bridge/configuration/, and
-tests/unit/navigation/test_configuration.py holds them equal.
+They come from the declarations in navigation_bridge, and tests hold them equal.
 """
 
 from __future__ import annotations
@@ -13,12 +11,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from navigation_bridge.configuration import known_obstacles
+from navigation_bridge.configuration.checked_values import Kind
 from navigation_bridge.configuration.parameter_table import PARAMETERS, ParameterSpec
 from navigation_bridge.configuration.parameter_values import TOKEN
+from navigation_bridge.recording import shadow_file
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/parameters.md"
-SCHEMA = ROOT / "bridge_config/navigation_server.schema.json"
+SCHEMAS = ROOT / "bridge_config"
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
 HEAD = "| Parameter | Default | Meaning (range) |\n|---|---|---|\n"
 
 
@@ -55,7 +57,7 @@ def schema(parameters: Sequence[ParameterSpec]) -> dict[str, Any]:
         },
     }
     return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$schema": DRAFT,
         "title": "Parameter file of navigation_server",
         "type": "object",
         "additionalProperties": False,
@@ -74,21 +76,38 @@ def schema(parameters: Sequence[ParameterSpec]) -> dict[str, Any]:
 
 
 def _property(spec: ParameterSpec) -> dict[str, Any]:
-    names = {list: "array", str: "string", int: "integer", float: "number", bool: "boolean"}
-    found: dict[str, Any] = {"description": spec.description, "type": names[type(spec.default)]}
-    if isinstance(spec.default, list):
-        found["items"] = {"type": "string"}
-    if spec.choices is not None:
-        found["enum"] = list(spec.choices)
-    if spec.minimum is not None:
-        found |= {"minimum": spec.minimum, "maximum": spec.maximum}
-    return {**found, **spec.schema, "default": spec.default}
+    found = {"description": spec.description, **spec.kind.schema, **spec.schema}
+    return {**found, "default": spec.default}
+
+
+def schema_of_file(title: str, description: str, kind: Kind[object]) -> dict[str, Any]:
+    """Return the JSON Schema of a file of declared content."""
+    about = {"title": title, "description": description}
+    return {"$schema": DRAFT, **about, **kind.schema}
+
+
+FILES = {
+    "navigation_server": schema(PARAMETERS),
+    "obstacles": schema_of_file(
+        "Known obstacles for navigation_server",
+        "Static obstacles. Heights are above the map origin.",
+        known_obstacles.FILE,
+    ),
+    "shadow_goals": schema_of_file(
+        "Shadow goals for navigation_server",
+        "Goals to run against a recording. `goal` has the fields of `ros2 action send_goal`.",
+        shadow_file.FILE,
+    ),
+}
+"""Schemas by the names of their files"""
 
 
 def main() -> int:
-    """Write both."""
+    """Write all."""
     PAGE.write_text(page(PAGE.read_text("utf-8"), PARAMETERS), "utf-8")
-    SCHEMA.write_text(json.dumps(schema(PARAMETERS), indent=2) + "\n", "utf-8")
+    for name, found in FILES.items():
+        path = SCHEMAS / f"{name}.schema.json"
+        path.write_text(json.dumps(found, indent=2) + "\n", "utf-8")
     return 0
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from navigation_bridge.configuration.parameter_table import PARAMETERS
+
 __all__ = ["KINDS", "SERVER_PARAMETERS", "VEHICLE_PARAMETERS"]
 
 KINDS = {
@@ -14,15 +16,7 @@ KINDS = {
 }
 """Kind and firmware of the simulator, by the name in the server's status"""
 
-SERVER_PARAMETERS = (
-    "arming", "on_missed_waypoint", "speed_default_m_s", "speed_max_m_s", "speed_up_m_s",
-    "speed_down_m_s", "acceleration_horizontal_m_s2", "acceleration_vertical_m_s2", "jerk_m_s3",
-    "yaw_rate_deg_s", "arrival_radius_m", "arrival_speed_m_s", "arrival_dwell_s",
-    "settle_timeout_s", "takeoff_height_m", "takeoff_height_min_m", "volume_radius_m",
-    "volume_altitude_min_m", "volume_altitude_max_m", "fence_margin_m", "battery_policy",
-    "battery_reserve", "battery_endurance_s", "vehicle_radius_m", "obstacle_margin_m",
-    "blocked_timeout_s", "obstacle_map_size_m", "obstacle_cell_m",
-)  # fmt: skip
+SERVER_PARAMETERS = tuple(spec.name for spec in PARAMETERS if spec.rehearsed)
 """The server's parameters that decide a flight"""
 
 _ARDUPILOT = (

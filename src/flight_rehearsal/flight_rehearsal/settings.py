@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 from flight_rehearsal.flight_parameters import SERVER_PARAMETERS
 from flight_rehearsal.request import RehearsalRequest
@@ -19,7 +17,7 @@ from mavlink_sitl import (
     Wind,
     World,
 )
-from navigation_bridge.configuration.known_obstacles import KnownObstacles
+from navigation_bridge.configuration.known_obstacles import BoxEntry, CylinderEntry, KnownObstacles
 from navigation_bridge.configuration.make_config import ServerConfig, make_config
 from navigation_bridge.configuration.settings import SafetyConfig
 
@@ -49,18 +47,18 @@ def server_config(order: RehearsalRequest) -> ServerConfig:
     rate_hz = _AVOIDING_HZ if order.avoid_obstacles else _STEPS_HZ
     config = make_config({**given, "setpoint_rate_hz": rate_hz, "feedback_rate_hz": 1.0})
     positions = {"GLOBAL_POSITION_INT": rate_hz, "LOCAL_POSITION_NED": rate_hz}
-    items: list[Mapping[str, Any]] = []
-    for x, y, radius, bottom, top in order.posts:
-        items.append(
-            {"kind": "cylinder", "at_m": [x, y], "radius_m": radius, "bottom_m": bottom,
-             "height_m": top - bottom}
-        )  # fmt: skip
-    for x, y, length, width, yaw_rad, bottom, top in order.boxes:
-        items.append(
-            {"kind": "box", "at_m": [x, y], "size_m": [2.0 * length, 2.0 * width],
-             "yaw_deg": math.degrees(yaw_rad), "bottom_m": bottom, "height_m": top - bottom}
-        )  # fmt: skip
-    obstacles = replace(config.bridge.obstacles, known=KnownObstacles(items=tuple(items)))
+    posts = [
+        CylinderEntry(at_m=(x, y), radius_m=radius, bottom_m=bottom, height_m=top - bottom)
+        for x, y, radius, bottom, top in order.posts
+    ]
+    boxes = [
+        BoxEntry(
+            at_m=(x, y), size_m=(2.0 * length, 2.0 * width), yaw_deg=math.degrees(yaw_rad),
+            bottom_m=bottom, height_m=top - bottom,
+        )
+        for x, y, length, width, yaw_rad, bottom, top in order.boxes
+    ]  # fmt: skip
+    obstacles = replace(config.bridge.obstacles, known=KnownObstacles(items=(*posts, *boxes)))
     return replace(
         config,
         vehicle=replace(

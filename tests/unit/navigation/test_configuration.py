@@ -39,7 +39,7 @@ from navigation_core.traffic.volumes import Separation
 
 ROOT = Path(__file__).resolve().parents[3]
 SCRIPT: dict[str, Any] = runpy.run_path(str(ROOT / "scripts/list_parameters.py"))
-SCHEMA = json.loads(SCRIPT["SCHEMA"].read_text("utf-8"))
+SCHEMA = json.loads((SCRIPT["SCHEMAS"] / "navigation_server.schema.json").read_text("utf-8"))
 CONFIG = ROOT / "bridge_config"
 NO_SET_UPS = {"worlds", "obstacles", "shadow_goals"}
 FILES = sorted(path for path in CONFIG.rglob("*.yaml") if path.parent.name not in NO_SET_UPS)
@@ -113,7 +113,10 @@ def test_only_a_simulated_set_up_stays_on_this_machine(name: str) -> None:
 
 
 def test_schema_and_page_are_those_of_the_declarations() -> None:
-    assert SCRIPT["schema"](PARAMETERS) == SCHEMA, "run make pages"
+    for name, schema in SCRIPT["FILES"].items():
+        text = (SCRIPT["SCHEMAS"] / f"{name}.schema.json").read_text("utf-8")
+        assert json.loads(text) == schema, "run make pages"
+        jsonschema.Draft202012Validator.check_schema(schema)
     text = SCRIPT["PAGE"].read_text("utf-8")
     assert text == SCRIPT["page"](text, PARAMETERS), "run make pages"
 

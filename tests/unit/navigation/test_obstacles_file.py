@@ -13,11 +13,11 @@ import yaml
 from mavlink_vehicle.state.telemetry import Origin
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.configuration.known_obstacles import (
+    FILE,
     KnownObstacles,
     ObstaclesError,
     parse_obstacles,
     read_obstacles,
-    schema,
 )
 from navigation_bridge.configuration.make_config import ConfigurationError, make_config
 from navigation_bridge.vehicle.map_frame import MapFrame
@@ -41,20 +41,15 @@ def refusal(text: str) -> str:
         parse_obstacles(text, "file.yaml")
     sentence = str(caught.value)
     assert sentence.startswith("file.yaml")
-    assert sentence.endswith(".")
+    assert sentence.endswith((".", "?"))
     assert "\n" not in sentence
     return sentence
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_the_examples_match_the_schema_and_can_be_placed(path: Path) -> None:
-    jsonschema.validate(yaml.safe_load(path.read_text("utf-8")), schema())
+    jsonschema.validate(yaml.safe_load(path.read_text("utf-8")), FILE.schema)
     assert len(Obstacles.of(read_obstacles(path).placed(lambda place: place))) >= 3
-
-
-def test_the_schema_for_editors_is_the_one_that_is_enforced() -> None:
-    path = ROOT / "bridge_config/obstacles.schema.json"
-    assert yaml.safe_load(path.read_text("utf-8")) == schema()
 
 
 def test_a_cylinder_stands_east_and_north_of_the_origin() -> None:
@@ -106,23 +101,46 @@ def test_no_obstacles_are_fine() -> None:
     [
         (
             "{kind: ball, at_m: [0, 0]}",
-            "obstacles[0]: kind is missing; give one of cylinder, box, wall",
+            "obstacles[0].kind is 'ball'; it must be one of cylinder, box, wall",
         ),
-        ("5", "obstacles[0]: kind is missing"),
-        ("{kind: cylinder, at_m: [0, 0], height_m: 3}", "'radius_m' is a required property"),
+        ("{at_m: [0, 0]}", "obstacles[0].kind is missing; give one of cylinder, box, wall"),
+        ("5", "obstacles[0] must be an object, not 5"),
+        ("{kind: cylinder, at_m: [0, 0], height_m: 3}", "[0] (cylinder): radius_m is missing"),
         ("{kind: cylinder, radius_m: 1, height_m: 3}", "at_m is missing; a cylinder needs it"),
         ("{kind: wall, from_m: [0, 0], height_m: 3}", "to_m is missing; a wall needs it"),
         (
             "{kind: wall, from_m: [1, 1], to_m: [1, 1], height_m: 3}",
             "start and end are the same point",
         ),
-        ("{kind: cylinder, at_m: [0, 0], radius_m: -1, height_m: 3}", "radius_m: -1 is less"),
-        ("{kind: cylinder, at_m: [0, 0], radius_m: .nan, height_m: 3}", "radius_m must be a fin"),
-        ("{kind: cylinder, at_m: [.nan, 0], radius_m: 1, height_m: 3}", "at_m must be a finite"),
-        ("{kind: cylinder, at_m: [0], radius_m: 1, height_m: 3}", "at_m: [0] is too short"),
-        ("{kind: cylinder, at_m: [0, 0], radius_m: 1, height_m: 3, colour: red}", "'colour'"),
+        (
+            "{kind: cylinder, at_m: [0, 0], radius_m: -1, height_m: 3}",
+            "radius_m is -1; it must be gr",
+        ),
+        (
+            "{kind: cylinder, at_m: [0, 0], radius_m: .nan, height_m: 3}",
+            "radius_m is nan; it must be",
+        ),
+        (
+            "{kind: cylinder, at_m: [.nan, 0], radius_m: 1, height_m: 3}",
+            "at_m[0] is nan; it must be",
+        ),
+        (
+            "{kind: cylinder, at_m: [0], radius_m: 1, height_m: 3}",
+            "at_m must be a list of 2, not [0]",
+        ),
+        (
+            "{kind: cylinder, at_m: [0, 0], radius_m: 1, height_m: 3, colour: red}",
+            "colour is unknown",
+        ),
+        (
+            "{kind: cylinder, name: oak, at_m: [0, 0], radus_m: 1, height_m: 3}",
+            "obstacles[0] (oak): radus_m is unknown; did you mean 'radius_m'?",
+        ),
         ("{kind: cylinder, at_deg: [0, 0], radius_m: 1, height_m: 3}", "at_deg does not fit frame"),
-        ("{kind: cylinder, at_m: [0, 0], radius_m: yes, height_m: 3}", "radius_m: True is not"),
+        (
+            "{kind: cylinder, at_m: [0, 0], radius_m: yes, height_m: 3}",
+            "radius_m must be a number, not True",
+        ),
     ],
 )
 def test_each_error_names_its_position_in_the_file(item: str, words: str) -> None:
@@ -133,7 +151,7 @@ def test_a_latitude_beyond_the_pole_is_rejected() -> None:
     text = (
         "{frame: wgs84, obstacles: [{kind: wall, from_deg: [91, 0], to_deg: [0, 0], height_m: 1}]}"
     )
-    assert "from_deg[0]: 91 is greater than the maximum of 90" in refusal(text)
+    assert "from_deg[0] is 91; it must be between -90 and 90" in refusal(text)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +173,7 @@ def test_a_missing_obstacle_file_is_named(tmp_path: Path) -> None:
 def test_the_parameter_names_the_file_and_an_invalid_one_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "obstacles.yaml"
     path.write_text("obstacles: [{kind: ball}]", encoding="utf-8")
-    with pytest.raises(ConfigurationError, match=r"obstacles_file.*kind is missing"):
+    with pytest.raises(ConfigurationError, match=r"obstacles_file.*kind is 'ball'"):
         make_config({"obstacles_file": str(path)})
     path.write_text("obstacles: []", encoding="utf-8")
     assert make_config({"obstacles_file": str(path)}).bridge.obstacles.known == KnownObstacles()

@@ -1,11 +1,32 @@
-"""YAML files validated against a JSON Schema, with errors that name line and key."""
+"""YAML files read as a declared kind of value, with errors that name line and key."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
-from typing import Any
+from collections.abc import Hashable
+from typing import Any, TypeVar
 
 import yaml
+
+from navigation_bridge.configuration.checked_values import InvalidValueError, Kind
+
+__all__ = ["load_yaml", "read_yaml"]
+
+T = TypeVar("T")
+
+
+def read_yaml(text: str, name: str, kind: Kind[T], error_type: type[ValueError]) -> T:
+    """Return what a YAML file has, checked and converted.
+
+    Args:
+        text: the YAML.
+        name: name of the file, for messages.
+        kind: of its content.
+        error_type: raised if it is not valid YAML, or not of the kind.
+    """
+    try:
+        return kind.read(load_yaml(text, name, error_type))
+    except InvalidValueError as error:
+        raise error_type(f"{name}: {error}") from None
 
 
 def load_yaml(text: str, name: str, error_type: type[ValueError]) -> Any:
@@ -25,27 +46,6 @@ def load_yaml(text: str, name: str, error_type: type[ValueError]) -> Any:
     except (yaml.YAMLError, RecursionError, ValueError) as error:
         first = str(error).splitlines()[0] if str(error) else "nested too deeply"
         raise error_type(f"{name}: {first}.") from None
-
-
-def hold(data: object, rules: Mapping[str, Any], where: str, error_type: type[ValueError]) -> None:
-    """Validate data against a JSON Schema.
-
-    Args:
-        data: the parsed YAML.
-        rules: the schema.
-        where: position in the file, for messages.
-        error_type: raised if the data is invalid.
-    """
-    # Only a server with a file of obstacles needs it.
-    import jsonschema  # noqa: PLC0415
-
-    validator = jsonschema.Draft202012Validator(rules)
-    error = jsonschema.exceptions.best_match(validator.iter_errors(data))
-    if error is None:
-        return
-    path = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in error.absolute_path)
-    what = error.message if len(error.message) < 200 else "does not match the schema"
-    raise error_type(f"{where}: {path.lstrip('.')}{': ' if path else ''}{what}.")
 
 
 class _Loader(yaml.SafeLoader):

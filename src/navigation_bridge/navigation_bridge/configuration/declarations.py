@@ -11,6 +11,15 @@ from dataclasses import MISSING, Field, dataclass, field, fields
 from enum import Enum
 from typing import Any, Protocol, TypeVar, overload
 
+from navigation_bridge.configuration.checked_values import (
+    TEXT,
+    InvalidValueError,
+    Kind,
+    either,
+    items,
+    number,
+    whole,
+)
 from navigation_bridge.configuration.parameter_values import ConfigurationError, ParameterValue
 
 __all__ = [
@@ -65,6 +74,7 @@ class ParameterSpec:
         fixed: read once, at the start. All others may change at run time; an active goal keeps its
             values.
         server_wide: of the server as a whole; all others belong to each vehicle.
+        rehearsed: it decides a flight, so a rehearsal takes the server's value.
         schema: further keys of its JSON Schema.
     """
 
@@ -77,6 +87,7 @@ class ParameterSpec:
     read: Callable[[Any], Any] = _same
     fixed: bool = False
     server_wide: bool = False
+    rehearsed: bool = False
     schema: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -95,43 +106,28 @@ class ParameterSpec:
             value = float(value)
         return self.read(value)
 
+    @property
+    def kind(self) -> Kind[Any]:
+        """The kind of its values: the type of its default, with its range or its choices."""
+        if isinstance(self.default, list):
+            return items(TEXT)
+        if isinstance(self.default, str):
+            return TEXT if self.choices is None else either(*self.choices)
+        limits = () if self.minimum is None else (self.minimum, self.maximum)
+        return (whole if isinstance(self.default, int) else number)(*limits)
+
     def check(self, value: ParameterValue) -> None:
         """Check a value's type, range and choice, and each text of a list.
 
         Raises:
             ConfigurationError: it cannot be used.
         """
-        if isinstance(self.default, list):
-            if not isinstance(value, list) or not all(isinstance(text, str) for text in value):
-                raise ConfigurationError(
-                    f"Parameter {self.name} must be a list of texts, not {value!r}."
-                )
+        try:
+            checked = self.kind.read(value)
+        except InvalidValueError as error:
+            raise ConfigurationError(f"Parameter {error.inside(self.name)}") from None
+        if isinstance(checked, tuple):
             self.read(value)
-        elif isinstance(self.default, str):
-            self._check_text(value)
-        else:
-            self._check_number(value)
-
-    def _check_text(self, value: ParameterValue) -> None:
-        if not isinstance(value, str):
-            raise ConfigurationError(f"Parameter {self.name} must be text, not {value!r}.")
-        if self.choices is not None and value not in self.choices:
-            raise ConfigurationError(
-                f"Parameter {self.name} is '{value}'; it must be one of {', '.join(self.choices)}."
-            )
-
-    def _check_number(self, value: ParameterValue) -> None:
-        if isinstance(value, (bool, str, list)):
-            raise ConfigurationError(f"Parameter {self.name} must be a number, not {value!r}.")
-        if isinstance(self.default, int) and not isinstance(value, int):
-            raise ConfigurationError(
-                f"Parameter {self.name} must be a whole number, not {value!r}."
-            )
-        low, high = self.minimum, self.maximum
-        if not (low is None or value >= low) or not (high is None or value <= high):
-            raise ConfigurationError(
-                f"Parameter {self.name} is {value}; it must be between {low:g} and {high:g}."
-            )
 
 
 @dataclass(frozen=True)
@@ -212,7 +208,7 @@ def parameter(
         maximum: largest legal number.
         words: the legal strings, each with the field's value.
         read: makes the field's value from the parameter's; raises ConfigurationError.
-        more: ``fixed``, ``server_wide`` and ``schema`` of :class:`ParameterSpec`.
+        more: ``fixed``, ``server_wide``, ``rehearsed`` and ``schema`` of :class:`ParameterSpec`.
     """
     spec = _spec(name, default, text, minimum, maximum, words, read, **more)
     return field(default=spec.read(default), metadata={_KEY: spec})
@@ -243,7 +239,7 @@ def of_core(
         read: makes the field's value from the parameter's; raises ConfigurationError.
         write: makes the parameter's default from the field's, the inverse of ``read``.
         default: the parameter's default where the field has none.
-        more: ``fixed``, ``server_wide`` and ``schema`` of :class:`ParameterSpec`.
+        more: ``fixed``, ``server_wide``, ``rehearsed`` and ``schema`` of :class:`ParameterSpec`.
     """
 
     def declared(of_field: Any) -> ParameterSpec:

@@ -1,31 +1,157 @@
-"""Known obstacles from a YAML file that follows `obstacles.schema.json`. No ROS."""
+"""Known obstacles from a YAML file. No ROS."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import ClassVar, TypeAlias
 
-from navigation_bridge.configuration.checked_yaml import hold, load_yaml
+from navigation_bridge.configuration.checked_values import (
+    TEXT,
+    InvalidValueError,
+    either,
+    items,
+    member,
+    number,
+    one_of,
+    record,
+    row,
+)
+from navigation_bridge.configuration.checked_yaml import read_yaml
 from navigation_bridge.configuration.text_files import read_text
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle
 
-__all__ = ["KnownObstacles", "ObstaclesError", "parse_obstacles", "read_obstacles"]
+__all__ = [
+    "FILE",
+    "BoxEntry",
+    "CylinderEntry",
+    "KnownObstacles",
+    "ObstaclesError",
+    "WallEntry",
+    "parse_obstacles",
+    "read_obstacles",
+]
 
 _MAP, _WGS84 = "map", "wgs84"
-_PLACES = {"cylinder": ("at",), "box": ("at",), "wall": ("from", "to")}
 _UNITS = {_MAP: "m", _WGS84: "deg"}
-_THICKNESS_M = 0.2
-_Point = tuple[float, float]
+_Point: TypeAlias = tuple[float, float]
 ToMap = Callable[[tuple[float, float, float]], tuple[float, float, float]]
+_Place = Callable[[str], _Point]
+
+_SIZE = number(0, 10_000, exclusive=True)
+_EAST_NORTH = row(*[number(-100_000, 100_000)] * 2)
+_LATITUDE_LONGITUDE = row(number(-90, 90), number(-180, 180))
+_IN_MAP = "East and north of the map origin, in metres."
+_GEODETIC = "Latitude and longitude in degrees (WGS-84)."
 
 
 class ObstaclesError(ValueError):
     """An obstacle file is invalid; the message says where and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Entry(ABC):
+    """An obstacle as written, checked. It gives the positions PLACES in metres or in degrees."""
+
+    KIND: ClassVar[str]
+    PLACES: ClassVar[tuple[str, ...]] = ("at",)
+
+    height_m: float = member(_SIZE)
+    bottom_m: float = member(number(-1000, 10_000), default=0.0)
+    name: str = member(TEXT, default="")
+
+    @property
+    def top_m(self) -> float:
+        """Height of its top above the origin."""
+        return self.bottom_m + self.height_m
+
+    def check(self, frame: str, where: str) -> None:
+        """Check that its positions are those of a frame.
+
+        Raises:
+            InvalidValueError: they are not.
+        """
+        unit, other = _UNITS[frame], _UNITS[_MAP if frame == _WGS84 else _WGS84]
+        for place in self.PLACES:
+            if getattr(self, f"{place}_{other}") is not None:
+                problem = f"does not fit frame: {frame}; use {place}_{unit}."
+                raise InvalidValueError(problem, f"{where}: {place}_{other}")
+            if getattr(self, f"{place}_{unit}") is None:
+                problem = f"is missing; a {self.KIND} needs it."
+                raise InvalidValueError(problem, f"{where}: {place}_{unit}")
+
+    @abstractmethod
+    def placed(self, name: str, place: _Place) -> KnownObstacle:
+        """Return the obstacle in the map, with the positions that `place` returns."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _OnePlaceEntry(_Entry):
+    at_m: _Point | None = member(_EAST_NORTH, text=_IN_MAP, default=None)
+    at_deg: _Point | None = member(_LATITUDE_LONGITUDE, text=_GEODETIC, default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CylinderEntry(_OnePlaceEntry):
+    """A cylinder, by its centre."""
+
+    KIND = "cylinder"
+
+    radius_m: float = member(_SIZE)
+
+    def placed(self, name: str, place: _Place) -> KnownObstacle:
+        """Return the cylinder."""
+        return Cylinder(name, place("at"), self.radius_m, self.bottom_m, self.top_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxEntry(_OnePlaceEntry):
+    """A box, by its centre."""
+
+    KIND = "box"
+
+    size_m: _Point = member(
+        row(_SIZE, _SIZE), text="Along the obstacle's own x axis (east by default) and y axis."
+    )
+    yaw_deg: float = member(number(-360, 360), text="Counter-clockwise from east.", default=0.0)
+
+    def placed(self, name: str, place: _Place) -> KnownObstacle:
+        """Return the turned box."""
+        yaw_rad = math.radians(self.yaw_deg)
+        return Box(name, place("at"), self.size_m, yaw_rad, self.bottom_m, self.top_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WallEntry(_Entry):
+    """A wall, by its ends."""
+
+    KIND = "wall"
+    PLACES = ("from", "to")
+
+    from_m: _Point | None = member(_EAST_NORTH, text=_IN_MAP, default=None)
+    to_m: _Point | None = member(_EAST_NORTH, text=_IN_MAP, default=None)
+    from_deg: _Point | None = member(_LATITUDE_LONGITUDE, text=_GEODETIC, default=None)
+    to_deg: _Point | None = member(_LATITUDE_LONGITUDE, text=_GEODETIC, default=None)
+    thickness_m: float = member(number(0, 100, exclusive=True), default=0.2)
+
+    def check(self, frame: str, where: str) -> None:
+        """Check that it has two ends, too."""
+        super().check(frame, where)
+        if (self.from_m, self.from_deg) == (self.to_m, self.to_deg):
+            raise InvalidValueError("start and end are the same point.", f"{where}:")
+
+    def placed(self, name: str, place: _Place) -> KnownObstacle:
+        """Return a box from end to end."""
+        (x0, y0), (x1, y1) = place("from"), place("to")
+        size_m = math.dist((x0, y0), (x1, y1)), self.thickness_m
+        middle, yaw_rad = ((x0 + x1) / 2.0, (y0 + y1) / 2.0), math.atan2(y1 - y0, x1 - x0)
+        return Box(name, middle, size_m, yaw_rad, self.bottom_m, self.top_m)
+
+
+_ENTRIES = {kind.KIND: record(kind) for kind in (CylinderEntry, BoxEntry, WallEntry)}
 
 
 @dataclass(frozen=True)
@@ -37,8 +163,23 @@ class KnownObstacles:
         items: its obstacles as written, validated.
     """
 
-    frame: str = _MAP
-    items: tuple[Mapping[str, Any], ...] = ()
+    frame: str = member(
+        either(_MAP, _WGS84),
+        text="map: positions are east and north of the map origin, in metres. "
+        "wgs84: latitude and longitude, in degrees.",
+        default=_MAP,
+    )
+    items: tuple[_Entry, ...] = member(
+        items(one_of("kind", _ENTRIES, label="name"), most=10_000),
+        "obstacles",
+        default=(),
+        required=True,
+    )
+
+    def __post_init__(self) -> None:
+        """Check that all positions are in the frame."""
+        for index, item in enumerate(self.items):
+            item.check(self.frame, f"obstacles[{index}] ({item.name or item.KIND})")
 
     @property
     def needs_origin(self) -> bool:
@@ -52,41 +193,27 @@ class KnownObstacles:
             to_map: converts latitude, longitude (degrees) and altitude (m) into ENU metres.
         """
 
-        def place(point: list[float]) -> _Point:
-            if self.frame == _MAP:
-                return float(point[0]), float(point[1])
-            east_m, north_m, _ = to_map((point[0], point[1], 0.0))
-            return east_m, north_m
+        def placed(index: int, item: _Entry) -> KnownObstacle:
+            def place(name: str) -> _Point:
+                first, second = getattr(item, f"{name}_{_UNITS[self.frame]}")
+                return (first, second) if self.frame == _MAP else to_map((first, second, 0.0))[:2]
 
-        unit = _UNITS[self.frame]
-        return tuple(_obstacle(item, i, unit, place) for i, item in enumerate(self.items))
+            return item.placed(item.name or f"{item.KIND} {index + 1}", place)
+
+        return tuple(placed(index, item) for index, item in enumerate(self.items))
 
 
-def _obstacle(
-    item: Mapping[str, Any], index: int, unit: str, place: Callable[[list[float]], _Point]
-) -> KnownObstacle:
-    kind, bottom_m = item["kind"], float(item.get("bottom_m", 0.0))
-    name, top_m = item.get("name", f"{kind} {index + 1}"), bottom_m + float(item["height_m"])
-    if kind == "cylinder":
-        return Cylinder(name, place(item[f"at_{unit}"]), float(item["radius_m"]), bottom_m, top_m)
-    if kind == "box":
-        length, width = (float(side) for side in item["size_m"])
-        yaw = math.radians(item.get("yaw_deg", 0.0))
-        return Box(name, place(item[f"at_{unit}"]), (length, width), yaw, bottom_m, top_m)
-    (x0, y0), (x1, y1) = place(item[f"from_{unit}"]), place(item[f"to_{unit}"])
-    size_m = math.dist((x0, y0), (x1, y1)), float(item.get("thickness_m", _THICKNESS_M))
-    middle, yaw = ((x0 + x1) / 2.0, (y0 + y1) / 2.0), math.atan2(y1 - y0, x1 - x0)
-    return Box(name, middle, size_m, yaw, bottom_m, top_m)
+FILE = record(KnownObstacles)
+"""Of an obstacle file"""
 
 
 def read_obstacles(path: Path) -> KnownObstacles:
     """Read an obstacle file.
 
     Raises:
-        ObstaclesError: it cannot be read, or does not match the schema.
+        ObstaclesError: it cannot be read, or is no obstacle file.
     """
-    text = read_text(path, ObstaclesError)
-    return parse_obstacles(text, str(path))
+    return parse_obstacles(read_text(path, ObstaclesError), str(path))
 
 
 def parse_obstacles(text: str, name: str) -> KnownObstacles:
@@ -97,48 +224,6 @@ def parse_obstacles(text: str, name: str) -> KnownObstacles:
         name: name of the file, for messages.
 
     Raises:
-        ObstaclesError: it is not YAML, or does not match the schema.
+        ObstaclesError: it is not YAML, or no obstacle file.
     """
-    data = load_yaml(text, name, ObstaclesError)
-    outside = {**data, "obstacles": []} if isinstance(data, dict) else data
-    if isinstance(data, dict) and not isinstance(data.get("obstacles"), list):
-        outside = data
-    hold(outside, schema(), name, ObstaclesError)
-    frame = data.get("frame", _MAP)
-    for index, item in enumerate(data["obstacles"]):
-        _check(item, frame, f"{name}: obstacles[{index}]")
-    return KnownObstacles(frame, tuple(data["obstacles"]))
-
-
-@cache
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema of an obstacle file."""
-    file = Path(__file__).with_name("obstacles.schema.json")
-    return dict(json.loads(file.read_text("utf-8")))
-
-
-def _check(item: object, frame: str, where: str) -> None:
-    kind = item.get("kind") if isinstance(item, dict) else None
-    if not isinstance(item, dict) or kind not in _PLACES:
-        raise ObstaclesError(f"{where}: kind is missing; give one of {', '.join(_PLACES)}.")
-    title = f"{where} ({item.get('name', kind)})"
-    hold(item, {**schema()["$defs"][kind], "$defs": schema()["$defs"]}, title, ObstaclesError)
-    unit, other = _UNITS[frame], _UNITS[_MAP if frame == _WGS84 else _WGS84]
-    for place in _PLACES[kind]:
-        if f"{place}_{other}" in item:
-            raise ObstaclesError(
-                f"{title}: {place}_{other} does not fit frame: {frame}; use {place}_{unit}."
-            )
-        if f"{place}_{unit}" not in item:
-            raise ObstaclesError(f"{title}: {place}_{unit} is missing; a {kind} needs it.")
-    _check_finite(item, title)
-    if kind == "wall" and item[f"from_{unit}"] == item[f"to_{unit}"]:
-        raise ObstaclesError(f"{title}: start and end are the same point.")
-
-
-def _check_finite(item: Mapping[str, Any], where: str) -> None:
-    """Reject .nan and .inf of YAML; a schema's limits accept NaN."""
-    for key, value in item.items():
-        for number in value if isinstance(value, list) else [value]:
-            if isinstance(number, float) and not math.isfinite(number):
-                raise ObstaclesError(f"{where}: {key} must be a finite number, not {number}.")
+    return read_yaml(text, name, FILE, ObstaclesError)

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from navigation_bridge.configuration.checked_yaml import load_yaml
 from navigation_bridge.configuration.parameter_table import ParameterValue, check_value
 from navigation_bridge.configuration.parameter_values import ConfigurationError, texts
+from navigation_bridge.configuration.text_files import read_text
 
 __all__ = ["ParameterFile", "check_keys", "check_parameter_files", "read_parameter_file"]
 
@@ -114,13 +114,7 @@ def _matches(key: str, node: str) -> bool:
 
 
 def _document(path: Path) -> Any:
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError(f"Cannot read {path}: {error.strerror or error}.") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        where = " ".join(str(error).split())
-        raise ConfigurationError(f"{path} is not YAML: {where}.") from error
+    return load_yaml(read_text(path, ConfigurationError), str(path), ConfigurationError)
 
 
 def check_parameter_files(arguments: Sequence[str], node_name: str) -> None:

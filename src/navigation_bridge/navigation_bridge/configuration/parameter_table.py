@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from navigation_bridge.configuration.checked_values import suggestion
 from navigation_bridge.configuration.declarations import ParameterSpec, specs_of
 from navigation_bridge.configuration.parameter_values import ConfigurationError, ParameterValue
 from navigation_bridge.configuration.server_config import ServerConfig
@@ -25,10 +26,7 @@ SERVER_WIDE = frozenset(spec.name for spec in PARAMETERS if spec.server_wide)
 
 def unknown_parameter(name: str, known: Iterable[str] = SPECS) -> ConfigurationError:
     """Return the error about an unknown parameter, with the closest name."""
-    import difflib  # noqa: PLC0415 - for this error alone
-
-    near = difflib.get_close_matches(name, list(known), 1)
-    advice = f"did you mean '{near[0]}'?" if near else "docs/parameters.md lists them."
+    advice = suggestion(name, known) or "docs/parameters.md lists them."
     return ConfigurationError(f"There is no parameter '{name}'; {advice}")
 
 

@@ -108,6 +108,7 @@ class SafetyConfig:
         "Minimum distance of targets from the vehicle's own fence, on the inside.",
         0.0,
         1000.0,
+        rehearsed=True,
     )
     battery_policy: BatteryPolicy = parameter(
         "battery_policy",
@@ -115,6 +116,7 @@ class SafetyConfig:
         "Action on insufficient battery for the goal and the return: `reject` (or end) the goal, "
         "`warn`, or `ignore`.",
         words=words_of(BatteryPolicy),
+        rehearsed=True,
     )
     battery_reserve: float = parameter(
         "battery_reserve",
@@ -122,6 +124,7 @@ class SafetyConfig:
         "Fraction of the battery that must remain after the goal and the return.",
         0.0,
         0.9,
+        rehearsed=True,
     )
     battery_endurance_s: float = parameter(
         "battery_endurance_s",
@@ -129,6 +132,7 @@ class SafetyConfig:
         "Endurance of a full battery, used until the consumption has been measured.",
         60.0,
         86400.0,
+        rehearsed=True,
     )
     position_doubt_timeout_s: float = parameter(
         "position_doubt_timeout_s",
@@ -150,6 +154,7 @@ class ObstacleConfig:
         "Half of the vehicle's largest width; within this distance it touches an obstacle.",
         0.05,
         20.0,
+        rehearsed=True,
     )
     margin_m: float = parameter(
         "obstacle_margin_m",
@@ -157,6 +162,7 @@ class ObstacleConfig:
         "Clearance between the hull of the vehicle and obstacles in planned paths.",
         0.1,
         20.0,
+        rehearsed=True,
     )
     blocked_timeout_s: float = parameter(
         "blocked_timeout_s",
@@ -165,6 +171,7 @@ class ObstacleConfig:
         "data with NO_OBSTACLE_DATA.",
         1.0,
         3600.0,
+        rehearsed=True,
     )
     sensor_timeout_s: float = parameter(
         "obstacle_timeout_s",
@@ -205,6 +212,7 @@ class ObstacleConfig:
         10.0,
         400.0,
         fixed=True,
+        rehearsed=True,
     )
     cell_m: float = parameter(
         "obstacle_cell_m",
@@ -213,6 +221,7 @@ class ObstacleConfig:
         0.1,
         2.0,
         fixed=True,
+        rehearsed=True,
     )
 
 
@@ -337,22 +346,37 @@ class BridgeConfig:
             "(neither; an armed rover or boat may drive).",
             words={"auto": True, "pilot": False, "never": False},
             default="never",
+            rehearsed=True,
         ),
         may_take_off=also("arming", lambda word: word in ("auto", "pilot")),
         limits=inside(
             Limits,
             speed_horizontal_m_s=of_core(
-                "speed_default_m_s", "Ground speed of a goal whose max_speed is 0.", 0.1, 50.0
+                "speed_default_m_s",
+                "Ground speed of a goal whose max_speed is 0.",
+                0.1,
+                50.0,
+                rehearsed=True,
             ),
-            speed_up_m_s=of_core("speed_up_m_s", "Maximum climb speed.", 0.1, 20.0),
-            speed_down_m_s=of_core("speed_down_m_s", "Maximum descent speed.", 0.1, 20.0),
+            speed_up_m_s=of_core("speed_up_m_s", "Maximum climb speed.", 0.1, 20.0, rehearsed=True),
+            speed_down_m_s=of_core(
+                "speed_down_m_s", "Maximum descent speed.", 0.1, 20.0, rehearsed=True
+            ),
             acceleration_horizontal_m_s2=of_core(
-                "acceleration_horizontal_m_s2", "Maximum horizontal acceleration.", 0.1, 20.0
+                "acceleration_horizontal_m_s2",
+                "Maximum horizontal acceleration.",
+                0.1,
+                20.0,
+                rehearsed=True,
             ),
             acceleration_vertical_m_s2=of_core(
-                "acceleration_vertical_m_s2", "Maximum vertical acceleration.", 0.1, 20.0
+                "acceleration_vertical_m_s2",
+                "Maximum vertical acceleration.",
+                0.1,
+                20.0,
+                rehearsed=True,
             ),
-            jerk_m_s3=of_core("jerk_m_s3", "Maximum jerk.", 0.1, 100.0),
+            jerk_m_s3=of_core("jerk_m_s3", "Maximum jerk.", 0.1, 100.0, rehearsed=True),
             yaw_rate_rad_s=of_core(
                 "yaw_rate_deg_s",
                 "Maximum yaw rate.",
@@ -360,6 +384,7 @@ class BridgeConfig:
                 360.0,
                 read=math.radians,
                 write=_degrees,
+                rehearsed=True,
             ),
         ),
         arrival_radius_m=of_core(
@@ -367,24 +392,28 @@ class BridgeConfig:
             "Distance from the target within which the vehicle has arrived.",
             0.05,
             50.0,
+            rehearsed=True,
         ),
         arrival_speed_m_s=of_core(
             "arrival_speed_m_s",
             "Speed below which the vehicle has stopped at the target.",
             0.05,
             5.0,
+            rehearsed=True,
         ),
         arrival_dwell_s=of_core(
             "arrival_dwell_s",
             "Time within arrival_radius_m and below arrival_speed_m_s before a goal succeeds.",
             0.0,
             60.0,
+            rehearsed=True,
         ),
         settle_timeout_s=of_core(
             "settle_timeout_s",
             "Timeout for the arrival, from the end of the planned flight.",
             1.0,
             600.0,
+            rehearsed=True,
         ),
         cancel_timeout_s=of_core(
             "cancel_timeout_s",
@@ -398,12 +427,14 @@ class BridgeConfig:
             "own height.",
             0.5,
             100.0,
+            rehearsed=True,
         ),
         takeoff_height_min_m=of_core(
             "takeoff_height_min_m",
             "Minimum height above ground of an automatic take-off.",
             0.5,
             100.0,
+            rehearsed=True,
         ),
         position_timeout_s=of_core(
             "position_timeout_s",
@@ -414,7 +445,12 @@ class BridgeConfig:
         ),
     )
     speed_max_m_s: float = parameter(
-        "speed_max_m_s", 10.0, "Maximum ground speed, regardless of the goal.", 0.1, 50.0
+        "speed_max_m_s",
+        10.0,
+        "Maximum ground speed, regardless of the goal.",
+        0.1,
+        50.0,
+        rehearsed=True,
     )
     volume: FlightVolume = group(
         FlightVolume,
@@ -424,6 +460,7 @@ class BridgeConfig:
             1.0,
             100000.0,
             default=500.0,
+            rehearsed=True,
         ),
         altitude_min_m=of_core(
             "volume_altitude_min_m",
@@ -431,6 +468,7 @@ class BridgeConfig:
             0.0,
             10000.0,
             default=0.5,
+            rehearsed=True,
         ),
         altitude_max_m=of_core(
             "volume_altitude_max_m",
@@ -438,6 +476,7 @@ class BridgeConfig:
             0.5,
             10000.0,
             default=120.0,
+            rehearsed=True,
         ),
     )
     replace_active_goal: bool = parameter(
@@ -461,6 +500,7 @@ class BridgeConfig:
         "rest, then end with WAYPOINT_MISSED) or `turn_back` (fly to it again, at most twice). In "
         "a mission the autopilot always continues.",
         words=words_of(MissedWaypoint),
+        rehearsed=True,
     )
     setpoint_period_s: float = parameter(
         "setpoint_rate_hz",

@@ -1,16 +1,26 @@
-"""Reader of the YAML file of ``--shadow-goals`` (`shadow_goals.schema.json`). No ROS."""
+"""Reader of the YAML file of ``--shadow-goals``. No ROS."""
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-from navigation_bridge.configuration.checked_yaml import hold, load_yaml
+from navigation_bridge.configuration.checked_values import (
+    FLAG,
+    InvalidValueError,
+    Kind,
+    Member,
+    either,
+    items,
+    number,
+    one_of,
+    record,
+    whole,
+    words,
+)
+from navigation_bridge.configuration.checked_yaml import read_yaml
 from navigation_bridge.configuration.parameter_values import ConfigurationError
 from navigation_bridge.configuration.text_files import read_text
 from navigation_bridge.goals.requests import (
@@ -24,7 +34,11 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_bridge.names import (
+    ACTION_NAME,
     ACTION_NAMES,
+    FRAME_BASE_LINK,
+    FRAME_MAP,
+    FRAME_WGS84,
     LAND_ACTION_NAME,
     RETURN_ACTION_NAME,
     TAKEOFF_ACTION_NAME,
@@ -61,98 +75,137 @@ class ShadowGoal:
     request: Request
     cancel_at_s: float | None = None
 
+    def __post_init__(self) -> None:
+        """Check that the cancel follows the goal."""
+        if self.cancel_at_s is not None and self.cancel_at_s < self.at_s:
+            raise InvalidValueError("is before at_s.", "cancel_at_s")
 
-@cache
-def schema() -> dict[str, Any]:
-    """Return the JSON Schema of a shadow goal file."""
-    file = Path(__file__).with_name("shadow_goals.schema.json")
-    return dict(json.loads(file.read_text("utf-8")))
+
+def _quaternion(
+    x: float = 0.0, y: float = 0.0, z: float = 0.0, w: float = 1.0
+) -> tuple[float, float, float, float]:
+    """Return a quaternion with the defaults of geometry_msgs/Quaternion."""
+    return x, y, z, w
+
+
+def _vector(x: float, y: float, z: float) -> Vector3:
+    return x, y, z
+
+
+def _navigate(
+    target_pose: tuple[tuple[Vector3, tuple[float, float, float, float]], str],
+    avoid_obstacles: bool = False,
+    max_speed: float = 0.0,
+) -> NavigateRequest:
+    (position, orientation), frame_id = target_pose
+    return NavigateRequest(
+        frame_id=frame_id,
+        position=position,
+        orientation_xyzw=orientation,
+        avoid_obstacles=avoid_obstacles,
+        max_speed_m_s=max_speed,
+    )
+
+
+def _waypoint(
+    position: Vector3, use_yaw: bool = False, yaw_enu_rad: float = 0.0, **more: Any
+) -> WaypointRequest:
+    return WaypointRequest(position, yaw_enu_rad=yaw_enu_rad if use_yaw else None, **more)
+
+
+_IDENTITY = _quaternion()
+_NUMBER, _FLAG = Member(number()), Member(FLAG)
+_SPEED_M_S = Member(number(), name="max_speed")
+_POSITION = record(_vector, **dict.fromkeys("xyz", Member(number(), required=True)))
+_POSE = record(
+    lambda position, orientation=_IDENTITY: (position, orientation),
+    position=Member(_POSITION, required=True),
+    orientation=Member(record(_quaternion, **dict.fromkeys("xyzw", _NUMBER))),
+)
+_HEADER = record(
+    lambda frame_id="": frame_id,
+    frame_id=Member(either("", FRAME_MAP, FRAME_BASE_LINK, FRAME_WGS84)),
+)
+_TARGET = record(
+    lambda pose, header="": (pose, header),
+    header=Member(_HEADER),
+    pose=Member(_POSE, required=True),
+)
+_WAYPOINT = record(
+    _waypoint,
+    position=Member(_POSITION, required=True),
+    altitude_reference=Member(
+        words(_REFERENCES),
+        name="frame",
+        text="FRAME_MAP 0, FRAME_GEODETIC_AMSL 1, FRAME_GEODETIC_ABOVE_HOME 2, "
+        "FRAME_GEODETIC_ABOVE_GROUND 3.",
+    ),
+    acceptance_radius_m=Member(number(), name="acceptance_radius"),
+    hold_time_s=Member(number(), name="hold_time"),
+    use_yaw=_FLAG,
+    yaw_enu_rad=Member(number(), name="yaw"),
+    max_speed_m_s=_SPEED_M_S,
+)
+_GOALS: Mapping[str, Kind[Any]] = {
+    ACTION_NAME: record(
+        _navigate,
+        target_pose=Member(_TARGET, required=True),
+        avoid_obstacles=_FLAG,
+        max_speed=_NUMBER,
+    ),
+    WAYPOINTS_ACTION_NAME: record(
+        WaypointsRequest,
+        waypoints=Member(items(_WAYPOINT, 1, 10_000), required=True),
+        by_mission=Member(
+            words({0: False, 1: True}),
+            name="execution",
+            text="EXECUTION_SETPOINTS 0, EXECUTION_MISSION 1.",
+        ),
+        laps=Member(whole(0, 65_535)),
+        max_speed_m_s=_SPEED_M_S,
+        avoid_obstacles=_FLAG,
+    ),
+    TAKEOFF_ACTION_NAME: record(lambda height=0.0: TakeoffRequest(height), height=_NUMBER),
+    LAND_ACTION_NAME: record(LandRequest),
+    RETURN_ACTION_NAME: record(ReturnRequest),
+}
+_WITH_TARGETS = (ACTION_NAME, WAYPOINTS_ACTION_NAME)
+
+
+def _entry(action: str) -> Kind[ShadowGoal]:
+    def made(at_s: float, request: Request | None = None, **more: Any) -> ShadowGoal:
+        request = request or _GOALS[action].read({})
+        return ShadowGoal(at_s, action, request, **more)
+
+    return record(
+        made,
+        at_s=Member(number(0), True, text="Time in the recording, in seconds from its start."),
+        cancel_at_s=Member(
+            number(0), text="Time of the cancel, in seconds from the start of the recording."
+        ),
+        request=Member(_GOALS[action], action in _WITH_TARGETS, "goal"),
+    )
+
+
+FILE = record(
+    lambda goals: tuple(sorted(goals, key=lambda goal: goal.at_s)),
+    goals=Member(
+        items(
+            one_of("action", {action: _entry(action) for action in ACTION_NAMES}, label="action"),
+            1,
+            1000,
+        ),
+        required=True,
+    ),
+)
+"""Of a file of shadow goals; `goal` has the fields of `ros2 action send_goal`"""
 
 
 def read_shadow_goals(path: Path) -> tuple[ShadowGoal, ...]:
     """Read a shadow goal file; goals are ordered by time.
 
     Raises:
-        ShadowGoalsError: it cannot be read, or does not match the schema.
+        ShadowGoalsError: it cannot be read, or is no file of shadow goals.
     """
-    name = str(path)
-    data = load_yaml(read_text(path, ShadowGoalsError), name, ShadowGoalsError)
-    outside = {**data, "goals": []} if isinstance(data, dict) else data
-    if isinstance(data, dict) and not (isinstance(data.get("goals"), list) and data["goals"]):
-        outside = data
-    rules = schema()
-    if outside is not data:
-        any_number = {**rules["properties"]["goals"], "minItems": 0}
-        rules = {**rules, "properties": {"goals": any_number}}
-    hold(outside, rules, name, ShadowGoalsError)
-    goals = [_goal(item, f"{name}: goals[{i}]") for i, item in enumerate(data["goals"])]
-    return tuple(sorted(goals, key=lambda goal: goal.at_s))
-
-
-def _goal(item: Any, where: str) -> ShadowGoal:
-    action = item.get("action") if isinstance(item, dict) else None
-    if action not in ACTION_NAMES:
-        raise ShadowGoalsError(
-            f"{where}: action is missing; give one of {', '.join(ACTION_NAMES)}."
-        )
-    definitions = schema()["$defs"]
-    title = f"{where} ({action})"
-    hold(item, {**definitions[action], "$defs": definitions}, title, ShadowGoalsError)
-    _check_finite(item, title)
-    cancel_at_s = item.get("cancel_at_s")
-    if cancel_at_s is not None and cancel_at_s < item["at_s"]:
-        raise ShadowGoalsError(f"{title}: cancel_at_s is before at_s.")
-    return ShadowGoal(item["at_s"], action, _request(action, item.get("goal", {})), cancel_at_s)
-
-
-def _request(action: str, goal: Mapping[str, Any]) -> Request:
-    if action == TAKEOFF_ACTION_NAME:
-        return TakeoffRequest(float(goal.get("height", 0.0)))
-    if action == LAND_ACTION_NAME:
-        return LandRequest()
-    if action == RETURN_ACTION_NAME:
-        return ReturnRequest()
-    speed_m_s, avoid = float(goal.get("max_speed", 0.0)), goal.get("avoid_obstacles", False)
-    if action == WAYPOINTS_ACTION_NAME:
-        return WaypointsRequest(
-            waypoints=tuple(_waypoint(waypoint) for waypoint in goal["waypoints"]),
-            by_mission=goal.get("execution", 0) == 1,
-            laps=goal.get("laps", 0),
-            max_speed_m_s=speed_m_s,
-            avoid_obstacles=avoid,
-        )
-    target = goal["target_pose"]
-    # The default of geometry_msgs/Quaternion is (0, 0, 0, 1).
-    q = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0} | target["pose"].get("orientation", {})
-    return NavigateRequest(
-        frame_id=target.get("header", {}).get("frame_id", ""),
-        position=_vector(target["pose"]["position"]),
-        orientation_xyzw=(float(q["x"]), float(q["y"]), float(q["z"]), float(q["w"])),
-        avoid_obstacles=avoid,
-        max_speed_m_s=speed_m_s,
-    )
-
-
-def _waypoint(waypoint: Mapping[str, Any]) -> WaypointRequest:
-    yaw = waypoint.get("yaw", 0.0)
-    return WaypointRequest(
-        position=_vector(waypoint["position"]),
-        altitude_reference=_REFERENCES[waypoint.get("frame", 0)],
-        acceptance_radius_m=float(waypoint.get("acceptance_radius", 0.0)),
-        hold_time_s=float(waypoint.get("hold_time", 0.0)),
-        yaw_enu_rad=float(yaw) if waypoint.get("use_yaw", False) else None,
-        max_speed_m_s=float(waypoint.get("max_speed", 0.0)),
-    )
-
-
-def _vector(position: Mapping[str, float]) -> Vector3:
-    return float(position["x"]), float(position["y"]), float(position["z"])
-
-
-def _check_finite(value: object, where: str) -> None:
-    """Reject .nan and .inf of YAML; a schema's limits accept NaN."""
-    if isinstance(value, float) and not math.isfinite(value):
-        raise ShadowGoalsError(f"{where}: {value} is not a finite number.")
-    children = value.values() if isinstance(value, dict) else value
-    for child in children if isinstance(children, (list, type({}.values()))) else ():
-        _check_finite(child, where)
+    text = read_text(path, ShadowGoalsError)
+    return read_yaml(text, str(path), FILE, ShadowGoalsError)
