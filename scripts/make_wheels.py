@@ -3,8 +3,8 @@
 The former are each built from a copy, with the `setup.cfg` that colcon uses less the sections that
 only ROS needs: the entries of ament's index, and the folder of the executables. The simulator, a
 project of its own, is described by its pyproject.toml. No network: the build tools are those of
-this environment. The interfaces are compiled for each version of Python
-that is found and that ROS has wheels for.
+this environment. The interfaces are compiled for each version of Python that is found and that the
+set-up supports; their tools are fetched as the set-up does.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ PACKAGES = (
     ROOT / "src" / "flight_logs",
 )
 """Pure Python. `flight_logs` needs `mavlink_vehicle`, whose codec it reads messages with"""
+VERSIONS = ("3.10", "3.11", "3.12", "3.13")
+"""Of Python, that the set-up supports"""
 OF_ROS = ("options.data_files", "develop", "install")
 NOT_COPIED = shutil.ignore_patterns("build", "dist", "docs", "tests", "*.egg-info", "__pycache__")
 
@@ -52,6 +54,9 @@ def main() -> int:
         folder.mkdir(parents=True, exist_ok=True)
         for wheel in sorted(made.glob("*.whl")):
             print(shutil.copy(wheel, folder))
+    for version in VERSIONS if options.interfaces else ():
+        if _interpreter(version) is None:
+            print(f"No Python {version} was found, so there is no wheel of the interfaces for it.")
     set_up = [str(ROOT / "scripts" / "setup_environment.py"), "--ros", "wheels"]
     for python in interpreters() if options.interfaces and not code else ():
         code = subprocess.call([python, "-I", "-S", *set_up, "--wheel", str(folder)]) or code
@@ -60,16 +65,25 @@ def main() -> int:
 
 def interpreters() -> list[str]:
     """Return one interpreter for each version that is found, this one first, and those named."""
-    found = [sys.executable, *filter(None, os.environ.get("WHEEL_PYTHONS", "").split(":"))]
-    pyenv = Path.home() / ".pyenv/versions"
-    for version in (f"3.{minor}" for minor in (10, 11, 12, 13)):
-        if version == f"3.{sys.version_info.minor}":
-            continue
-        # The commands that pyenv puts on the path need not work; those in its folders do.
-        there = [shutil.which(f"python{version}")]
-        there += [str(path) for path in sorted(pyenv.glob(f"{version}.*/bin/python"))]
-        found += [path for path in there if path is not None][-1:]
-    return list(dict.fromkeys(found))
+    named = filter(None, os.environ.get("WHEEL_PYTHONS", "").split(":"))
+    found = filter(None, map(_interpreter, VERSIONS))
+    return list(dict.fromkeys([sys.executable, *named, *found]))
+
+
+def _interpreter(version: str) -> str | None:
+    """Return an interpreter that works. The commands that pyenv puts on the path need not do."""
+    if version == f"3.{sys.version_info.minor}":
+        return sys.executable
+    pyenv = sorted(Path.home().glob(f".pyenv/versions/{version}.*/bin/python"), reverse=True)
+    for path in (*map(str, pyenv), shutil.which(f"python{version}")):
+        if (
+            path
+            and not subprocess.run(
+                [path, "-c", ""], stderr=subprocess.DEVNULL, check=False
+            ).returncode
+        ):
+            return path
+    return None
 
 
 def _copy(package: Path, folder: Path) -> str:
