@@ -80,7 +80,7 @@ def _property(spec: ParameterSpec) -> dict[str, Any]:
     return {**found, "default": spec.default}
 
 
-def schema_of_file(title: str, description: str, kind: Kind[object]) -> dict[str, Any]:
+def schema_of_file(title: str, description: str, kind: Kind[Any]) -> dict[str, Any]:
     """Return the JSON Schema of a file of declared content."""
     about = {"title": title, "description": description}
     return {"$schema": DRAFT, **about, **kind.schema}

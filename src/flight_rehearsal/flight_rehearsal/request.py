@@ -8,6 +8,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from navigation_bridge.configuration.checked_values import (
+    FLAG,
+    OBJECT,
+    TEXT,
+    Member,
+    items,
+    maybe,
+    number,
+    record,
+    row,
+    whole,
+)
 from navigation_core.geometry import Vector3
 
 __all__ = ["HomePoint", "RehearsalRequest", "RehearsalWaypoint", "RequestError", "read_request"]
@@ -83,79 +95,102 @@ class RehearsalRequest:
     boxes: tuple[tuple[float, ...], ...] = ()
 
 
-def read_request(text: str) -> RehearsalRequest:
-    """Return the order that a line of JSON has; unknown members are ignored.
-
-    Raises:
-        RequestError: it is not one, or says too little of the vehicle.
-    """
-    try:
-        given = json.loads(text)
-        return _order(given)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        if isinstance(error, RequestError):
-            raise
-        raise RequestError(f"The request cannot be read: {error!r}.") from error
-
-
-def _order(given: dict[str, Any]) -> RehearsalRequest:
-    motion, status = given.get("motion"), given.get("status")
-    if not motion or not status or not status.get("position_valid"):
-        raise RequestError("The vehicle's position is not known.")
-    obstacles = given.get("obstacles") or {}
-    percent = given.get("battery")
-    home = given.get("home")
-    flying = status.get("landed") != "on the ground" and bool(status.get("armed"))
-    return RehearsalRequest(
-        autopilot=str(status.get("autopilot", "")),
-        waypoints=tuple(_waypoint(row) for row in given["waypoints"]),
-        position_enu_m=_vector(motion["at"]),
-        yaw_enu_rad=float(motion.get("yaw") or 0.0),
-        velocity_enu_m_s=_vector(motion.get("velocity") or (0.0, 0.0, 0.0)),
-        armed=bool(status.get("armed")),
-        flying=flying,
-        battery=None if percent is None else min(max(percent / _PERCENT, 0.0), 1.0),
-        consumption_per_s=_positive(given.get("consumption")),
-        home=_home(home) if home and home.get("at") else None,
-        speed_m_s=float(given.get("speed", 0.0)),
-        laps=int(given.get("laps", 1)),
-        avoid_obstacles=bool(given.get("avoid")),
-        server=dict(given.get("server") or {}),
-        parameters=_finite(given.get("parameters") or {}),
-        wind_enu_m_s=_vector(given.get("wind") or (0.0, 0.0, 0.0)),
-        # Obstacles seen by sensors are posts in the bridge's map, too.
-        posts=_rows([*obstacles.get("posts", ()), *obstacles.get("seen", ())]),
-        boxes=_rows(obstacles.get("boxes", ())),
-    )
-
-
-def _waypoint(row: Any) -> RehearsalWaypoint:
-    x, y, z, hold_s = (float(value) for value in row)
-    return RehearsalWaypoint((x, y, z), hold_s)
-
-
-def _home(home: dict[str, Any]) -> HomePoint | None:
-    place = tuple(home.get(name) for name in ("latitude", "longitude", "altitude"))
-    if None in place:
+def _home(
+    latitude: float | None = None,
+    longitude: float | None = None,
+    altitude: float | None = None,
+    at: Vector3 | None = None,
+) -> HomePoint | None:
+    if latitude is None or longitude is None or altitude is None or at is None:
         return None
-    latitude, longitude, altitude = (float(value) for value in place)  # type: ignore[arg-type]
-    return HomePoint(latitude, longitude, altitude, _vector(home["at"]))
+    return HomePoint(latitude, longitude, altitude, at)
 
 
-def _vector(value: Any) -> Vector3:
-    x, y, z = (float(each) for each in value)
-    if not all(map(math.isfinite, (x, y, z))):
-        raise RequestError("A position or velocity is not known.")
-    return x, y, z
+def _request(
+    waypoints: tuple[tuple[float, float, float, float], ...],
+    status: dict[str, Any] | None = None,
+    motion: dict[str, Any] | None = None,
+    battery: float | None = None,
+    consumption_per_s: float | None = None,
+    obstacles: dict[str, tuple[tuple[float, ...], ...]] | None = None,
+    parameters: dict[str, Any] | None = None,
+    wind: Vector3 | None = None,
+    **more: Any,
+) -> RehearsalRequest:
+    at = (motion or {}).get("at")
+    if at is None or motion is None or not status or not status.get("position_valid"):
+        raise RequestError("The vehicle's position is not known.")
+    seen, armed = obstacles or {}, status.get("armed", False)
+    return RehearsalRequest(
+        autopilot=status.get("autopilot", ""),
+        waypoints=tuple(RehearsalWaypoint((x, y, z), hold_s) for x, y, z, hold_s in waypoints),
+        position_enu_m=at,
+        yaw_enu_rad=motion.get("yaw") or 0.0,
+        velocity_enu_m_s=motion.get("velocity") or (0.0, 0.0, 0.0),
+        armed=armed,
+        flying=armed and status.get("landed") != "on the ground",
+        battery=None if battery is None else min(max(battery / _PERCENT, 0.0), 1.0),
+        consumption_per_s=consumption_per_s if 0.0 < (consumption_per_s or 0.0) <= 1.0 else None,
+        parameters=_finite(parameters or {}),
+        wind_enu_m_s=wind or (0.0, 0.0, 0.0),
+        # Obstacles seen by sensors are posts in the bridge's map, too.
+        posts=(*seen.get("posts", ()), *seen.get("seen", ())),
+        boxes=seen.get("boxes", ()),
+        **more,
+    )
 
 
 def _finite(values: Mapping[str, Any]) -> dict[str, float]:
     return {name: float(v) for name, v in values.items() if v is not None and math.isfinite(v)}
 
 
-def _rows(rows: Any) -> tuple[tuple[float, ...], ...]:
-    return tuple(tuple(float(value) for value in row) for row in rows)
+_VECTOR = row(number(), number(), number())
+_NUMBER, _POINT = Member(maybe(number())), Member(maybe(_VECTOR))
+_POSTS = Member(items(row(*[number()] * 5)))
+_STATUS = record(
+    dict,
+    is_open=True,
+    autopilot=Member(TEXT),
+    armed=Member(FLAG),
+    landed=Member(maybe(TEXT)),
+    position_valid=Member(FLAG),
+)
+_MOTION = record(dict, is_open=True, at=_POINT, yaw=_NUMBER, velocity=_POINT)
+_HOME = record(
+    _home, is_open=True, latitude=_NUMBER, longitude=_NUMBER, altitude=_NUMBER, at=_POINT
+)
+_OBSTACLES = record(
+    dict, is_open=True, posts=_POSTS, seen=_POSTS, boxes=Member(items(row(*[number()] * 7)))
+)
+REQUEST = record(
+    _request,
+    is_open=True,
+    waypoints=Member(items(row(*[number()] * 4)), required=True),
+    status=Member(maybe(_STATUS)),
+    motion=Member(maybe(_MOTION)),
+    battery=_NUMBER,
+    consumption_per_s=Member(maybe(number()), name="consumption"),
+    home=Member(maybe(_HOME)),
+    obstacles=Member(maybe(_OBSTACLES)),
+    server=Member(maybe(OBJECT)),
+    parameters=Member(maybe(OBJECT)),
+    wind=_POINT,
+    speed_m_s=Member(number(0), name="speed"),
+    laps=Member(whole(1)),
+    avoid_obstacles=Member(FLAG, name="avoid"),
+)
+"""What a line of JSON has, with the console's names; other members are ignored"""
 
 
-def _positive(value: Any) -> float | None:
-    return float(value) if value is not None and 0.0 < float(value) <= 1.0 else None
+def read_request(text: str) -> RehearsalRequest:
+    """Return the order that a line of JSON has.
+
+    Raises:
+        RequestError: it is not one, or says too little of the vehicle.
+    """
+    try:
+        return REQUEST.read(json.loads(text))
+    except RequestError:
+        raise
+    except (ValueError, TypeError, RecursionError) as error:
+        raise RequestError(f"The request cannot be read: {error}") from error

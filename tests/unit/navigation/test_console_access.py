@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import re
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 
 from drone_navigation.console.access import TOKEN_LENGTH_MIN, Access
 from drone_navigation.console.lease import SILENCE_S, Leases
 from drone_navigation.console.messages import (
+    MESSAGE,
     Alive,
     Cancel,
     Hold,
@@ -193,6 +197,34 @@ def test_ten_thousand_broken_messages_are_rejected() -> None:
     for data in broken(16, 10_000):
         with pytest.raises(RejectedError):
             parse(data)
+
+
+def test_the_schema_of_the_messages_agrees_with_their_reader() -> None:
+    jsonschema.Draft202012Validator.check_schema(MESSAGE.schema)
+    validator = jsonschema.Draft202012Validator(MESSAGE.schema)
+    for message in MOVING:
+        assert validator.is_valid(message), message
+    judged = 0
+    for data in broken(5, 400):
+        with contextlib.suppress(ValueError, RecursionError):
+            document = json.loads(data, parse_constant=float)
+            if document == document and "NaN" not in str(data):
+                assert not validator.is_valid(document), data
+                judged += 1
+    assert judged > 100
+
+
+def test_an_unknown_member_is_answered_with_the_closest_one() -> None:
+    for changes, said in (
+        ({"sped": 1.0}, "sped is unknown; did you mean 'speed'?"),
+        ({"waypoints": [{**WAYPOINT, "x": True}]}, "waypoints[0].x must be a number, not True."),
+        ({"laps": 101}, "laps is 101; it must be between 1 and 100."),
+        ({"type": "flee"}, "type is 'flee'; it must be one of alive, take, "),
+        ({"x" * 500: 1}, "xxx' is unknown; known are vehicle, waypoints, "),
+    ):
+        with pytest.raises(RejectedError, match=re.escape(said)) as caught:
+            parse(json.dumps({**FLY, **changes}))
+        assert len(str(caught.value)) < 200
 
 
 def test_a_page_has_a_pace() -> None:

@@ -161,6 +161,14 @@ def test_a_file_that_is_not_an_obstacle_file_is_rejected(text: str) -> None:
     refusal(text)
 
 
+def test_values_that_are_huge_or_repeat_each_other_give_a_short_sentence() -> None:
+    digits = f"{{kind: cylinder, at_m: [0, 0], radius_m: 0x{'f' * 9000}, height_m: 1}}"
+    assert "radius_m is a number with too many digits; it" in refusal(f"obstacles: [{digits}]")
+    levels = "".join(f"l{i}: &l{i} [{', '.join([f'*l{i - 1}'] * 9)}]\n" for i in range(1, 9))
+    assert len(refusal(f"l0: &l0 [x]\n{levels}obstacles: *l8\n")) < 300
+    assert len(refusal(f"obstacles: [{{kind: {'x' * 1000}}}]")) < 300
+
+
 def test_a_duplicate_key_is_rejected_with_its_line() -> None:
     assert "file.yaml:2: duplicate key 'frame'" in refusal("frame: map\nframe: wgs84\n")
 

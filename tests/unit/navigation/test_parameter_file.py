@@ -60,6 +60,12 @@ def test_valid_parameters_and_those_of_other_nodes_are_accepted(
     check(written(tmp_path, node, line), "-p", "arming:=never")
 
 
+def test_a_parameter_that_is_set_twice_is_rejected_with_its_line(tmp_path: Path) -> None:
+    path = written(tmp_path, "navigation_server", "arming: never\n    arming: auto")
+    with pytest.raises(ConfigurationError, match=r"mine\.yaml:4: duplicate key 'arming'"):
+        check(path)
+
+
 def test_the_closest_name_is_suggested() -> None:
     with pytest.raises(ConfigurationError, match=r"did you mean 'speed_default_m_s'\?"):
         check_value("speed_defalt_m_s", 2.0)

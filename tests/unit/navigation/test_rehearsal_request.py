@@ -75,8 +75,9 @@ def test_all_that_is_known_counts() -> None:
         ({"status": {**STATUS, "position_valid": False}}, "position is not known"),
         ({"status": None}, "position is not known"),
         ({"waypoints": [[1.0]]}, "cannot be read"),
-        ({"wind": [float("nan"), 0.0, 0.0]}, "not known"),
-        ({"speed": "fast"}, "cannot be read"),
+        ({"motion": {**MOTION, "at": None}}, "position is not known"),
+        ({"wind": [float("nan"), 0.0, 0.0]}, r"wind\[0\] is nan; it must be a finite number"),
+        ({"speed": "fast"}, "cannot be read: speed must be a number, not 'fast'"),
     ],
 )
 def test_what_cannot_be_flown_is_said(change: dict[str, Any], reason: str) -> None:

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, TypeAlias
 
 from navigation_bridge.configuration.checked_values import (
     FLAG,
+    TEXT,
     InvalidValueError,
     Kind,
     Member,
@@ -50,7 +51,7 @@ WAYPOINTS_MAX = 500
 _VEHICLE = text(200)
 _CONFIRMED = {"confirmed": either("slide", "held")}
 """A person slid, or held the space bar: a click alone starts nothing"""
-_COORDINATE_M = number(-1e6, 1e6)
+_COORDINATE_M = Member(number(-1e6, 1e6), required=True)
 
 
 class RejectedError(ValueError):
@@ -68,7 +69,9 @@ class PageWaypoint:
 _WAYPOINTS = items(
     record(
         lambda x, y, z, hold: PageWaypoint((x, y, z), hold),
-        **dict.fromkeys("xyz", Member(_COORDINATE_M, required=True)),
+        x=_COORDINATE_M,
+        y=_COORDINATE_M,
+        z=_COORDINATE_M,
         hold=Member(number(0, 3600), required=True),
     ),
     1,
@@ -123,7 +126,7 @@ class PageCommand(_ForVehicle):
 
     kind: ClassVar[str] = "command"
 
-    name: str
+    name: str = member(TEXT)
     height_m: float = 0.0
 
 
@@ -188,7 +191,7 @@ class Replay(_ForVehicle):
 
     kind: ClassVar[str] = "replay"
 
-    name: str
+    name: str = member(TEXT)
     value: float = 0.0
 
 

@@ -14,12 +14,14 @@ from typing import Any, Generic, TypeVar
 
 __all__ = [
     "FLAG",
+    "OBJECT",
     "TEXT",
     "InvalidValueError",
     "Kind",
     "Member",
     "either",
     "items",
+    "maybe",
     "member",
     "number",
     "one_of",
@@ -209,6 +211,25 @@ def row(*kinds: Kind[T]) -> Kind[tuple[T, ...]]:
     return Kind(read, {"type": "array", "minItems": count, "maxItems": count, **inner})
 
 
+def maybe(kind: Kind[T]) -> Kind[T | None]:
+    """Return values of one kind, and null for an unknown one."""
+
+    def read(value: object) -> T | None:
+        return None if value is None else kind.read(value)
+
+    return Kind(read, {"anyOf": [kind.schema, {"type": "null"}]})
+
+
+def _object(value: object) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise InvalidValueError(f"must be an object, not {shown(value)}.")
+    return value
+
+
+OBJECT = Kind(_object, {"type": "object"})
+"""Objects with members that somebody else checks"""
+
+
 @dataclass(frozen=True)
 class Member(Generic[T]):
     """One member of a record.
@@ -256,30 +277,38 @@ def record(
     make: Callable[..., T],
     checks: Mapping[str, Kind[Any]] | None = None,
     fixed: Mapping[str, object] | None = None,
+    *,
+    is_open: bool = False,
     **members: Member[Any],
 ) -> Kind[T]:
-    """Return objects with named members, and no others.
+    """Return objects with named members.
 
     Args:
         make: a dataclass whose fields are declared by `member`, or any callable.
         checks: members that must be given, and that `make` does not take.
-        fixed: arguments of `make` that are not members.
+        fixed: arguments of `make` that are given here, and not by members.
+        is_open: whether other members are ignored, instead of rejected.
         members: by argument of `make`, those that are not declared at fields.
     """
     own = fields(make) if is_dataclass(make) else ()
     declared = {each.name: each.metadata[_KEY] for each in own if _KEY in each.metadata} | members
-    found = {each.name or argument: (argument, each) for argument, each in declared.items()}
+    found = {
+        each.name or argument: (argument, each)
+        for argument, each in declared.items()
+        if argument not in (fixed or {})
+    }
     found |= {name: ("", Member(kind, required=True)) for name, kind in (checks or {}).items()}
 
-    def read(value: object) -> T:
-        if not isinstance(value, dict):
-            raise InvalidValueError(f"must be an object, not {shown(value)}.")
+    def read(given_object: object) -> T:
+        value = _object(given_object)
         for name in value:
-            if name not in found:
+            if name not in found and not is_open:
                 listed = f"known are {', '.join(found)}." if found else "no member is known."
                 advice = suggestion(str(name)[:60], found) or listed
-                key = name if isinstance(name, str) and name.isidentifier() else shown(name)
-                raise InvalidValueError(f"is unknown; {advice}", key)
+                key = shown(name)
+                raise InvalidValueError(
+                    f"is unknown; {advice}", key[1:-1] if key[1:-1] == name else key
+                )
         given = dict(fixed or {})
         for name, (argument, each) in found.items():
             if name in value:
@@ -289,7 +318,7 @@ def record(
                 raise InvalidValueError("is missing.", name)
         return make(**given)
 
-    schema: Schema = {"type": "object", "additionalProperties": False}
+    schema: Schema = {"type": "object", **({} if is_open else {"additionalProperties": False})}
     if required := [name for name, (_, each) in found.items() if each.required]:
         schema["required"] = required
     return Kind(read, {**schema, "properties": {n: each.schema for n, (_, each) in found.items()}})
@@ -305,9 +334,8 @@ def one_of(tag: str, kinds: Mapping[str, Kind[Any]], label: str | None = None) -
     """
     tags = either(*kinds)
 
-    def read(value: object) -> Any:
-        if not isinstance(value, dict):
-            raise InvalidValueError(f"must be an object, not {shown(value)}.")
+    def read(given: object) -> Any:
+        value = _object(given)
         if tag not in value:
             raise InvalidValueError(f"is missing; give one of {', '.join(kinds)}.", tag)
         name = _read_at(tag, tags, value[tag])

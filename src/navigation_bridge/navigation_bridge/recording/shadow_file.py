@@ -114,13 +114,13 @@ def _waypoint(
 
 
 _IDENTITY = _quaternion()
-_NUMBER, _FLAG = Member(number()), Member(FLAG)
+_NUMBER, _NEEDED, _FLAG = Member(number()), Member(number(), required=True), Member(FLAG)
 _SPEED_M_S = Member(number(), name="max_speed")
-_POSITION = record(_vector, **dict.fromkeys("xyz", Member(number(), required=True)))
+_POSITION = record(_vector, x=_NEEDED, y=_NEEDED, z=_NEEDED)
 _POSE = record(
     lambda position, orientation=_IDENTITY: (position, orientation),
     position=Member(_POSITION, required=True),
-    orientation=Member(record(_quaternion, **dict.fromkeys("xyzw", _NUMBER))),
+    orientation=Member(record(_quaternion, x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)),
 )
 _HEADER = record(
     lambda frame_id="": frame_id,
