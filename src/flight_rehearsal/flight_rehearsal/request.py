@@ -12,6 +12,7 @@ from navigation_bridge.configuration.checked_values import (
     FLAG,
     OBJECT,
     TEXT,
+    Kind,
     Member,
     items,
     maybe,
@@ -147,7 +148,7 @@ def _finite(values: Mapping[str, Any]) -> dict[str, float]:
 _VECTOR = row(number(), number(), number())
 _NUMBER, _POINT = Member(maybe(number())), Member(maybe(_VECTOR))
 _POSTS = Member(items(row(*[number()] * 5)))
-_STATUS = record(
+_STATUS: Kind[dict[str, Any]] = record(
     dict,
     is_open=True,
     autopilot=Member(TEXT),
@@ -155,11 +156,11 @@ _STATUS = record(
     landed=Member(maybe(TEXT)),
     position_valid=Member(FLAG),
 )
-_MOTION = record(dict, is_open=True, at=_POINT, yaw=_NUMBER, velocity=_POINT)
+_MOTION: Kind[dict[str, Any]] = record(dict, is_open=True, at=_POINT, yaw=_NUMBER, velocity=_POINT)
 _HOME = record(
     _home, is_open=True, latitude=_NUMBER, longitude=_NUMBER, altitude=_NUMBER, at=_POINT
 )
-_OBSTACLES = record(
+_OBSTACLES: Kind[dict[str, Any]] = record(
     dict, is_open=True, posts=_POSTS, seen=_POSTS, boxes=Member(items(row(*[number()] * 7)))
 )
 REQUEST = record(

@@ -201,9 +201,7 @@ Message: TypeAlias = (
 )  # fmt: skip
 
 
-def _named(
-    kind: type, name: str, confirmed: bool = False, **members: Member[Any]
-) -> dict[str, Kind[Any]]:
+def _named(kind: type, name: str, confirmed: bool = False, **members: Any) -> dict[str, Kind[Any]]:
     return {name: record(kind, _CONFIRMED if confirmed else {}, {"name": name}, **members)}
 
 
