@@ -13,7 +13,7 @@ from navigation_bridge.configuration.checked_values import (
     OBJECT,
     TEXT,
     Kind,
-    Member,
+    RecordMember,
     items,
     maybe,
     number,
@@ -146,39 +146,39 @@ def _finite(values: Mapping[str, Any]) -> dict[str, float]:
 
 
 _VECTOR = row(number(), number(), number())
-_NUMBER, _POINT = Member(maybe(number())), Member(maybe(_VECTOR))
-_POSTS = Member(items(row(*[number()] * 5)))
+_NUMBER, _POINT = RecordMember(maybe(number())), RecordMember(maybe(_VECTOR))
+_POSTS = RecordMember(items(row(*[number()] * 5)))
 _STATUS: Kind[dict[str, Any]] = record(
     dict,
     is_open=True,
-    autopilot=Member(TEXT),
-    armed=Member(FLAG),
-    landed=Member(maybe(TEXT)),
-    position_valid=Member(FLAG),
+    autopilot=RecordMember(TEXT),
+    armed=RecordMember(FLAG),
+    landed=RecordMember(maybe(TEXT)),
+    position_valid=RecordMember(FLAG),
 )
 _MOTION: Kind[dict[str, Any]] = record(dict, is_open=True, at=_POINT, yaw=_NUMBER, velocity=_POINT)
 _HOME = record(
     _home, is_open=True, latitude=_NUMBER, longitude=_NUMBER, altitude=_NUMBER, at=_POINT
 )
 _OBSTACLES: Kind[dict[str, Any]] = record(
-    dict, is_open=True, posts=_POSTS, seen=_POSTS, boxes=Member(items(row(*[number()] * 7)))
+    dict, is_open=True, posts=_POSTS, seen=_POSTS, boxes=RecordMember(items(row(*[number()] * 7)))
 )
 REQUEST = record(
     _request,
     is_open=True,
-    waypoints=Member(items(row(*[number()] * 4)), required=True),
-    status=Member(maybe(_STATUS)),
-    motion=Member(maybe(_MOTION)),
+    waypoints=RecordMember(items(row(*[number()] * 4)), required=True),
+    status=RecordMember(maybe(_STATUS)),
+    motion=RecordMember(maybe(_MOTION)),
     battery=_NUMBER,
-    consumption_per_s=Member(maybe(number()), name="consumption"),
-    home=Member(maybe(_HOME)),
-    obstacles=Member(maybe(_OBSTACLES)),
-    server=Member(maybe(OBJECT)),
-    parameters=Member(maybe(OBJECT)),
+    consumption_per_s=RecordMember(maybe(number()), name="consumption"),
+    home=RecordMember(maybe(_HOME)),
+    obstacles=RecordMember(maybe(_OBSTACLES)),
+    server=RecordMember(maybe(OBJECT)),
+    parameters=RecordMember(maybe(OBJECT)),
     wind=_POINT,
-    speed_m_s=Member(number(0), name="speed"),
-    laps=Member(whole(1)),
-    avoid_obstacles=Member(FLAG, name="avoid"),
+    speed_m_s=RecordMember(number(0), name="speed"),
+    laps=RecordMember(whole(1)),
+    avoid_obstacles=RecordMember(FLAG, name="avoid"),
 )
 """What a line of JSON has, with the console's names; other members are ignored"""
 

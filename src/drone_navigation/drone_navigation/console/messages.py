@@ -14,7 +14,7 @@ from navigation_bridge.configuration.checked_values import (
     TEXT,
     InvalidValueError,
     Kind,
-    Member,
+    RecordMember,
     either,
     items,
     member,
@@ -51,7 +51,7 @@ WAYPOINTS_MAX = 500
 _VEHICLE = text(200)
 _CONFIRMED = {"confirmed": either("slide", "held")}
 """A person slid, or held the space bar: a click alone starts nothing"""
-_COORDINATE_M = Member(number(-1e6, 1e6), required=True)
+_COORDINATE_M = RecordMember(number(-1e6, 1e6), required=True)
 
 
 class RejectedError(ValueError):
@@ -72,7 +72,7 @@ _WAYPOINTS = items(
         x=_COORDINATE_M,
         y=_COORDINATE_M,
         z=_COORDINATE_M,
-        hold=Member(number(0, 3600), required=True),
+        hold=RecordMember(number(0, 3600), required=True),
     ),
     1,
     WAYPOINTS_MAX,
@@ -205,9 +205,9 @@ def _named(kind: type, name: str, confirmed: bool = False, **members: Any) -> di
     return {name: record(kind, _CONFIRMED if confirmed else {}, {"name": name}, **members)}
 
 
-_HEIGHT_M = Member(number(0, 10_000), required=True, name="height")
-_SPEED = Member(number(0.1, 100), required=True, name="speed")
-_POSITION_S = Member(number(0, 1e7), required=True, name="position")
+_HEIGHT_M = RecordMember(number(0, 10_000), required=True, name="height")
+_SPEED = RecordMember(number(0.1, 100), required=True, name="speed")
+_POSITION_S = RecordMember(number(0, 1e7), required=True, name="position")
 MESSAGE: Kind[Message] = one_of(
     "type",
     {

@@ -18,7 +18,7 @@ __all__ = [
     "TEXT",
     "InvalidValueError",
     "Kind",
-    "Member",
+    "RecordMember",
     "either",
     "items",
     "maybe",
@@ -231,7 +231,7 @@ OBJECT = Kind(_object, {"type": "object"})
 
 
 @dataclass(frozen=True)
-class Member(Generic[T]):
+class RecordMember(Generic[T]):
     """One member of a record.
 
     Attributes:
@@ -269,8 +269,10 @@ def member(
         required: whether it must be given although the field has a default.
     """
     if default is MISSING:
-        return field(metadata={_KEY: Member(kind, True, name, text)})
-    return field(default=default, metadata={_KEY: Member(kind, required, name, text, default)})
+        return field(metadata={_KEY: RecordMember(kind, True, name, text)})
+    return field(
+        default=default, metadata={_KEY: RecordMember(kind, required, name, text, default)}
+    )
 
 
 def record(
@@ -279,7 +281,7 @@ def record(
     fixed: Mapping[str, object] | None = None,
     *,
     is_open: bool = False,
-    **members: Member[Any],
+    **members: RecordMember[Any],
 ) -> Kind[T]:
     """Return objects with named members.
 
@@ -297,7 +299,9 @@ def record(
         for argument, each in declared.items()
         if argument not in (fixed or {})
     }
-    found |= {name: ("", Member(kind, required=True)) for name, kind in (checks or {}).items()}
+    found |= {
+        name: ("", RecordMember(kind, required=True)) for name, kind in (checks or {}).items()
+    }
 
     def read(given_object: object) -> T:
         value = _object(given_object)

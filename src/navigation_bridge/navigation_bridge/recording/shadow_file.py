@@ -11,7 +11,7 @@ from navigation_bridge.configuration.checked_values import (
     FLAG,
     InvalidValueError,
     Kind,
-    Member,
+    RecordMember,
     either,
     items,
     number,
@@ -114,54 +114,58 @@ def _waypoint(
 
 
 _IDENTITY = _quaternion()
-_NUMBER, _NEEDED, _FLAG = Member(number()), Member(number(), required=True), Member(FLAG)
-_SPEED_M_S = Member(number(), name="max_speed")
+_NUMBER, _NEEDED, _FLAG = (
+    RecordMember(number()),
+    RecordMember(number(), required=True),
+    RecordMember(FLAG),
+)
+_SPEED_M_S = RecordMember(number(), name="max_speed")
 _POSITION = record(_vector, x=_NEEDED, y=_NEEDED, z=_NEEDED)
 _POSE = record(
     lambda position, orientation=_IDENTITY: (position, orientation),
-    position=Member(_POSITION, required=True),
-    orientation=Member(record(_quaternion, x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)),
+    position=RecordMember(_POSITION, required=True),
+    orientation=RecordMember(record(_quaternion, x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)),
 )
 _HEADER = record(
     lambda frame_id="": frame_id,
-    frame_id=Member(either("", FRAME_MAP, FRAME_BASE_LINK, FRAME_WGS84)),
+    frame_id=RecordMember(either("", FRAME_MAP, FRAME_BASE_LINK, FRAME_WGS84)),
 )
 _TARGET = record(
     lambda pose, header="": (pose, header),
-    header=Member(_HEADER),
-    pose=Member(_POSE, required=True),
+    header=RecordMember(_HEADER),
+    pose=RecordMember(_POSE, required=True),
 )
 _WAYPOINT = record(
     _waypoint,
-    position=Member(_POSITION, required=True),
-    altitude_reference=Member(
+    position=RecordMember(_POSITION, required=True),
+    altitude_reference=RecordMember(
         words(_REFERENCES),
         name="frame",
         text="FRAME_MAP 0, FRAME_GEODETIC_AMSL 1, FRAME_GEODETIC_ABOVE_HOME 2, "
         "FRAME_GEODETIC_ABOVE_GROUND 3.",
     ),
-    acceptance_radius_m=Member(number(), name="acceptance_radius"),
-    hold_time_s=Member(number(), name="hold_time"),
+    acceptance_radius_m=RecordMember(number(), name="acceptance_radius"),
+    hold_time_s=RecordMember(number(), name="hold_time"),
     use_yaw=_FLAG,
-    yaw_enu_rad=Member(number(), name="yaw"),
+    yaw_enu_rad=RecordMember(number(), name="yaw"),
     max_speed_m_s=_SPEED_M_S,
 )
 _GOALS: Mapping[str, Kind[Any]] = {
     ACTION_NAME: record(
         _navigate,
-        target_pose=Member(_TARGET, required=True),
+        target_pose=RecordMember(_TARGET, required=True),
         avoid_obstacles=_FLAG,
         max_speed=_NUMBER,
     ),
     WAYPOINTS_ACTION_NAME: record(
         WaypointsRequest,
-        waypoints=Member(items(_WAYPOINT, 1, 10_000), required=True),
-        by_mission=Member(
+        waypoints=RecordMember(items(_WAYPOINT, 1, 10_000), required=True),
+        by_mission=RecordMember(
             words({0: False, 1: True}),
             name="execution",
             text="EXECUTION_SETPOINTS 0, EXECUTION_MISSION 1.",
         ),
-        laps=Member(whole(0, 65_535)),
+        laps=RecordMember(whole(0, 65_535)),
         max_speed_m_s=_SPEED_M_S,
         avoid_obstacles=_FLAG,
     ),
@@ -179,17 +183,19 @@ def _entry(action: str) -> Kind[ShadowGoal]:
 
     return record(
         made,
-        at_s=Member(number(0), True, text="Time in the recording, in seconds from its start."),
-        cancel_at_s=Member(
+        at_s=RecordMember(
+            number(0), True, text="Time in the recording, in seconds from its start."
+        ),
+        cancel_at_s=RecordMember(
             number(0), text="Time of the cancel, in seconds from the start of the recording."
         ),
-        request=Member(_GOALS[action], action in _WITH_TARGETS, "goal"),
+        request=RecordMember(_GOALS[action], action in _WITH_TARGETS, "goal"),
     )
 
 
 FILE = record(
     lambda goals: tuple(sorted(goals, key=lambda goal: goal.at_s)),
-    goals=Member(
+    goals=RecordMember(
         items(
             one_of("action", {action: _entry(action) for action in ACTION_NAMES}, label="action"),
             1,
