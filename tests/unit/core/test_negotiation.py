@@ -11,6 +11,7 @@ from navigation_core.traffic.negotiation import LISTEN_S, SILENT_S, Negotiation,
 from navigation_core.traffic.picture import Ask, TrafficPicture, wait_for
 from navigation_core.traffic.right_of_way import Claimant, Rank
 from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
+from navigation_core.traffic.way_out import first_blocked
 
 SEPARATION = Separation(5.0, 3.0, 2.0)
 STEP_S = 0.2
@@ -237,3 +238,47 @@ def test_one_that_had_to_make_room_and_found_none_leaves_it_to_those_of_other_se
     assert first.picture.entry(first.vehicle).rank < entry.rank
     assert must(1.0)
     assert not must(6.0)
+
+
+def too_near(first: tuple[float, float], last: tuple[float, float]) -> tuple[Server, Server]:
+    """Return servers whose vehicles are 0.2 m too near, as by drifting, and where they go."""
+    return Server("/a", 1, (0.0, 0.0), first), Server("/b", 2, (6.8, 0.0), last)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "moves"),
+    [
+        ((-20.0, 0.0), (26.8, 0.0), (True, True)),
+        ((-20.0, 0.0), (-13.2, 0.0), (True, True)),
+        ((0.0, 20.0), (6.8, -20.0), (True, True)),
+        ((20.0, 0.0), (26.8, 0.0), (True, True)),
+        ((20.0, 0.0), (-13.2, 0.0), (False, False)),
+        ((20.0, 2.0), (-13.2, 2.0), (False, False)),
+    ],
+)
+def test_two_that_are_too_near_get_away_from_each_other_but_never_nearer(
+    first: tuple[float, float], last: tuple[float, float], moves: tuple[bool, bool]
+) -> None:
+    servers = too_near(first, last)
+    for tick in range(300):
+        now = tick * STEP_S
+        states = [server.step(now) for server in servers]
+        for server, state in zip(servers, states[::-1], strict=True):
+            server.negotiation.receive(state, now)
+        gap_m = np.linalg.norm(
+            servers[0].path.points_m[servers[0].place] - servers[1].path.points_m[servers[1].place]
+        )
+        assert gap_m > 6.79, f"at {now:.1f} s"
+    arrived = tuple(one.place >= len(one.path) - 2 for one in servers)
+    assert arrived == moves
+
+
+def test_a_path_out_is_one_also_where_positions_are_rounded() -> None:
+    points = np.array([(0.0, 0.0, 5.0 + 0.25 * step) for step in range(20)])
+    points[:, 2] += np.random.default_rng(1).uniform(-1e-4, 1e-4, len(points))
+    points[:, 0] += np.random.default_rng(2).uniform(-1e-4, 1e-4, len(points))
+    held = Volume.along(np.array([(6.8, 0.0, 5.0)]), 1.0, 0.5)
+    up = Volume.along(points, 1.0, 0.5)
+    assert first_blocked(up, held, SEPARATION) is None
+    towards = Volume.along(points + np.linspace(0.0, 0.5, 20)[:, None] * (1.0, 0.0, 0.0), 1.0, 0.5)
+    assert first_blocked(towards, held, SEPARATION) is not None

@@ -22,9 +22,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from navigation_core.traffic.picture import Entry, Intent, TrafficPicture, wait_for
 from navigation_core.traffic.right_of_way import Rank
 from navigation_core.traffic.volumes import NOWHERE, Array, Volume, joined
+from navigation_core.traffic.way_out import first_blocked
 
 __all__ = ["Negotiation", "PeerState", "PeerVehicle"]
 
@@ -278,15 +281,41 @@ class Negotiation:
             return False  # where our own vehicles are is not known yet
         for name in sorted(self._own):
             own = self._picture.entry(name)
-            if not vehicle.held.meets(own.whole, self._picture.separation).any():
+            if not self._gets_into(vehicle, own.held, own.kept):
                 continue
-            used = own.used if own.keeps_by_wish else joined(own.used, own.kept)
-            if vehicle.held.meets(used, self._picture.separation).any():
+            if self._gets_into(vehicle, own.used, NOWHERE if own.keeps_by_wish else own.kept):
                 return False
             if own.rank < vehicle.rank:
                 return False
             self._picture.give_up_wish(name)
         return True
+
+    def _gets_into(self, vehicle: PeerVehicle, held: Volume, kept: Volume) -> bool:
+        """Whether a volume gets into what one of ours holds and keeps."""
+        separation, count = self._picture.separation, _held_of_path(vehicle)
+        if not count:
+            return bool(vehicle.held.meets(joined(held, kept), separation).any())
+        found = (
+            first_blocked(vehicle.path, held, separation),
+            first_blocked(vehicle.path, kept, separation, is_kept=True),
+        )
+        return any(one is not None and one[0] < count for one in found)
+
+
+def _held_of_path(vehicle: PeerVehicle) -> int:
+    """Return how many points of the path that it flies a vehicle holds or would like to hold.
+
+    None if it announces a volume for all of the time. What it holds besides the path is where it is
+    and runs out to, whatever others agree to.
+    """
+    held, path = vehicle.held.table, vehicle.path.table
+    if not len(vehicle.path) or vehicle.after_s[-1] <= vehicle.after_s[0]:
+        return 0
+    for begin in np.flatnonzero((held == path[:, :1]).all(axis=0)):
+        count = held.shape[1] - int(begin)
+        if count <= len(vehicle.path) and (held[:, begin:] == path[:, :count]).all():
+            return count
+    return 0
 
 
 def _told(entry: Entry, alone: Volume, reach: Volume, now: float) -> PeerVehicle:

@@ -43,6 +43,7 @@ from navigation_core.traffic.volumes import (
     blocks_near,
     joined,
 )
+from navigation_core.traffic.way_out import first_blocked, leading
 
 __all__ = ["Agreement", "Ask", "Entry", "Grant", "Intent", "TrafficPicture", "wait_for"]
 
@@ -428,7 +429,7 @@ class TrafficPicture:
         if blocked is not None:
             limit, holder = blocked
         near, late, owners = self._better(entry, window, now + ask.after_s[:count])
-        inside = _leading(near)
+        inside = leading(near)
         near[:inside] = False
         late[:inside] = False
         if late[ask.granted : limit].any():
@@ -498,39 +499,17 @@ class TrafficPicture:
     def _first_held(
         self, entry: Entry, path: Volume, begin: int = 0, others: list[Entry] | None = None
     ) -> tuple[int, str] | None:
-        """Return where a path first gets into what others hold, and whose that is.
-
-        A vehicle may be within a volume that another keeps, which was closed by force because its
-        autopilot may fly there. It may get out of it: a path that leads out counts from the point
-        where it is out. A vehicle too near to what another holds, as by drifting, may get away
-        from it, but never nearer.
-        """
+        """Return where a path first gets into what others hold, and whose that is."""
         among = list(self._reserving(entry.name)) if others is None else others
         found: list[tuple[int, str]] = []
-        for kept in (False, True):
+        for is_kept in (False, True):
             crowd = self._crowd(
                 path,
-                [(other.name, other.kept if kept else other.held, None) for other in among],
+                [(other.name, other.kept if is_kept else other.held, None) for other in among],
             )
-            if not len(crowd.volume):
-                continue
-            mine, theirs = path.pairs(crowd.volume, self.separation)
-            if not len(mine):
-                continue
-            near = np.ones(len(path))
-            np.minimum.at(near, mine, path.nearness(crowd.volume, mine, theirs, self.separation))
-            inside = _leading(near < 1.0)
-            if kept:
-                inside = 0 if inside == len(path) else inside
-            elif inside:
-                nearer = np.flatnonzero(np.diff(near[:inside]) < 0.0)
-                leads_out = not len(nearer) and inside < len(path)
-                inside = int(nearer[0]) + 1 if len(nearer) else inside
-                inside = inside if leads_out or near[inside - 1] > near[0] else 0
-            late = mine >= max(begin, inside)
-            if late.any():
-                index = int(mine[late].min())
-                found.append((index, crowd.owner(theirs[mine == index][0])))
+            met = first_blocked(path, crowd.volume, self.separation, begin, is_kept)
+            if met is not None:
+                found.append((met[0], crowd.owner(met[1])))
         return min(found, default=None)
 
     def _holder(self, volume: Volume, among: Sequence[Entry]) -> tuple[str, str] | None:
@@ -638,7 +617,7 @@ class _Crowd:
         ends = np.cumsum([len(part[1]) for part in parts])
         return cls(volume, arrival_s, ends, tuple(part[0] for part in parts))
 
-    def owner(self, point: np.intp) -> str:
+    def owner(self, point: int) -> str:
         """Return whose point that is."""
         return self.names[int(np.searchsorted(self.ends, point, side="right"))]
 
@@ -657,8 +636,3 @@ def _first_gap(begins_s: Array) -> float:
 def wait_for(before: TrafficWait | None, whom: str, why: str, now: float) -> TrafficWait:
     """Return a wait that continues, perhaps for another vehicle, or begins."""
     return TrafficWait(whom, why, now if before is None else before.since_s)
-
-
-def _leading(flags: Mask) -> int:
-    """Return how many flags are set at the beginning."""
-    return len(flags) if flags.all() else int(np.argmin(flags))
