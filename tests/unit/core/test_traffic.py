@@ -9,12 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from navigation_core.geometry import norm
 from navigation_core.limits import Limits
+from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
+from navigation_core.tasks.intents import Outcome
+from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.detours import DetourSearch
+from navigation_core.traffic.negotiation import Negotiation
 from navigation_core.traffic.picture import Ask, TrafficPicture
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
 from navigation_core.traffic.view import Footing, TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
+from tests.support.models.point_mass import PointMass
 
 SEPARATION = Separation(5.0, 3.0, 2.0)
 
@@ -247,3 +254,32 @@ def test_who_is_within_what_another_keeps_by_force_may_leave_it() -> None:
     assert grant.waiting is not None
     along = line((0.0, 0.0, 5.0), (-40.0, 0.0, 5.0))
     assert made.extend("b", ask(along, 40), along.part(0, 1), 0.0).waiting is not None
+
+
+def test_the_path_after_a_stop_begins_at_the_setpoint_and_not_with_the_measured_velocity() -> None:
+    made = picture("a", "b")
+    view = TrafficView(made, "a", Footing.level(), 1.0, 0.5)
+    limits = Limits(speed_horizontal_m_s=4.0)
+    config = GotoConfig(limits=limits, may_arm=True)
+    start = (0.0, 0.0, 5.0)
+    mass = PointMass(position=start, armed=True, in_control=True, airborne=True, now=0.0)
+    task = fly_to(GotoGoal((60.0, 0.0, 5.0)), FlightTerms(config, traits=Traits()))
+    task.start(mass.observe(), 0.0)
+    speeds_m_s: list[float] = []
+    for tick in range(120):
+        if tick == 60:  # a server that has to agree, and is silent
+            Negotiation(made, "/a", 1, ["/b"])
+            made.renew("a")
+        observation = mass.observe()
+        if tick > 60:  # the wind pushes it
+            object.__setattr__(observation, "velocity_enu_m_s", (0.0, 0.4, 0.0))
+        object.__setattr__(observation, "traffic", view)
+        answer = task.step(observation, 0.1 * tick)
+        assert not isinstance(answer, Outcome)
+        if task.commanded is not None:
+            speeds_m_s.append(norm(task.commanded.velocity_enu_m_s))
+        mass.obey(answer)
+        mass.advance(0.1)
+    assert speeds_m_s[-1] < 0.01, "it did not stop"
+    stopped = next(n for n in range(60, 120) if speeds_m_s[n] < 0.01)
+    assert max(speeds_m_s[stopped:]) < 0.1

@@ -246,8 +246,8 @@ class TrafficPace:
         carrot = self._follower.carrot
         assert carrot is not None
         if self._left_path and carrot.ended:
-            self._elsewhere = None
-            self._follower.is_stale = True
+            # The next path begins at the setpoint, where the vehicle stands.
+            self._elsewhere = self._follower.carrot = None
             return 1.0
         if self._is_stop:
             return 1.0
