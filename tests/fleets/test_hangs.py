@@ -27,6 +27,26 @@ def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_ma
     assert codes(fleet) == ["SUCCESS"] * 4, fleet.report()
 
 
+def test_one_whose_position_was_old_when_it_was_asked_to_return_makes_room() -> None:
+    places = [(0.0, 0.0), (12.0, 0.0)]
+    fleet = FlownFleet(copters(places)).ready()
+    with fleet.holding():
+        for craft, (east, north), height_m in zip(
+            fleet.crafts, places[::-1], (5.0, 9.0), strict=True
+        ):
+            fleet.go(craft, east, north, height_m)
+        fleet.run_to_end(100.0)
+        first, last = fleet.crafts
+        assert isinstance(fleet.send(first, ReturnRequest()), str)
+        link = fleet.simulation.vehicles[last.row].link
+        link.silent = True
+        fleet.run_for(1.5)
+        assert isinstance(fleet.send(last, ReturnRequest()), str)
+        link.silent = False
+        fleet.run_to_end(200.0)
+    assert codes(fleet) == ["SUCCESS"] * 4, fleet.report()
+
+
 @pytest.mark.parametrize(("seed", "servers"), [(0, 1), (0, 3), (5, 3)])
 def test_after_hangs_all_that_swap_places_arrive_and_return(seed: int, servers: int) -> None:
     """`python -m tests.fleets --hangs` flies more."""

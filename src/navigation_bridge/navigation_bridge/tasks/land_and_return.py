@@ -41,9 +41,8 @@ def _admit(
         )
     config, vehicle = situation.config.goto, situation.vehicle
     warnings = _warnings(goal, situation)
-    # A vehicle without a recent position makes no room.
-    located = situation.pose is not None and not warnings
-    makes_room = traits.flies and traits.hovers and located
+    # It makes room once its position is recent.
+    makes_room = traits.flies and traits.hovers and situation.pose is not None
     avoidance = avoidance_of(makes_room, situation)
     if goal is vehicle_led.RETURN_TO_LAUNCH:
         radius_m = circle_radius_m(situation.profile, vehicle.parameters, about_launch=True)
