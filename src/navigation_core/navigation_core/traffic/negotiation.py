@@ -281,10 +281,10 @@ class Negotiation:
             return False  # where our own vehicles are is not known yet
         for name in sorted(self._own):
             own = self._picture.entry(name)
-            if not self._gets_into(vehicle, own.held, own.kept):
-                continue
             if self._gets_into(vehicle, own.used, NOWHERE if own.keeps_by_wish else own.kept):
                 return False
+            if not self._gets_into(vehicle, own.held, own.kept):
+                continue
             if own.rank < vehicle.rank:
                 return False
             self._picture.give_up_wish(name)

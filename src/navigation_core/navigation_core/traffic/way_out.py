@@ -25,7 +25,7 @@ def first_blocked(
     A vehicle may be within a volume that another keeps, which was closed by force because its
     autopilot may fly there. It may get out of it: a path that leads out counts from the point where
     it is out. A vehicle too near to what another holds, as by drifting, may get away from it, but
-    never nearer.
+    never nearer to any point of that than it is.
 
     Args:
         path: the path, from where the vehicle is.
@@ -40,15 +40,18 @@ def first_blocked(
     if not len(mine):
         return None
     near = np.ones(len(path))
-    np.minimum.at(near, mine, path.nearness(held, mine, theirs, separation))
+    shares = path.nearness(held, mine, theirs, separation)
+    np.minimum.at(near, mine, shares)
     inside = leading(near < 1.0)
     if is_kept:
         inside = 0 if inside == len(path) else inside
     elif inside:
-        farthest = np.maximum.accumulate(near[:inside])
-        nearer = np.flatnonzero(near[:inside] < farthest - _ROUNDING_SHARE)
-        leads_out = not len(nearer) and inside < len(path)
-        inside = int(nearer[0]) if len(nearer) else inside
+        # It gets away from all that is held, not from one part of it to another.
+        begun = path.nearness(held, np.zeros_like(mine), theirs, separation)
+        lost = shares < np.minimum(begun, 1.0) - _ROUNDING_SHARE
+        nearer = int(mine[lost].min()) if lost.any() else len(path)
+        leads_out = inside < min(nearer, len(path))
+        inside = min(inside, nearer)
         inside = inside if leads_out or near[inside - 1] > near[0] else 0
     late = mine >= max(begin, inside)
     if not late.any():
