@@ -273,6 +273,45 @@ def test_two_that_are_too_near_get_away_from_each_other_but_never_nearer(
     assert arrived == moves
 
 
+def test_one_beside_anothers_path_does_not_fly_along_it_towards_that() -> None:
+    """The path is granted, so that the other vehicle comes along it."""
+    first = Server("/a", 1, (0.0, 0.0), (40.0, 0.0))
+    last = Server("/b", 2, (20.0, 2.0), (-20.0, 2.0))
+    for tick in range(60):
+        now = tick * STEP_S
+        state = first.step(now)
+        if tick < 12:
+            aside = Volume.along(np.array([(20.0, 12.0, 5.0)]), 1.0, 0.5)
+            last.picture.stand(last.vehicle, aside, now)
+            reply = last.negotiation.state({last.vehicle: (NOWHERE, NOWHERE)}, now)
+        else:
+            reply = last.step(now)
+            assert not last.granted or first.place > 22
+        last.negotiation.receive(state, now)
+        first.negotiation.receive(reply, now)
+    assert first.place > 22
+
+
+def test_a_wish_that_another_vehicle_has_got_into_is_given_up() -> None:
+    """Otherwise neither is known to wait for the other, and none of them makes room."""
+    first = Server("/a", 1, (0.0, 0.0), (40.0, 0.0))
+    last = Server("/b", 2, (20.0, 2.0), (-20.0, 2.0))
+    aside = Volume.along(np.array([(20.0, 12.0, 5.0)]), 1.0, 0.5)
+    for tick in range(60):
+        now = tick * STEP_S
+        state = first.step(now)
+        if tick < 10:  # it is far away, and its server hears nothing
+            last.picture.stand(last.vehicle, aside, now)
+            reply = last.negotiation.state({last.vehicle: (NOWHERE, NOWHERE)}, now)
+            first.negotiation.receive(reply, now)
+        else:  # it was carried nearer
+            reply = last.step(now)
+            last.negotiation.receive(state, now)
+            first.negotiation.receive(reply, now)
+    waits = [one.picture.entry(one.vehicle).waiting for one in (first, last)]
+    assert [wait.whom for wait in waits if wait is not None] == [last.vehicle, first.vehicle]
+
+
 def test_a_path_out_is_one_also_where_positions_are_rounded() -> None:
     points = np.array([(0.0, 0.0, 5.0 + 0.25 * step) for step in range(20)])
     points[:, 2] += np.random.default_rng(1).uniform(-1e-4, 1e-4, len(points))

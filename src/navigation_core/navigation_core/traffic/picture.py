@@ -51,6 +51,9 @@ __all__ = ["Agreement", "Ask", "Entry", "Grant", "Intent", "TrafficPicture", "wa
 _Part: TypeAlias = tuple[str, Volume, Array | None]
 # A vehicle that passes before another one must be through this long before it comes.
 _PASS_BEFORE_MARGIN_S = 2.0
+# Time after which a wish is given up if others hold a part of it; before, the worse of two ranks
+# gives up its own.
+_WISH_PATIENCE_S = 2.0
 # Number of points ahead that are checked, and the period of the checks.
 _LOOK_AHEAD_POINTS, _CHECK_PERIOD_S = 160, 0.24
 
@@ -75,10 +78,12 @@ class Wish:
     Attributes:
         course: identifies the path.
         count: how many of its points are wished for, from its beginning.
+        since_s: since when.
     """
 
     course: object
     count: int
+    since_s: float
 
 
 class Agreement(Protocol):
@@ -387,18 +392,25 @@ class TrafficPicture:
             self.give_up_wish(entry.name)
         if entry.wish is not None:
             count = max(entry.wish.count - ask.passed, ask.granted)
-            if not agreement.is_given(entry.name, entry.number, ask.path.part(0, count)):
+            wished = ask.path.part(0, count)
+            if agreement.is_given(entry.name, entry.number, wished):
+                entry.wish = None
+                ask = replace(ask, granted=count)
+            elif (
+                now - entry.wish.since_s < _WISH_PATIENCE_S
+                or self._first_held(entry, wished, ask.granted) is None
+            ):
                 whom, why = self._missing(entry.name)
                 return ask.granted, count, wait_for(entry.waiting, whom, why, now)
-            entry.wish = None
-            ask = replace(ask, granted=count)
+            else:  # somebody has got into it, and its server never agrees
+                self.give_up_wish(entry.name)
         _, held, waiting = self._alone(entry, ask, now)
         if held == ask.granted:
             return held, held, waiting
         entry.number += 1
         if agreement.is_given(entry.name, entry.number, ask.path.part(0, held)):
             return held, held, waiting
-        entry.wish = Wish(ask.course, ask.passed + held)
+        entry.wish = Wish(ask.course, ask.passed + held, now)
         return ask.granted, held, waiting
 
     def _still_held(self, entry: Entry, ask: Ask, now: float) -> int:
