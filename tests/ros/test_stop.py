@@ -31,8 +31,8 @@ from custom_interfaces.action import (
 )
 from custom_interfaces.msg import FenceArea, GoalCode, VehicleParameter, Waypoint
 from custom_interfaces.srv import GetFence, ListLogs, SetFence
+from drone_navigation.process_control.stop_signals import EXIT_HUNG, STOP_LIMIT_S
 from drone_navigation.processes import Process
-from drone_navigation.stop_signals import EXIT_HUNG, STOP_LIMIT_S
 from tests.support.processes import STARVED
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 

@@ -6,7 +6,7 @@ needs no ROS, and only files and the autopilot's storage need the MAVLink codec.
 
 from __future__ import annotations
 
-from drone_navigation.quiet_start import run_program
+from drone_navigation.process_control.quiet_start import run_program
 
 # isort: split
 import sys

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drone_navigation.quiet_start import run_program
+from drone_navigation.process_control.quiet_start import run_program
 
 # isort: split
 import asyncio
@@ -24,10 +24,10 @@ from rclpy.utilities import remove_ros_args
 from drone_navigation.console.board import Board
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.options import TokenError, make_parser, token_of
-from drone_navigation.console.tiles.folder import TileError
-from drone_navigation.console.tiles.source import Tiles, open_tiles
+from drone_navigation.console.tiles.folder import TileError, Tiles
+from drone_navigation.console.tiles.source import open_tiles
 from drone_navigation.console.web import Web
-from drone_navigation.stop_signals import StopSignals
+from drone_navigation.process_control.stop_signals import StopSignals
 
 _REDIRECT = '<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n'
 EXIT_OK = 0

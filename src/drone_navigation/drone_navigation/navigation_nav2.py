@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drone_navigation.quiet_start import run_program
+from drone_navigation.process_control.quiet_start import run_program
 
 # isort: split
 import argparse
@@ -13,7 +13,7 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from drone_navigation.stop_signals import StopSignals
+from drone_navigation.process_control.stop_signals import StopSignals
 from flight_logs.command_version import add_version
 
 EXIT_OK = 0

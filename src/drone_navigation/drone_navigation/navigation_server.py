@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drone_navigation.quiet_start import run_program
+from drone_navigation.process_control.quiet_start import run_program
 
 # isort: split
 import argparse
@@ -16,9 +16,9 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from drone_navigation.process_control.stop_signals import EXIT_HUNG, StopSignals
 from drone_navigation.server.options import CHECK_TIMEOUT_S, make_parser, overrides
 from drone_navigation.server.server import NavigationServer
-from drone_navigation.stop_signals import EXIT_HUNG, StopSignals
 from mavlink_vehicle.errors import DriverError, LinkError
 from mavlink_vehicle.io.clock import MonotonicClock
 from navigation_bridge.configuration.fleet_config import check_server_wide, make_vehicle_configs

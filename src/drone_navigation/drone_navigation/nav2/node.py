@@ -16,7 +16,7 @@ from drone_navigation.nav2.others import ACTION, Others
 from drone_navigation.nav2.planners import Planners
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the_rest
-from drone_navigation.stop_signals import StopSignals
+from drone_navigation.process_control.stop_signals import StopSignals
 
 __all__ = ["StartError", "run"]
 

@@ -305,14 +305,14 @@ class Negotiation:
 def _held_of_path(vehicle: PeerVehicle) -> int:
     """Return how many points of the path that it flies a vehicle holds or would like to hold.
 
-    None if it announces a volume for all of the time. What it holds besides the path is where it is
+    Zero if it announces a volume for all of the time. What it holds besides the path is where it is
     and runs out to, whatever others agree to.
     """
     held, path = vehicle.held.table, vehicle.path.table
     if not len(vehicle.path) or vehicle.after_s[-1] <= vehicle.after_s[0]:
         return 0
     for begin in np.flatnonzero((held == path[:, :1]).all(axis=0)):
-        count = held.shape[1] - int(begin)
+        count: int = held.shape[1] - int(begin)
         if count <= len(vehicle.path) and (held[:, begin:] == path[:, :count]).all():
             return count
     return 0

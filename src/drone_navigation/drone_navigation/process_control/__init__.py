@@ -1,0 +1,1 @@
+"""How a node starts without noise, and ends on a signal."""
