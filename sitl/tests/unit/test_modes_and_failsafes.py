@@ -360,3 +360,13 @@ def test_circle_goes_round_a_place_ahead_with_the_nose_to_it() -> None:
         before = angle
         station.run(1.0)
     assert math.degrees(turned) == pytest.approx(200.0, abs=25.0), "CIRCLE_RATE is 20 degrees/s"
+
+
+def test_throw_is_entered_disarmed_only() -> None:
+    station = copter().ready()
+    assert station.mode(18) == ACCEPTED
+    assert station.last("HEARTBEAT").base_mode == 0x51
+    station.mode(GUIDED)
+    station.arm()
+    assert station.mode(18) == FAILED
+    assert "Mode change to THROW failed: init failed" in station.texts()

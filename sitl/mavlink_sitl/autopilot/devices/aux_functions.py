@@ -19,7 +19,7 @@ LOW, MIDDLE, HIGH = 0, 1, 2
 GPS_UNIT, OFF, WELL = 4, 1, 0
 """FAILURE_UNIT and FAILURE_TYPE"""
 MODES = {
-    4: "RTL", 16: "AUTO", 18: "LAND", 33: "BRAKE", 42: "SMART_RTL", 51: "MANUAL",
+    4: "RTL", 16: "AUTO", 18: "LAND", 33: "BRAKE", 37: "THROW", 42: "SMART_RTL", 51: "MANUAL",
     52: "ACRO", 53: "STEERING", 54: "HOLD", 55: "GUIDED", 56: "LOITER", 68: "STABILIZE",
     69: "POSHOLD", 70: "ALT_HOLD", 72: "CIRCLE", 77: "TAKEOFF", 92: "FLY_BY_WIRE_A",
     150: "CRUISE",
@@ -36,7 +36,7 @@ _EVERY_KIND = (
 )  # fmt: skip
 WITHOUT_EFFECT: dict[str, frozenset[int]] = {
     "copter": frozenset(
-        (*_EVERY_KIND, 2, 3, 5, 10, 13, 14, 17, 21, 22, 23, 25, 26, 32, 37, 39, 43, 44, 45, 57, 60,
+        (*_EVERY_KIND, 2, 3, 5, 10, 13, 14, 17, 21, 22, 23, 25, 26, 32, 39, 43, 44, 45, 57, 60,
          61, 73, 75, 76, 83, 84, 109, 151, 152, 154, 159, 160, 161, 219)
     ),
     "rover": frozenset((*_EVERY_KIND, 0, 50, 59, 63, 74, 97, 155, 201, 202, 207, 211)),

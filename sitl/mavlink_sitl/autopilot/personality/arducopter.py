@@ -24,6 +24,7 @@ _MODES = (
     ModeSpec(9, "LAND", "land", position_controlled=True),
     ModeSpec(16, "POSHOLD", "loiter", True, armable=True, position_controlled=True),
     ModeSpec(17, "BRAKE", "brake", True, position_controlled=True),
+    ModeSpec(18, "THROW", "throw", True, armable=True),
     ModeSpec(21, "SMARTRTL", "smart_rtl", True, position_controlled=True),
     ModeSpec(27, "AUTO RTL", "auto_rtl", True, position_controlled=True),
 )

@@ -6,10 +6,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
-from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import (
-    Brake,
-    Land,
-)
+from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Brake, Land, Throw
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
 from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import (
     AltHold,
@@ -68,6 +65,7 @@ class Copter(Commander):
         "land": Land,
         "brake": Brake,
         "circle": Circle,
+        "throw": Throw,
         "smart_rtl": SmartReturn,
         "auto_rtl": AutoReturn,
     }
@@ -138,6 +136,10 @@ class Copter(Commander):
             self.events.append(ModeChanged(mode.spec.name, True))
             return True
         return super().enter_mode(number)
+
+    def may_begin(self, mode: Mode) -> bool:
+        """See `Commander`; nobody throws it here."""
+        return super().may_begin(mode) and not isinstance(mode, Throw)
 
     def forget_orders(self) -> None:
         """See `Commander`; where the nose was to point, too."""

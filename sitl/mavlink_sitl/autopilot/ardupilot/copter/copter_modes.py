@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.exchange import Guidance, Motors
 from mavlink_sitl.lanes import Ops
 
 if TYPE_CHECKING:
@@ -29,6 +30,18 @@ class Brake(Mode):
             self.vehicle.navigator.limits(), acceleration_xy_m_s2=BRAKE_DECELERATION_M_S2
         )
         self.guide(replace(self.hold_guidance(), limits=limits))
+
+
+class Throw(Mode):
+    """Waits to be thrown into the air; nobody throws it here, so it is entered disarmed only."""
+
+    def enter(self) -> None:
+        """Wait."""
+        self.guide(Guidance(motors=Motors.OFF))
+
+    def ground_motors(self) -> Motors:
+        """They start in the air."""
+        return Motors.OFF
 
 
 class Land(Mode):
