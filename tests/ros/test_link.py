@@ -13,8 +13,26 @@ from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_link")]
 
 
+@pytest.fixture
+def hovering(flight: Flight) -> Flight:
+    """The vehicle at 4 m, and a server, whatever the test before has left."""
+    assert flight.server is not None
+    if flight.server.returncode is not None:
+        restart(flight)
+    result = flight.wait_for_result(flight.send(navigate_goal(0.0, 0.0, 4.0)))
+    assert result.success, result.message
+    return flight
+
+
+def restart(flight: Flight) -> None:
+    flight.server = flight.start_server()
+    flight.server.wait_for("Position valid", READY_TIMEOUT_S)
+    flight.renew_client()
+
+
 @pytest.mark.night
-def test_a_short_silence_is_reported_and_flown_through(flight: Flight) -> None:
+def test_a_short_silence_is_reported_and_flown_through(hovering: Flight) -> None:
+    flight = hovering
     record = flight.send(navigate_goal(30.0, 0.0, 4.0))
     flight.wait_for_status(record, "NAVIGATING")
     flight.relay.cut()
@@ -26,7 +44,8 @@ def test_a_short_silence_is_reported_and_flown_through(flight: Flight) -> None:
 
 
 @pytest.mark.night
-def test_a_long_silence_ends_the_goal_and_does_not_revive_it(flight: Flight) -> None:
+def test_a_long_silence_ends_the_goal_and_does_not_revive_it(hovering: Flight) -> None:
+    flight = hovering
     record = flight.send(navigate_goal(-30.0, 0.0, 4.0))
     flight.wait_for_status(record, "NAVIGATING")
     flight.relay.cut()
@@ -47,7 +66,8 @@ def test_a_long_silence_ends_the_goal_and_does_not_revive_it(flight: Flight) -> 
     assert again.success, again.message
 
 
-def test_a_killed_server_leaves_a_vehicle_that_stops_by_itself(flight: Flight) -> None:
+def test_a_killed_server_leaves_a_vehicle_that_stops_by_itself(hovering: Flight) -> None:
+    flight = hovering
     record = flight.send(navigate_goal(60.0, 0.0, 4.0, speed=4.0))
     flight.wait_for_status(record, "NAVIGATING")
     flight.spin_for(3.0)
@@ -68,14 +88,13 @@ def test_a_killed_server_leaves_a_vehicle_that_stops_by_itself(flight: Flight) -
     assert last.relative_alt / 1000.0 == pytest.approx(4.0, abs=1.0)
     assert record.result is None
 
-    flight.server = flight.start_server()
-    flight.server.wait_for("Position valid", READY_TIMEOUT_S)
-    flight.renew_client()
+    restart(flight)
     again = flight.wait_for_result(flight.send(navigate_goal(5.0, 0.0, 4.0)))
     assert again.success, again.message
 
 
-def test_a_stopped_server_stops_the_vehicle_and_ends_the_goal(flight: Flight) -> None:
+def test_a_stopped_server_stops_the_vehicle_and_ends_the_goal(hovering: Flight) -> None:
+    flight = hovering
     record = flight.send(navigate_goal(-40.0, 0.0, 4.0))
     flight.wait_for_status(record, "NAVIGATING")
     flight.spin_for(2.0)
