@@ -64,7 +64,7 @@ ON_DEMAND = ("nav2_msgs",)
 LAYERS = ("extras", "dev")
 # Free disk that the set-up needs: .venv, the tools of the build, and packages as downloaded; of
 # these, the cache of uv has the last, and the folder of temporary files has uv itself.
-NEEDED_DISK_MB, NEEDED_CACHE_MB, NEEDED_TEMPORARY_MB = 1500, 500, 100
+NEEDED_DISK_MB, NEEDED_CACHE_MB, NEEDED_TEMPORARY_MB = 1000, 500, 100
 WHEEL_NAME = "mavbridge_interfaces"
 WHEELS_FOLDER = "MAVBRIDGE_WHEELS"
 # Progress lines of CMake and Ninja.
@@ -961,14 +961,15 @@ def run(name: str, what: str, command: Sequence[str | Path], environment: dict[s
 def reason(log: str) -> str:
     """What a program's output says best about why it failed, for the end of a sentence."""
     lines = [line.strip() for line in log.splitlines() if line.strip()]
+    full = "No space left on device"
     # uv lists the causes of an error below it, and pip names what it did without.
     listed = [line.partition(": ")[2] for line in lines if re.match("(?i:error|cause): ", line)]
     if listed:
-        text = ": ".join(dict.fromkeys([*listed[:2], listed[-1]]))
-        # pip forgets that there was no connection.
-        lost = "; the package index was not reached" if "connection broken by" in log else ""
-        return f": {text[:300]}{lost}"
-    for pattern in (r"No space left on device", r"\berror\b|Failed to|FAILED", r""):
+        text = ": ".join(part[:150] for part in dict.fromkeys([*listed[:2], listed[-1]]))
+        # pip forgets that there was no connection; uv says at the end of a long line what was full.
+        text += "; the package index was not reached" if "connection broken by" in log else ""
+        return f": {text}{'' if full not in log or full in text else f': {full}'}"
+    for pattern in (full, r"\berror\b|Failed to|FAILED", r""):
         for line, next_line in itertools.zip_longest(lines, lines[1:], fillvalue=""):
             if re.search(pattern, line, re.IGNORECASE):
                 # CMake says where in one line, and what in the next.

@@ -300,6 +300,10 @@ def test_uv_looks_where_pip_is_told_to_look(setup_environment: ModuleType) -> No
         ),
         ("error: No solution\n  cause: No version of x\n", "No solution: No version of x"),
         (
+            f"error: Failed\n  cause: cannot copy {'x' * 200}: No space left on device\n",
+            f"Failed: cannot copy {'x' * 138}: No space left on device",
+        ),
+        (
             "WARNING: connection broken by 'Failed to z'\nERROR: No matching distribution for x\n",
             "No matching distribution for x; the package index was not reached",
         ),
