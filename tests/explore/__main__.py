@@ -19,7 +19,7 @@ from navigation_bridge.goals.goal import Annotation, GoalFeedback
 from tests.explore.check import Checker
 from tests.explore.course import SETPOINTS
 from tests.explore.explorer import Flown, explore, explore_scenario
-from tests.explore.generate import scenario_of
+from tests.explore.generate import SHARING_FROM, scenario_of
 from tests.explore.log import Entry, Log
 from tests.explore.picture import draw
 from tests.explore.policies import ON_TRIAL, POLICIES
@@ -42,6 +42,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     what.add_argument("--policies", action="store_true", help="print the policies")
     first_help = "the first seed, decimal or 0x... (default: 0)"
     parser.add_argument("--first", type=_number, default=0, help=first_help)
+    sharing_help = "one seed in N is of shared traffic (default: 8; 0: none)"
+    parser.add_argument("--sharing", type=int, default=8, metavar="N", help=sharing_help)
     parser.add_argument("--minutes", type=float, help="stop after this time")
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
     dask_help = "fly on this Dask cluster; 'local': a cluster of --workers on this machine"
@@ -116,7 +118,7 @@ def _many(options: argparse.Namespace) -> int:
     failed = False
 
     def seeds() -> Iterator[int]:
-        for seed in itertools.islice(itertools.count(options.first), options.seeds):
+        for seed in drawn(options.first, options.seeds, options.sharing):
             if options.minutes and time.monotonic() - begun_s > 60.0 * options.minutes:
                 return
             yield seed
@@ -142,6 +144,13 @@ def _many(options: argparse.Namespace) -> int:
             _progress(results, begun_s)
     _summary(results, begun_s)
     return 1 if failed else 0
+
+
+def drawn(first: int, count: int, sharing: int) -> Iterator[int]:
+    """Return seeds from one on; one in `sharing` is raised to one of shared traffic."""
+    for seed in itertools.islice(itertools.count(first), count):
+        shares = sharing > 0 and seed % sharing == 0 and seed < SHARING_FROM
+        yield seed + SHARING_FROM * shares
 
 
 @contextmanager

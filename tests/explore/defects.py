@@ -261,6 +261,9 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a silent sensor is trusted", "navigation_core.tasks.leading.avoider",
            "        self._is_silent = not age_s <= self._config.sensor_timeout_s",
            "        self._is_silent = False"),
+    # --- traffic
+    Mutant("a return never makes room", "navigation_core.tasks.flying.room_making",
+           "        found = search.aside(here, ground_m)\n", "        found = None\n"),
     # --- the vehicle and its protocols
     Mutant("east is north", "mavlink_vehicle.positions.frames",
            "    east, north, up = vector_enu\n", "    north, east, up = vector_enu\n"),

@@ -8,6 +8,9 @@ from typing import Any
 
 from tests.explore.scenario import Craft, Event, Post, Scenario
 
+SHARING_FROM = 2**40
+"""Seeds from here on are copters that share traffic"""
+
 _HOMES = (
     (-35.363261, 149.165230, 584.0),
     (47.397742, 8.545594, 488.0),
@@ -77,8 +80,6 @@ _ONBOARD: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]] = {
         ("WP_SPEED", (0.5, 5.0)), ("WP_RADIUS", (0.5, 5.0)), ("FS_GCS_ENABLE", (1.0,)),
     ),
 }  # fmt: skip
-# Seeds from here on are copters that share traffic.
-_SHARING_FROM = 2**40
 # Where they stand, east and north of the first one, and in whose places they change.
 _SHARED_PLACES_M = ((0.0, 0.0), (12.0, 0.0), (6.0, 10.0))
 _SWAPS = ((1, 0, 2), (1, 2, 0), (2, 0, 1))
@@ -389,6 +390,6 @@ class _TrafficAuthor:
 
 def scenario_of(seed: int) -> Scenario:
     """Make a scenario; the same number gives the same one."""
-    if seed >= _SHARING_FROM:
+    if seed >= SHARING_FROM:
         return _TrafficAuthor(seed).write()
     return _Author(seed).write()

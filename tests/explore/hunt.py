@@ -16,20 +16,20 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
-from itertools import zip_longest
+from itertools import chain, zip_longest
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import CodeType
 
 from tests.explore.coverage import Reached, import_what_stays, reach, statement_lines
-from tests.explore.generate import scenario_of
+from tests.explore.generate import SHARING_FROM, scenario_of
 from tests.explore.planting import plant, source_of
 from tests.explore.scenario import Scenario
 
 BUDGET = 12
 GROUNDS = 160
 _SHORT_S = 60.0
-_CALM_FROM = 6000
+_CALM_FROM, _SHARING = 6000, 100
 _GOALS = ("navigate", "route", "takeoff", "land", "go_home")
 _LED = ("navigate", "route")
 _SOON_S = (3.0, 15.0)
@@ -105,7 +105,8 @@ def grounds(count: int = GROUNDS) -> tuple[int, ...]:
     have; in the last third what happens to a goal is left alone by everything else.
     """
     calm = count // 3
-    found = _various(range(_CALM_FROM), _coincidences, count - calm)
+    sharing = range(SHARING_FROM, SHARING_FROM + _SHARING)
+    found = _various(chain(range(_CALM_FROM), sharing), _coincidences, count - calm)
     return (*found, *_various(range(_CALM_FROM, 36000), _calm_coincidences, calm))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.explore.__main__ import policy_table
+from tests.explore.__main__ import drawn, policy_table
 from tests.explore.check import Checker
 from tests.explore.coverage import Reached, compile_marked, statement_lines
 from tests.explore.defects import MUTANTS, Mutant, planted
@@ -74,6 +74,13 @@ def test_a_file_that_is_no_scenario_is_named(tmp_path: Path) -> None:
     path.write_text('{"seed": 1}')
     with pytest.raises(ValueError, match=r"bad\.json is not a scenario"):
         Scenario.load(path)
+
+
+def test_one_seed_in_eight_is_of_shared_traffic() -> None:
+    seeds = list(drawn(13, 80, 8))
+    assert len(set(seeds)) == 80
+    assert sum(scenario_of(seed).shares_traffic for seed in seeds) == 10
+    assert list(drawn(13, 80, 0)) == list(range(13, 93))
 
 
 def test_shrinking_keeps_what_fails_and_drops_the_rest() -> None:

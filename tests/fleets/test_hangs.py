@@ -43,7 +43,7 @@ def test_one_whose_position_was_old_when_it_was_asked_to_return_makes_room() -> 
         fleet.run_for(1.5)
         assert isinstance(fleet.send(last, ReturnRequest()), str)
         link.silent = False
-        fleet.run_to_end(200.0)
+        fleet.run_to_end(120.0)
     assert codes(fleet) == ["SUCCESS"] * 4, fleet.report()
 
 
