@@ -151,7 +151,9 @@ MUTANTS: tuple[Mutant, ...] = (
            "        if memory.inside and left_m > _LEFT_M:", "        if False:"),
     # --- guard and admission
     Mutant("the fence is not checked", _GUARD,
-           "            rejection = self._check_fence(fence, plan, 0, margin_m, plan.laps > 1)",
+           "            rejection = self._check_fence(\n"
+           "                fence, plan, 0, plan.laps > 1, (margin_m, height_margin_m)\n"
+           "            )",
            "            rejection = None"),
     Mutant("the volume is not checked", "navigation_core.safety.target_checks",
            "    if radius_m > volume.radius_max_m + RESOLUTION_M:",
