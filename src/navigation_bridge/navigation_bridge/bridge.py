@@ -38,22 +38,16 @@ from navigation_bridge.configuration.settings import BridgeConfig, TrafficConfli
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Output
 from navigation_bridge.goals.lifecycle import GoalEvent
-from navigation_bridge.goals.observation import (
-    hold_setpoint_ned,
-    intended_ned,
-    moves_by_itself,
-    observe,
-    vehicle_mode,
-    velocity_only,
-)
 from navigation_bridge.goals.operations import STREAMED, begin_operation, begin_upload
 from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
+from navigation_bridge.goals.setpoints import hold_setpoint_ned, intended_ned
 from navigation_bridge.goals.velocity_commands import VelocityCommands
 from navigation_bridge.log_desk import LogDesk
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.scene import Scene
 from navigation_bridge.services import Service, ServiceDesk
+from navigation_bridge.snapshot import Observer, Snapshot
 from navigation_bridge.storage.desk import StorageDesk
 from navigation_bridge.supervision.guard import Guard
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
@@ -67,6 +61,7 @@ from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_bridge.traffic.conduct import TrafficConduct
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose, still_has_pose
+from navigation_bridge.vehicle.modes import vehicle_mode, velocity_only
 from navigation_bridge.vehicle.takeover import Takeover
 from navigation_core.geometry import Vector3, norm
 from navigation_core.outcomes import OutcomeCode
@@ -75,10 +70,10 @@ from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.intents import Fly, Handover, Outcome, Perform
 from navigation_core.tasks.observation import (
-    Observation,
     OperationReport,
     OperationStatus,
     TaskOperation,
+    VehicleMode,
 )
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.velocity_command import VelocityCommand
@@ -100,6 +95,9 @@ _LATE_TOLD_S = 2.0
 _EXTERNAL_OFF_M = 3.0
 # The ends that a vehicle that was slowed down or not listened to may come to.
 _BY_LATENESS = frozenset({OutcomeCode.NO_POSITION, OutcomeCode.TIMEOUT})
+# Modes in which a vehicle moves without setpoints, and operations that lead to one.
+_LEADING = frozenset({VehicleMode.LAND, VehicleMode.RETURN, VehicleMode.MISSION})
+_LEADS_TO = frozenset({TaskOperation.LAND, TaskOperation.RETURN, TaskOperation.START_MISSION})
 _OF_ONE_MISSION = frozenset(
     {TaskOperation.UPLOAD_MISSION, TaskOperation.START_MISSION, TaskOperation.CLEAR_MISSION}
 )
@@ -144,9 +142,16 @@ class Bridge:
         self._map_frame = MapFrame()
         self._obstacles = ObstacleFeed(vehicle, self._map_frame, config.obstacles)
         self._report = Reporter(vehicle, self._map_frame)
-        self._guard = Guard(vehicle, self._map_frame, config, self._obstacles.standing)
+        self._guard = Guard(config, self._obstacles.standing)
+        self._observer = Observer(vehicle, self._map_frame, self._obstacles, config, self._searcher)
         self._traffic = TrafficConduct(
-            vehicle, self._map_frame, config, self._searcher, self._shared_traffic, self._name
+            vehicle,
+            self._map_frame,
+            config,
+            self._searcher,
+            self._shared_traffic,
+            self._name,
+            self._observer.look,
         )
         self._positions = PositionWatch(self._report, config.safety.position_doubt_timeout_s)
         self._goal: ActiveGoal | None = None
@@ -159,7 +164,7 @@ class Bridge:
         self._close_when_sent = False
         self._parking = Parking(vehicle, config.setpoint_period_s)
         self._overtaken = OvertakenMode(vehicle, self._report)
-        self._scene = Scene(vehicle, self._map_frame, self._guard, config)
+        self._scene = Scene(vehicle, self._map_frame, config)
         self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
         self._storage = StorageDesk(vehicle, self._map_frame, self._report, self._occupied)
         self._stations = Stations(vehicle, self._report, self._parking)
@@ -252,7 +257,8 @@ class Bridge:
     @property
     def battery_for_return(self) -> float:
         """Share of the battery that a return from here takes; NaN if unknown."""
-        return self._guard.battery_for_return()
+        # Of the snapshot only the position counts, not how old it is.
+        return self._guard.battery_for_return(self._observer.look(0.0))
 
     @property
     def battery_reserve(self) -> float:
@@ -306,7 +312,7 @@ class Bridge:
         self._report.accepted(goal)
         if goal.plan is not None:
             self._stations.free(now)
-        goal.task.start(self._observe(goal, now), now)
+        goal.task.start(self._look(goal, now), now)
 
     def cancel_goal(self, goal_id: str, now: float, action: str = "") -> bool:
         """Cancel a goal; True if it is active and will end.
@@ -513,7 +519,7 @@ class Bridge:
 
     def configure(self, config: BridgeConfig) -> None:
         """Use other settings for future goals; the active one keeps its own."""
-        self._config = config
+        self._config = self._observer.config = config
         self._guard.configure(config)
         self._scene.configure(config)
         self._traffic.configure(config)
@@ -571,7 +577,8 @@ class Bridge:
             self._report.position()
         self._positions.follow(before, live.known, here, now)
         goal = self._goal
-        self._traffic.update(goal, now)
+        if self._traffic.is_due(now):
+            self._traffic.update(goal, self._look(goal, now))
         if goal is not None:
             self._feed_back(goal, now)
         return True
@@ -592,11 +599,12 @@ class Bridge:
         if state.speaks_mavlink_1 is not before.speaks_mavlink_1:
             self._report.protocol()
         if state.battery is not before.battery:
-            self._guard.observe_battery(now)
+            self._guard.observe_battery(state, self._vehicle.profile, now)
         self._handle_events(now)
         goal = self._goal
         if moved:
-            self._traffic.update(goal, now)
+            if self._traffic.is_due(now):
+                self._traffic.update(goal, self._look(goal, now))
         elif message.get_type() == "ADSB_VEHICLE":
             self._traffic.hear(message, now)
         if goal is not None and moved:
@@ -608,7 +616,7 @@ class Bridge:
         # give feedback at 6.7 Hz instead of 10.
         early_s = 0.25 * self._config.feedback_period_s
         if now >= goal.feedback_due_s - early_s:
-            self._give_feedback(goal, now)
+            self._give_feedback(goal, self._look(goal, now))
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
@@ -617,18 +625,21 @@ class Bridge:
         self._handle_events(now)
         self._parking.handle_timer(now)
         goal = self._goal
+        snapshot: Snapshot | None = None
         if goal is not None and now >= goal.think_s:
             goal.think_s = math.inf
-            goal.task.think(self._observe(goal, now), now)
+            goal.task.think(self._look(goal, now), now)
         if goal is not None and now >= goal.next_step_s:
             self._note_lateness(now - goal.next_step_s, now)
             self._note_data_age(now)
             goal.next_step_s = _next_on_grid(goal.next_step_s, self._config.setpoint_period_s, now)
-            self._step(goal, now)
+            snapshot = self._look(goal, now)
+            self._step(goal, snapshot)
         goal = self._goal
-        self._traffic.update(goal, now)
+        if self._traffic.is_due(now):
+            self._traffic.update(goal, snapshot or self._look(goal, now))
         if goal is not None and now >= self._feedback_deadline(goal):
-            self._give_feedback(goal, now)
+            self._give_feedback(goal, snapshot or self._look(goal, now))
 
     def _note_lateness(self, late_s: float, now: float) -> None:
         if self._lateness.note(late_s, now) and now - self._late_told_s >= _LATE_TOLD_S:
@@ -687,21 +698,12 @@ class Bridge:
     def _admit(self, request: Request, now: float) -> Admitted | Rejection:
         if self._refusal is not None:
             return self._refusal
-        self._guard.tell_fence()
-        admitted = admit(
-            request,
-            self._tasks,
-            self._vehicle,
-            self._map_frame,
-            self._config,
-            self._obstacles,
-            self._searcher,
-            self.active_goal_id,
-            now,
-        )
+        snapshot = self._look(None, now)
+        self._guard.bound(snapshot)
+        admitted = admit(request, self._tasks, snapshot, self.active_goal_id)
         if isinstance(admitted, Rejection):
             return admitted
-        checked = self._guard.check(admitted, now)
+        checked = self._guard.check(admitted, snapshot)
         if isinstance(checked, Rejection) or checked.plan is None:
             return checked
         if self._storage.writes_list:
@@ -774,7 +776,7 @@ class Bridge:
                 previous.task.commanded,
                 previous.task.commanded_yaw_enu_rad,
                 previous.setpoint_s,
-                by_itself=moves_by_itself(self._vehicle, previous.operation),
+                by_itself=self._moves_by_itself(previous.operation),
             )
             next_step_s = previous.next_step_s
         goal = ActiveGoal(
@@ -796,23 +798,30 @@ class Bridge:
             goal.asked = previous.asked
         return goal
 
-    def _step(self, goal: ActiveGoal, now: float) -> None:
+    def _moves_by_itself(self, operation: OperationReport | None) -> bool:
+        """Whether the vehicle is in a mode that leads it, or was asked to be."""
+        mode = vehicle_mode(self._vehicle.profile, self._vehicle.mode_name)
+        return mode in _LEADING or (operation is not None and operation.kind in _LEADS_TO)
+
+    def _step(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
+        now = snapshot.time_s
         if goal.takeover is not None:
             self._judge_takeover(goal, goal.takeover, now)
-        elif not self._vehicle.connected:
-            self._step_without_link(goal, now)
-        elif self._vehicle.is_one_way:
+        elif not snapshot.connected:
+            self._step_without_link(goal, snapshot)
+        elif snapshot.one_way:
             self._lose_uplink(now)
-        elif self._vehicle.mode_unseen:
-            self._show_status(goal, now)
+        elif snapshot.mode_unseen:
+            self._show_status(goal, snapshot)
         elif self._parking.operation_id is None and self._overtaken.operation_id is None:
             # Else the requested mode change is pending.
-            self._watch(goal, now)
-            observation = self._observe(goal, now)
-            if self._stations.yields(goal, observation, self._config.goto, now):
-                self._step_yielded(goal, observation, now)
+            self._watch(goal, snapshot)
+            if self._guard.bounded_s == now:
+                snapshot = self._observer.bounded(snapshot)
+            if self._stations.yields(goal, snapshot):
+                self._step_yielded(goal, snapshot)
             else:
-                self._step_task(goal, observation, now)
+                self._step_task(goal, snapshot)
 
     def _judge_takeover(self, goal: ActiveGoal, takeover: Takeover, now: float) -> None:
         """End a goal whose vehicle has left our control, once the origin is known."""
@@ -831,45 +840,47 @@ class Bridge:
             code = OutcomeCode.CANCELED  # it has ended already
         self._abandon(code, text, now)
 
-    def _step_yielded(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
-        outcome = self._stations.step(goal, observation, self._config.goto, now)
+    def _step_yielded(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
+        outcome = self._stations.step(goal, snapshot)
         if outcome is not None:
-            self._end(goal, outcome, now)
+            self._end(goal, outcome, snapshot.time_s)
         else:
-            self._show_status(goal, now)
+            self._show_status(goal, snapshot)
 
-    def _step_task(self, goal: ActiveGoal, observation: Observation, now: float) -> None:
-        intent = goal.task.step(observation, now)
+    def _step_task(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
+        now = snapshot.time_s
+        intent = goal.task.step(snapshot, now)
         if goal.operation is not None and goal.operation.state is not OperationStatus.PENDING:
             goal.operation = None  # the task knows the result
         if isinstance(intent, Outcome):
-            self._end(goal, self._own_share(intent, now), now)
+            self._end(goal, self._own_share(intent, snapshot.late_s), now)
             return
         if isinstance(intent, Perform):
-            if self._waits_with(goal, intent, now):
+            if self._waits_with(goal, intent, snapshot):
                 return
             self._perform(goal, intent, now)
             if intent.kind in STREAMED:
                 self._parking.keep_streaming(now)
         elif isinstance(intent, Fly):
-            self._fly(goal, self._traffic.tempered(goal, intent, now), now)
+            self._fly(goal, self._traffic.tempered(goal, intent, snapshot), now)
         if self._goal is goal:
-            self._show_status(goal, now)
+            self._show_status(goal, snapshot)
             self._report.plan(goal, goal.task.path_enu_m)
 
-    def _own_share(self, outcome: Outcome, now: float) -> Outcome:
+    @staticmethod
+    def _own_share(outcome: Outcome, late_s: float) -> Outcome:
         """Return the outcome, with the server's own lateness as its reason if it is one."""
-        late_s = self._lateness.recent_s(now)
         if late_s < TOO_LATE_S or outcome.code not in _BY_LATENESS:
             return outcome
         text = f"{outcome.message} This server was {late_s:.1f} s late itself."
         return replace(outcome, code=OutcomeCode.SERVER_LATE, message=text)
 
-    def _waits_with(self, goal: ActiveGoal, intent: Perform, now: float) -> bool:
+    def _waits_with(self, goal: ActiveGoal, intent: Perform, snapshot: Snapshot) -> bool:
         """Whether an operation has to wait until others have left what it needs."""
         if not self._is_new(goal, intent):
             return False
-        waiting = self._traffic.gate(goal, intent, now)
+        now = snapshot.time_s
+        waiting = self._traffic.gate(goal, intent, snapshot)
         if waiting is None:
             return False
         # A PX4 takes the end of the stream for a failure, and would return by itself.
@@ -878,7 +889,7 @@ class Bridge:
             self._end(goal, Outcome(OutcomeCode.TRAFFIC, waiting.text, None), now)
             return True
         goal.task.postpone(now)
-        self._show_status(goal, now)
+        self._show_status(goal, snapshot)
         return True
 
     @staticmethod
@@ -892,13 +903,13 @@ class Bridge:
         goal.task.cancel(now)
         goal.next_step_s = min(goal.next_step_s, now)
 
-    def _watch(self, goal: ActiveGoal, now: float) -> None:
-        outcome = self._positions.watch(goal, now)
+    def _watch(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
+        outcome = self._positions.watch(goal, snapshot)
         known = len(goal.notes)
-        outcome = outcome or self._guard.watch(goal, now)
+        outcome = outcome or self._guard.watch(goal, snapshot)
         if outcome is not None:
             self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {outcome.message}")
-            self._stop_for(goal, outcome, now)
+            self._stop_for(goal, outcome, snapshot.time_s)
         for note in goal.notes[known:]:
             self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {note}")
 
@@ -927,9 +938,9 @@ class Bridge:
         except SetpointError as error:
             self._end(goal, Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None), now)
 
-    def _step_without_link(self, goal: ActiveGoal, now: float) -> None:
+    def _step_without_link(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         """Wait for the vehicle, up to a timeout; no motion command is sent."""
-        heard_s = self._vehicle.state.last_heartbeat_s
+        heard_s, now = snapshot.state.last_heartbeat_s, snapshot.time_s
         silence_s = math.inf if heard_s is None else now - heard_s
         asked_s = goal.cancel_requested_s
         if asked_s is not None and now - asked_s >= self._config.goto.cancel_timeout_s:
@@ -945,7 +956,7 @@ class Bridge:
             )
             self._abandon(OutcomeCode.LINK_LOST, text, now)
         else:
-            self._show_status(goal, now)
+            self._show_status(goal, snapshot)
 
     def _lose_uplink(self, now: float) -> None:
         text = (
@@ -974,7 +985,7 @@ class Bridge:
                 self._report.log(LogLevel.WARN, f"The hold command could not be sent: {error}")
         if not self._parking.begin(still, now):
             self._close_when_sent = True  # ending now would drop that setpoint
-        goal.progress = goal.task.progress(self._observe(goal, now), now)
+        goal.progress = goal.task.progress(self._look(goal, now), now)
         self._conclude(goal, outcome, now)
 
     def _abandon(self, code: OutcomeCode, text: str, now: float) -> None:
@@ -1086,24 +1097,28 @@ class Bridge:
 
     # --- progress ------------------------------------------------------------------------
 
-    def _observe(self, goal: ActiveGoal, now: float) -> Observation:
-        return observe(
-            self._vehicle,
-            self._map_frame,
-            self._obstacles,
-            goal.operation,
+    def _look(self, goal: ActiveGoal | None, now: float) -> Snapshot:
+        """Return all that is known now, for a goal or for admission."""
+        traffic = self._traffic.view()
+        if goal is None:
+            return self._observer.look(now, traffic=traffic)
+        tracker, mission = goal.mission, None
+        if tracker is not None:
+            mission = tracker.report(self._vehicle.state, self._vehicle.mission_change)
+        return self._observer.look(
             now,
-            goal.mission,
-            self._lateness.recent_s(now),
-            self._positions.reason(goal),
-            self._commands.current if goal.follows_commands else None,
-            self._traffic.view(),
+            operation=goal.operation,
+            mission=mission,
+            fault=self._positions.fault(goal),
+            late_s=self._lateness.recent_s(now),
+            command=self._commands.current if goal.follows_commands else None,
+            traffic=traffic,
         )
 
-    def _progress(self, goal: ActiveGoal, now: float) -> Progress:
-        progress = goal.task.progress(self._observe(goal, now), now)
+    def _progress(self, goal: ActiveGoal, snapshot: Snapshot) -> Progress:
+        progress = goal.task.progress(snapshot, snapshot.time_s)
         progress = goal.progress = self._traffic.progress(progress)
-        if not self._vehicle.connected:
+        if not snapshot.connected:
             return replace(progress, status=Status.LINK_LOST)
         if goal.yielded is None:
             return progress
@@ -1114,16 +1129,15 @@ class Bridge:
         # Positions trigger feedback; without one for half a period, a timer does.
         return goal.feedback_due_s + 0.5 * self._config.feedback_period_s
 
-    def _show_status(self, goal: ActiveGoal, now: float) -> None:
+    def _show_status(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         """Report a status that is new, with feedback: a short one would pass between two."""
-        if self._report.status(goal, self._progress(goal, now)):
-            self._give_feedback(goal, now)
+        if self._report.status(goal, self._progress(goal, snapshot)):
+            self._give_feedback(goal, snapshot)
 
-    def _give_feedback(self, goal: ActiveGoal, now: float) -> None:
+    def _give_feedback(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         # Counted from now, not on a grid, so that feedback keeps in step with the positions.
-        goal.feedback_due_s = now + self._config.feedback_period_s
-        progress = self._progress(goal, now)
-        self._report.feedback(goal, progress, self._lateness.recent_s(now), now)
+        goal.feedback_due_s = snapshot.time_s + self._config.feedback_period_s
+        self._report.feedback(goal, self._progress(goal, snapshot), snapshot)
 
 
 def _next_on_grid(due_s: float, period_s: float, now: float) -> float:

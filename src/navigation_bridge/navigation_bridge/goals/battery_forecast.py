@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.state.health import battery_is_low
-from mavlink_vehicle.vehicle import Vehicle
+from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.goals.straight_legs import FlightPlan
-from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.geometry import Vector3, horizontal_norm
 from navigation_core.safety.energy import ConsumptionEstimator
@@ -27,19 +28,16 @@ _SILENT_S = 10.0
 class BatteryReckoning:
     """Measures the consumption and predicts the charge."""
 
-    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: BridgeConfig) -> None:
+    def __init__(self, config: BridgeConfig) -> None:
         """Begin with the configured endurance."""
-        self._vehicle = vehicle
-        self._map_frame = map_frame
-        self._config = config
         self._consumption = ConsumptionEstimator(config.safety.battery_endurance_s)
         self._low_since_s: float | None = None
         # When it last reported its remaining charge, and which.
         self._told: tuple[float, float] | None = None
 
-    def unknown(self, now: float) -> str | None:
+    def unknown(self, snapshot: Snapshot) -> str | None:
         """Return in a sentence how the remaining charge is not known; None if it is."""
-        battery = self._vehicle.state.battery
+        battery, now = snapshot.state.battery, snapshot.time_s
         silent = battery is None or now - battery.time_s > _SILENT_S
         told = self._told
         if battery is not None and battery.remaining is not None:
@@ -56,12 +54,10 @@ class BatteryReckoning:
 
     def configure(self, config: BridgeConfig) -> None:
         """Apply other settings."""
-        self._config = config
         self._consumption.endurance_s = config.safety.battery_endurance_s
 
-    def observe(self, now: float) -> None:
-        """Process the current battery state."""
-        state, profile = self._vehicle.state, self._vehicle.profile
+    def observe(self, state: VehicleState, profile: Profile | None, now: float) -> None:
+        """Process a new battery state."""
         under_way = state.armed and state.landed_state in (
             LandedState.TAKEOFF,
             LandedState.IN_AIR,
@@ -75,63 +71,69 @@ class BatteryReckoning:
         if state.battery is not None and remaining is not None:
             self._told = (state.battery.time_s, remaining)
 
-    def _return_speed_m_s(self, plan: FlightPlan | None) -> float:
+    @staticmethod
+    def _return_speed_m_s(snapshot: Snapshot, plan: FlightPlan | None) -> float:
         """Return the speed of the vehicle's own return; the goal's, or the default, if unknown."""
-        profile, parameters = self._vehicle.profile, self._vehicle.parameters
-        for name, scale in () if profile is None else profile.return_speeds:
+        parameters = snapshot.parameters
+        for name, scale in snapshot.profile.return_speeds:
             if parameters.get(name, 0.0) > 0.0:
                 return parameters[name] * scale
-        return (
-            self._config.goto.limits.speed_horizontal_m_s if plan is None else plan.speeds_m_s[-1]
-        )
+        limits = snapshot.config.goto.limits
+        return limits.speed_horizontal_m_s if plan is None else plan.speeds_m_s[-1]
 
-    def _back_s(self, start_enu_m: Vector3, plan: FlightPlan | None) -> float:
+    def _back_s(self, snapshot: Snapshot, start_enu_m: Vector3, plan: FlightPlan | None) -> float:
         """Return the time from a position to the launch point, landing included."""
-        home = self._map_frame.home_enu_m(self._vehicle.state) or (0.0, 0.0, 0.0)
-        limits = self._config.goto.limits
+        home = snapshot.home_enu_m or (0.0, 0.0, 0.0)
+        limits = snapshot.config.goto.limits
         return_m = math.dist(start_enu_m[:2], home[:2])
         height_m = max(start_enu_m[2] - home[2], 0.0)
-        return return_m / self._return_speed_m_s(plan) + height_m / limits.speed_down_m_s
+        return return_m / self._return_speed_m_s(snapshot, plan) + height_m / limits.speed_down_m_s
 
-    def share_back(self, start_enu_m: Vector3) -> float:
-        """Return the share of the battery for the return from a position, NaN if unknown."""
-        prediction = self._consumption.predict(0.0, self._back_s(start_enu_m, None))
+    def share_back(self, snapshot: LocatedSnapshot) -> float:
+        """Return the share of the battery for the return from here, NaN if unknown."""
+        prediction = self._consumption.predict(
+            0.0, self._back_s(snapshot, snapshot.pose.position_enu_m, None)
+        )
         return math.nan if prediction is None else prediction.at_end - prediction.back
 
-    def problem(self, plan: FlightPlan, start_enu_m: Vector3) -> str | None:
+    def problem(self, plan: FlightPlan, snapshot: LocatedSnapshot) -> str | None:
         """Return why the battery is insufficient for a plan and the return, or None."""
-        if battery_is_low(self._vehicle.state.battery):
-            return self._said_low()
+        if battery_is_low(snapshot.state.battery):
+            return self._said_low(snapshot.state)
+        start_enu_m = snapshot.pose.position_enu_m
         goal_s = _BEGIN_S + plan.duration_s(start_enu_m) + _SETTLE_S
         end_enu_m = plan.targets_enu_m[-1] if plan.targets_enu_m else start_enu_m
-        back_s = self._back_s(end_enu_m, plan)
+        back_s = self._back_s(snapshot, end_enu_m, plan)
         prediction = self._consumption.predict(goal_s, back_s)
-        reserve = self._config.safety.battery_reserve
+        reserve = snapshot.config.safety.battery_reserve
         if prediction is None or prediction.back >= reserve:
             return None
         words = prediction.describe()
         return f"Insufficient battery: {words}; battery_reserve is {100 * reserve:g} %."
 
-    def says_low(self, now: float) -> str | None:
+    def says_low(self, snapshot: Snapshot) -> str | None:
         """Return the warning that the autopilot reports a low battery but does not act, or None."""
-        if not battery_is_low(self._vehicle.state.battery):
+        now = snapshot.time_s
+        if not battery_is_low(snapshot.state.battery):
             self._low_since_s = None
         elif self._low_since_s is None:
             self._low_since_s = now
         if self._low_since_s is not None and now - self._low_since_s > _FAILSAFE_ACTS_S:
-            return self._said_low()
+            return self._said_low(snapshot.state)
         return None
 
-    def _said_low(self) -> str:
+    @staticmethod
+    def _said_low(state: VehicleState) -> str:
         """Report which battery it is, where there are several."""
-        battery, several = self._vehicle.state.battery, len(self._vehicle.state.batteries) > 1
+        battery, several = state.battery, len(state.batteries) > 1
         number = f" (number {battery.battery_id})" if several and battery is not None else ""
         return f"{_SAID_LOW}{number}."
 
-    def runs_low(self, plan: FlightPlan, here_enu_m: Vector3) -> str | None:
+    def runs_low(self, plan: FlightPlan, snapshot: LocatedSnapshot) -> str | None:
         """Return why the charge requires turning back from a position on the path, or None."""
-        prediction = self._consumption.predict(0.0, self._back_s(here_enu_m, plan))
-        reserve = self._config.safety.battery_reserve
+        here_enu_m = snapshot.pose.position_enu_m
+        prediction = self._consumption.predict(0.0, self._back_s(snapshot, here_enu_m, plan))
+        reserve = snapshot.config.safety.battery_reserve
         if prediction is None or prediction.back >= reserve:
             return None
         return (

@@ -10,24 +10,19 @@ import math
 from dataclasses import dataclass, replace
 
 from mavlink_vehicle.events import FailsafeKind
-from mavlink_vehicle.mission_items import MissionItem
-from mavlink_vehicle.positions.projections import LocalFrame
-from mavlink_vehicle.profiles import VehicleKind
+from mavlink_vehicle.profiles import Profile, VehicleKind
 from mavlink_vehicle.state.health import arming_faults, estimator_faults
-from mavlink_vehicle.vehicle import Vehicle
+from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.configuration.settings import BatteryPolicy, BridgeConfig
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.battery_forecast import BatteryReckoning
 from navigation_bridge.goals.goal import ActiveGoal
 from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.obstacles.standing_obstacles import StandingObstacles
+from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.vehicle.failsafes import failsafe_code
-from navigation_bridge.vehicle.fence import areas_of, fence_of, has_areas
-from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_bridge.vehicle.traits import circle_radius_m
-from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.safety.fences import Area, Fence, check_route, check_targets
+from navigation_core.safety.fences import Fence, check_route, check_targets
 from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M, circle_max_m
 
@@ -63,165 +58,77 @@ class _Memory:
 
 
 class Guard:
-    """Checks goals before they start, and the vehicle while they run."""
+    """Checks goals before they start, and the vehicle while they run.
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        map_frame: MapFrame,
-        config: BridgeConfig,
-        standing: StandingObstacles,
-    ) -> None:
-        """Start to monitor ``vehicle``; its fence is passed to ``standing``."""
+    Attributes:
+        bounded_s: time at which the limits of the flight were last set.
+    """
+
+    def __init__(self, config: BridgeConfig, standing: StandingObstacles) -> None:
+        """Start without observations; the vehicle's fence is passed to ``standing``."""
         self._standing = standing
-        self._vehicle = vehicle
-        self._map_frame = map_frame
-        self._config = config
-        self._battery = BatteryReckoning(vehicle, map_frame, config)
+        self._battery = BatteryReckoning(config)
         self._memory = _Memory(None)
         self._next_s = -math.inf
-        self._items: tuple[MissionItem, ...] = ()
-        self._items_frame: LocalFrame | None = None
-        self._known_areas: tuple[Area, ...] = ()
+        self.bounded_s = -math.inf
 
     def configure(self, config: BridgeConfig) -> None:
         """Apply other settings."""
-        self._config = config
         self._battery.configure(config)
 
-    def observe_battery(self, now: float) -> None:
-        """Process the current battery state."""
-        self._battery.observe(now)
+    def observe_battery(self, state: VehicleState, profile: Profile | None, now: float) -> None:
+        """Process a new battery state."""
+        self._battery.observe(state, profile, now)
 
-    def battery_for_return(self) -> float:
+    def battery_for_return(self, snapshot: Snapshot) -> float:
         """Return the share of the battery that a return from here takes, NaN if unknown."""
-        here = self._here()
-        return math.nan if here is None else self._battery.share_back(here)
+        if not isinstance(snapshot, LocatedSnapshot):
+            return math.nan
+        return self._battery.share_back(snapshot)
 
     # --- before acceptance -------------------------------------------------------------
 
-    def check(self, admitted: Admitted, now: float) -> Admitted | Rejection:
+    def check(self, admitted: Admitted, snapshot: Snapshot) -> Admitted | Rejection:
         """Return a rejection for a well-formed goal, or add its warnings."""
         if admitted.plan is None:
             return admitted  # a landing or a return is never rejected
-        rejection = self._check_health(now)
+        rejection = _check_health(snapshot)
         if rejection is not None:
             return rejection
-        notes = list(admitted.warnings)
-        fence = self.fence()
-        if fence is None:
-            notes.append(_UNKNOWN_FENCE)
-        else:
-            plan, margin_m = admitted.plan, self._config.safety.fence_margin_m
-            height_margin_m, profile = margin_m, self._vehicle.profile
-            if profile is not None and profile.kind is VehicleKind.PLANE:
-                margin_m += circle_max_m(circle_radius_m(profile, self._vehicle.parameters))
-                height_margin_m += HEIGHT_ERROR_M
-            rejection = self._check_fence(
-                fence, plan, 0, plan.laps > 1, (margin_m, height_margin_m)
-            )
-            if rejection is not None:
-                return rejection
-            if self.areas_unknown():
-                notes.append(_UNKNOWN_AREAS)
-        here = self._here()
-        text = None if here is None else self._battery.problem(admitted.plan, here)
-        policy = self._config.safety.battery_policy
+        fenced = _check_own_fence(admitted.plan, snapshot)
+        if isinstance(fenced, Rejection):
+            return fenced
+        charged = self._check_battery(admitted.plan, snapshot)
+        if isinstance(charged, Rejection):
+            return charged
+        return replace(admitted, warnings=(*admitted.warnings, *fenced, *charged))
+
+    def _check_battery(self, plan: FlightPlan, snapshot: Snapshot) -> tuple[str, ...] | Rejection:
+        """Return the warnings about the battery for a plan, or a rejection."""
+        policy = snapshot.config.safety.battery_policy
+        if policy is BatteryPolicy.IGNORE:
+            return ()
+        text = None
+        if isinstance(snapshot, LocatedSnapshot):
+            text = self._battery.problem(plan, snapshot)
         if text is not None and policy is BatteryPolicy.REJECT:
             return Rejection(OutcomeCode.LOW_BATTERY, text)
-        if text is not None and policy is BatteryPolicy.WARN:
-            notes.append(text)
-        unknown = self._battery.unknown(now)
-        if unknown is not None and policy is not BatteryPolicy.IGNORE:
-            notes.append(unknown)
-        return replace(admitted, warnings=tuple(notes))
+        notes = (text, self._battery.unknown(snapshot))
+        return tuple(note for note in notes if note is not None)
 
-    def _check_health(self, now: float) -> Rejection | None:
-        vehicle, state = self._vehicle, self._vehicle.state
-        faults = estimator_faults(state)
-        if faults:
-            text = f"The vehicle is unhealthy: {'; '.join(faults)}."
-            return Rejection(OutcomeCode.UNHEALTHY, text)
-        if not state.armed:
-            words = arming_faults(state, now)
-            if words:
-                text = f"The autopilot's pre-arm checks fail: {'; '.join(words)}."
-                return Rejection(OutcomeCode.UNHEALTHY, text)
-        elif state.failsafe is not None and not vehicle.in_control_mode:
-            hold = "" if state.failsafe.kind in _NOT_TO_STOP else " call the hold service,"
-            text = (
-                f"The vehicle is in a failsafe ({state.failsafe.text}) and flies on its own in "
-                f"{vehicle.mode_name}; wait until it ends,{hold} or take over "
-                "manually."
-            )
-            return Rejection(failsafe_code(state.failsafe), text)
-        return None
-
-    def fence(self) -> Fence | None:
-        """Return the vehicle's own fence, None while unknown."""
-        vehicle = self._vehicle
-        if vehicle.profile is None:
-            return None
-        home = self._map_frame.home_enu_m(vehicle.state)
-        return fence_of(vehicle.profile, vehicle.parameters, home, self.areas())
-
-    def tell_fence(self) -> None:
+    def bound(self, snapshot: Snapshot) -> None:
         """Plan paths inside the fence as known now, and inside the volume."""
-        here, margin_m = self._here(), self._config.safety.fence_margin_m
-        place = None if here is None else here[:2]
-        self._standing.bound(self.fence(), margin_m, self._config.volume, place)
-
-    def areas(self) -> tuple[Area, ...]:
-        """Return the uploaded areas as far as known, whether in force or not."""
-        items, frame = self._vehicle.fence_items, self._map_frame.frame
-        if not items or frame is None:
-            return ()
-        if self._items is not items or self._items_frame != frame:
-            self._items, self._items_frame = items, frame
-            self._known_areas = areas_of(items, self._map_frame.enu)
-        return self._known_areas
-
-    def areas_unknown(self) -> bool:
-        """Return whether uploaded areas are in force that are not known yet."""
-        vehicle = self._vehicle
-        if vehicle.profile is None or vehicle.fence_items is not None:
-            return False
-        return has_areas(vehicle.profile, vehicle.parameters)
-
-    def _check_fence(
-        self,
-        fence: Fence,
-        plan: FlightPlan,
-        first: int,
-        closed: bool,
-        margins_m: tuple[float, float] = (0.0, 0.0),
-    ) -> Rejection | None:
-        """Check the legs from the vehicle through the targets from the ``first`` on.
-
-        ``closed`` leads back to the first of these; the margins are level and in height. Paths
-        around obstacles are planned inside the fence, so only the targets are checked then.
-        """
-        here = self._here()
-        if here is None:
-            return None
-        home_z_enu_m = self._map_frame.home_z_enu_m(self._vehicle.state)
-        targets = plan.targets_enu_m[first:]
-        if plan.straight:
-            margin_m, height_margin_m = margins_m
-            return check_route(
-                fence, here, targets, home_z_enu_m, margin_m, closed, height_margin_m
-            )
-        return check_targets(fence, targets, home_z_enu_m, *margins_m)
-
-    def _here(self) -> Vector3 | None:
-        pose = self._map_frame.pose(self._vehicle.state)
-        return None if pose is None else pose.position_enu_m
+        config, pose = snapshot.config, snapshot.pose
+        place = None if pose is None else pose.position_enu_m[:2]
+        margin_m = config.safety.fence_margin_m
+        self.bounded_s = snapshot.time_s
+        self._standing.bound(snapshot.own_fence, margin_m, config.volume, place)
 
     # --- while flying ------------------------------------------------------------------
 
-    def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
+    def watch(self, goal: ActiveGoal, snapshot: Snapshot) -> Outcome | None:
         """Return why a goal must end with the vehicle holding; add warnings to its notes."""
-        memory = self._memory
+        memory, now = self._memory, snapshot.time_s
         if memory.goal is not goal:
             memory = self._memory = _Memory(goal)
         elif now < self._next_s:
@@ -229,21 +136,21 @@ class Guard:
         if goal.cancel_requested_s is not None or goal.closing is not None:
             return None
         self._next_s = now + _PERIOD_S
-        self.tell_fence()
-        outcome = self._watch_failsafe(goal, memory, now)
+        self.bound(snapshot)
+        outcome = self._watch_failsafe(goal, memory, snapshot)
         if outcome is not None or goal.plan is None:
             return outcome
-        here = self._here()
-        if here is None:
+        if not isinstance(snapshot, LocatedSnapshot):
             return None
-        rejection = self._watch_place(goal, goal.plan, memory, here)
+        rejection = self._watch_place(goal, goal.plan, memory, snapshot)
         if rejection is not None:
             return Outcome(rejection.code, rejection.message, None)
-        return self._watch_battery(goal, goal.plan, here, now)
+        return self._watch_battery(goal, goal.plan, snapshot)
 
-    def _watch_failsafe(self, goal: ActiveGoal, memory: _Memory, now: float) -> Outcome | None:
+    @staticmethod
+    def _watch_failsafe(goal: ActiveGoal, memory: _Memory, snapshot: Snapshot) -> Outcome | None:
         """Handle a failsafe that did not change the mode in time."""
-        failsafe = self._vehicle.state.failsafe
+        failsafe, now = snapshot.state.failsafe, snapshot.time_s
         if failsafe is None or failsafe.kind is memory.failsafe:
             return None
         if now - failsafe.since_s < _FAILSAFE_ACTS_S:
@@ -255,7 +162,7 @@ class Guard:
             if not began_before:
                 goal.notes.append(f"The vehicle reported a failsafe ({failsafe.text}).")
             return None
-        policy = self._config.safety.battery_policy
+        policy = snapshot.config.safety.battery_policy
         ends = failsafe.kind in (FailsafeKind.FENCE, FailsafeKind.GPS) or (
             failsafe.kind is FailsafeKind.BATTERY and policy is BatteryPolicy.REJECT
         )
@@ -273,37 +180,38 @@ class Guard:
         )
         return None
 
+    @staticmethod
     def _watch_place(
-        self, goal: ActiveGoal, plan: FlightPlan, memory: _Memory, here: Vector3
+        goal: ActiveGoal, plan: FlightPlan, memory: _Memory, snapshot: LocatedSnapshot
     ) -> Rejection | None:
-        volume = self._config.volume
-        left_m = volume.left_by_m(here, self._map_frame.ground_enu_m(self._vehicle.state))
+        volume = snapshot.config.volume
+        left_m = volume.left_by_m(snapshot.pose.position_enu_m, snapshot.ground_enu_m)
         memory.inside = memory.inside or left_m <= 0.0
         if memory.inside and left_m > _LEFT_M:
             text = f"The vehicle is {left_m:.1f} m outside the flight volume."
             return Rejection(OutcomeCode.OUTSIDE_VOLUME, text)
-        fence = self.fence()
+        fence = snapshot.own_fence
         if fence is None or fence == memory.fence:
             return None
         memory.fence = fence
         route = None if goal.progress is None else goal.progress.route
         again = plan.laps > 1 and (route is None or route.lap < plan.laps - 1)
         first = 0 if route is None or again else route.current
-        rejection = self._check_fence(fence, plan, first, again)
+        rejection = _check_fence(snapshot, fence, plan, first, again)
         if rejection is None:
             return None
         return Rejection(rejection.code, f"The vehicle's fence was changed: {rejection.message}")
 
     def _watch_battery(
-        self, goal: ActiveGoal, plan: FlightPlan, here: Vector3, now: float
+        self, goal: ActiveGoal, plan: FlightPlan, snapshot: LocatedSnapshot
     ) -> Outcome | None:
-        policy = self._config.safety.battery_policy
+        policy = snapshot.config.safety.battery_policy
         if policy is BatteryPolicy.IGNORE:
             return None
         # A PX4 whose failsafe only warns shows it by the charge state alone (observed).
-        code, text = OutcomeCode.FAILSAFE_BATTERY, self._battery.says_low(now)
+        code, text = OutcomeCode.FAILSAFE_BATTERY, self._battery.says_low(snapshot)
         if text is None:
-            code, text = OutcomeCode.LOW_BATTERY, self._battery.runs_low(plan, here)
+            code, text = OutcomeCode.LOW_BATTERY, self._battery.runs_low(plan, snapshot)
         if text is None:
             return None
         if policy is BatteryPolicy.REJECT:
@@ -312,3 +220,64 @@ class Guard:
             self._memory.warned = True
             goal.notes.append(text)
         return None
+
+
+def _check_health(snapshot: Snapshot) -> Rejection | None:
+    state = snapshot.state
+    faults = estimator_faults(state)
+    if faults:
+        text = f"The vehicle is unhealthy: {'; '.join(faults)}."
+        return Rejection(OutcomeCode.UNHEALTHY, text)
+    if not state.armed:
+        words = arming_faults(state, snapshot.time_s)
+        if words:
+            text = f"The autopilot's pre-arm checks fail: {'; '.join(words)}."
+            return Rejection(OutcomeCode.UNHEALTHY, text)
+    elif state.failsafe is not None and not snapshot.in_control:
+        hold = "" if state.failsafe.kind in _NOT_TO_STOP else " call the hold service,"
+        text = (
+            f"The vehicle is in a failsafe ({state.failsafe.text}) and flies on its own in "
+            f"{snapshot.mode_name}; wait until it ends,{hold} or take over "
+            "manually."
+        )
+        return Rejection(failsafe_code(state.failsafe), text)
+    return None
+
+
+def _check_own_fence(plan: FlightPlan, snapshot: Snapshot) -> tuple[str, ...] | Rejection:
+    """Return the warnings about the vehicle's own fence for a plan, or a rejection."""
+    fence, margin_m = snapshot.own_fence, snapshot.config.safety.fence_margin_m
+    if fence is None:
+        return (_UNKNOWN_FENCE,)
+    height_margin_m = margin_m
+    if snapshot.profile.kind is VehicleKind.PLANE:
+        margin_m += circle_max_m(snapshot.traits.circle_radius_m)
+        height_margin_m += HEIGHT_ERROR_M
+    margins_m = (margin_m, height_margin_m)
+    rejection = _check_fence(snapshot, fence, plan, 0, plan.laps > 1, margins_m)
+    if rejection is not None:
+        return rejection
+    return (_UNKNOWN_AREAS,) if snapshot.areas_missing else ()
+
+
+def _check_fence(
+    snapshot: Snapshot,
+    fence: Fence,
+    plan: FlightPlan,
+    first: int,
+    closed: bool,
+    margins_m: tuple[float, float] = (0.0, 0.0),
+) -> Rejection | None:
+    """Check the legs from the vehicle through the targets from the ``first`` on.
+
+    ``closed`` leads back to the first of these; the margins are level and in height. Paths
+    around obstacles are planned inside the fence, so only the targets are checked then.
+    """
+    if snapshot.pose is None:
+        return None
+    here, home_z_enu_m = snapshot.pose.position_enu_m, snapshot.home_z_enu_m
+    targets = plan.targets_enu_m[first:]
+    if plan.straight:
+        margin_m, height_margin_m = margins_m
+        return check_route(fence, here, targets, home_z_enu_m, margin_m, closed, height_margin_m)
+    return check_targets(fence, targets, home_z_enu_m, *margins_m)

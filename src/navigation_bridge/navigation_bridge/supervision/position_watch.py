@@ -12,6 +12,7 @@ from mavlink_vehicle.state.telemetry import GlobalPosition
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel
 from navigation_bridge.reporting import Reporter
+from navigation_bridge.snapshot import PositionFault, Snapshot
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.intents import Outcome
 
@@ -81,27 +82,24 @@ class PositionWatch:
         """Accept the jumps so far as part of the goal's frame."""
         goal.doubt.jumps_ned_m = self._trust.jump_ned_m
 
-    def reason(self, goal: ActiveGoal) -> str:
-        """Return why the position is in doubt for a goal; empty if it is not."""
-        found = self._reason(goal)
-        return "" if found is None else found[1]
-
-    def _reason(self, goal: ActiveGoal) -> tuple[type, str] | None:
-        """Return which report shows that the position is in doubt, and the reason, or None."""
+    def fault(self, goal: ActiveGoal) -> PositionFault | None:
+        """Return why the position is in doubt for a goal, or None."""
         jump_m = self._trust.jump_m(goal.doubt.jumps_ned_m)
         if jump_m > JUMP_MAX_M:
-            return GlobalPosition, f"the position has jumped by {jump_m:.1f} m"
-        return self._trust.fault
+            reason = f"the position has jumped by {jump_m:.1f} m"
+            return PositionFault(GlobalPosition, reason)
+        found = self._trust.fault
+        return None if found is None else PositionFault(*found)
 
-    def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
+    def watch(self, goal: ActiveGoal, snapshot: Snapshot) -> Outcome | None:
         """Monitor the doubt about the active goal's position; return the outcome at the timeout."""
-        doubt, found = goal.doubt, self._reason(goal)
-        if found is None:
+        doubt, fault, now = goal.doubt, snapshot.fault, snapshot.time_s
+        if fault is None:
             if doubt.since_s is not None:
                 self.conclude(goal, now)
                 self._tell(goal, "The position is reliable again.")
             return None
-        source, reason = found
+        source, reason = fault.source, fault.reason
         if doubt.since_s is None:
             doubt.since_s = now
             self._tell(goal, f"The position is in doubt: {reason}.")

@@ -19,8 +19,8 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
 from navigation_bridge.configuration.settings import StationPause
 from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Yielded
-from navigation_bridge.goals.observation import vehicle_mode
 from navigation_bridge.reporting import Reporter
+from navigation_bridge.snapshot import Snapshot
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.station_rules import (
     STOPS,
@@ -32,13 +32,13 @@ from navigation_bridge.supervision.station_rules import (
     told,
     working_mode,
 )
+from navigation_bridge.vehicle.modes import vehicle_mode
 from navigation_bridge.vehicle.takeover import Takeover
 from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.measurement import is_airborne
-from navigation_core.tasks.observation import Observation, VehicleMode
+from navigation_core.tasks.observation import VehicleMode
 from navigation_core.tasks.standstill import Standstill
 
 # Maximum time between a command and the mode change that it causes: HEARTBEAT comes once a second,
@@ -142,27 +142,23 @@ class Stations:
 
     # --- a vehicle that is left alone -----------------------------------------------------
 
-    def yields(
-        self, goal: ActiveGoal, observation: Observation, config: GotoConfig, now: float
-    ) -> bool:
+    def yields(self, goal: ActiveGoal, snapshot: Snapshot) -> bool:
         """Return whether a ground station made the vehicle hold, so that it is left alone."""
-        profile = self._vehicle.profile
-        if goal.yielded is None and profile and self._is_taken(goal, observation, config):
-            goal.yielded = Yielded(now, Standstill.of_stop(config, traits_of(profile)))
-            self._let_go(goal, now)
+        if goal.yielded is None and _is_taken(goal, snapshot):
+            stopped = Standstill.of_stop(snapshot.config.goto, traits_of(snapshot.profile))
+            goal.yielded = Yielded(snapshot.time_s, stopped)
+            self._let_go(goal, snapshot.time_s)
         return goal.yielded is not None
 
-    def step(
-        self, goal: ActiveGoal, observation: Observation, config: GotoConfig, now: float
-    ) -> Outcome | None:
+    def step(self, goal: ActiveGoal, snapshot: Snapshot) -> Outcome | None:
         """Monitor a vehicle that is left alone; return the outcome at the end of the goal."""
         assert goal.yielded is not None
-        if not observation.armed and not goal.ending:
+        if not snapshot.armed and not goal.ending:
             text = "The vehicle was disarmed while paused by a ground station."
             return Outcome(OutcomeCode.DISARMED, text, None)
         if not goal.ending:
             return None
-        how = self._stopped(goal, goal.yielded, observation, config, now)
+        how = _stopped(goal, goal.yielded, snapshot)
         return None if how is None else Outcome(OutcomeCode.CANCELED, how, None)
 
     def free(self, now: float) -> bool:
@@ -187,41 +183,6 @@ class Stations:
             goal.operation = goal.operation_id = None
         self._vehicle.close_stream()
         goal.next_step_s = min(goal.next_step_s, now)
-
-    def _stopped(
-        self,
-        goal: ActiveGoal,
-        yielded: Yielded,
-        observation: Observation,
-        config: GotoConfig,
-        now: float,
-    ) -> str | None:
-        text = "The goal was cancelled."
-        profile = self._vehicle.profile
-        if profile is not None and not traits_of(profile).hovers:
-            return f"{text} The plane is circling."
-        if not observation.armed:
-            return f"{text} The motors are off."
-        if yielded.stopped.holds(observation, config.position_stale_s):
-            return f"{text} The vehicle has stopped."
-        asked_s = yielded.since_s
-        if goal.cancel_requested_s is not None:
-            asked_s = max(asked_s, goal.cancel_requested_s)
-        if now - asked_s <= config.cancel_timeout_s:
-            return None
-        return f"{text} {yielded.stopped.failure(config.cancel_timeout_s)}"
-
-    def _is_taken(self, goal: ActiveGoal, observation: Observation, config: GotoConfig) -> bool:
-        profile = self._vehicle.profile
-        if not (goal.cancelled_by or goal.paused_by) or goal.mission is not None or profile is None:
-            return False  # a mission's task waits in the hold mode by itself
-        if observation.mode is not VehicleMode.HOLD or observation.in_control:
-            return False
-        if not observation.armed:
-            return False
-        if traits_of(profile).flies:
-            return is_airborne(observation, config.airborne_height_m)
-        return goal.plan is None or goal.task.commanded is not None
 
     def _cancel(self, goal: ActiveGoal, acted: StationActed, now: float) -> None:
         goal.cancelled_by = told(acted)
@@ -269,3 +230,31 @@ class Stations:
         """Whether it holds in this mode; a PX4 plane also flies its goals in it."""
         profile = self._vehicle.profile
         return profile is not None and mode_name == profile.hold_mode
+
+
+def _is_taken(goal: ActiveGoal, snapshot: Snapshot) -> bool:
+    """Whether a ground station has made the vehicle of a goal hold."""
+    if not (goal.cancelled_by or goal.paused_by) or goal.mission is not None:
+        return False  # a mission's task waits in the hold mode by itself
+    if snapshot.mode is not VehicleMode.HOLD or snapshot.in_control or not snapshot.armed:
+        return False
+    if snapshot.traits.flies:
+        return is_airborne(snapshot, snapshot.config.goto.airborne_height_m)
+    return goal.plan is None or goal.task.commanded is not None
+
+
+def _stopped(goal: ActiveGoal, yielded: Yielded, snapshot: Snapshot) -> str | None:
+    """Return how a vehicle that is left alone has stopped, in a sentence; None while it moves."""
+    text, config = "The goal was cancelled.", snapshot.config.goto
+    if not snapshot.traits.hovers:
+        return f"{text} The plane is circling."
+    if not snapshot.armed:
+        return f"{text} The motors are off."
+    if yielded.stopped.holds(snapshot, config.position_stale_s):
+        return f"{text} The vehicle has stopped."
+    asked_s = yielded.since_s
+    if goal.cancel_requested_s is not None:
+        asked_s = max(asked_s, goal.cancel_requested_s)
+    if snapshot.time_s - asked_s <= config.cancel_timeout_s:
+        return None
+    return f"{text} {yielded.stopped.failure(config.cancel_timeout_s)}"
