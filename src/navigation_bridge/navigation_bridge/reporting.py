@@ -23,8 +23,8 @@ from mavlink_vehicle.ranges import RangesRefused
 from mavlink_vehicle.state.status_text import StatusText
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
+from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import (
-    ActiveGoal,
     Annotation,
     CancelWanted,
     GoalFeedback,
@@ -101,9 +101,8 @@ class Reporter:
 
     def status(self, goal: ActiveGoal, progress: Progress) -> bool:
         """Report the status of a goal if it is new; return whether it is."""
-        if progress.status is goal.status:
+        if not goal.show(progress.status):
             return False
-        goal.status = progress.status
         self._happened(goal.goal_id, "STATUS", progress.status.value, progress.blocked)
         text = f"{goal.short_id} {progress.status.value}"
         why = f": {progress.blocked}" if progress.blocked else ""
@@ -132,8 +131,7 @@ class Reporter:
 
     def plan(self, goal: ActiveGoal, path_enu_m: tuple[Vector3, ...]) -> None:
         """Report the planned path if it has changed."""
-        if path_enu_m is not goal.path_enu_m:
-            goal.path_enu_m = path_enu_m
+        if goal.show_path(path_enu_m):
             self._outputs.append(PlanChanged(path_enu_m))
             for message in notes.plan(path_enu_m):
                 self.note(message)

@@ -19,6 +19,7 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
+from navigation_bridge.vehicle.battery_watch import BatteryWatch
 from navigation_bridge.vehicle.fence import PlacedAreas, fence_of, has_areas
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose, ground_z_enu_m, home_z_enu_m
 from navigation_bridge.vehicle.modes import vehicle_mode
@@ -76,12 +77,16 @@ class Snapshot(Observation):
         pose: its pose in the map frame, or None.
         mode_name: the autopilot's name of its mode; empty before it is found.
         one_way: whether it is heard, but answers no longer.
+        unanswered_s: for how long it has answered nothing; 0 where that is of no account.
         mode_unseen: whether the server was suspended, and the mode since then is unknown.
+        mode_requested: whether a mode is pending that the server requested outside of the task.
+        mode_unclear: whether a request on its way may still overtake the mode that somebody chose.
         fault: why the position is in doubt for the goal, or None.
         areas: areas of its own fence that were uploaded, as far as known.
         areas_known: whether the vehicle has reported them.
         known_obstacles: those of the configuration.
         has_sensor: whether any obstacle sensor has reported, or is configured.
+        battery: consumption of its battery, and its last report.
         config: settings for goals.
         searcher: runs the path searches.
     """
@@ -94,12 +99,16 @@ class Snapshot(Observation):
     pose: MapPose | None
     mode_name: str
     one_way: bool
+    unanswered_s: float
     mode_unseen: bool
+    mode_requested: bool
+    mode_unclear: bool
     fault: PositionFault | None
     areas: tuple[Area, ...]
     areas_known: bool
     known_obstacles: tuple[KnownObstacle, ...]
     has_sensor: bool
+    battery: BatteryWatch
     config: BridgeConfig
     searcher: Searcher
 
@@ -181,7 +190,7 @@ class Observer:
     """Makes the snapshots of one vehicle.
 
     Attributes:
-        config: settings for goals.
+        battery: follows the battery.
     """
 
     def __init__(
@@ -196,10 +205,16 @@ class Observer:
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._obstacles = obstacles
-        self.config = config
+        self._config = config
+        self.battery = BatteryWatch(config.safety.battery_endurance_s)
         self._searcher = searcher
         self._areas = PlacedAreas()
         self._mode: tuple[Profile | None, int, str, VehicleMode] | None = None
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Apply other settings."""
+        self._config = config
+        self.battery.configure(config.safety.battery_endurance_s)
 
     def look(
         self,
@@ -209,6 +224,9 @@ class Observer:
         mission: MissionReport | None = None,
         fault: PositionFault | None = None,
         late_s: float = 0.0,
+        unanswered_s: float = 0.0,
+        mode_requested: bool = False,
+        mode_unclear: bool = False,
         command: VelocityCommand | None = None,
         traffic: TrafficView | None = None,
     ) -> Snapshot:
@@ -220,6 +238,9 @@ class Observer:
             mission: state of the mission that was uploaded for the goal.
             fault: why the position is in doubt for the goal.
             late_s: the worst lateness of the last seconds.
+            unanswered_s: for how long the vehicle has answered nothing.
+            mode_requested: whether a mode requested outside of the task is pending.
+            mode_unclear: whether a request may still overtake the mode that somebody chose.
             command: the velocity command that the goal follows.
             traffic: the other vehicles.
         """
@@ -277,13 +298,17 @@ class Observer:
             pose=pose,
             mode_name=mode_name,
             one_way=vehicle.is_one_way,
+            unanswered_s=unanswered_s,
             mode_unseen=vehicle.mode_unseen,
+            mode_requested=mode_requested,
+            mode_unclear=mode_unclear,
             fault=fault,
             areas=self._areas.of(items, frame, self._map_frame.enu),
             areas_known=items is not None,
             known_obstacles=obstacles.standing.known_by_name,
             has_sensor=obstacles.has_sensor,
-            config=self.config,
+            battery=self.battery,
+            config=self._config,
             searcher=self._searcher,
         )
 

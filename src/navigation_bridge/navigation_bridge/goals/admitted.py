@@ -27,6 +27,8 @@ class Admitted:
         make_task: makes the task, which continues from a replaced goal's last setpoint.
         warnings: sentences for the log and the final message.
         plan: the straight legs that are flown; None if the vehicle decides.
+        action: name of its action.
+        follows_commands: whether it follows velocity commands.
     """
 
     description: str
@@ -34,6 +36,8 @@ class Admitted:
     make_task: Callable[[Handover], Task]
     warnings: tuple[str, ...] = ()
     plan: FlightPlan | None = None
+    action: str = ""
+    follows_commands: bool = False
 
 
 def may_move(snapshot: Snapshot) -> Rejection | None:

@@ -3,18 +3,120 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.settings import TrafficConflict
+from navigation_bridge.engine import Engine
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.point_requests import check_request
-from navigation_bridge.goals.requests import NavigateRequest, Request
+from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
+from navigation_bridge.storage.desk import StorageDesk
+from navigation_bridge.supervision.position_watch import PositionWatch
+from navigation_bridge.supervision.preflight import check_safety
 from navigation_bridge.tasks.registry import task_of
 from navigation_bridge.tasks.task_kind import TaskKind
+from navigation_bridge.traffic.conduct import TrafficConduct
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 
-__all__ = ["admit"]
+__all__ = ["Admission", "admit"]
+
+# Beyond what a fast vehicle moves between the two.
+_EXTERNAL_OFF_M = 3.0
+
+
+class Admission:
+    """Decides about goals for one vehicle."""
+
+    def __init__(
+        self,
+        tasks: Sequence[TaskKind[Any]],
+        engine: Engine,
+        vehicle: Vehicle,
+        traffic: TrafficConduct,
+        positions: PositionWatch,
+        storage: StorageDesk,
+    ) -> None:
+        """Decide by these."""
+        self._tasks = tasks
+        self._engine = engine
+        self._vehicle = vehicle
+        self._traffic = traffic
+        self._positions = positions
+        self._storage = storage
+
+    def admit(
+        self, request: Request, active_goal_id: str | None, now: float
+    ) -> Admitted | Rejection:
+        """Return the admitted goal, or the first reason for its rejection."""
+        snapshot = self._engine.look(now)
+        # The new limits of the flight count from now on, for the active goal as well.
+        snapshot = self._engine.bound(snapshot)
+        admitted = admit(request, self._tasks, snapshot, active_goal_id)
+        if isinstance(admitted, Rejection):
+            return admitted
+        admitted = replace(
+            admitted,
+            action=task_of(request, self._tasks).action,
+            follows_commands=isinstance(request, VelocityRequest),
+        )
+        checked = check_safety(admitted, snapshot)
+        if isinstance(checked, Rejection) or checked.plan is None:
+            return checked
+        if self._storage.writes_list:
+            text = "The vehicle's fence or rally points are being written; send the goal again."
+            return Rejection(OutcomeCode.BUSY, text)
+        off_m = self._vehicle.external_difference_m(now)
+        if off_m is not None and off_m > _EXTERNAL_OFF_M:
+            # A PX4 with EKF2_HGT_REF 3 counts these heights from sea level, not from the origin.
+            text = (
+                f"The vehicle's position is {off_m:.1f} m from that of external_odometry_topic; "
+                "check the autopilot's origin, its altitude included, and its estimator."
+            )
+            return Rejection(OutcomeCode.UNHEALTHY, text)
+        checked = self._among_others(checked, request, active_goal_id, snapshot)
+        if isinstance(checked, Rejection):
+            return checked
+        doubt, note = self._positions.check(now)
+        if doubt is not None:
+            return doubt
+        return replace(checked, warnings=(*checked.warnings, note)) if note else checked
+
+    def _among_others(
+        self,
+        admitted: Admitted,
+        request: Request,
+        active_goal_id: str | None,
+        snapshot: Snapshot,
+    ) -> Admitted | Rejection:
+        """Check a target against those of other vehicles; it may be moved."""
+        target_enu_m = admitted.target_enu_m
+        found = self._traffic.check_target(target_enu_m, snapshot.time_s)
+        if isinstance(found, Rejection):
+            return found
+        if not found:
+            return admitted
+        reroutes = snapshot.config.traffic.conflict is TrafficConflict.REROUTE
+        if (
+            reroutes
+            and target_enu_m is not None
+            and isinstance(request, NavigateRequest)
+            and request.frame_id != "base_link"
+        ):
+            place = self._traffic.free_target(target_enu_m, snapshot.time_s)
+            if place is not None:
+                moved = replace(request, frame_id="map", position=place)
+                again = self.admit(moved, active_goal_id, snapshot.time_s)
+                if not isinstance(again, Rejection):
+                    text = (
+                        "The target was moved to the nearest position that is free of other "
+                        "vehicles."
+                    )
+                    return replace(again, warnings=(*again.warnings, text))
+        return replace(admitted, warnings=(*admitted.warnings, found))
 
 
 def admit(

@@ -18,7 +18,7 @@ from mavlink_vehicle.codec import Message
 from mavlink_vehicle.profiles import Profile, VehicleKind
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig, TrafficConflict
-from navigation_bridge.goals.goal import ActiveGoal
+from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.names import RETURN_ACTION_NAME
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.traffic import own_volumes
