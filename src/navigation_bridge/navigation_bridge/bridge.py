@@ -251,7 +251,7 @@ class Bridge:
 
         A condition that has failed since :meth:`check` ends the goal at once, with the same code.
         """
-        admitted = self._refusal or self._admission.admit(request, self.active_goal_id, now)
+        admitted = self._refusal or self._admission.redeem(request, self.active_goal_id, now)
         if isinstance(admitted, Rejection):
             action = task_of(request, self._tasks).action
             self._report.stillborn(goal_id, action, admitted)

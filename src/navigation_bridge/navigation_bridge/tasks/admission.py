@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mavlink_vehicle.vehicle import Vehicle
@@ -24,8 +24,27 @@ from navigation_core.safety.target_checks import Rejection
 
 __all__ = ["Admission", "admit"]
 
+# Time within which a goal starts that was admitted.
+_TICKET_S = 0.2
 # Beyond what a fast vehicle moves between the two.
 _EXTERNAL_OFF_M = 3.0
+
+
+@dataclass(frozen=True)
+class _Ticket:
+    """An admitted request, as long as nothing that it was decided by has changed.
+
+    Attributes:
+        request: the request.
+        active_goal_id: the goal that was active, or None.
+        snapshot: what was known.
+        admitted: the admitted goal.
+    """
+
+    request: Request
+    active_goal_id: str | None
+    snapshot: Snapshot
+    admitted: Admitted
 
 
 class Admission:
@@ -47,6 +66,24 @@ class Admission:
         self._traffic = traffic
         self._positions = positions
         self._storage = storage
+        self._ticket: _Ticket | None = None
+
+    def redeem(
+        self, request: Request, active_goal_id: str | None, now: float
+    ) -> Admitted | Rejection:
+        """Return a goal that was admitted just before; decide again if anything has changed."""
+        ticket, self._ticket = self._ticket, None
+        if (
+            ticket is None
+            or ticket.request != request
+            or ticket.active_goal_id != active_goal_id
+            or ticket.snapshot.state is not self._vehicle.state
+            or ticket.snapshot.config is not self._engine.config
+            or now - ticket.snapshot.time_s > _TICKET_S
+            or self._storage.writes_list
+        ):
+            return self.admit(request, active_goal_id, now)
+        return ticket.admitted
 
     def admit(
         self, request: Request, active_goal_id: str | None, now: float
@@ -55,7 +92,16 @@ class Admission:
         snapshot = self._engine.look(now)
         # The new limits of the flight count from now on, for the active goal as well.
         snapshot = self._engine.bound(snapshot)
-        admitted = admit(request, self._tasks, snapshot, active_goal_id)
+        admitted = self._decide(request, active_goal_id, snapshot)
+        if isinstance(admitted, Rejection):
+            return admitted
+        self._ticket = _Ticket(request, active_goal_id, snapshot, admitted)
+        return admitted
+
+    def _decide(
+        self, request: Request, active_goal_id: str | None, snapshot: Snapshot
+    ) -> Admitted | Rejection:
+        admitted, now = admit(request, self._tasks, snapshot, active_goal_id), snapshot.time_s
         if isinstance(admitted, Rejection):
             return admitted
         admitted = replace(
