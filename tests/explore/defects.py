@@ -23,7 +23,12 @@ class Mutant(NamedTuple):
 
 _BRIDGE = "navigation_bridge.bridge"
 _REPORT = "navigation_bridge.reporting"
-_GUARD = "navigation_bridge.supervision.guard"
+_ENGINE = "navigation_bridge.engine"
+_EFFECTS = "navigation_bridge.effects"
+_EVENTS = "navigation_bridge.vehicle_events"
+_SERVICES = "navigation_bridge.client_services"
+_GOAL = "navigation_bridge.goals.active_goal"
+_LINK_RULE = "navigation_bridge.rules.link"
 _FLIGHT = "navigation_core.tasks.flying.flight"
 _STOPPING = "navigation_core.tasks.flying.stopping"
 _ARRIVAL = "navigation_core.tasks.flying.arrival"
@@ -40,47 +45,46 @@ _LED = "navigation_core.tasks.watching.vehicle_led"
 MUTANTS: tuple[Mutant, ...] = (
     Mutant("a cancel is forgotten", _BRIDGE, "            goal.begin_cancel(now)\n", ""),
     Mutant(
-        "a goal continues after its end", _BRIDGE,
-        "        self._goal = None\n        outcome = self._stations.name(outcome, now)",
-        "        outcome = self._stations.name(outcome, now)",
+        "a goal continues after its end", _ENGINE,
+        "        self.goal = None\n        outcome = self._parts.stations.name(outcome, now)",
+        "        outcome = self._parts.stations.name(outcome, now)",
     ),
     Mutant(
         "a replaced goal has no end", _BRIDGE,
         "            self._report.ended(previous, replaced, now)\n", "            pass\n",
     ),
-    Mutant("a pilot is not noticed", _BRIDGE,
-           "            self._stations.take_away(goal, event.name, now)",
+    Mutant("a pilot is not noticed", _EVENTS,
+           "            self._parts.stations.take_away(goal, event.name, now)",
            "            pass"),
-    Mutant("a restart is not noticed", _BRIDGE,
-           '        self._abandon(OutcomeCode.VEHICLE_REBOOTED, text, now)', "        pass"),
-    Mutant("a lost link is waited for for ever", _BRIDGE,
-           "        elif silence_s >= self._config.link_lost_abort_s:", "        elif False:"),
-    Mutant("a lost link is not reported", _BRIDGE,
+    Mutant("a restart is not noticed", _EVENTS,
+           '        self._engine.abandon(OutcomeCode.VEHICLE_REBOOTED, text, now)', "        pass"),
+    Mutant("a lost link is waited for for ever", _LINK_RULE,
+           "    if silence_s >= config.link_lost_abort_s:", "    if False:"),
+    Mutant("a lost link is not reported", _ENGINE,
            "            return replace(progress, status=Status.LINK_LOST)",
            "            return progress"),
     Mutant("a shut-down does nothing", _BRIDGE,
-           "        self._stop_for(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)",
+           "        goal.stop(Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)",
            "        pass"),
-    Mutant("a pause is not passed on", _BRIDGE, "        rejection = goal.task.pause(now)",
+    Mutant("a pause is not passed on", _GOAL, "        rejection = self.task.pause(now)",
            "        rejection = None"),
-    Mutant("arming is not asked about", _BRIDGE,
-           "        if service is Service.ARM and not self._config.goto.may_leave_ground:",
+    Mutant("arming is not asked about", _SERVICES,
+           "        if service is Service.ARM and not self._engine.config.goto.may_leave_ground:",
            "        if False:"),
-    Mutant("a service lets the goal continue", _BRIDGE,
-           "            self._end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)",
+    Mutant("a service lets the goal continue", _SERVICES,
+           "            self._engine.end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)",
            "            pass"),
-    Mutant("the vehicle is left with a velocity", _BRIDGE,
+    Mutant("the vehicle is left with a velocity", _EFFECTS,
            "        if (moving or velocity_only(vehicle.profile)) and vehicle.stream_open:",
            "        if False:"),
-    Mutant("feedback stops without positions", _BRIDGE,
+    Mutant("feedback stops without positions", _ENGINE,
            "        if goal is not None and now >= self._feedback_deadline(goal):",
            "        if False:"),
-    Mutant("steps are twice as long", _BRIDGE,
-           "goal.next_step_s, self._config.setpoint_period_s, now)",
-           "goal.next_step_s, 20.0 * self._config.setpoint_period_s, now)"),
-    Mutant("the setpoint continues in another mode", _BRIDGE,
-           "        if goal.takeover is not None:\n            self._judge_takeover",
-           "        if False:\n            self._judge_takeover"),
+    Mutant("steps are twice as long", _ENGINE,
+           "goal.step_begins(self.config.setpoint_period_s, now)",
+           "goal.step_begins(20.0 * self.config.setpoint_period_s, now)"),
+    Mutant("the setpoint continues in another mode", "navigation_bridge.rules.takeover",
+           "    if takeover is None:", "    if True:"),
     Mutant("an end has no code", _REPORT, "        finished = goal.finish(outcome,",
            "        outcome = Outcome(outcome.code, '', None)\n"
            "        finished = goal.finish(outcome,"),
@@ -90,9 +94,9 @@ MUTANTS: tuple[Mutant, ...] = (
            "time_remaining_s=progress.time_remaining_s,",
            "time_remaining_s=progress.time_remaining_s - 5.0,"),
     Mutant("the battery is in per cent", _REPORT,
-           "None if state.battery is None else state.battery.remaining,",
-           "None if state.battery is None or state.battery.remaining is None\n"
-           "                else 100.0 * state.battery.remaining,"),
+           "battery_remaining=None if battery is None else battery.remaining,",
+           "battery_remaining=None if battery is None or battery.remaining is None\n"
+           "                else 100.0 * battery.remaining,"),
     Mutant("the path stays after the end", _REPORT, "        if goal.path_enu_m:\n"
            "            self._outputs.append(PlanChanged(()))\n", ""),
     Mutant("a service gets no answer", _REPORT,
@@ -146,23 +150,21 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("bad numbers are accepted", "navigation_bridge.tasks.admission",
            "        if rejection is not None:\n            return rejection\n", ""),
     Mutant("a rejection says nothing", "navigation_bridge.tasks.admission",
-           'is active and on_new_goal is \'reject\'; cancel it first.",', 'is active",'),
-    Mutant("the volume is not watched", _GUARD,
-           "        if memory.inside and left_m > _LEFT_M:", "        if False:"),
+           'is active and on_new_goal is \'reject\'; cancel it first."', 'is active"'),
+    Mutant("the volume is not watched", "navigation_bridge.rules.bounds",
+           "    if left_m <= _LEFT_M or _VOLUME not in goal.facts:", "    if True:"),
     # --- guard and admission
-    Mutant("the fence is not checked", _GUARD,
-           "            rejection = self._check_fence(\n"
-           "                fence, plan, 0, plan.laps > 1, (margin_m, height_margin_m)\n"
-           "            )",
-           "            rejection = None"),
+    Mutant("the fence is not checked", "navigation_bridge.supervision.preflight",
+            "    rejection = check_fence(snapshot, fence, plan, 0, plan.laps > 1, margins_m)",
+            "    rejection = None"),
     Mutant("the volume is not checked", "navigation_core.safety.target_checks",
            "    if radius_m > volume.radius_max_m + RESOLUTION_M:",
            "    if False:"),
     Mutant("two goals at once", "navigation_bridge.tasks.admission",
-           "    if active_goal_id is not None and not config.replace_active_goal:",
+           "    if active_goal_id is not None and not snapshot.config.replace_active_goal:",
            "    if False:"),
-    Mutant("a goal before the first position", "navigation_bridge.tasks.admission",
-           "    if pose is None or position is None:", "    if position is None:"),
+    Mutant("a goal with an old position", "navigation_bridge.tasks.admission",
+           "    if age_s > stale_s:", "    if False:"),
     Mutant("base_link is about the origin", _POINTS,
            "            pose.position_enu_m[0] + offset[0],", "            offset[0],"),
     Mutant("base_link is not turned back to ENU", _POINTS,
@@ -183,15 +185,13 @@ MUTANTS: tuple[Mutant, ...] = (
     # --- ground stations, take-overs, parking, positions
     Mutant("a removed mission is only recorded", _RULES,
            "    return Consequence.CANCEL\n", "    return Consequence.NOTE\n"),
-    Mutant("a station's pause is not passed on", _STATIONS,
-           "        goal.paused_by = sentence\n        goal.task.pause(now)\n",
-           "        goal.paused_by = sentence\n"),
-    Mutant("a station cannot resume", _STATIONS, "            goal.task.unpause(now)\n",
-           "            pass\n"),
+    Mutant("a station's pause is not passed on", _GOAL,
+           "        self.paused_by = sentence\n        self.task.pause(now)\n",
+           "        self.paused_by = sentence\n"),
+    Mutant("a station cannot resume", _GOAL,
+           "        if not self.paused_by_client:\n            self.task.unpause(now)\n", ""),
     Mutant("the stream stays open for a pilot", _STATIONS,
-           "        self._vehicle.close_stream()\n        goal.next_step_s = "
-           "min(goal.next_step_s, now)\n\n    def _stopped(",
-           "        goal.next_step_s = min(goal.next_step_s, now)\n\n    def _stopped("),
+           "        self._vehicle.close_stream()\n        goal.due(now)", "        goal.due(now)"),
     Mutant("a take-over is never judged", "navigation_bridge.vehicle.takeover",
            "        if now - self.seen_s < _JUDGE_S:", "        if now - self.seen_s >= 0.0:"),
     Mutant("every pilot is a failsafe", "navigation_bridge.vehicle.takeover",
@@ -203,8 +203,8 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("parking never lets go", _PARKING,
            "        self.give_up()\n        self._vehicle.close_stream()\n        return True",
            "        return True"),
-    Mutant("jumps of old goals count", "navigation_bridge.supervision.position_watch",
-           "        goal.doubt.jumps_ned_m = self._trust.jump_ned_m", "        pass"),
+    Mutant("jumps of old goals count", "navigation_bridge.goals.succession",
+           "        doubt=PositionDoubt(jumps_ned_m),", "        doubt=PositionDoubt(),"),
     # --- missions
     Mutant("latitude is longitude", _PLAN,
            "        x, y = round(latitude_deg * 1e7), round(longitude_deg * 1e7)",

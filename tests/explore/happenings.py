@@ -92,21 +92,21 @@ def cancel(ship: Ship) -> None:
 def pause(ship: Ship) -> None:
     """Call the pause service."""
     if ship.server is not None:
-        ship.server.bridge.pause(ship.now_s)
+        ship.server.bridge.services.pause(ship.now_s)
         ship.server.collect()
 
 
 def resume(ship: Ship) -> None:
     """Call the resume service."""
     if ship.server is not None:
-        ship.server.bridge.resume(ship.now_s)
+        ship.server.bridge.services.resume(ship.now_s)
         ship.server.collect()
 
 
 def serve(ship: Ship, service: str, mode: str = "") -> None:
     """Call hold, arm, disarm or set_mode."""
     if ship.server is not None:
-        ship.server.bridge.serve(ship.next_number(), Service(service), ship.now_s, mode)
+        ship.server.bridge.services.serve(ship.next_number(), Service(service), ship.now_s, mode)
         ship.server.collect()
 
 

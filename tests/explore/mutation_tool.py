@@ -21,8 +21,11 @@ VERSION = "3.8.1"
 INSTALL = f"python -m pip install mutmut=={VERSION}"
 _SEED = 17
 GROUPS: dict[str, tuple[str, ...]] = {
-    "bridge": ("navigation_bridge.bridge", "navigation_bridge.reporting"),
-    "guard": ("navigation_bridge.supervision.guard", "navigation_core.safety."),
+    "bridge": ("navigation_bridge.bridge", "navigation_bridge.engine", "navigation_bridge.effects",
+               "navigation_bridge.vehicle_events", "navigation_bridge.goals.active_goal",
+               "navigation_bridge.reporting"),
+    "rules": ("navigation_bridge.rules.", "navigation_bridge.supervision.preflight",
+              "navigation_core.safety."),
     "admission": ("navigation_bridge.tasks.", "navigation_bridge.goals.point_requests",
                   "navigation_bridge.goals.route_requests"),
     "stations": ("navigation_bridge.supervision.s", "navigation_bridge.supervision.p",

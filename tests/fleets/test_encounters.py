@@ -105,7 +105,7 @@ def test_a_paused_copter_leaves_the_path_of_an_intruder() -> None:
     (craft,) = fleet.crafts
     fleet.go(craft, 80.0, 0.0, 10.0)
     fleet.run_for(4.0)
-    assert craft.bridge.pause(fleet.now)[0]
+    assert craft.bridge.services.pause(fleet.now)[0]
     fleet.run_for(6.0)
     north, east, _ = fleet.simulation.positions_ned_m[0]
     begun_s, least_m = fleet.now, math.inf

@@ -85,7 +85,7 @@ def test_a_paused_plane_gives_way_and_returns(autopilot: str) -> None:
     (craft,) = fleet.crafts
     fleet.go(craft, *GOAL_ENU_M)
     fleet.run_for(6.0)
-    assert craft.bridge.pause(fleet.now)[0]
+    assert craft.bridge.services.pause(fleet.now)[0]
     north, east, down = map(float, fleet.simulation.positions_ned_m[0])
     fleet.run_for(15.0)
     begun_s, least_m = fleet.now, math.inf

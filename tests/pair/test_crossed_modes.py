@@ -129,7 +129,7 @@ def cancelled(flight: CrossedFlight) -> str:
 
 def serve_mode(flight: CrossedFlight) -> str:
     in_the_air(flight)
-    flight.bridge.serve(99, Service.SET_MODE, flight.now, RETURNS[flight.autopilot])
+    flight.bridge.services.serve(99, Service.SET_MODE, flight.now, RETURNS[flight.autopilot])
     return ""
 
 

@@ -43,7 +43,7 @@ class ExternalFlight(SimulatedFlight):
         super().tick()
         if self.seeing and self.now >= self._next_s and self.vehicle.connected:
             self._next_s = self.now + _PERIOD_S
-            self.bridge.take_external_pose(self.seen(), self.now)
+            self.bridge.services.take_external_pose(self.seen(), self.now)
 
     def seen(self) -> ExternalPose:
         motion = self.simulation.vehicles[0].truth()
@@ -158,7 +158,7 @@ def test_a_vehicle_with_a_gps_keeps_its_origin_and_its_position(autopilot: str) 
     flight.ready()
     flight.run_for(3.0)
     pose = ExternalPose(flight.now, (50.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
-    flight.bridge.take_external_pose(pose, flight.now)
+    flight.bridge.services.take_external_pose(pose, flight.now)
     flight.run_for(2.0)
     assert "SET_GPS_GLOBAL_ORIGIN" not in [message.get_type() for _, message in flight.sent]
     origin, shown = flight.vehicle.state.origin, flight.bridge.pose
@@ -176,7 +176,9 @@ def test_a_vehicle_that_is_elsewhere_than_its_poses_say_gets_no_goal() -> None:
     request = flight.request(5.0, 0.0, 5.0)
     assert flight.check(request) is None
     level = (1.0, 0.0, 0.0, 0.0)
-    flight.bridge.take_external_pose(ExternalPose(flight.now, (0.0, 0.0, 100.0), level), flight.now)
+    flight.bridge.services.take_external_pose(
+        ExternalPose(flight.now, (0.0, 0.0, 100.0), level), flight.now
+    )
     rejection = flight.check(request)
     assert rejection is not None
     assert rejection.code.value == "UNHEALTHY"
@@ -189,6 +191,6 @@ def test_a_vehicle_that_is_elsewhere_than_its_poses_say_gets_no_goal() -> None:
 def test_a_pose_without_a_vehicle_is_rejected() -> None:
     flight = SimulatedFlight()
     with pytest.raises(ExternalPositionError, match="no connection"):
-        flight.bridge.take_external_pose(
+        flight.bridge.services.take_external_pose(
             ExternalPose(0.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)), 0.0
         )

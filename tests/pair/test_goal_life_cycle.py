@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 
+from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.lifecycle import GoalState
+from navigation_bridge.goals.requests import NavigateRequest
+from navigation_bridge.snapshot import LocatedSnapshot
+from navigation_bridge.tasks.navigate import NAVIGATE
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 pytestmark = pytest.mark.wide_but_first
@@ -291,3 +297,23 @@ def test_an_unknown_battery_is_none_not_zero(flight: SimulatedFlight) -> None:
     known = [item.battery_remaining for item in flight.feedback(goal)]
     assert all(value is None or 0.0 < value <= 1.0 for value in known)
     assert known[-1] is not None
+
+
+def test_a_goal_is_admitted_once_unless_the_vehicle_reports_before_it_starts() -> None:
+    asked: list[float] = []
+
+    def admit(request: NavigateRequest, snapshot: LocatedSnapshot) -> Admitted | Rejection:
+        asked.append(snapshot.time_s)
+        return NAVIGATE.admit(request, snapshot)
+
+    flight = SimulatedFlight(tasks=(replace(NAVIGATE, admit=admit),)).ready()
+    flight.send(5.0, 0.0, 5.0)
+    assert len(asked) == 1
+    request = flight.request(6.0, 0.0, 5.0)
+    assert flight.check(request) is None
+    flight.run_for(0.1)
+    flight.bridge.start_goal("2" * 32, request, flight.now)
+    assert len(asked) == 3
+    assert flight.check(request) is None
+    flight.bridge.start_goal("3" * 32, flight.request(7.0, 0.0, 5.0), flight.now)
+    assert len(asked) == 5

@@ -120,10 +120,10 @@ def test_a_cancel_stops_it(drive: SimulatedFlight) -> None:
 def test_a_pause_stands_and_a_resume_continues(drive: SimulatedFlight) -> None:
     goal_id = drive.send(40.0, 0.0, 0.0)
     drive.run_until(lambda: drive.truth()[1] > 1.5)
-    drive.bridge.pause(drive.now)
+    drive.bridge.services.pause(drive.now)
     drive.run_for(8.0)
     assert drive.truth()[1] < 0.3
-    drive.bridge.resume(drive.now)
+    drive.bridge.services.resume(drive.now)
     assert drive.run_to_end(goal_id).code.value == "SUCCESS"
 
 

@@ -80,7 +80,7 @@ def test_a_goal_ends_a_download_before_it_arms(autopilot: str) -> None:
 @pytest.mark.parametrize("service", [Service.ARM, Service.HOLD])
 def test_a_service_that_commands_ends_a_download(service: Service) -> None:
     flight = downloading("ardupilot")
-    flight.bridge.serve(9, service, flight.now)
+    flight.bridge.services.serve(9, service, flight.now)
     assert done(flight, 2).code is OutcomeCode.PREEMPTED
 
 

@@ -123,12 +123,12 @@ def test_a_pause_holds_and_continues_with_the_same_item(autopilot: str) -> None:
     flight = flight_of(autopilot)
     goal_id = flight.start(mission((30.0, 0.0, 3.0), (30.0, 10.0, 3.0)))
     flight.run_until(lambda: flight.truth()[0][0] > 8.0)
-    flight.bridge.pause(flight.now)
+    flight.bridge.services.pause(flight.now)
     flight.run_for(6.0)
     assert flight.status(goal_id) == "PAUSED"
     assert flight.truth()[1] < 0.3
     assert flight.truth()[0][0] < 25.0
-    flight.bridge.resume(flight.now)
+    flight.bridge.services.resume(flight.now)
     found = nearest(flight, goal_id, [(30.0, 0.0, 3.0)])
     assert flight.ends(goal_id)[0].code.value == "SUCCESS", said(flight, goal_id)
     assert found[0] < 2.0

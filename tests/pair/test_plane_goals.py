@@ -104,11 +104,11 @@ def test_a_pause_circles_where_it_is_and_a_resume_continues(flying: SimulatedFli
     flying.run_until(lambda: flying.status(goal_id) == "NAVIGATING")
     flying.run_for(5.0)
     place = flying.truth()[0]
-    assert flying.bridge.pause(flying.now)[0]
+    assert flying.bridge.services.pause(flying.now)[0]
     flying.run_for(15.0)
     assert flying.status(goal_id) == "PAUSED"
     assert _circles(flying, place, 20.0)
-    flying.bridge.resume(flying.now)
+    flying.bridge.services.resume(flying.now)
     assert flying.run_to_end(goal_id).code.value == "SUCCESS"
     assert _away_m(flying, (330.0, 0.0, 60.0)) < CIRCLE_M
 

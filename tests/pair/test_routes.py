@@ -103,10 +103,10 @@ def test_each_leg_keeps_to_its_own_speed(flight: SimulatedFlight) -> None:
 def test_a_pause_and_a_cancel_in_a_route(flight: SimulatedFlight) -> None:
     goal_id = flight.start(route((20.0, 0.0, 3.0), (20.0, 20.0, 3.0), (0.0, 20.0, 3.0)))
     flight.run_until(lambda: flight.truth()[0][1] > 6.0)
-    flight.bridge.pause(flight.now)
+    flight.bridge.services.pause(flight.now)
     flight.run_for(6.0)
     assert flight.truth()[1] < 0.3
-    flight.bridge.resume(flight.now)
+    flight.bridge.services.resume(flight.now)
     flight.run_until(lambda: flight.truth()[0][0] < 12.0)
     flight.bridge.cancel_goal(goal_id, flight.now)
     end = flight.run_to_end(goal_id)

@@ -328,7 +328,7 @@ def test_a_goal_that_a_station_paused_can_be_cancelled_and_replaced(
     pause(flight)
     flight.run_to_status(first, "PAUSED")
     flight.run_for(1.0)
-    done, text = flight.bridge.resume(flight.now)
+    done, text = flight.bridge.services.resume(flight.now)
     assert not done
     assert "Ground station 255/190 paused the vehicle" in text
     assert flight.bridge.cancel_goal(first, flight.now)

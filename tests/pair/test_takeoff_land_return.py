@@ -108,7 +108,7 @@ def test_a_paused_goal_stands_still_until_it_is_resumed(flight: SimulatedFlight)
     flight.fly_up()
     goal_id = flight.send(30.0, 0.0, 3.0)
     flight.run_until(lambda: flight.truth()[0][0] > 8.0)
-    done, text = flight.bridge.pause(flight.now)
+    done, text = flight.bridge.services.pause(flight.now)
     assert done, text
     flight.run_for(6.0)
     assert flight.status(goal_id) == "PAUSED"
@@ -116,7 +116,7 @@ def test_a_paused_goal_stands_still_until_it_is_resumed(flight: SimulatedFlight)
     assert speed_m_s < 0.3
     flight.run_for(3.0)
     assert flight.truth()[0][0] == pytest.approx(x_m, abs=0.3)
-    done, text = flight.bridge.resume(flight.now)
+    done, text = flight.bridge.services.resume(flight.now)
     assert done, text
     end = flight.run_to_end(goal_id)
     assert end.code.value == "SUCCESS", end.message
@@ -127,7 +127,7 @@ def test_a_paused_goal_can_be_cancelled(flight: SimulatedFlight) -> None:
     flight.fly_up()
     goal_id = flight.send(30.0, 0.0, 3.0)
     flight.run_for(4.0)
-    flight.bridge.pause(flight.now)
+    flight.bridge.services.pause(flight.now)
     flight.run_for(6.0)
     flight.bridge.cancel_goal(goal_id, flight.now)
     assert flight.run_to_end(goal_id).code.value == "CANCELED"
@@ -141,14 +141,14 @@ def test_a_goal_that_is_being_cancelled_neither_continues_nor_pauses(
     flight.run_until(lambda: flight.truth()[1] > 2.0)
     flight.bridge.cancel_goal(goal_id, flight.now)
     refused = (False, f"Goal {goal_id} is being cancelled.")
-    assert flight.bridge.resume(flight.now) == refused
-    assert flight.bridge.pause(flight.now) == refused
+    assert flight.bridge.services.resume(flight.now) == refused
+    assert flight.bridge.services.pause(flight.now) == refused
     assert flight.run_to_end(goal_id).code.value == "CANCELED"
 
 
 def test_without_a_goal_there_is_nothing_to_pause(flight: SimulatedFlight) -> None:
-    assert flight.bridge.pause(flight.now) == (False, "No goal is active.")
-    assert flight.bridge.resume(flight.now) == (False, "No goal is active.")
+    assert flight.bridge.services.pause(flight.now) == (False, "No goal is active.")
+    assert flight.bridge.services.resume(flight.now) == (False, "No goal is active.")
 
 
 def test_arm_and_disarm_are_confirmed_by_the_vehicle(flight: SimulatedFlight) -> None:

@@ -379,11 +379,11 @@ def test_a_pause_service_stops_it_and_resume_lets_it_continue() -> None:
     flight = SteeredFlight()
     goal_id = flight.begin()
     flight.steer(2.0, (1.0, 0.0, 0.0))
-    assert flight.bridge.pause(flight.now)[0]
+    assert flight.bridge.services.pause(flight.now)[0]
     flight.steer(5.0, (1.0, 0.0, 0.0))
     assert flight.status(goal_id) == "PAUSED"
     assert flight.speed_m_s < 0.2
-    assert flight.bridge.resume(flight.now)[0]
+    assert flight.bridge.services.resume(flight.now)[0]
     flight.steer(3.0, (1.0, 0.0, 0.0))
     assert flight.speed_m_s > 0.8
 

@@ -115,7 +115,7 @@ def outcome(of: Bridge, sender: Codec, now: float) -> list[Any]:
         vehicle.connected,
         vehicle.mode_unseen,
         repr(of._positions.check(now)),
-        repr(vars(of._guard._battery._consumption)),
+        repr(vars(of._observer.battery.consumption)),
     ]
 
 

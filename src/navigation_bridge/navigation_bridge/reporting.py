@@ -23,8 +23,8 @@ from mavlink_vehicle.ranges import RangesRefused
 from mavlink_vehicle.state.status_text import StatusText
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
+from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import (
-    ActiveGoal,
     Annotation,
     CancelWanted,
     GoalFeedback,
@@ -38,6 +38,7 @@ from navigation_bridge.goals.goal import (
     ServiceDone,
 )
 from navigation_bridge.goals.lifecycle import GoalState
+from navigation_bridge.snapshot import Snapshot
 from navigation_bridge.vehicle.autopilot_words import answers_in, worst_text
 from navigation_bridge.vehicle.failsafes import FAILSAFE_CODES
 from navigation_bridge.vehicle.map_frame import MapFrame
@@ -100,39 +101,37 @@ class Reporter:
 
     def status(self, goal: ActiveGoal, progress: Progress) -> bool:
         """Report the status of a goal if it is new; return whether it is."""
-        if progress.status is goal.status:
+        if not goal.show(progress.status):
             return False
-        goal.status = progress.status
         self._happened(goal.goal_id, "STATUS", progress.status.value, progress.blocked)
         text = f"{goal.short_id} {progress.status.value}"
         why = f": {progress.blocked}" if progress.blocked else ""
         self.log(LogLevel.INFO, f"Goal {text}{why}")
         return True
 
-    def feedback(self, goal: ActiveGoal, progress: Progress, late_s: float, now: float) -> None:
+    def feedback(self, goal: ActiveGoal, progress: Progress, snapshot: Snapshot) -> None:
         """Report the progress of a goal."""
-        state = self._vehicle.state
+        battery, pose = snapshot.state.battery, snapshot.pose
         self._outputs.append(
             GoalFeedback(
                 goal_id=goal.goal_id,
-                pose=self._map_frame.pose(state),
+                pose=pose,
                 distance_remaining_m=progress.distance_remaining_m,
                 time_remaining_s=progress.time_remaining_s,
-                battery_remaining=None if state.battery is None else state.battery.remaining,
+                battery_remaining=None if battery is None else battery.remaining,
                 status=progress.status,
-                height_m=self.height_m,
+                height_m=(None if pose is None else pose.position_enu_m[2] - snapshot.ground_enu_m),
                 route=progress.route,
                 replans=progress.replans,
-                late_s=late_s,
+                late_s=snapshot.late_s,
                 action=goal.kind,
             )
         )
-        self._outputs.append(partial(notes.progress, progress, now))
+        self._outputs.append(partial(notes.progress, progress, snapshot.time_s))
 
     def plan(self, goal: ActiveGoal, path_enu_m: tuple[Vector3, ...]) -> None:
         """Report the planned path if it has changed."""
-        if path_enu_m is not goal.path_enu_m:
-            goal.path_enu_m = path_enu_m
+        if goal.show_path(path_enu_m):
             self._outputs.append(PlanChanged(path_enu_m))
             for message in notes.plan(path_enu_m):
                 self.note(message)

@@ -12,7 +12,7 @@ from mavlink_vehicle.positions.projections import Geodetic
 from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig
-from navigation_bridge.supervision.guard import Guard
+from navigation_bridge.vehicle.fence import PlacedAreas, fence_of, has_areas
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
 from navigation_core.safety.fences import Area, CircleArea, PolygonArea
@@ -76,13 +76,11 @@ class SceneItem:
 class Scene:
     """Places what the vehicle and the server know in the map frame."""
 
-    def __init__(
-        self, vehicle: Vehicle, map_frame: MapFrame, guard: Guard, config: BridgeConfig
-    ) -> None:
-        """Read from these; the guard knows the fence."""
+    def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: BridgeConfig) -> None:
+        """Read from these."""
         self._vehicle = vehicle
         self._map_frame = map_frame
-        self._guard = guard
+        self._areas = PlacedAreas()
         self._config = config
 
     def configure(self, config: BridgeConfig) -> None:
@@ -96,8 +94,14 @@ class Scene:
 
     def fence(self) -> SceneFence | None:
         """Return the vehicle's fence, None while it is unknown."""
-        fence, stored = self._guard.fence(), self._guard.areas()
-        if fence is None or self._guard.areas_unknown() or self._map_frame.frame is None:
+        vehicle, frame = self._vehicle, self._map_frame.frame
+        profile, items, parameters = vehicle.profile, vehicle.fence_items, vehicle.parameters
+        if profile is None or frame is None or (items is None and has_areas(profile, parameters)):
+            return None
+        stored = self._areas.of(items, frame, self._map_frame.enu)
+        home_enu_m = self._map_frame.home_enu_m(vehicle.state)
+        fence = fence_of(profile, parameters, home_enu_m, stored)
+        if fence is None:
             return None
         enforced = (*fence.areas, *fence.alternatives)
         areas = [*stored, *(area for area in enforced if area not in stored)]

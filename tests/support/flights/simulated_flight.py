@@ -189,7 +189,7 @@ class SimulatedFlight:
     def serve(self, service: Service, mode: str = "") -> ServiceDone:
         """Call a service and return its answer."""
         number = next(self._ids)
-        self.bridge.serve(number, service, self.now, mode)
+        self.bridge.services.serve(number, service, self.now, mode)
         self._collect()
         self.run_until(lambda: any(done.number == number for done in self.all(ServiceDone)), 20.0)
         return self.all(ServiceDone)[-1]

@@ -36,8 +36,8 @@ class ServiceServers:
         self._waiting: dict[int, Waiting[ServiceDone]] = {}
         group = ReentrantCallbackGroup()
         callbacks: dict[str, Callable[[Trigger.Request, Trigger.Response], Trigger.Response]] = {
-            "pause": partial(self._ask, bridge.pause),
-            "resume": partial(self._ask, bridge.resume),
+            "pause": partial(self._ask, bridge.services.pause),
+            "resume": partial(self._ask, bridge.services.resume),
         }
         callbacks |= {
             service.value: partial(self._serve, service)
@@ -87,7 +87,9 @@ class ServiceServers:
         mode = request.mode if service is Service.SET_MODE else ""
         waiting = self._waiting[number] = Waiting()
         try:
-            self._driver.post(lambda: self._bridge.serve(number, service, self._clock.now(), mode))
+            self._driver.post(
+                lambda: self._bridge.services.serve(number, service, self._clock.now(), mode)
+            )
             answer = waiting.wait(_DONE_TIMEOUT_S, self._closed)
         finally:
             del self._waiting[number]
@@ -101,7 +103,7 @@ class ServiceServers:
 
     def _read_parameters(self, request: Any, response: Any) -> Any:
         def read() -> tuple[list[float], Vector3 | None]:
-            values = self._bridge.read_parameters(request.names, self._clock.now())
+            values = self._bridge.services.read_parameters(request.names, self._clock.now())
             return values, self._bridge.vehicle.state.wind_ned_m_s
 
         wind = None

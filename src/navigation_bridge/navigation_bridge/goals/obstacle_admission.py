@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from navigation_bridge.goals.admitted import Situation
+from navigation_bridge.snapshot import Snapshot
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import KnownObstacle, Obstacles
 from navigation_core.outcomes import OutcomeCode
@@ -24,7 +24,7 @@ _NAMED_MAX = 4
 
 
 def check_obstacles(
-    targets_enu_m: tuple[Vector3, ...], avoid: bool, by_mission: bool, situation: Situation
+    targets_enu_m: tuple[Vector3, ...], avoid: bool, by_mission: bool, snapshot: Snapshot
 ) -> tuple[str, ...] | Rejection:
     """Return the warnings about obstacles for a goal, or a rejection.
 
@@ -35,26 +35,26 @@ def check_obstacles(
         targets_enu_m: its targets in the map frame.
         avoid: whether obstacles are to be avoided.
         by_mission: whether the autopilot flies it as a mission.
-        situation: what admission looks at.
+        snapshot: what is known.
     """
-    known = situation.obstacles.standing.known_by_name
-    led_by_autopilot = by_mission or not situation.traits.hovers
+    known = snapshot.known_obstacles
+    led_by_autopilot = by_mission or not snapshot.traits.hovers
     if avoid and not led_by_autopilot:
-        rejection = _check_targets(targets_enu_m, known, situation)
+        rejection = _check_targets(targets_enu_m, known, snapshot)
         if rejection is not None:
             return rejection
-        return () if situation.obstacles.has_sensor else (_NO_SENSOR,)
-    notes = (_PLANE if not situation.traits.hovers else _MISSION,) if avoid else ()
-    return notes + _straight(targets_enu_m, known, situation)
+        return () if snapshot.has_sensor else (_NO_SENSOR,)
+    notes = (_PLANE if not snapshot.traits.hovers else _MISSION,) if avoid else ()
+    return notes + _straight(targets_enu_m, known, snapshot)
 
 
 def _check_targets(
-    targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], situation: Situation
+    targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], snapshot: Snapshot
 ) -> Rejection | None:
-    config = situation.config.obstacles
+    config = snapshot.config.obstacles
     kept_m = config.vehicle_radius_m + config.margin_m
     for target, obstacle in itertools.product(targets_enu_m, known):
-        (away_m,) = Obstacles.of((obstacle,)).clearance_m(np.array([_level(target, situation)]))
+        (away_m,) = Obstacles.of((obstacle,)).clearance_m(np.array([_level(target, snapshot)]))
         if away_m < kept_m:
             where = "inside" if away_m <= 0.0 else f"{away_m:.2f} m from"
             return Rejection(
@@ -66,22 +66,22 @@ def _check_targets(
 
 
 def _straight(
-    targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], situation: Situation
+    targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], snapshot: Snapshot
 ) -> tuple[str, ...]:
     """Return one sentence about all known obstacles on the straight legs, if any."""
-    if situation.pose is None or not known or not targets_enu_m:
+    if snapshot.pose is None or not known or not targets_enu_m:
         return ()
-    x, y, z = situation.pose.position_enu_m
-    if situation.traits.flies and not situation.flies:
+    x, y, z = snapshot.pose.position_enu_m
+    if snapshot.traits.flies and not snapshot.flies:
         # It climbs vertically, at least to the take-off height.
-        highest_m = situation.ground_enu_m + situation.config.goto.takeoff_height_m
+        highest_m = snapshot.ground_enu_m + snapshot.config.goto.takeoff_height_m
         z = max(z, min(highest_m, targets_enu_m[0][2]))
-    radius_m = situation.config.obstacles.vehicle_radius_m
+    radius_m = snapshot.config.obstacles.vehicle_radius_m
     hits: dict[str, list[str]] = {}
     for start, end in dict.fromkeys(itertools.pairwise([(x, y, z), *targets_enu_m])):
         for obstacle in known:
             if not Obstacles.of((obstacle,)).is_clear(
-                _level(start, situation), _level(end, situation), radius_m
+                _level(start, snapshot), _level(end, snapshot), radius_m
             ):
                 hits.setdefault(_named(obstacle), []).append(_told(end))
     if not hits:
@@ -98,44 +98,44 @@ def _listed(words: list[str]) -> str:
     return ", ".join(words[:_NAMED_MAX]) + (f" and {left} more" if left > 0 else "")
 
 
-def _level(point: Vector3, situation: Situation) -> Vector3:
+def _level(point: Vector3, snapshot: Snapshot) -> Vector3:
     """Return a point at the height of known obstacles for this vehicle."""
-    return point if situation.traits.flies else (point[0], point[1], 0.0)
+    return point if snapshot.traits.flies else (point[0], point[1], 0.0)
 
 
-def avoidance_of(avoid: bool, situation: Situation) -> AvoidanceConfig | None:
+def avoidance_of(avoid: bool, snapshot: Snapshot) -> AvoidanceConfig | None:
     """Return the obstacle avoidance of a task that flies by setpoints.
 
     Args:
         avoid: whether obstacles are to be avoided; if not, None is returned.
-        situation: what admission looks at.
+        snapshot: what is known.
     """
     if not avoid:
         return None
-    config = situation.config.obstacles
+    config = snapshot.config.obstacles
     return AvoidanceConfig(
         vehicle_radius_m=config.vehicle_radius_m,
         margin_m=config.margin_m,
         blocked_timeout_s=config.blocked_timeout_s,
         sensor_timeout_s=config.sensor_timeout_s,
-        heights_m=_heights_m(situation),
-        searcher=situation.searcher,
+        heights_m=_heights_m(snapshot),
+        searcher=snapshot.searcher,
     )
 
 
-def _heights_m(situation: Situation) -> tuple[float, float] | None:
+def _heights_m(snapshot: Snapshot) -> tuple[float, float] | None:
     """Return the lowest and highest map z of paths; None for rovers and boats."""
-    if not situation.traits.flies:
+    if not snapshot.traits.flies:
         return None
     config, ground_m, fence = (
-        situation.config,
-        situation.ground_enu_m,
-        situation.obstacles.standing.fence,
+        snapshot.config,
+        snapshot.ground_enu_m,
+        snapshot.own_fence,
     )
     low_m, high_m = config.volume.altitude_min_m, config.volume.altitude_max_m
     if fence is not None:
         margin_m = config.safety.fence_margin_m
-        home_m = situation.map_frame.home_z_enu_m(situation.vehicle.state) - ground_m
+        home_m = snapshot.home_z_enu_m - ground_m
         if fence.altitude_min_m is not None:
             low_m = max(low_m, home_m + fence.altitude_min_m + margin_m)
         if fence.altitude_max_m is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.goals.point_requests import (
     SPEED_MIN_M_S,
     check_geodetic,
@@ -17,11 +16,10 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety.target_checks import FlightVolume, Rejection, check_target
-from navigation_core.tasks.traits import Traits
+from navigation_core.safety.target_checks import Rejection, check_target
 from navigation_core.tasks.waypoint import RouteWaypoint
 
 WAYPOINTS_MAX = 1000
@@ -38,12 +36,7 @@ _NO_TERRAIN = (
 
 def resolve_waypoints(
     request: WaypointsRequest,
-    map_frame: MapFrame,
-    state: VehicleState,
-    volume: FlightVolume,
-    speed_max_m_s: float,
-    radius_default_m: float,
-    traits: Traits,
+    snapshot: LocatedSnapshot,
     *,
     follows_terrain: bool = False,
 ) -> tuple[RouteWaypoint, ...] | Rejection:
@@ -51,12 +44,7 @@ def resolve_waypoints(
 
     Args:
         request: the client's request.
-        map_frame: the map frame, with a known origin.
-        state: the vehicle's state, for the height of home.
-        volume: where waypoints are accepted.
-        speed_max_m_s: configured maximum ground speed.
-        radius_default_m: acceptance radius of a waypoint with radius 0.
-        traits: capabilities of the vehicle.
+        snapshot: what is known.
         follows_terrain: whether heights above the ground are accepted.
 
     Returns:
@@ -66,12 +54,14 @@ def resolve_waypoints(
     problem = _problem_of_route(request)
     if problem is not None:
         return Rejection(OutcomeCode.INVALID_WAYPOINTS, problem)
+    speed_max_m_s = snapshot.speed_max_m_s
+    radius_default_m = snapshot.config.goto.arrival_radius_m
     waypoints = []
     for index, waypoint in enumerate(request.waypoints):
         above_ground = waypoint.altitude_reference is AltitudeReference.GROUND
         if above_ground and not follows_terrain:
             return Rejection(OutcomeCode.INVALID_WAYPOINTS, f"Waypoint {index}: {_NO_TERRAIN}")
-        position = _place(waypoint, map_frame, state, volume, traits)
+        position = _place(waypoint, snapshot)
         if isinstance(position, Rejection):
             return Rejection(position.code, f"Waypoint {index}: {position.message}")
         speed_m_s = waypoint.max_speed_m_s or request.max_speed_m_s
@@ -88,21 +78,16 @@ def resolve_waypoints(
     return tuple(waypoints)
 
 
-def _place(
-    waypoint: WaypointRequest,
-    map_frame: MapFrame,
-    state: VehicleState,
-    volume: FlightVolume,
-    traits: Traits,
-) -> Vector3 | Rejection:
+def _place(waypoint: WaypointRequest, snapshot: LocatedSnapshot) -> Vector3 | Rejection:
     rejection = check_waypoint(waypoint)
     if rejection is not None:
         return rejection
-    ground_enu_m = map_frame.ground_enu_m(state)
-    position = on_ground(_position(waypoint, map_frame, state), ground_enu_m, traits)
+    ground_enu_m, traits = snapshot.ground_enu_m, snapshot.traits
+    position = on_ground(_position(waypoint, snapshot), ground_enu_m, traits)
     if isinstance(position, Rejection):
         return position
-    return check_target(position, None, ground_enu_m, volume_for(volume, traits)) or position
+    volume = volume_for(snapshot.config.volume, traits)
+    return check_target(position, None, ground_enu_m, volume) or position
 
 
 def _problem_of_route(request: WaypointsRequest) -> str | None:
@@ -154,12 +139,12 @@ def check_waypoint(waypoint: WaypointRequest) -> Rejection | None:
     return check_geodetic(waypoint.position)
 
 
-def _position(waypoint: WaypointRequest, map_frame: MapFrame, state: VehicleState) -> Vector3:
+def _position(waypoint: WaypointRequest, snapshot: LocatedSnapshot) -> Vector3:
     if waypoint.altitude_reference is None:
         return waypoint.position
-    position = map_frame.enu(waypoint.position)
+    position = snapshot.enu(waypoint.position)
     if waypoint.altitude_reference is AltitudeReference.AMSL:
         return position
     above_home = waypoint.altitude_reference is AltitudeReference.HOME
-    below_m = map_frame.home_z_enu_m(state) if above_home else map_frame.ground_enu_m(state)
+    below_m = snapshot.home_z_enu_m if above_home else snapshot.ground_enu_m
     return (position[0], position[1], below_m + waypoint.position[2])

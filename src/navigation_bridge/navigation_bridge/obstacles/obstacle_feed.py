@@ -187,7 +187,7 @@ class ObstacleFeed:
 
     def age_s(self, now: float) -> float:
         """Return the longest silence of any kind of sensor; 0 without sensors."""
-        return max(self.ages_s(now).values(), default=0.0)
+        return now - min(self._heard_s.values(), default=now)
 
     # --- sensor readings -------------------------------------------------------------
 

@@ -36,6 +36,7 @@ class StandingObstacles:
         self._config = config
         self._placed: tuple[KnownObstacle, ...] = ()
         self._placed_key: object = None
+        self._placed_for: tuple[object, object, object] = (None, None, None)
         self._known = NOTHING
         self._fence: Fence | None = None
         self._all_walls = self._walls = NOTHING
@@ -60,8 +61,12 @@ class StandingObstacles:
 
     def _place(self) -> None:
         """Place the known obstacles for the map frame and the kind of vehicle."""
-        known, frame = self._config.known, self._map_frame.frame
-        on_ground = drives(self._vehicle.profile)
+        known, frame, profile = self._config.known, self._map_frame.frame, self._vehicle.profile
+        last = self._placed_for
+        if last[0] is known and last[1] is frame and last[2] is profile:
+            return
+        self._placed_for = (known, frame, profile)
+        on_ground = drives(profile)
         key = (known, frame if known.needs_origin else None, on_ground)
         if key == self._placed_key:
             return

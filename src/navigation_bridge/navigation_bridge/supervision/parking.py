@@ -11,7 +11,7 @@ from __future__ import annotations
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationFinished
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle
-from navigation_bridge.goals.observation import hold_setpoint_ned
+from navigation_bridge.goals.setpoints import hold_setpoint_ned
 
 
 class Parking:

@@ -1,8 +1,7 @@
-"""Handling of goals while the reported position is in doubt. No ROS.
+"""Observation of whether a vehicle's reported position is in doubt. No ROS.
 
-An active goal is held by velocity. It is resumed when the doubt is over, or ends with NO_POSITION
-after a timeout. Its result reports duration and reason of the doubt.
-:mod:`mavlink_vehicle.state.position_trust` defines the signs.
+:mod:`mavlink_vehicle.state.position_trust` defines the signs, and
+:mod:`navigation_bridge.rules.position` the effect on a goal.
 """
 
 from __future__ import annotations
@@ -10,32 +9,19 @@ from __future__ import annotations
 from mavlink_vehicle.state.position_trust import JUMP_MAX_M, PositionTrust
 from mavlink_vehicle.state.telemetry import GlobalPosition
 from mavlink_vehicle.state.vehicle_state import VehicleState
-from navigation_bridge.goals.goal import ActiveGoal, LogLevel
-from navigation_bridge.reporting import Reporter
+from navigation_bridge.snapshot import PositionFault
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.tasks.intents import Outcome
 
 # A client that repeats a goal at once after a jump has not checked the position.
 _JUMP_RECENT_S = 60.0
 
 
 class PositionWatch:
-    """Monitors one vehicle's position and handles doubts for the active goal."""
+    """Monitors one vehicle's position."""
 
-    def __init__(self, report: Reporter, timeout_s: float) -> None:
-        """Start without observations.
-
-        Args:
-            report: receives doubts.
-            timeout_s: time for which a goal is held.
-        """
-        self._report = report
-        self._timeout_s = timeout_s
+    def __init__(self) -> None:
+        """Start without observations."""
         self._trust = PositionTrust()
-
-    def configure(self, timeout_s: float) -> None:
-        """Apply another timeout."""
-        self._timeout_s = timeout_s
 
     def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
         """Process a change of state."""
@@ -77,54 +63,16 @@ class PositionWatch:
         hint = f"Check where the vehicle is; goals are accepted again in {wait_s:.0f} s."
         return Rejection(OutcomeCode.NO_POSITION, f"{text} {hint}"), ""
 
-    def begin(self, goal: ActiveGoal) -> None:
-        """Accept the jumps so far as part of the goal's frame."""
-        goal.doubt.jumps_ned_m = self._trust.jump_ned_m
+    @property
+    def jumps_ned_m(self) -> tuple[float, float]:
+        """Sum of the position's jumps so far, north and east."""
+        return self._trust.jump_ned_m
 
-    def reason(self, goal: ActiveGoal) -> str:
-        """Return why the position is in doubt for a goal; empty if it is not."""
-        found = self._reason(goal)
-        return "" if found is None else found[1]
-
-    def _reason(self, goal: ActiveGoal) -> tuple[type, str] | None:
-        """Return which report shows that the position is in doubt, and the reason, or None."""
-        jump_m = self._trust.jump_m(goal.doubt.jumps_ned_m)
+    def fault(self, jumps_ned_m: tuple[float, float]) -> PositionFault | None:
+        """Return why the position is in doubt for a goal that began after some jumps, or None."""
+        jump_m = self._trust.jump_m(jumps_ned_m)
         if jump_m > JUMP_MAX_M:
-            return GlobalPosition, f"the position has jumped by {jump_m:.1f} m"
-        return self._trust.fault
-
-    def watch(self, goal: ActiveGoal, now: float) -> Outcome | None:
-        """Monitor the doubt about the active goal's position; return the outcome at the timeout."""
-        doubt, found = goal.doubt, self._reason(goal)
-        if found is None:
-            if doubt.since_s is not None:
-                self.conclude(goal, now)
-                self._tell(goal, "The position is reliable again.")
-            return None
-        source, reason = found
-        if doubt.since_s is None:
-            doubt.since_s = now
-            self._tell(goal, f"The position is in doubt: {reason}.")
-        elif source not in doubt.reasons:
-            self._tell(goal, f"The position is still in doubt: {reason}.")
-        # A position that is stuck jumps at each step, by more each time: that is reported once.
-        doubt.reasons[source] = reason
-        if goal.plan is None or goal.ending or now - doubt.since_s <= self._timeout_s:
-            return None  # a landing and a return continue under the vehicle's own control
-        text = f"The position is still in doubt after {self._timeout_s:g} s: {reason}."
-        return Outcome(OutcomeCode.NO_POSITION, text, None)
-
-    def conclude(self, goal: ActiveGoal, now: float) -> None:
-        """Add past doubts to the notes of the goal."""
-        doubt = goal.doubt
-        if doubt.since_s is None:
-            return
-        goal.notes.append(
-            f"The position was in doubt for {now - doubt.since_s:.1f} s, starting at "
-            f"{doubt.since_s - goal.accepted_s:.0f} s ({'; '.join(doubt.reasons.values())})."
-        )
-        doubt.since_s, doubt.reasons = None, {}
-
-    def _tell(self, goal: ActiveGoal, text: str) -> None:
-        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {text}")
-        self._report.remark(goal, text)
+            reason = f"the position has jumped by {jump_m:.1f} m"
+            return PositionFault(GlobalPosition, reason)
+        found = self._trust.fault
+        return None if found is None else PositionFault(*found)

@@ -9,7 +9,7 @@ from mavlink_vehicle.events import LandedState, StationAct, StationActed
 from mavlink_vehicle.profiles import ModePacking, Profile
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import StationPause
-from navigation_bridge.goals.goal import ActiveGoal
+from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.tasks.observation import VehicleMode
 

@@ -18,8 +18,8 @@ from mavlink_vehicle.events import ModeChanged, StationAct, StationActed
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
 from navigation_bridge.configuration.settings import StationPause
-from navigation_bridge.goals.goal import ActiveGoal, LogLevel, Yielded
-from navigation_bridge.goals.observation import vehicle_mode
+from navigation_bridge.goals.active_goal import ActiveGoal
+from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.station_rules import (
@@ -32,14 +32,10 @@ from navigation_bridge.supervision.station_rules import (
     told,
     working_mode,
 )
+from navigation_bridge.vehicle.modes import vehicle_mode
 from navigation_bridge.vehicle.takeover import Takeover
-from navigation_bridge.vehicle.traits import traits_of
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome
-from navigation_core.tasks.measurement import is_airborne
-from navigation_core.tasks.observation import Observation, VehicleMode
-from navigation_core.tasks.standstill import Standstill
 
 # Maximum time between a command and the mode change that it causes: HEARTBEAT comes once a second,
 # and links have delays.
@@ -87,9 +83,9 @@ class Stations:
             return
         if goal.takeover is not None:
             if not self._brought(goal, acted, goal.takeover):
-                goal.takeover = replace(goal.takeover, by=sentence)
+                goal.name_station(sentence)
                 return
-            goal.takeover = None
+            goal.explain_takeover()
             if goal.plan is None and not goal.ending:
                 what = Consequence.CANCEL
         if acted.act is StationAct.REPLACED_MISSION and goal.mission is not None:
@@ -97,10 +93,11 @@ class Stations:
         if what is Consequence.CANCEL:
             self._cancel(goal, acted, now)
         elif what is Consequence.PAUSE:
-            self._pause(goal, sentence, now)
+            goal.pause_by_station(sentence, now)
+            self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: paused by a ground station")
         elif what is Consequence.GO_ON:
             self._go_on(goal, now)
-        goal.next_step_s = min(goal.next_step_s, now)
+        goal.due(now)
 
     def change_mode(self, event: ModeChanged, goal: ActiveGoal | None, now: float) -> bool:
         """Handle a mode change not requested here; True if a ground station's act explains it."""
@@ -129,8 +126,8 @@ class Stations:
         """Stop sending: the mode has changed, and the origin may show later."""
         acted = self._recent(now)
         by = "" if acted is None else told(acted)
-        goal.takeover = Takeover(mode_name, now, by).watched(self._vehicle.state)
-        self._let_go(goal, now)
+        goal.take_away(Takeover(mode_name, now, by).watched(self._vehicle.state))
+        self.let_go(goal, now)
 
     def name(self, outcome: Outcome, now: float) -> Outcome:
         """Name the ground station that took control in the outcome."""
@@ -142,28 +139,13 @@ class Stations:
 
     # --- a vehicle that is left alone -----------------------------------------------------
 
-    def yields(
-        self, goal: ActiveGoal, observation: Observation, config: GotoConfig, now: float
-    ) -> bool:
-        """Return whether a ground station made the vehicle hold, so that it is left alone."""
-        profile = self._vehicle.profile
-        if goal.yielded is None and profile and self._is_taken(goal, observation, config):
-            goal.yielded = Yielded(now, Standstill.of_stop(config, traits_of(profile)))
-            self._let_go(goal, now)
-        return goal.yielded is not None
-
-    def step(
-        self, goal: ActiveGoal, observation: Observation, config: GotoConfig, now: float
-    ) -> Outcome | None:
-        """Monitor a vehicle that is left alone; return the outcome at the end of the goal."""
-        assert goal.yielded is not None
-        if not observation.armed and not goal.ending:
-            text = "The vehicle was disarmed while paused by a ground station."
-            return Outcome(OutcomeCode.DISARMED, text, None)
-        if not goal.ending:
-            return None
-        how = self._stopped(goal, goal.yielded, observation, config, now)
-        return None if how is None else Outcome(OutcomeCode.CANCELED, how, None)
+    def let_go(self, goal: ActiveGoal, now: float) -> None:
+        """Send nothing to the vehicle of a goal any more."""
+        if goal.operation is not None:
+            self._vehicle.cancel_operation(now)
+            goal.operation_dropped()
+        self._vehicle.close_stream()
+        goal.due(now)
 
     def free(self, now: float) -> bool:
         """Make a vehicle that ignores setpoints follow them again: through its hold mode."""
@@ -176,73 +158,19 @@ class Stations:
 
     def _give_away(self, goal: ActiveGoal, sentence: str, now: float) -> None:
         """Handle a ground station taking control; its stop before was part of that."""
-        goal.takeover = Takeover("", now, sentence)
-        if goal.cancelled_by_pause:
-            goal.cancelled_by, goal.cancelled_by_pause = "", False
-        self._let_go(goal, now)
-
-    def _let_go(self, goal: ActiveGoal, now: float) -> None:
-        if goal.operation is not None:
-            self._vehicle.cancel_operation(now)
-            goal.operation = goal.operation_id = None
-        self._vehicle.close_stream()
-        goal.next_step_s = min(goal.next_step_s, now)
-
-    def _stopped(
-        self,
-        goal: ActiveGoal,
-        yielded: Yielded,
-        observation: Observation,
-        config: GotoConfig,
-        now: float,
-    ) -> str | None:
-        text = "The goal was cancelled."
-        profile = self._vehicle.profile
-        if profile is not None and not traits_of(profile).hovers:
-            return f"{text} The plane is circling."
-        if not observation.armed:
-            return f"{text} The motors are off."
-        if yielded.stopped.holds(observation, config.position_stale_s):
-            return f"{text} The vehicle has stopped."
-        asked_s = yielded.since_s
-        if goal.cancel_requested_s is not None:
-            asked_s = max(asked_s, goal.cancel_requested_s)
-        if now - asked_s <= config.cancel_timeout_s:
-            return None
-        return f"{text} {yielded.stopped.failure(config.cancel_timeout_s)}"
-
-    def _is_taken(self, goal: ActiveGoal, observation: Observation, config: GotoConfig) -> bool:
-        profile = self._vehicle.profile
-        if not (goal.cancelled_by or goal.paused_by) or goal.mission is not None or profile is None:
-            return False  # a mission's task waits in the hold mode by itself
-        if observation.mode is not VehicleMode.HOLD or observation.in_control:
-            return False
-        if not observation.armed:
-            return False
-        if traits_of(profile).flies:
-            return is_airborne(observation, config.airborne_height_m)
-        return goal.plan is None or goal.task.commanded is not None
+        goal.redirect(Takeover("", now, sentence))
+        self.let_go(goal, now)
 
     def _cancel(self, goal: ActiveGoal, acted: StationActed, now: float) -> None:
-        goal.cancelled_by = told(acted)
-        goal.cancelled_by_pause = acted.act is StationAct.PAUSED
-        goal.begin_cancel(now)
+        goal.cancel_by_station(told(acted), acted.act is StationAct.PAUSED, now)
         self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: cancelled by a ground station")
         self._report.cancel_wanted(goal)
 
-    def _pause(self, goal: ActiveGoal, sentence: str, now: float) -> None:
-        goal.paused_by = sentence
-        goal.task.pause(now)
-        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: paused by a ground station")
-
     def _go_on(self, goal: ActiveGoal, now: float) -> None:
-        goal.paused_by = ""
-        if not goal.paused_by_client:
-            goal.task.unpause(now)
+        goal.resume_by_station(now)
         if self.free(now) or goal.yielded is not None:
-            goal.yielded = None
-            goal.task.take_up(now)
-        goal.next_step_s = min(goal.next_step_s, now)
+            goal.take_back(now)
+        goal.due(now)
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed by a ground station")
 
     def _follow_pause(self, acted: StationActed) -> None:

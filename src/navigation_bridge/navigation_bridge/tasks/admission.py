@@ -2,36 +2,174 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mavlink_vehicle.vehicle import Vehicle
-from navigation_bridge.configuration.settings import BridgeConfig
-from navigation_bridge.goals.admitted import Admitted, Situation
+from navigation_bridge.configuration.settings import TrafficConflict
+from navigation_bridge.engine import Engine
+from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.point_requests import check_request
-from navigation_bridge.goals.requests import NavigateRequest, Request
-from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
+from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
+from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
+from navigation_bridge.storage.desk import StorageDesk
+from navigation_bridge.supervision.position_watch import PositionWatch
+from navigation_bridge.supervision.preflight import check_safety
 from navigation_bridge.tasks.registry import task_of
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.traffic.conduct import TrafficConduct
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.searches import Searcher
 
-__all__ = ["admit"]
+__all__ = ["Admission", "admit"]
+
+# Time within which a goal starts that was admitted.
+_TICKET_S = 0.2
+# Beyond what a fast vehicle moves between the two.
+_EXTERNAL_OFF_M = 3.0
+
+
+@dataclass(frozen=True)
+class _Ticket:
+    """An admitted request, as long as nothing that it was decided by has changed.
+
+    Attributes:
+        request: the request.
+        active_goal_id: the goal that was active, or None.
+        snapshot: what was known.
+        admitted: the admitted goal.
+    """
+
+    request: Request
+    active_goal_id: str | None
+    snapshot: Snapshot
+    admitted: Admitted
+
+
+class Admission:
+    """Decides about goals for one vehicle."""
+
+    def __init__(
+        self,
+        tasks: Sequence[TaskKind[Any]],
+        engine: Engine,
+        vehicle: Vehicle,
+        traffic: TrafficConduct,
+        positions: PositionWatch,
+        storage: StorageDesk,
+    ) -> None:
+        """Decide by these."""
+        self._tasks = tasks
+        self._engine = engine
+        self._vehicle = vehicle
+        self._traffic = traffic
+        self._positions = positions
+        self._storage = storage
+        self._ticket: _Ticket | None = None
+
+    def redeem(
+        self, request: Request, active_goal_id: str | None, now: float
+    ) -> Admitted | Rejection:
+        """Return a goal that was admitted just before; decide again if anything has changed."""
+        ticket, self._ticket = self._ticket, None
+        if (
+            ticket is None
+            or ticket.request != request
+            or ticket.active_goal_id != active_goal_id
+            or ticket.snapshot.state is not self._vehicle.state
+            or ticket.snapshot.config is not self._engine.config
+            or now - ticket.snapshot.time_s > _TICKET_S
+            or self._storage.writes_list
+        ):
+            return self.admit(request, active_goal_id, now)
+        return ticket.admitted
+
+    def admit(
+        self, request: Request, active_goal_id: str | None, now: float
+    ) -> Admitted | Rejection:
+        """Return the admitted goal, or the first reason for its rejection."""
+        snapshot = self._engine.look(now)
+        # The new limits of the flight count from now on, for the active goal as well.
+        snapshot = self._engine.bound(snapshot)
+        admitted = self._decide(request, active_goal_id, snapshot)
+        if isinstance(admitted, Rejection):
+            return admitted
+        self._ticket = _Ticket(request, active_goal_id, snapshot, admitted)
+        return admitted
+
+    def _decide(
+        self, request: Request, active_goal_id: str | None, snapshot: Snapshot
+    ) -> Admitted | Rejection:
+        admitted, now = admit(request, self._tasks, snapshot, active_goal_id), snapshot.time_s
+        if isinstance(admitted, Rejection):
+            return admitted
+        admitted = replace(
+            admitted,
+            action=task_of(request, self._tasks).action,
+            follows_commands=isinstance(request, VelocityRequest),
+        )
+        checked = check_safety(admitted, snapshot)
+        if isinstance(checked, Rejection) or checked.plan is None:
+            return checked
+        if self._storage.writes_list:
+            text = "The vehicle's fence or rally points are being written; send the goal again."
+            return Rejection(OutcomeCode.BUSY, text)
+        off_m = self._vehicle.external_difference_m(now)
+        if off_m is not None and off_m > _EXTERNAL_OFF_M:
+            # A PX4 with EKF2_HGT_REF 3 counts these heights from sea level, not from the origin.
+            text = (
+                f"The vehicle's position is {off_m:.1f} m from that of external_odometry_topic; "
+                "check the autopilot's origin, its altitude included, and its estimator."
+            )
+            return Rejection(OutcomeCode.UNHEALTHY, text)
+        checked = self._among_others(checked, request, active_goal_id, snapshot)
+        if isinstance(checked, Rejection):
+            return checked
+        doubt, note = self._positions.check(now)
+        if doubt is not None:
+            return doubt
+        return replace(checked, warnings=(*checked.warnings, note)) if note else checked
+
+    def _among_others(
+        self,
+        admitted: Admitted,
+        request: Request,
+        active_goal_id: str | None,
+        snapshot: Snapshot,
+    ) -> Admitted | Rejection:
+        """Check a target against those of other vehicles; it may be moved."""
+        target_enu_m = admitted.target_enu_m
+        found = self._traffic.check_target(target_enu_m, snapshot.time_s)
+        if isinstance(found, Rejection):
+            return found
+        if not found:
+            return admitted
+        reroutes = snapshot.config.traffic.conflict is TrafficConflict.REROUTE
+        if (
+            reroutes
+            and target_enu_m is not None
+            and isinstance(request, NavigateRequest)
+            and request.frame_id != "base_link"
+        ):
+            place = self._traffic.free_target(target_enu_m, snapshot.time_s)
+            if place is not None:
+                moved = replace(request, frame_id="map", position=place)
+                again = self.admit(moved, active_goal_id, snapshot.time_s)
+                if not isinstance(again, Rejection):
+                    text = (
+                        "The target was moved to the nearest position that is free of other "
+                        "vehicles."
+                    )
+                    return replace(again, warnings=(*again.warnings, text))
+        return replace(admitted, warnings=(*admitted.warnings, found))
 
 
 def admit(
     request: Request,
     tasks: Sequence[TaskKind[Any]],
-    vehicle: Vehicle,
-    map_frame: MapFrame,
-    config: BridgeConfig,
-    obstacles: ObstacleFeed,
-    searcher: Searcher,
+    snapshot: Snapshot,
     active_goal_id: str | None,
-    now: float,
 ) -> Admitted | Rejection:
     """Return the admitted goal for this vehicle, or the first reason for rejection."""
     if isinstance(request, NavigateRequest):
@@ -39,35 +177,39 @@ def admit(
         if rejection is not None:
             return rejection
     task = task_of(request, tasks)
-    situation = _situation(
-        vehicle, map_frame, config, obstacles, searcher, task.needs_position, now
-    )
-    if isinstance(situation, Rejection):
-        return situation
-    if active_goal_id is not None and not config.replace_active_goal:
+    rejection = _check_vehicle(snapshot)
+    if rejection is not None:
+        return rejection
+    busy: Rejection | None = None
+    if active_goal_id is not None and not snapshot.config.replace_active_goal:
+        text = f"Goal {active_goal_id} is active and on_new_goal is 'reject'; cancel it first."
+        busy = Rejection(OutcomeCode.BUSY, text)
+    if task.admit_anywhere is not None:
+        return busy or task.admit_anywhere(request, snapshot)
+    if not isinstance(snapshot, LocatedSnapshot):
         return Rejection(
-            OutcomeCode.BUSY,
-            f"Goal {active_goal_id} is active and on_new_goal is 'reject'; cancel it first.",
+            OutcomeCode.NO_POSITION,
+            "The autopilot has no valid position yet; wait for its GPS and estimator.",
         )
-    return task.admit(request, situation)
+    age_s, stale_s = snapshot.arrival_age_s, snapshot.config.goto.position_stale_s
+    if age_s > stale_s:
+        return Rejection(
+            OutcomeCode.NO_POSITION,
+            f"The last GLOBAL_POSITION_INT is {age_s:.1f} s old, and this goal needs one of the "
+            f"last {stale_s:g} s; send it again, or check the link and the message rates.",
+        )
+    return busy or task.admit(request, snapshot)
 
 
-def _situation(
-    vehicle: Vehicle,
-    map_frame: MapFrame,
-    config: BridgeConfig,
-    obstacles: ObstacleFeed,
-    searcher: Searcher,
-    needs_position: bool,
-    now: float,
-) -> Situation | Rejection:
-    state, profile = vehicle.state, vehicle.profile
-    if not vehicle.connected or profile is None:
+def _check_vehicle(snapshot: Snapshot) -> Rejection | None:
+    """Return why goals are not accepted by this vehicle, or by none, or None."""
+    profile = snapshot.profile
+    if not snapshot.connected:
         return Rejection(
             OutcomeCode.NO_VEHICLE,
             "No autopilot is heard on the link; check link_url and the vehicle's power.",
         )
-    if vehicle.is_one_way:
+    if snapshot.one_way:
         return Rejection(
             OutcomeCode.NO_VEHICLE,
             "The link is one way: telemetry arrives, but nothing that is sent is answered; check "
@@ -81,20 +223,4 @@ def _situation(
             f"Goals on this vehicle ({profile.name}) are not supported; docs/autopilots.md lists "
             "the supported ones.",
         )
-    position, pose = state.global_position, map_frame.pose(state)
-    if not needs_position:
-        age_s = math.inf if pose is None or position is None else now - position.time_s
-        return Situation(vehicle, profile, map_frame, pose, age_s, config, obstacles, searcher)
-    if pose is None or position is None:
-        return Rejection(
-            OutcomeCode.NO_POSITION,
-            "The autopilot has no valid position yet; wait for its GPS and estimator.",
-        )
-    age_s, stale_s = now - position.time_s, config.goto.position_stale_s
-    if age_s > stale_s:
-        return Rejection(
-            OutcomeCode.NO_POSITION,
-            f"The last GLOBAL_POSITION_INT is {age_s:.1f} s old, and this goal needs one of the "
-            f"last {stale_s:g} s; send it again, or check the link and the message rates.",
-        )
-    return Situation(vehicle, profile, map_frame, pose, age_s, config, obstacles, searcher)
+    return None

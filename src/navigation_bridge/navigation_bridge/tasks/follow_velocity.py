@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from mavlink_vehicle.events import LandedState
-from navigation_bridge.goals.admitted import Admitted, Situation
+from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.obstacle_admission import avoidance_of
 from navigation_bridge.goals.point_requests import check_speed
 from navigation_bridge.goals.requests import VelocityRequest
 from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.names import VELOCITY_ACTION_NAME
+from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -21,17 +22,16 @@ from navigation_core.tasks.task import Task
 __all__ = ["FOLLOW_VELOCITY"]
 
 
-def _admit(request: VelocityRequest, situation: Situation) -> Admitted | Rejection:
-    rejection = check_speed(request.max_speed_m_s) or _check_vehicle(situation)
+def _admit(request: VelocityRequest, snapshot: LocatedSnapshot) -> Admitted | Rejection:
+    rejection = check_speed(request.max_speed_m_s) or _check_vehicle(snapshot)
     if rejection is not None:
         return rejection
-    config, traits, goto = situation.config, situation.traits, situation.goto
-    asked_m_s = min(request.max_speed_m_s, situation.speed_max_m_s)
+    config, traits, goto = snapshot.config, snapshot.traits, snapshot.goto
+    asked_m_s = min(request.max_speed_m_s, snapshot.speed_max_m_s)
     speed_m_s = asked_m_s or goto.limits.speed_horizontal_m_s
-    obstacles = situation.obstacles
     # A client that steers plans no path: avoidance is on as soon as any obstacle may be known.
-    knows_obstacles = obstacles.has_sensor or bool(obstacles.standing.known_by_name)
-    avoidance = avoidance_of(knows_obstacles, situation)
+    knows_obstacles = snapshot.has_sensor or bool(snapshot.known_obstacles)
+    avoidance = avoidance_of(knows_obstacles, snapshot)
 
     def make_task(handover: Handover) -> Task:
         return FollowVelocity(
@@ -52,9 +52,9 @@ def _admit(request: VelocityRequest, situation: Situation) -> Admitted | Rejecti
     )
 
 
-def _check_vehicle(situation: Situation) -> Rejection | None:
+def _check_vehicle(snapshot: LocatedSnapshot) -> Rejection | None:
     """Return why velocity commands cannot move this vehicle now, or None."""
-    traits, state = situation.traits, situation.vehicle.state
+    traits, state = snapshot.traits, snapshot.state
     if not traits.hovers:
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from navigation_bridge.goals.admitted import Admitted, Situation
+from navigation_bridge.goals.admitted import Admitted, may_move
 from navigation_bridge.goals.obstacle_admission import avoidance_of, check_obstacles
 from navigation_bridge.goals.point_requests import resolve
 from navigation_bridge.goals.requests import NavigateRequest
 from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.names import ACTION_NAME
+from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_bridge.tasks.navigate_waypoints import admit_plane
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.safety.target_checks import Rejection
@@ -19,42 +20,41 @@ from navigation_core.tasks.waypoint import Route, RouteWaypoint
 __all__ = ["NAVIGATE", "admit_point", "resolve_point"]
 
 
-def resolve_point(request: NavigateRequest, situation: Situation) -> GotoGoal | Rejection:
+def resolve_point(request: NavigateRequest, snapshot: LocatedSnapshot) -> GotoGoal | Rejection:
     """Return the goal of a request in the map frame, or the reason for its rejection."""
-    rejection = situation.may_move()
+    rejection = may_move(snapshot)
     if rejection is not None:
         return rejection
-    assert situation.pose is not None
     return resolve(
         request,
-        situation.pose,
-        situation.map_frame.enu,
-        situation.ground_enu_m,
-        situation.config.volume,
-        situation.speed_max_m_s,
-        situation.traits,
+        snapshot.pose,
+        snapshot.enu,
+        snapshot.ground_enu_m,
+        snapshot.config.volume,
+        snapshot.speed_max_m_s,
+        snapshot.traits,
     )
 
 
-def _admit(request: NavigateRequest, situation: Situation) -> Admitted | Rejection:
-    goal = resolve_point(request, situation)
+def _admit(request: NavigateRequest, snapshot: LocatedSnapshot) -> Admitted | Rejection:
+    goal = resolve_point(request, snapshot)
     if isinstance(goal, Rejection):
         return goal
-    warnings = check_obstacles((goal.position_enu_m,), request.avoid_obstacles, False, situation)
+    warnings = check_obstacles((goal.position_enu_m,), request.avoid_obstacles, False, snapshot)
     if isinstance(warnings, Rejection):
         return warnings
-    return admit_point(goal, situation.goto, situation, warnings, request.avoid_obstacles)
+    return admit_point(goal, snapshot.goto, snapshot, warnings, request.avoid_obstacles)
 
 
 def admit_point(
     goal: GotoGoal,
     config: GotoConfig,
-    situation: Situation,
+    snapshot: LocatedSnapshot,
     warnings: tuple[str, ...] = (),
     avoid: bool = False,
 ) -> Admitted | Rejection:
     """Return the admitted flight to one point, which a plane circles."""
-    traits = situation.traits
+    traits = snapshot.traits
     if not traits.hovers:
         waypoint = RouteWaypoint(
             goal.position_enu_m,
@@ -62,14 +62,14 @@ def admit_point(
             yaw_enu_rad=goal.yaw_enu_rad,
             max_speed_m_s=goal.max_speed_m_s,
         )
-        return admit_plane(Route((waypoint,)), situation, warnings)
+        return admit_plane(Route((waypoint,)), snapshot, warnings)
     x, y, z = goal.position_enu_m
     speed_m_s = goal.max_speed_m_s or config.limits.speed_horizontal_m_s
 
-    avoidance = avoidance_of(avoid, situation)
+    avoidance = avoidance_of(avoid, snapshot)
 
     def make_task(handover: Handover) -> Task:
-        terms = FlightTerms(config, handover, traits, avoidance, situation.bounds)
+        terms = FlightTerms(config, handover, traits, avoidance, snapshot.bounds)
         return fly_to(goal, terms)
 
     return Admitted(

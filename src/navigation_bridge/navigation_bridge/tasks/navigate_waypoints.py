@@ -6,12 +6,13 @@ import math
 from dataclasses import replace
 
 from navigation_bridge.configuration.settings import MissedWaypoint
-from navigation_bridge.goals.admitted import Admitted, Situation
+from navigation_bridge.goals.admitted import Admitted, may_move
 from navigation_bridge.goals.obstacle_admission import avoidance_of, check_obstacles
 from navigation_bridge.goals.requests import WaypointsRequest
 from navigation_bridge.goals.route_requests import MISSION_WAYPOINTS_MAX, resolve_waypoints
 from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.names import WAYPOINTS_ACTION_NAME
+from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import horizontal_norm
 from navigation_core.outcomes import OutcomeCode
@@ -34,49 +35,44 @@ _AIRSPEED = "A plane's max_speed is an airspeed; the ground speed depends on the
 _NO_SPEED = "max_speed was ignored: the speed of this plane cannot be commanded."
 
 
-def _admit(request: WaypointsRequest, situation: Situation) -> Admitted | Rejection:
+def _admit(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Admitted | Rejection:
     """Return the admitted route for this vehicle, or the first reason for rejection."""
-    rejection = situation.may_move()
+    rejection = may_move(snapshot)
     if rejection is not None:
         return rejection
-    config, traits = situation.config, situation.traits
-    rules = situation.profile.missions
+    config, traits = snapshot.config, snapshot.traits
+    rules = snapshot.profile.missions
     if request.by_mission and rules is None:
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,
-            f"Missions are not supported on {situation.profile.name}; use setpoints.",
+            f"Missions are not supported on {snapshot.profile.name}; use setpoints.",
         )
     waypoints = resolve_waypoints(
         request,
-        situation.map_frame,
-        situation.vehicle.state,
-        config.volume,
-        situation.speed_max_m_s,
-        config.goto.arrival_radius_m,
-        traits,
+        snapshot,
         follows_terrain=(
             request.by_mission
             and rules is not None
             and rules.terrain
-            and situation.vehicle.state.terrain_ready is True
+            and snapshot.state.terrain_ready is True
         ),
     )
     if isinstance(waypoints, Rejection):
         return waypoints
     route = Route(waypoints, max(request.laps, 1))
     targets = tuple(waypoint.position_enu_m for waypoint in waypoints)
-    warnings = check_obstacles(targets, request.avoid_obstacles, request.by_mission, situation)
+    warnings = check_obstacles(targets, request.avoid_obstacles, request.by_mission, snapshot)
     if isinstance(warnings, Rejection):
         return warnings
     if request.by_mission:
-        return _mission(request, route, situation, warnings)
+        return _mission(request, route, snapshot, warnings)
     if not traits.hovers:
-        return admit_plane(route, situation, warnings)
+        return admit_plane(route, snapshot, warnings)
 
-    avoidance = avoidance_of(request.avoid_obstacles, situation)
+    avoidance = avoidance_of(request.avoid_obstacles, snapshot)
 
     def make_task(handover: Handover) -> Task:
-        terms = FlightTerms(situation.goto, handover, traits, avoidance, situation.bounds)
+        terms = FlightTerms(snapshot.goto, handover, traits, avoidance, snapshot.bounds)
         turns_back = config.on_missed_waypoint is MissedWaypoint.TURN_BACK
         return fly_route(route, terms, turns_back)
 
@@ -86,7 +82,7 @@ def _admit(request: WaypointsRequest, situation: Situation) -> Admitted | Reject
         make_task,
         warnings,
         replace(
-            _plan(route, situation.goto.limits.speed_horizontal_m_s, avoidance is None),
+            _plan(route, snapshot.goto.limits.speed_horizontal_m_s, avoidance is None),
             margin_m=traits.target_margin_m,
         ),
     )
@@ -103,7 +99,7 @@ def _plan(route: Route, speed_m_s: float, straight: bool = True) -> FlightPlan:
 
 
 def _mission(
-    request: WaypointsRequest, route: Route, situation: Situation, warnings: tuple[str, ...]
+    request: WaypointsRequest, route: Route, snapshot: LocatedSnapshot, warnings: tuple[str, ...]
 ) -> Admitted | Rejection:
     if route.total > MISSION_WAYPOINTS_MAX:
         return Rejection(
@@ -111,14 +107,14 @@ def _mission(
             f"The mission has {route.total} waypoints over all laps; the limit is "
             f"{MISSION_WAYPOINTS_MAX}. Use setpoints.",
         )
-    config, traits = situation.config.goto, situation.traits
-    rejection = None if traits.hovers else _check_circles(route.waypoints, situation)
+    config, traits = snapshot.config.goto, snapshot.traits
+    rejection = None if traits.hovers else _check_circles(route.waypoints, snapshot)
     if rejection is not None:
         return rejection
     # A plane keeps its own airspeed unless another is requested.
     speed_m_s = config.limits.speed_horizontal_m_s if traits.hovers else None
     if request.max_speed_m_s > 0.0:
-        speed_m_s = min(request.max_speed_m_s, situation.speed_max_m_s)
+        speed_m_s = min(request.max_speed_m_s, snapshot.speed_max_m_s)
     return Admitted(
         f"mission of {len(route.waypoints)} waypoints, {route.laps} x",
         route.waypoints[-1].position_enu_m,
@@ -128,10 +124,12 @@ def _mission(
     )
 
 
-def _check_circles(waypoints: tuple[RouteWaypoint, ...], situation: Situation) -> Rejection | None:
+def _check_circles(
+    waypoints: tuple[RouteWaypoint, ...], snapshot: LocatedSnapshot
+) -> Rejection | None:
     """Reject a waypoint that a plane cannot circle: too low, or too close to the limit."""
-    traits, ground_m = situation.traits, situation.ground_enu_m
-    radius_m, volume = traits.circle_radius_m, situation.config.volume
+    traits, ground_m = snapshot.traits, snapshot.ground_enu_m
+    radius_m, volume = traits.circle_radius_m, snapshot.config.volume
     for index, waypoint in enumerate(waypoints):
         height_m = waypoint.position_enu_m[2] - ground_m
         if height_m < traits.height_min_m:
@@ -153,20 +151,20 @@ def _check_circles(waypoints: tuple[RouteWaypoint, ...], situation: Situation) -
 
 
 def admit_plane(
-    route: Route, situation: Situation, warnings: tuple[str, ...]
+    route: Route, snapshot: LocatedSnapshot, warnings: tuple[str, ...]
 ) -> Admitted | Rejection:
     """Return the goal of a plane, which is sent from point to point and circles the last."""
     waypoints = route.waypoints
-    traits, ground_m = situation.traits, situation.ground_enu_m
-    rejection = _check_circles(waypoints, situation)
+    traits, ground_m = snapshot.traits, snapshot.ground_enu_m
+    rejection = _check_circles(waypoints, snapshot)
     if rejection is not None:
         return rejection
     if any(waypoint.yaw_enu_rad is not None for waypoint in waypoints):
         warnings += (_NO_YAW,)
     if any(waypoint.max_speed_m_s is not None for waypoint in waypoints):
-        known = situation.profile.speed_command is not None
+        known = snapshot.profile.speed_command is not None
         warnings += (_AIRSPEED if known else _NO_SPEED,)
-    config = situation.config.goto
+    config = snapshot.config.goto
     # It turns back only from a safe height, and climbs to the target's on the leg.
     first_m = waypoints[0].position_enu_m[2] - ground_m
     takeoff_m = min(first_m, max(config.takeoff_height_m, traits.takeoff_height_m))

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from navigation_bridge.goals.admitted import Admitted, Situation
+from navigation_bridge.goals.admitted import Admitted
+from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_core.safety.target_checks import Rejection
 
 RequestT = TypeVar("RequestT")
@@ -21,10 +22,11 @@ class TaskKind(Generic[RequestT]):
         request: type of its requests, which no other task has. Its base among those of
             ``goals/requests.py`` decides the type of the action.
         admit: returns the admitted goal, or the first reason for rejection.
-        needs_position: whether a goal is rejected while the vehicle has no position.
+        admit_anywhere: the same for a goal that needs no recent position; None where one is
+            rejected without it.
     """
 
     action: str
     request: type[RequestT]
-    admit: Callable[[RequestT, Situation], Admitted | Rejection]
-    needs_position: bool = True
+    admit: Callable[[RequestT, LocatedSnapshot], Admitted | Rejection]
+    admit_anywhere: Callable[[RequestT, Snapshot], Admitted | Rejection] | None = None

@@ -9,26 +9,25 @@ to continue, whatever others hold.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from mavlink_vehicle.codec import Message
-from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles import Profile, VehicleKind
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig, TrafficConflict
-from navigation_bridge.goals.goal import ActiveGoal
-from navigation_bridge.goals.observation import vehicle_mode
+from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.names import RETURN_ACTION_NAME
+from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.traffic import own_volumes
 from navigation_bridge.traffic.other_traffic import address_of, adsb_of, is_by_adsb, seen_by_adsb
-from navigation_bridge.traffic.own_volumes import Whereabouts
+from navigation_bridge.traffic.own_volumes import is_plane
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.vehicle.fence import fence_of
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_bridge.vehicle.traits import drives, limits_of, traits_of
+from navigation_bridge.vehicle.traits import drives, limits_of
 from navigation_core.geometry import Vector3, norm
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.stopping_distance import stopping_distance_m
@@ -86,6 +85,7 @@ class TrafficConduct:
         searcher: Searcher,
         shared: SharedTraffic | None,
         name: str,
+        look: Callable[[float], Snapshot],
     ) -> None:
         """Prepare.
 
@@ -96,7 +96,9 @@ class TrafficConduct:
             searcher: looks for detours.
             shared: the traffic; None where there is nobody else.
             name: of the vehicle.
+            look: returns what is known at a time, between two turns.
         """
+        self._look = look
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._config = config
@@ -204,8 +206,8 @@ class TrafficConduct:
 
     def _alone(self) -> tuple[Volume, Volume] | None:
         """Return what the vehicle may enter without this server, and where it can be sent."""
-        view, at = self._own_view(), self._whereabouts(self._now)
-        if view is None or at is None:
+        view, at = self._own_view(), self._look(self._now)
+        if view is None or not isinstance(at, LocatedSnapshot):
             return None
         centre = view.footing.traffic(np.zeros((1, 3)))
         reach = Volume.along(centre, self._config.volume.radius_max_m, _ANY_HEIGHT_M)
@@ -262,19 +264,19 @@ class TrafficConduct:
 
     # --- what is asked of the autopilot ------------------------------------------------------
 
-    def gate(self, goal: ActiveGoal, intent: Perform, now: float) -> TrafficWait | None:
+    def gate(self, goal: ActiveGoal, intent: Perform, snapshot: Snapshot) -> TrafficWait | None:
         """Reserve what an operation needs; return what it has to wait for, or None."""
-        view = self.view()
+        view = snapshot.traffic
         if view is None or intent.kind not in _GATED or goal.ending:
             self._asked = intent if intent.kind in _GATED else self._asked
             self._gate = None
             return None
-        at = self._whereabouts(now)
-        if at is None or _stays(intent, at):
+        at, now = snapshot, snapshot.time_s
+        if not isinstance(at, LocatedSnapshot) or _stays(intent, at):
             self._asked, self._gate = intent, None
             return None
         volume = self._volume_of(intent, view, at, goal)
-        self._rank(goal)
+        self._rank(goal, snapshot)
         before = self._gate
         # Only planes are sent to places; their task compares that with the motion of intruders.
         waits_for_intruders = intent.kind is not TaskOperation.REPOSITION
@@ -292,37 +294,37 @@ class TrafficConduct:
         return self._gate is not None and now - self._gate.since_s > self._config.traffic.timeout_s
 
     def _volume_of(
-        self, intent: Perform, view: TrafficView, at: Whereabouts, goal: ActiveGoal | None
+        self, intent: Perform, view: TrafficView, at: LocatedSnapshot, goal: ActiveGoal | None
     ) -> Volume:
         if intent.kind is TaskOperation.RETURN:
-            return own_volumes.return_home(view, at)
+            return own_volumes.return_home(view, at, self._return_height_m)
         if intent.kind is TaskOperation.LAND:
             return own_volumes.landing(view, at)
         if intent.kind is TaskOperation.REPOSITION and intent.target_enu_m is not None:
-            if at.is_plane:
+            if is_plane(at):
                 return own_volumes.to_circle(view, at, intent.target_enu_m)
             return own_volumes.route(view, at, (intent.target_enu_m,))
         if intent.kind is TaskOperation.START_MISSION:
             targets = () if goal is None or goal.plan is None else goal.plan.targets_enu_m
             return own_volumes.route(view, at, targets)
-        if not at.flies:
+        if not at.traits.flies:
             return own_volumes.standing(view, at, 0.0, is_parked=False)
         height_m = intent.height_m
         if height_m is None:
             height_m = self._config.goto.takeoff_height_m
         return own_volumes.climb(view, at, height_m)
 
-    def tempered(self, goal: ActiveGoal, intent: Fly, now: float) -> Fly:
+    def tempered(self, goal: ActiveGoal, intent: Fly, snapshot: Snapshot) -> Fly:
         """Return a setpoint as fast as a run-out from it is free, for who follows commands."""
-        view = self.view()
+        view, now = snapshot.traffic, snapshot.time_s
         self._gate = None
         if view is None or not goal.follows_commands:
             return intent
-        setpoint, limits = intent.setpoint, self._limits()
-        if limits is None or norm(setpoint.velocity_enu_m_s) < 0.05:
+        setpoint = intent.setpoint
+        if norm(setpoint.velocity_enu_m_s) < 0.05:
             return intent
-        timeout_s, braking_m_s2 = limits
-        self._rank(goal)
+        timeout_s, braking_m_s2 = _run_out(snapshot)
+        self._rank(goal, snapshot)
         for share in self._paces(view, setpoint, now):
             velocity = np.array(setpoint.velocity_enu_m_s) * share
             speed = float(np.linalg.norm(velocity))
@@ -353,21 +355,15 @@ class TrafficConduct:
         penalties = intruders.passage(placed, AFTER_S).penalties
         return _SHARES[int(penalties.argmin()) :]
 
-    def _limits(self) -> tuple[float, float] | None:
-        """Return for how long the vehicle runs out, and how hard it brakes."""
-        profile = self._vehicle.profile
-        if profile is None:
-            return None
-        traits = traits_of(profile, self._vehicle.parameters)
-        braking = limits_of(traits, self._config.goto.limits).acceleration_horizontal_m_s2
-        if not traits.flies:
-            braking = min(braking, traits.braking_m_s2)
-        return traits.setpoint_timeout_s, BRAKE_SHARE * braking
-
     # --- what it holds ------------------------------------------------------------------------
 
-    def update(self, goal: ActiveGoal | None, now: float) -> None:
+    def is_due(self, now: float) -> bool:
+        """Whether `update` has something to do."""
+        return self._shared is not None and now - self._updated_s >= self._shared.period_s
+
+    def update(self, goal: ActiveGoal | None, snapshot: Snapshot) -> None:
         """Hold what the vehicle occupies now, unless its task has just reserved its path."""
+        now = snapshot.time_s
         if self._shared is None or now - self._updated_s < self._shared.period_s:
             return
         view = self._own_view()
@@ -381,11 +377,13 @@ class TrafficConduct:
         self._shared.look(now)
         if self._config.traffic.announces:
             self._announce(now)
-        self._rank(goal)
-        at = self._whereabouts(now)
-        if at is None or not self._is_heard(now):
-            self._lose(view, at)
+        self._rank(goal, snapshot)
+        self._ask_return_height(snapshot)
+        heard = snapshot.connected and snapshot.arrival_age_s <= _STALE_S
+        if not isinstance(snapshot, LocatedSnapshot) or not heard:
+            self._lose(view, snapshot)
             return
+        at = snapshot
         axes, velocity = view.footing.axes, np.array(at.velocity_enu_m_s)
         position = view.footing.traffic(np.array([at.position_enu_m]))[0]
         self._shared.note_own(self.name, position, axes @ velocity, now)
@@ -396,14 +394,9 @@ class TrafficConduct:
         led = entry.intent is not None and now - entry.heard_s < _LED_AGE_MAX_S
         self._keep(view, at, goal, led)
         if not led:
-            self._stand(view, at, goal, now)
+            self._stand(view, at, goal)
 
-    def _is_heard(self, now: float) -> bool:
-        position = self._vehicle.state.global_position
-        fresh = position is not None and now - position.time_s <= _STALE_S
-        return fresh and self._vehicle.connected
-
-    def _lose(self, view: TrafficView, at: Whereabouts | None) -> None:
+    def _lose(self, view: TrafficView, snapshot: Snapshot) -> None:
         """Give nothing back: only what a vehicle says is known to be empty.
 
         Once its link counts as lost it may be anywhere in what it held, on its way home, or on the
@@ -411,61 +404,60 @@ class TrafficConduct:
         """
         entry = view.picture.entry(self.name)
         entry.moves = False
-        if self._vehicle.connected:
+        if snapshot.connected:
             return
         entry.intent = entry.waiting = None
-        if at is not None:
-            view.picture.keep(self.name, self._silent(view, at))
+        if isinstance(snapshot, LocatedSnapshot):
+            view.picture.keep(self.name, self._silent(view, snapshot))
 
-    def _stand(
-        self, view: TrafficView, at: Whereabouts, goal: ActiveGoal | None, now: float
-    ) -> None:
+    def _stand(self, view: TrafficView, at: LocatedSnapshot, goal: ActiveGoal | None) -> None:
         """Hold where the vehicle is and comes to rest."""
-        entry, parked = view.picture.entry(self.name), self._is_parked()
-        timeout_s, braking_m_s2 = self._limits() or (0.0, 1.0)
+        entry = view.picture.entry(self.name)
+        timeout_s, braking_m_s2 = _run_out(at)
         speed, stop_m = norm(at.velocity_enu_m_s), 0.0
-        if not (parked or at.is_plane):
+        if not (at.parked or is_plane(at)):
             stop_m = stopping_distance_m(speed, timeout_s, braking_m_s2)
-        held = own_volumes.standing(view, at, stop_m, parked)
+        held = own_volumes.standing(view, at, stop_m, at.parked)
         if self._gate is not None:
             entry.held = entry.used = held
             entry.moves = True
             return
         entry.waiting = None
         moves = goal is not None and not self._is_held(goal)
-        view.picture.stand(self.name, held, now, moves or self._flies_by_itself())
+        view.picture.stand(self.name, held, at.time_s, moves or _flies_by_itself(at))
 
-    def _keep(self, view: TrafficView, at: Whereabouts, goal: ActiveGoal | None, led: bool) -> None:
+    def _keep(
+        self, view: TrafficView, at: LocatedSnapshot, goal: ActiveGoal | None, led: bool
+    ) -> None:
         """Hold what the autopilot flies by itself, which gets less as it gets on."""
         if self._gate is not None:
             return  # it has not begun, and may be wished for
-        mode = self._mode()
         asked = self._asked
-        if led or (goal is None and self._is_parked()):
+        if led or (goal is None and at.parked):
             self._asked = asked = None
-        if not self._vehicle.state.armed and self._is_airborne():
+        if not at.armed and at.airborne:
             kept = own_volumes.landing(view, at)  # it falls
-        elif self._vehicle.state.armed and mode is VehicleMode.RETURN:
-            kept = own_volumes.return_home(view, at)
-        elif self._vehicle.state.armed and mode is VehicleMode.LAND:
+        elif at.armed and at.mode is VehicleMode.RETURN:
+            kept = own_volumes.return_home(view, at, self._return_height_m)
+        elif at.armed and at.mode is VehicleMode.LAND:
             kept = own_volumes.landing(view, at)
-        elif asked is not None and (goal is not None or at.is_plane):
+        elif asked is not None and (goal is not None or is_plane(at)):
             kept = self._volume_of(asked, view, at, goal)
-        elif at.is_plane and self._is_airborne():
+        elif is_plane(at) and at.airborne:
             kept = own_volumes.to_circle(view, at, at.position_enu_m)
         else:
             kept, self._asked = NOWHERE, None
         view.picture.keep(self.name, kept)
 
-    def _silent(self, view: TrafficView, at: Whereabouts) -> Volume:
-        if self._is_parked():
+    def _silent(self, view: TrafficView, at: LocatedSnapshot) -> Volume:
+        if at.parked:
             return NOWHERE
-        volumes = [own_volumes.return_home(view, at)]
-        if at.flies and not at.is_plane:
+        volumes = [own_volumes.return_home(view, at, self._return_height_m)]
+        if at.traits.flies and not is_plane(at):
             volumes.append(own_volumes.landing(view, at))
         return joined(*volumes)
 
-    def _rank(self, goal: ActiveGoal | None) -> None:
+    def _rank(self, goal: ActiveGoal | None, snapshot: Snapshot) -> None:
         assert self._shared is not None
         entry = self._shared.picture.entry(self.name)
         claimant, since_s = Claimant.NOTHING, 0.0
@@ -473,64 +465,45 @@ class TrafficConduct:
             claimant, since_s = Claimant.GOAL, goal.accepted_s + self._shared.epoch_s
             if goal.kind == RETURN_ACTION_NAME:
                 since_s -= _RETURN_AHEAD_S
-        if self._flies_by_itself() or not self._vehicle.connected:
+        if _flies_by_itself(snapshot) or not snapshot.connected:
             claimant = Claimant.FIRMWARE
         entry.rank = Rank(claimant, since_s, self.name)
-
-    def _mode(self) -> VehicleMode:
-        return vehicle_mode(self._vehicle.profile, self._vehicle.mode_name)
-
-    def _flies_by_itself(self) -> bool:
-        return self._vehicle.state.armed and self._mode() in _BY_ITSELF
-
-    def _is_airborne(self) -> bool:
-        landed = self._vehicle.state.landed_state
-        return landed not in (LandedState.ON_GROUND, LandedState.UNDEFINED)
-
-    def _is_parked(self) -> bool:
-        return not self._vehicle.state.armed and not self._is_airborne()
 
     @staticmethod
     def _is_held(goal: ActiveGoal) -> bool:
         paused = goal.paused_by_client or goal.paused_by or goal.yielded is not None
         return bool(paused) or goal.ending or goal.status in (Status.HOLDING, Status.BLOCKED)
 
-    def _whereabouts(self, now: float) -> Whereabouts | None:
-        state, profile = self._vehicle.state, self._vehicle.profile
-        pose = self._map_frame.pose(state)
-        if pose is None or profile is None or state.global_position is None:
-            return None
-        traits = traits_of(profile, self._vehicle.parameters)
-        ground_m = self._map_frame.ground_enu_m(state)
-        position = pose.position_enu_m
-        velocity = frames.ned_to_enu(state.global_position.velocity_ned_m_s)
-        if not traits.flies:
-            position, velocity = (*position[:2], ground_m), (*velocity[:2], 0.0)
-        return Whereabouts(
-            position_enu_m=position,
-            velocity_enu_m_s=velocity,
-            yaw_enu_rad=pose.yaw_enu_rad,
-            ground_enu_m=ground_m,
-            home_enu_m=self._map_frame.home_enu_m(state),
-            is_plane=traits.flies and not traits.hovers,
-            flies=traits.flies,
-            circle_radius_m=traits.circle_radius_m,
-            return_height_m=self._return_height_m(now),
-        )
-
-    def _return_height_m(self, now: float) -> float:
-        profile = self._vehicle.profile
-        assert profile is not None
-        if profile.return_height is None:
-            return _RETURN_HEIGHT_M
-        if self._return_m is None and self._vehicle.connected:
-            name, scale = profile.return_height
-            (value,) = self._vehicle.read_parameters((name,), now)
+    def _ask_return_height(self, snapshot: Snapshot) -> None:
+        """Ask for the height of the vehicle's own return, once."""
+        height = snapshot.profile.return_height
+        if height is None or self._return_m is not None or snapshot.pose is None:
+            return
+        if snapshot.connected:
+            name, scale = height
+            (value,) = self._vehicle.read_parameters((name,), snapshot.time_s)
             self._return_m = None if value is None else value * scale
+
+    @property
+    def _return_height_m(self) -> float:
         return _RETURN_HEIGHT_M if self._return_m is None else self._return_m
 
 
-def _stays(intent: Perform, at: Whereabouts) -> bool:
+def _flies_by_itself(snapshot: Snapshot) -> bool:
+    return snapshot.armed and snapshot.mode in _BY_ITSELF
+
+
+def _run_out(snapshot: Snapshot) -> tuple[float, float]:
+    """Return for how long a vehicle follows its last setpoint, and how hard it brakes then."""
+    traits = snapshot.traits
+    limits = limits_of(traits, snapshot.config.goto.limits)
+    braking = limits.acceleration_horizontal_m_s2
+    if not traits.flies:
+        braking = min(braking, traits.braking_m_s2)
+    return traits.setpoint_timeout_s, BRAKE_SHARE * braking
+
+
+def _stays(intent: Perform, at: LocatedSnapshot) -> bool:
     """Whether a plane is to circle where it is, to be paused: it cannot wait with that."""
     target = intent.target_enu_m
     return target is not None and math.dist(target[:2], at.position_enu_m[:2]) < _AT_TARGET_WITHIN_M

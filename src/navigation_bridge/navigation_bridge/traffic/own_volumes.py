@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M
 from navigation_core.traffic.view import TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Volume, densified, joined
 
-__all__ = ["Whereabouts", "climb", "landing", "return_home", "route", "standing", "to_circle"]
+__all__ = [
+    "climb",
+    "is_plane",
+    "landing",
+    "return_home",
+    "route",
+    "standing",
+    "to_circle",
+]
 
 # How far a plane and a multicopter stray sideways when the autopilot flies them.
 _PLANE_STRAYS_M = 15.0
@@ -26,34 +34,12 @@ _RUN_M = 300.0
 _LEVEL_GAP_M = 2.0
 
 
-@dataclass(frozen=True)
-class Whereabouts:
-    """Where a vehicle is and what it is, in its map frame.
-
-    Attributes:
-        position_enu_m: its position.
-        velocity_enu_m_s: its velocity.
-        yaw_enu_rad: where its nose points.
-        ground_enu_m: height of the ground.
-        home_enu_m: where it returns to; None while unknown.
-        is_plane: whether it cannot stand still in the air.
-        flies: whether it leaves the ground.
-        circle_radius_m: of a plane's circles.
-        return_height_m: height above the ground at which it returns.
-    """
-
-    position_enu_m: Vector3
-    velocity_enu_m_s: Vector3
-    yaw_enu_rad: float
-    ground_enu_m: float
-    home_enu_m: Vector3 | None
-    is_plane: bool
-    flies: bool
-    circle_radius_m: float
-    return_height_m: float
+def is_plane(at: LocatedSnapshot) -> bool:
+    """Whether the vehicle cannot stand still in the air."""
+    return at.traits.flies and not at.traits.hovers
 
 
-def standing(view: TrafficView, at: Whereabouts, stop_m: float, is_parked: bool) -> Volume:
+def standing(view: TrafficView, at: LocatedSnapshot, stop_m: float, is_parked: bool) -> Volume:
     """Return where a vehicle is and comes to rest if it brakes now.
 
     Args:
@@ -73,10 +59,10 @@ def standing(view: TrafficView, at: Whereabouts, stop_m: float, is_parked: bool)
     return volume.parked(view.picture.separation) if is_parked else volume
 
 
-def climb(view: TrafficView, at: Whereabouts, height_m: float) -> Volume:
+def climb(view: TrafficView, at: LocatedSnapshot, height_m: float) -> Volume:
     """Return the volume of a take-off to a height above the ground."""
     top_m = max(at.ground_enu_m + height_m, at.position_enu_m[2])
-    if not at.is_plane:
+    if not is_plane(at):
         return _upright(view, at.position_enu_m, at.position_enu_m[2], top_m)
     x, y, z = at.position_enu_m
     run = (x + _RUN_M * math.cos(at.yaw_enu_rad), y + _RUN_M * math.sin(at.yaw_enu_rad), top_m)
@@ -85,22 +71,28 @@ def climb(view: TrafficView, at: Whereabouts, height_m: float) -> Volume:
     return joined(corridor, _circle(view, run, at))
 
 
-def landing(view: TrafficView, at: Whereabouts) -> Volume:
+def landing(view: TrafficView, at: LocatedSnapshot) -> Volume:
     """Return the volume of a landing where the vehicle is."""
     low_m = min(at.ground_enu_m, at.position_enu_m[2])
     return _upright(view, at.position_enu_m, low_m, at.position_enu_m[2])
 
 
-def return_home(view: TrafficView, at: Whereabouts) -> Volume:
-    """Return the volume of a return: up, to the launch point, and down there."""
+def return_home(view: TrafficView, at: LocatedSnapshot, return_height_m: float) -> Volume:
+    """Return the volume of a return: up, to the launch point, and down there.
+
+    Args:
+        view: its traffic.
+        at: where it is.
+        return_height_m: height above the ground at which it returns.
+    """
     home = at.home_enu_m
     if home is None:
-        return landing(view, at) if at.flies and not at.is_plane else NOWHERE
-    if not at.flies:
+        return landing(view, at) if at.traits.flies and not is_plane(at) else NOWHERE
+    if not at.traits.flies:
         return route(view, at, (home,))
     x, y, z = at.position_enu_m
-    top_m = max(z, at.ground_enu_m + at.return_height_m)
-    if at.is_plane:
+    top_m = max(z, at.ground_enu_m + return_height_m)
+    if is_plane(at):
         return to_circle(view, at, (home[0], home[1], top_m))
     low_m = min(at.ground_enu_m, home[2], z)
     # A PX4 near its home, and an ArduCopter with a cone, climb less: all heights between are taken.
@@ -112,34 +104,34 @@ def return_home(view: TrafficView, at: Whereabouts) -> Volume:
     return joined(corridor, down, landing(view, at))
 
 
-def route(view: TrafficView, at: Whereabouts, targets_enu_m: Sequence[Vector3]) -> Volume:
+def route(view: TrafficView, at: LocatedSnapshot, targets_enu_m: Sequence[Vector3]) -> Volume:
     """Return the volume of a route from where the vehicle is."""
     if not targets_enu_m:
         return NOWHERE
     points = np.array([at.position_enu_m, *targets_enu_m])
-    if not at.flies:
+    if not at.traits.flies:
         points[:, 2] = at.position_enu_m[2]
     line, _ = densified(points, np.zeros(len(points)))
     radius_m, rise_m = _STRAYS_M + view.radius_m, 2.0 * view.rise_m
-    if at.is_plane:
+    if is_plane(at):
         # It turns on the far side of each waypoint.
-        radius_m, rise_m = _PLANE_STRAYS_M + at.circle_radius_m, HEIGHT_ERROR_M
+        radius_m, rise_m = _PLANE_STRAYS_M + at.traits.circle_radius_m, HEIGHT_ERROR_M
     path = Volume.along(view.footing.traffic(line), radius_m, rise_m)
-    return joined(path, _circle(view, targets_enu_m[-1], at)) if at.is_plane else path
+    return joined(path, _circle(view, targets_enu_m[-1], at)) if is_plane(at) else path
 
 
-def to_circle(view: TrafficView, at: Whereabouts, target_enu_m: Vector3) -> Volume:
+def to_circle(view: TrafficView, at: LocatedSnapshot, target_enu_m: Vector3) -> Volume:
     """Return the volume of a plane's leg to a target that it then circles."""
     start = np.array(at.position_enu_m)
     line, _ = densified(np.array([start, target_enu_m]), np.zeros(2))
     path = Volume.along(view.footing.traffic(line), _PLANE_STRAYS_M, HEIGHT_ERROR_M)
     # It may have to turn round first.
-    here = _disc(view, at.position_enu_m, 2.0 * at.circle_radius_m + _PLANE_STRAYS_M)
+    here = _disc(view, at.position_enu_m, 2.0 * at.traits.circle_radius_m + _PLANE_STRAYS_M)
     return joined(path, here, _circle(view, target_enu_m, at))
 
 
-def _circle(view: TrafficView, centre_enu_m: Vector3, at: Whereabouts) -> Volume:
-    return _disc(view, centre_enu_m, _CIRCLE_SHARE * at.circle_radius_m + _PLANE_STRAYS_M)
+def _circle(view: TrafficView, centre_enu_m: Vector3, at: LocatedSnapshot) -> Volume:
+    return _disc(view, centre_enu_m, _CIRCLE_SHARE * at.traits.circle_radius_m + _PLANE_STRAYS_M)
 
 
 def _disc(view: TrafficView, centre_enu_m: Vector3, radius_m: float) -> Volume:

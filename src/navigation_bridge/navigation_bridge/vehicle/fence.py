@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 from mavlink_vehicle.mission_items import MissionItem
+from mavlink_vehicle.positions.projections import LocalFrame
 from mavlink_vehicle.profiles import Profile
 from navigation_core.geometry import Vector3
 from navigation_core.safety.fences import Area, CircleArea, Fence, Point2, PolygonArea
@@ -44,6 +45,29 @@ def areas_of(items: Sequence[MissionItem], enu: Callable[[Vector3], Vector3]) ->
             corners = tuple(place(corner) for corner in group)
             areas.append(PolygonArea(corners, _POLYGONS[item.command]))
     return tuple(areas)
+
+
+class PlacedAreas:
+    """The areas of the vehicle's own fence: the same object until they or the map change."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._items: Sequence[MissionItem] = ()
+        self._frame: LocalFrame | None = None
+        self._areas: tuple[Area, ...] = ()
+
+    def of(
+        self,
+        items: Sequence[MissionItem] | None,
+        frame: LocalFrame | None,
+        enu: Callable[[Vector3], Vector3],
+    ) -> tuple[Area, ...]:
+        """Return the areas of an uploaded fence as far as known, whether in force or not."""
+        if not items or frame is None:
+            return ()
+        if self._items is not items or self._frame != frame:
+            self._items, self._frame, self._areas = items, frame, areas_of(items, enu)
+        return self._areas
 
 
 def has_areas(profile: Profile, parameters: Mapping[str, float]) -> bool:

@@ -9,7 +9,7 @@ from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
 from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
 from mavlink_vehicle.profiles import profile_for
 from mavlink_vehicle.state.reducer import VehicleState
-from mavlink_vehicle.state.telemetry import GlobalPosition
+from mavlink_vehicle.state.telemetry import GlobalPosition, Home
 from navigation_core.geometry import Vector3
 
 # MAV_TYPE_GROUND_ROVER and MAV_TYPE_SURFACE_BOAT (minimal.xml).
@@ -32,24 +32,23 @@ class MapFrame:
     from a pair of GLOBAL_POSITION_INT and LOCAL_POSITION_NED, and kept until the autopilot
     restarts, so that the frame does not drift. Geodetic positions are converted by the firmware's
     own projection.
+
+    Attributes:
+        frame: the vehicle's local frame, None until its origin is known.
     """
 
     def __init__(self) -> None:
         """Start without an origin."""
         self._finder = FrameFinder(None)
         self._vehicle: tuple[int, int] | None = None
-        self._posed: tuple[VehicleState, LocalFrame, MapPose] | None = None
-
-    @property
-    def frame(self) -> LocalFrame | None:
-        """The vehicle's local frame, None until its origin is known."""
-        return self._finder.frame
+        self.frame: LocalFrame | None = None
+        self._posed: tuple[VehicleState, LocalFrame | None, MapPose | None] | None = None
+        self._home: tuple[Home, LocalFrame, Vector3] | None = None
 
     @property
     def origin(self) -> Geodetic | None:
         """Latitude, longitude and altitude (above mean sea level) of the map origin."""
-        frame = self._finder.frame
-        return None if frame is None else frame.origin
+        return None if self.frame is None else self.frame.origin
 
     @property
     def wants_pairs(self) -> bool:
@@ -67,6 +66,7 @@ class MapFrame:
             self._finder.tell((origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m))
         if self._finder.wants_pairs:
             self._take_pair(state)
+        self.frame = self._finder.frame
 
     def _take_pair(self, state: VehicleState) -> None:
         place, local = state.global_position, state.local_position
@@ -86,7 +86,7 @@ class MapFrame:
     def has_pose(self, state: VehicleState) -> bool:
         """Return whether `pose` is not None, which takes less."""
         position = state.global_position
-        if self._finder.frame is None or position is None or not state.position_valid:
+        if self.frame is None or position is None or not state.position_valid:
             return False
         if state.local_position is None:
             return False
@@ -99,12 +99,11 @@ class MapFrame:
         required, too: an ArduCopter sends GLOBAL_POSITION_INT before its estimator uses the GPS,
         but LOCAL_POSITION_NED only from then on.
         """
-        frame = self._finder.frame
-        if frame is None or not self.has_pose(state):
-            return None
-        if self._posed is None or self._posed[0] is not state or self._posed[1] is not frame:
-            self._posed = (state, frame, self._made(state))
-        return self._posed[2]
+        posed = self._posed
+        if posed is None or posed[0] is not state or posed[1] is not self.frame:
+            made = self._made(state) if self.has_pose(state) else None
+            posed = self._posed = (state, self.frame, made)
+        return posed[2]
 
     def _made(self, state: VehicleState) -> MapPose:
         position = state.global_position
@@ -131,39 +130,21 @@ class MapFrame:
 
     def home_enu_m(self, state: VehicleState) -> Vector3 | None:
         """Return the launch point, or None while it or the origin is unknown."""
-        home = state.home
-        if self.frame is None or home is None:
+        home, frame, known = state.home, self.frame, self._home
+        if frame is None or home is None:
             return None
-        return self.enu((home.latitude_deg, home.longitude_deg, home.altitude_amsl_m))
+        if known is None or known[0] is not home or known[1] is not frame:
+            place = (home.latitude_deg, home.longitude_deg, home.altitude_amsl_m)
+            known = self._home = (home, frame, self.enu(place))
+        return known[2]
 
     def ground_enu_m(self, state: VehicleState) -> float:
-        """Return the map height of the ground: where the vehicle last stood, disarmed.
-
-        Before it has been seen there it is that of home. A rover or boat is on the ground.
-        """
-        if self.origin is None:
-            return 0.0
-        altitude_amsl_m = state.ground_altitude_amsl_m
-        if state.vehicle_type in _DRIVING and state.global_position is not None:
-            altitude_amsl_m = state.global_position.altitude_amsl_m
-        if altitude_amsl_m is None:
-            return self.home_z_enu_m(state)
-        return altitude_amsl_m - self.origin[2]
+        """Return the map height of the ground (`ground_z_enu_m`)."""
+        return ground_z_enu_m(state, self.frame)
 
     def home_z_enu_m(self, state: VehicleState) -> float:
-        """Return the map height of home, from which a fence and the autopilot's altitudes count.
-
-        Home may be above or below where the vehicle stands (DO_SET_HOME). An ArduRover with a valid
-        position reports a home at sea level until it is armed (observed), so that of a rover or
-        boat is the ground. A home without a local position is older than the origin, and as wrong.
-        """
-        if self.origin is None:
-            return 0.0
-        if state.vehicle_type in _DRIVING and state.global_position is not None:
-            return self.ground_enu_m(state)
-        if state.home is None or state.home.position_ned_m is None:
-            return 0.0
-        return state.home.altitude_amsl_m - self.origin[2]
+        """Return the map height of home (`home_z_enu_m`)."""
+        return home_z_enu_m(state, self.frame)
 
     def geodetic(self, position_enu_m: Vector3) -> Geodetic:
         """Return the geodetic position of a map position; the origin must be known."""
@@ -174,6 +155,37 @@ class MapFrame:
         """Return the map position of a geodetic position; the origin must be known."""
         assert self.frame is not None
         return frames.ned_to_enu(self.frame.ned_m(place))
+
+
+def ground_z_enu_m(state: VehicleState, frame: LocalFrame | None) -> float:
+    """Return the map height of the ground: where the vehicle last stood, disarmed.
+
+    Before it has been seen there it is that of home. A rover or boat is on the ground.
+    """
+    if frame is None:
+        return 0.0
+    altitude_amsl_m = state.ground_altitude_amsl_m
+    if state.vehicle_type in _DRIVING and state.global_position is not None:
+        altitude_amsl_m = state.global_position.altitude_amsl_m
+    if altitude_amsl_m is None:
+        return home_z_enu_m(state, frame)
+    return altitude_amsl_m - frame.origin[2]
+
+
+def home_z_enu_m(state: VehicleState, frame: LocalFrame | None) -> float:
+    """Return the map height of home, from which a fence and the autopilot's altitudes count.
+
+    Home may be above or below where the vehicle stands (DO_SET_HOME). An ArduRover with a valid
+    position reports a home at sea level until it is armed (observed), so that of a rover or
+    boat is the ground. A home without a local position is older than the origin, and as wrong.
+    """
+    if frame is None:
+        return 0.0
+    if state.vehicle_type in _DRIVING and state.global_position is not None:
+        return ground_z_enu_m(state, frame)
+    if state.home is None or state.home.position_ned_m is None:
+        return 0.0
+    return state.home.altitude_amsl_m - frame.origin[2]
 
 
 def still_has_pose(state: VehicleState, here: GlobalPosition | None) -> bool:

@@ -40,7 +40,7 @@ class CorrectionTopic:
         """Send them; on the driver's thread."""
         now = self._clock.now()
         try:
-            self._bridge.correct_gps(data, now)
+            self._bridge.services.correct_gps(data, now)
         except RtcmError as error:
             text = str(error)
             if now - self._told_s.get(text, -_AGAIN_S) >= _AGAIN_S:

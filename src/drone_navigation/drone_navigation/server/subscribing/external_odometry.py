@@ -100,7 +100,9 @@ class ExternalOdometry:
         message, measured_s = heard
         now = self._clock.now()
         try:
-            self._bridge.take_external_pose(external_pose(message, now - measured_s, now), now)
+            self._bridge.services.take_external_pose(
+                external_pose(message, now - measured_s, now), now
+            )
         except ExternalPositionError as error:
             kind = str(error)[:30]  # the rest may have a number that changes
             if now - self._told_s.get(kind, -_AGAIN_S) >= _AGAIN_S:

@@ -1,0 +1,98 @@
+"""Effects of a turn on the vehicle: operations, setpoints, the stop at the end. No ROS."""
+
+from __future__ import annotations
+
+from mavlink_vehicle.errors import SetpointError
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.goals.active_goal import ActiveGoal
+from navigation_bridge.goals.goal import LogLevel
+from navigation_bridge.goals.operations import STREAMED, begin_operation, begin_upload
+from navigation_bridge.goals.setpoints import hold_setpoint_ned, intended_ned
+from navigation_bridge.reporting import Reporter
+from navigation_bridge.supervision.parking import Parking
+from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.vehicle.modes import velocity_only
+from navigation_core.geometry import norm
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.intents import Fly, Outcome, Perform
+from navigation_core.tasks.observation import TaskOperation
+
+__all__ = ["Effects"]
+
+
+class Effects:
+    """Acts on the vehicle for the active goal."""
+
+    def __init__(
+        self, vehicle: Vehicle, map_frame: MapFrame, parking: Parking, report: Reporter
+    ) -> None:
+        """Prepare; nothing is sent."""
+        self._vehicle = vehicle
+        self._map_frame = map_frame
+        self._parking = parking
+        self._report = report
+        self._close_when_sent = False
+
+    def perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
+        """Begin an operation, unless it is in progress."""
+        if goal.is_new(intent):
+            if intent.kind is TaskOperation.UPLOAD_MISSION:
+                operation_id, mission = begin_upload(self._vehicle, self._map_frame, intent, now)
+                goal.operation_began(intent, operation_id, mission)
+            else:
+                operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
+                goal.operation_began(intent, operation_id)
+        if intent.kind in STREAMED:
+            self._parking.keep_streaming(now)
+
+    def wait(self, now: float) -> None:
+        """Keep a stream of setpoints open while an operation has to wait.
+
+        A PX4 takes the end of the stream for a failure, and would return by itself.
+        """
+        self._parking.keep_streaming(now)
+
+    def fly(self, goal: ActiveGoal, intent: Fly, now: float) -> Outcome | None:
+        """Send a setpoint; return the end of a goal whose setpoint must not be sent."""
+        if goal.operation is not None:
+            self._vehicle.cancel_operation(now)
+            goal.operation_dropped()
+        try:
+            self._close_when_sent = False
+            if not self._vehicle.stream_open:
+                self._vehicle.open_stream(now)
+            self._vehicle.send_setpoint(intended_ned(intent), now)
+        except SetpointError as error:
+            return Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None)
+        goal.setpoint_sent(now)
+        return None
+
+    def rest(self, goal: ActiveGoal, now: float) -> None:
+        """Stop a vehicle that is still under our control, at the end of its goal."""
+        vehicle = self._vehicle
+        if goal.operation is not None:
+            vehicle.cancel_operation(now)
+        commanded = goal.task.commanded
+        moving = commanded is not None and norm(commanded.velocity_enu_m_s) > 0.0
+        still = hold_setpoint_ned(vehicle, goal.task.commanded_yaw_enu_rad)
+        if (moving or velocity_only(vehicle.profile)) and vehicle.stream_open:
+            # The last setpoint still carries a velocity, which an autopilot would follow
+            # for seconds (ArduCopter: GUID_TIMEOUT).
+            try:
+                vehicle.send_setpoint(still, now)
+            except SetpointError as error:
+                self._report.log(LogLevel.WARN, f"The hold command could not be sent: {error}")
+        if not self._parking.begin(still, now):
+            self._close_when_sent = True  # ending now would drop that setpoint
+
+    def leave(self, goal: ActiveGoal, now: float) -> None:
+        """Send nothing more to a vehicle that is not under our control any more."""
+        if goal.operation is not None:
+            self._vehicle.cancel_operation(now)
+        self._vehicle.close_stream()
+
+    def sent(self) -> None:
+        """All messages of a turn have been handed out."""
+        if self._close_when_sent:
+            self._close_when_sent = False
+            self._vehicle.close_stream()

@@ -1,0 +1,300 @@
+"""One turn of a goal: snapshot, rules, task, effects, outputs. No ROS.
+
+A turn makes a :class:`Snapshot`, asks the :data:`RULES` in their order, then the task, and carries
+out the answer (:mod:`navigation_bridge.effects`). A goal begins in :meth:`Engine.begin` and ends in
+:meth:`Engine.end`, with the vehicle still under our control, or in :meth:`Engine.abandon`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.settings import BridgeConfig
+from navigation_bridge.effects import Effects
+from navigation_bridge.goals.active_goal import ActiveGoal
+from navigation_bridge.goals.admitted import Admitted
+from navigation_bridge.goals.goal import LogLevel
+from navigation_bridge.goals.succession import successor
+from navigation_bridge.goals.velocity_commands import VelocityCommands
+from navigation_bridge.obstacles.standing_obstacles import StandingObstacles
+from navigation_bridge.reporting import Reporter
+from navigation_bridge.rules.order import RULES
+from navigation_bridge.rules.stations import judge_yielded
+from navigation_bridge.rules.verdict import Abandon, Doubt, SendNothing, Stop, Verdict, Warn, Yield
+from navigation_bridge.snapshot import Observer, Snapshot
+from navigation_bridge.supervision.lateness_watch import LatenessWatch, own_share
+from navigation_bridge.supervision.overtaken_mode import OvertakenMode
+from navigation_bridge.supervision.parking import Parking
+from navigation_bridge.supervision.position_watch import PositionWatch
+from navigation_bridge.supervision.stations import Stations
+from navigation_bridge.traffic.conduct import TrafficConduct
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.intents import Fly, Outcome, Perform
+from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.standstill import Standstill
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Everything that a goal is flown with."""
+
+    vehicle: Vehicle
+    observer: Observer
+    standing: StandingObstacles
+    report: Reporter
+    effects: Effects
+    lateness: LatenessWatch
+    positions: PositionWatch
+    commands: VelocityCommands
+    parking: Parking
+    overtaken: OvertakenMode
+    stations: Stations
+    traffic: TrafficConduct
+
+
+class Engine:
+    """Flies one goal at a time.
+
+    Attributes:
+        goal: the active goal, or None.
+        config: settings for goals.
+    """
+
+    def __init__(self, parts: Parts, config: BridgeConfig) -> None:
+        """Begin without a goal."""
+        self._parts = parts
+        self._report = parts.report
+        self._effects = parts.effects
+        self._traffic = parts.traffic
+        self.config = config
+        self.goal: ActiveGoal | None = None
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Apply other settings."""
+        self.config = config
+        self._parts.observer.configure(config)
+
+    # --- a turn --------------------------------------------------------------------------
+
+    def look(self, now: float, goal: ActiveGoal | None = None) -> Snapshot:
+        """Return all that is known now, for a goal or for admission."""
+        parts, traffic = self._parts, self._traffic.view()
+        if goal is None:
+            return parts.observer.look(now, traffic=traffic)
+        vehicle, overtaken, tracker = parts.vehicle, parts.overtaken, goal.mission
+        mission = None if tracker is None else tracker.report(vehicle.state, vehicle.mission_change)
+        asks = vehicle.is_one_way or goal.takeover is not None
+        requested = parts.parking.operation_id is not None or overtaken.operation_id is not None
+        return parts.observer.look(
+            now,
+            operation=goal.operation,
+            mission=mission,
+            fault=parts.positions.fault(goal.doubt.jumps_ned_m),
+            late_s=parts.lateness.lateness.recent_s(now),
+            unanswered_s=vehicle.unanswered_s(now) if asks else 0.0,
+            mode_requested=requested,
+            mode_unclear=goal.takeover is not None and overtaken.is_open,
+            command=parts.commands.current if goal.follows_commands else None,
+            traffic=traffic,
+        )
+
+    def turn(self, now: float) -> None:
+        """Do what is due: the task's thinking, its step, the traffic, feedback."""
+        snapshot: Snapshot | None = None
+        goal = self.goal
+        if goal is not None and now >= goal.think_s:
+            goal.think_begins()
+            goal.task.think(self.look(now, goal), now)
+        if goal is not None and now >= goal.next_step_s:
+            self._parts.lateness.note_step(now - goal.next_step_s, now)
+            goal.step_begins(self.config.setpoint_period_s, now)
+            snapshot = self.look(now, goal)
+            self._step(goal, snapshot)
+        goal = self.goal
+        if self._traffic.is_due(now):
+            self._traffic.update(goal, snapshot or self.look(now, goal))
+        if goal is not None and now >= self._feedback_deadline(goal):
+            self._give_feedback(goal, snapshot or self.look(now, goal))
+
+    def next_deadline(self) -> float | None:
+        """Return the time of the next turn."""
+        goal = self.goal
+        if goal is None:
+            return None
+        # A task thinks once its setpoint has been sent, and finishes before the next.
+        return min(goal.next_step_s, goal.think_s, self._feedback_deadline(goal))
+
+    def position_came(self, now: float) -> None:
+        """Give feedback of a new position, if it is due."""
+        goal = self.goal
+        if self._traffic.is_due(now):
+            self._traffic.update(goal, self.look(now, goal))
+        # A position that arrives slightly early still counts; otherwise positions at 20 Hz would
+        # give feedback at 6.7 Hz instead of 10.
+        early_s = 0.25 * self.config.feedback_period_s
+        if goal is not None and now >= goal.feedback_due_s - early_s:
+            self._give_feedback(goal, self.look(now, goal))
+
+    def _step(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
+        goal.see_failsafe(snapshot.state)
+        due = guarded = goal.is_guarded(snapshot.time_s)
+        for rule in RULES:
+            if rule.guards and not guarded:
+                continue
+            verdict = rule.judge(snapshot, goal)
+            if isinstance(verdict, Abandon):
+                self.abandon(verdict.code, verdict.text, snapshot.time_s)
+                return
+            if isinstance(verdict, SendNothing):
+                if verdict.shown:
+                    self._show_status(goal, snapshot)
+                return
+            if verdict is not None:
+                self._apply(verdict, goal, snapshot)
+                guarded = guarded and not goal.ending
+        if due:
+            goal.guard_begins(snapshot.time_s)
+            snapshot = self.bound(snapshot)
+        if goal.yielded is None:
+            self._step_task(goal, snapshot)
+            return
+        outcome = judge_yielded(snapshot, goal, goal.yielded)
+        if outcome is not None:
+            self.end(goal, outcome, snapshot.time_s)
+        else:
+            self._show_status(goal, snapshot)
+
+    def bound(self, snapshot: Snapshot) -> Snapshot:
+        """Have paths planned inside the fence as known now, and inside the volume."""
+        config, pose = snapshot.config, snapshot.pose
+        place = None if pose is None else pose.position_enu_m[:2]
+        margin_m = config.safety.fence_margin_m
+        self._parts.standing.bound(snapshot.own_fence, margin_m, config.volume, place)
+        return self._parts.observer.bounded(snapshot)
+
+    def _apply(self, verdict: Verdict, goal: ActiveGoal, snapshot: Snapshot) -> None:
+        """Carry out a verdict that does not end the turn."""
+        now = snapshot.time_s
+        if isinstance(verdict, Yield):
+            goal.yield_vehicle(Standstill.of_stop(snapshot.config.goto, snapshot.traits), now)
+            self._parts.stations.let_go(goal, now)
+        elif isinstance(verdict, Warn):
+            goal.remember(verdict.rule, verdict.fact)
+            if verdict.text:
+                goal.note(verdict.text)
+                self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {verdict.text}")
+        elif isinstance(verdict, Stop):
+            self.stop(goal, verdict.outcome, now)
+        elif isinstance(verdict, Doubt):
+            goal.doubted(verdict.doubt, now)
+            if verdict.text:
+                self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {verdict.text}")
+                self._report.remark(goal, verdict.text)
+            if verdict.outcome is not None:
+                self.stop(goal, verdict.outcome, now)
+
+    def _step_task(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
+        now = snapshot.time_s
+        intent = goal.task.step(snapshot, now)
+        goal.operation_known()
+        ended: Outcome | None = None
+        if isinstance(intent, Outcome):
+            ended = own_share(intent, snapshot.late_s)
+        elif isinstance(intent, Perform):
+            new = goal.is_new(intent)
+            waits = self._traffic.gate(goal, intent, snapshot) if new else None
+            if waits is not None:
+                self._effects.wait(now)
+                if not self._traffic.is_over(goal, now):
+                    goal.task.postpone(now)
+                    self._show_status(goal, snapshot)
+                    return
+                ended = Outcome(OutcomeCode.TRAFFIC, waits.text, None)
+            else:
+                self._effects.perform(goal, intent, now)
+        elif isinstance(intent, Fly):
+            ended = self._effects.fly(goal, self._traffic.tempered(goal, intent, snapshot), now)
+        if ended is not None:
+            self.end(goal, ended, now)
+            return
+        self._show_status(goal, snapshot)
+        self._report.plan(goal, goal.task.path_enu_m)
+
+    # --- its beginning and its end ----------------------------------------------------------
+
+    def begin(
+        self, goal_id: str, admitted: Admitted, now: float
+    ) -> tuple[ActiveGoal | None, ActiveGoal]:
+        """Make an admitted goal the active one; return the one that it replaces, and itself."""
+        previous = continued = self.goal
+        if previous is not None and (
+            previous.takeover is not None
+            or previous.yielded is not None
+            or self._parts.stations.ignores_setpoints
+        ):
+            continued = None  # its last setpoint is obsolete
+        mode, jumps_ned_m = self.look(now).mode, self._parts.positions.jumps_ned_m
+        goal = self.goal = successor(goal_id, admitted, continued, mode, jumps_ned_m, now)
+        return previous, goal
+
+    def start_task(self, goal: ActiveGoal, now: float) -> None:
+        """Start the task of a goal that has begun."""
+        self._parts.commands.goal_began()
+        self._report.accepted(goal)
+        if goal.plan is not None:
+            self._parts.stations.free(now)
+        goal.task.start(self.look(now, goal), now)
+
+    def stop(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        """Have the task stop the vehicle for a reason; the goal then ends with this outcome."""
+        self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {outcome.message}")
+        goal.stop(outcome, now)
+
+    def end(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        """End the active goal and stop a vehicle that is still under our control."""
+        self.goal = None
+        outcome = self._parts.stations.name(outcome, now)
+        self._effects.rest(goal, now)
+        goal.progressed(goal.task.progress(self.look(now, goal), now))
+        self._conclude(goal, outcome, now)
+
+    def abandon(self, code: OutcomeCode, text: str, now: float) -> None:
+        """End the active goal because control was lost; send nothing."""
+        goal = self.goal
+        if goal is not None:
+            self.goal = None
+            self._effects.leave(goal, now)
+            self._conclude(goal, Outcome(code, text, None), now)
+
+    def _conclude(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        goal.doubted(None, now)
+        if goal.follows_commands:
+            self._parts.commands.goal_ended(goal.end_of(outcome).code)
+        self._report.ended(goal, outcome, now)
+
+    # --- progress ------------------------------------------------------------------------
+
+    def _progress(self, goal: ActiveGoal, snapshot: Snapshot) -> Progress:
+        progress = goal.task.progress(snapshot, snapshot.time_s)
+        progress = self._traffic.progress(progress)
+        goal.progressed(progress)
+        if not snapshot.connected:
+            return replace(progress, status=Status.LINK_LOST)
+        if goal.yielded is None:
+            return progress
+        status = Status.CANCELLING if goal.ending else Status.PAUSED
+        return replace(progress, status=status)
+
+    def _feedback_deadline(self, goal: ActiveGoal) -> float:
+        # Positions trigger feedback; without one for half a period, a timer does.
+        return goal.feedback_due_s + 0.5 * self.config.feedback_period_s
+
+    def _show_status(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
+        """Report a status that is new, with feedback: a short one would pass between two."""
+        if self._report.status(goal, self._progress(goal, snapshot)):
+            self._give_feedback(goal, snapshot)
+
+    def _give_feedback(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
+        goal.feedback_given(self.config.feedback_period_s, snapshot.time_s)
+        self._report.feedback(goal, self._progress(goal, snapshot), snapshot)

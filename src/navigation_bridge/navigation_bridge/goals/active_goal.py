@@ -1,0 +1,413 @@
+"""An accepted goal: its record, which only its own events write. No ROS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from mavlink_vehicle.state.vehicle_state import VehicleState
+from navigation_bridge.goals.goal import GoalFinished
+from navigation_bridge.goals.lifecycle import (
+    TERMINAL_STATES,
+    GoalEvent,
+    GoalState,
+    next_state,
+    terminal_event,
+)
+from navigation_bridge.goals.mission_plan import MissionTracker
+from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.vehicle.map_frame import MapPose
+from navigation_bridge.vehicle.takeover import Takeover
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode
+from navigation_core.safety.target_checks import Rejection
+from navigation_core.tasks.intents import Outcome, Perform
+from navigation_core.tasks.observation import OperationReport, OperationStatus
+from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.task import Task
+
+__all__ = ["ActiveGoal", "PositionDoubt", "Yielded"]
+
+# Period of what is watched less often than setpoints are sent.
+_GUARD_PERIOD_S = 0.5
+
+
+@dataclass
+class Yielded:
+    """A vehicle stopped by a ground station in another mode; nothing is sent to it.
+
+    Attributes:
+        since_s: since when.
+        stopped: whether it has come to rest.
+    """
+
+    since_s: float
+    stopped: Standstill
+
+
+@dataclass(frozen=True)
+class PositionDoubt:
+    """A doubt about the vehicle's position while a goal is flown.
+
+    Attributes:
+        jumps_ned_m: sum of the position's jumps before the goal began, north and east.
+        since_s: start of the doubt; None while there is none.
+        reasons: the latest reason by the report that shows it.
+    """
+
+    jumps_ned_m: tuple[float, float] = (0.0, 0.0)
+    since_s: float | None = None
+    reasons: Mapping[type, str] = field(default_factory=dict)
+
+    def summary(self, accepted_s: float, now: float) -> str:
+        """Return duration, start and reasons of the doubt in a sentence; empty without one."""
+        if self.since_s is None:
+            return ""
+        return (
+            f"The position was in doubt for {now - self.since_s:.1f} s, starting at "
+            f"{self.since_s - accepted_s:.0f} s ({'; '.join(self.reasons.values())})."
+        )
+
+
+@dataclass
+class ActiveGoal:
+    """An accepted goal that has not ended, with its task and timers.
+
+    Only its own methods write it, one for each event in its life.
+
+    Attributes:
+        goal_id: UUID as hexadecimal digits.
+        description: what it aims at, for the log.
+        target_enu_m: the target in the map frame; None when the vehicle decides.
+        task: the task that flies it.
+        accepted_s: time of acceptance.
+        next_step_s: time of the next step of the task.
+        think_s: time from which the task may think; infinite until its next setpoint is sent.
+        feedback_due_s: time from which the next position triggers feedback.
+        state: state of its life cycle.
+        status: last status; the one reported while the link is lost.
+        cancel_requested_s: time of the first cancel, or None.
+        closing: the outcome that a commanded stop ends in instead of CANCELED.
+        asked: the last operation that the task requested.
+        operation: its state; None once the task knows the result.
+        operation_id: the vehicle's number for it.
+        setpoint_s: time of the last setpoint, or None.
+        notes: sentences that are added to the final message.
+        progress: the last progress, or None.
+        mission: tracks the mission that was uploaded for it, or None.
+        path_enu_m: the path that was last reported.
+        plan: the straight legs that the server flies; None if the vehicle decides.
+        takeover: a mode change that ends it once its origin is clear, or None.
+        cancelled_by: sentence about the ground station that cancelled it; empty if none did.
+        cancelled_by_pause: whether that ground station only stopped the vehicle.
+        paused_by: the same about one that paused it, until it is resumed.
+        paused_by_client: whether the pause service has paused it.
+        yielded: set while the vehicle is left alone because a ground station made it hold.
+        kind: name of its action.
+        follows_commands: whether it follows velocity commands.
+        doubt: doubt about the vehicle's position.
+        guard_s: time of the next look at what is watched twice a second.
+        facts: what rules remember, by name of the rule.
+    """
+
+    goal_id: str
+    description: str
+    target_enu_m: Vector3 | None
+    task: Task
+    accepted_s: float
+    next_step_s: float
+    feedback_due_s: float
+    think_s: float = math.inf
+    state: GoalState = GoalState.ACCEPTED
+    status: Status = Status.PREPARING
+    cancel_requested_s: float | None = None
+    closing: Outcome | None = None
+    asked: Perform | None = None
+    operation: OperationReport | None = None
+    operation_id: int | None = None
+    setpoint_s: float | None = None
+    notes: list[str] = field(default_factory=list)
+    progress: Progress | None = None
+    mission: MissionTracker | None = None
+    path_enu_m: tuple[Vector3, ...] = ()
+    plan: FlightPlan | None = None
+    takeover: Takeover | None = None
+    cancelled_by: str = ""
+    cancelled_by_pause: bool = False
+    paused_by: str = ""
+    paused_by_client: bool = False
+    yielded: Yielded | None = None
+    kind: str = ""
+    follows_commands: bool = False
+    doubt: PositionDoubt = field(default_factory=PositionDoubt)
+    guard_s: float = -math.inf
+    facts: dict[str, object] = field(default_factory=dict)
+
+    @property
+    def ending(self) -> bool:
+        """True while the goal is being ended: cancelled, or stopped for a reason."""
+        return self.cancel_requested_s is not None or self.closing is not None
+
+    def is_guarded(self, now: float) -> bool:
+        """Whether what is watched less often is looked at now: not while it is being ended."""
+        return now >= self.guard_s and not self.ending
+
+    # --- its turns -------------------------------------------------------------------
+
+    def due(self, now: float) -> None:
+        """Have the task step at once."""
+        self.next_step_s = min(self.next_step_s, now)
+
+    def step_begins(self, period_s: float, now: float) -> None:
+        """Set the time of the next step: the first after ``now`` on the grid of the last one."""
+        following = self.next_step_s + period_s
+        if following <= now:
+            periods = math.floor((now - self.next_step_s) / period_s) + 1
+            following = self.next_step_s + periods * period_s
+        self.next_step_s = following
+
+    def think_begins(self) -> None:
+        """The task thinks; not again before its next setpoint is out."""
+        self.think_s = math.inf
+
+    def setpoint_sent(self, now: float) -> None:
+        """A setpoint of the task is out."""
+        self.setpoint_s = self.think_s = now
+
+    def guard_begins(self, now: float) -> None:
+        """Set the time of the next look at what is watched less often."""
+        self.guard_s = now + _GUARD_PERIOD_S
+
+    def feedback_given(self, period_s: float, now: float) -> None:
+        """Set the time of the next feedback.
+
+        It counts from now, not on a grid, so that feedback keeps in step with the positions.
+        """
+        self.feedback_due_s = now + period_s
+
+    def progressed(self, progress: Progress) -> None:
+        """Keep the progress."""
+        self.progress = progress
+
+    def show(self, status: Status) -> bool:
+        """Keep the reported status; return whether it is another one."""
+        new = status is not self.status
+        self.status = status
+        return new
+
+    def show_path(self, path_enu_m: tuple[Vector3, ...]) -> bool:
+        """Keep the reported path; return whether it is another one."""
+        new = path_enu_m is not self.path_enu_m
+        self.path_enu_m = path_enu_m
+        return new
+
+    # --- operations of the vehicle ------------------------------------------------------
+
+    def is_new(self, intent: Perform) -> bool:
+        """Whether the task asks for another operation than the one in progress."""
+        elsewhere = self.asked is None or self.asked.target_enu_m != intent.target_enu_m
+        return self.operation is None or self.operation.kind is not intent.kind or elsewhere
+
+    def operation_began(
+        self, intent: Perform, operation_id: int, mission: MissionTracker | None = None
+    ) -> None:
+        """The vehicle was asked for an operation, with the mission that it uploads."""
+        self.asked, self.operation_id = intent, operation_id
+        if mission is not None:
+            self.mission = mission
+        self.operation = OperationReport(intent.kind, OperationStatus.PENDING, "")
+
+    def operation_ended(self, status: OperationStatus, reason: str, now: float) -> None:
+        """The operation in progress has ended."""
+        if self.operation is not None:
+            self.operation = OperationReport(self.operation.kind, status, reason)
+            self.due(now)
+
+    def operation_known(self) -> None:
+        """The task knows the result of an operation that has ended."""
+        if self.operation is not None and self.operation.state is not OperationStatus.PENDING:
+            self.operation = None
+
+    def operation_dropped(self) -> None:
+        """The operation in progress was given up."""
+        self.operation = self.operation_id = None
+
+    def continues(self, previous: ActiveGoal) -> None:
+        """Take over the operation that the replaced goal has begun."""
+        self.operation, self.operation_id = previous.operation, previous.operation_id
+        self.asked = previous.asked
+
+    # --- rules ---------------------------------------------------------------------------
+
+    def note(self, text: str) -> None:
+        """Add a sentence to the final message."""
+        self.notes.append(text)
+
+    def remember(self, rule: str, fact: object) -> None:
+        """Keep what a rule has seen."""
+        self.facts[rule] = fact
+
+    def doubted(self, doubt: PositionDoubt | None, now: float) -> None:
+        """The doubt about the position has changed; None: it is over, or the goal is."""
+        if doubt is not None:
+            self.doubt = doubt
+            return
+        summary = self.doubt.summary(self.accepted_s, now)
+        if summary:
+            self.note(summary)
+            self.doubt = PositionDoubt(self.doubt.jumps_ned_m)
+
+    def stop(self, outcome: Outcome, now: float) -> None:
+        """Have the task stop the vehicle; the goal then ends with this outcome."""
+        self.closing = outcome
+        self.task.cancel(now)
+        self.due(now)
+
+    # --- clients ---------------------------------------------------------------------------
+
+    def begin_cancel(self, now: float) -> None:
+        """Have the task stop the vehicle; the goal then ends CANCELED."""
+        self.apply(GoalEvent.CANCEL)
+        self.cancel_requested_s = now
+        self.task.cancel(now)
+        self.due(now)
+
+    def pause(self, now: float) -> Rejection | None:
+        """Pause by the service; return why that is not possible."""
+        rejection = self.task.pause(now)
+        if rejection is None:
+            self.paused_by_client = True
+            self.due(now)
+        return rejection
+
+    def resume(self, now: float) -> str:
+        """Resume by the service; return why it stays paused, a sentence, or an empty text."""
+        self.paused_by_client = False
+        if self.paused_by:
+            # The person who stopped the vehicle may be standing beside it.
+            return f"{self.paused_by} Only a ground station can resume the goal, or cancel it here."
+        self.task.unpause(now)
+        self.due(now)
+        return ""
+
+    # --- ground stations and pilots ----------------------------------------------------------
+
+    def cancel_by_station(self, sentence: str, by_pause: bool, now: float) -> None:
+        """A ground station has cancelled it, perhaps only by stopping the vehicle."""
+        self.cancelled_by, self.cancelled_by_pause = sentence, by_pause
+        self.begin_cancel(now)
+
+    def pause_by_station(self, sentence: str, now: float) -> None:
+        """A ground station has paused it."""
+        self.paused_by = sentence
+        self.task.pause(now)
+
+    def resume_by_station(self, now: float) -> None:
+        """The ground station lets it continue."""
+        self.paused_by = ""
+        if not self.paused_by_client:
+            self.task.unpause(now)
+
+    def yield_vehicle(self, stopped: Standstill, now: float) -> None:
+        """The vehicle is left alone: a ground station made it hold."""
+        self.yielded = Yielded(now, stopped)
+
+    def take_back(self, now: float) -> None:
+        """The vehicle is flown again after it was left alone."""
+        self.yielded = None
+        self.task.take_up(now)
+
+    def take_away(self, takeover: Takeover) -> None:
+        """Somebody else has the vehicle; who, may show later."""
+        self.takeover = takeover
+
+    def redirect(self, takeover: Takeover) -> None:
+        """A ground station sends the vehicle elsewhere; its stop before was part of that."""
+        self.takeover = takeover
+        if self.cancelled_by_pause:
+            self.cancelled_by, self.cancelled_by_pause = "", False
+
+    def name_station(self, sentence: str) -> None:
+        """A ground station was seen that has changed the mode."""
+        if self.takeover is not None:
+            self.takeover = replace(self.takeover, by=sentence)
+
+    def explain_takeover(self) -> None:
+        """The mode change was the effect of a ground station's act on this goal."""
+        self.takeover = None
+
+    def see_failsafe(self, state: VehicleState) -> None:
+        """Keep the failsafe that is active while it is unclear who has the vehicle."""
+        if self.takeover is not None:
+            self.takeover = self.takeover.watched(state)
+
+    def mode_restored(self, text: str, achieved: bool) -> None:
+        """The mode that a request of this server has overtaken was asked for again."""
+        if self.takeover is not None:
+            self.takeover = replace(self.takeover, overtaken=text, restored=achieved)
+
+    # --- its end ---------------------------------------------------------------------------
+
+    @property
+    def short_id(self) -> str:
+        """The first eight digits of the goal's UUID, for messages."""
+        return self.goal_id[:8]
+
+    @property
+    def finished(self) -> bool:
+        """Whether the goal has ended."""
+        return self.state in TERMINAL_STATES
+
+    def apply(self, event: GoalEvent) -> None:
+        """Move along the life cycle.
+
+        Raises:
+            LifecycleError: the event cannot happen in this state.
+        """
+        self.state = next_state(self.state, event)
+
+    def end_of(self, outcome: Outcome) -> Outcome:
+        """Return the outcome of the goal: only a client's cancel ends CANCELED."""
+        if outcome.code is OutcomeCode.CANCELED and self.closing is not None:
+            return self.closing
+        return outcome
+
+    def finish(
+        self, outcome: Outcome, pose: MapPose | None, now: float, said: str = ""
+    ) -> GoalFinished:
+        """End the goal and return its result.
+
+        Args:
+            outcome: how it ended.
+            pose: where the vehicle is.
+            now: time.
+            said: text of the autopilot that explains the end, if any.
+
+        Raises:
+            LifecycleError: the goal has ended already.
+        """
+        outcome = self.end_of(outcome)
+        code = outcome.code
+        self.apply(terminal_event(code))
+        error_m = outcome.final_error_m
+        if error_m is None and pose is not None and self.target_enu_m is not None:
+            error_m = math.dist(pose.position_enu_m, self.target_enu_m)
+        route = None if self.progress is None else self.progress.route
+        words = [self.cancelled_by, outcome.message] if self.cancelled_by else [outcome.message]
+        message = f"{code.value}: {' '.join([*words, *dict.fromkeys(self.notes)])}"
+        if said and said not in message:
+            message += f" The autopilot reported: '{said}'."
+        return GoalFinished(
+            goal_id=self.goal_id,
+            state=self.state,
+            code=code,
+            message=message,
+            pose=pose,
+            elapsed_s=now - self.accepted_s,
+            final_error_m=error_m,
+            waypoints_reached=route.reached if route is not None else 0,
+            waypoints_missed=route.missed if route is not None else (),
+            action=self.kind,
+        )

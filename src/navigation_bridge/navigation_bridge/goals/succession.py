@@ -1,0 +1,69 @@
+"""A goal that replaces another continues from its state. No ROS."""
+
+from __future__ import annotations
+
+from navigation_bridge.goals.active_goal import ActiveGoal, PositionDoubt
+from navigation_bridge.goals.admitted import Admitted
+from navigation_bridge.goals.lifecycle import GoalEvent
+from navigation_core.tasks.intents import Handover
+from navigation_core.tasks.observation import TaskOperation, VehicleMode
+
+__all__ = ["successor"]
+
+# Modes in which a vehicle moves without setpoints, and operations that lead to one.
+_LEADING = frozenset({VehicleMode.LAND, VehicleMode.RETURN, VehicleMode.MISSION})
+_LEADS_TO = frozenset({TaskOperation.LAND, TaskOperation.RETURN, TaskOperation.START_MISSION})
+_OF_ONE_MISSION = frozenset(
+    {TaskOperation.UPLOAD_MISSION, TaskOperation.START_MISSION, TaskOperation.CLEAR_MISSION}
+)
+
+
+def successor(
+    goal_id: str,
+    admitted: Admitted,
+    previous: ActiveGoal | None,
+    mode: VehicleMode,
+    jumps_ned_m: tuple[float, float],
+    now: float,
+) -> ActiveGoal:
+    """Return an executing goal.
+
+    Args:
+        goal_id: UUID as hexadecimal digits.
+        admitted: the admitted request.
+        previous: the goal from whose last setpoint and operation it continues; None if it
+            continues from none.
+        mode: the vehicle's.
+        jumps_ned_m: sum of the position's jumps so far, north and east.
+        now: time in seconds.
+    """
+    handover, next_step_s = Handover(), now
+    operation = None if previous is None else previous.operation
+    if previous is not None:
+        leads = operation is not None and operation.kind in _LEADS_TO
+        handover = Handover(
+            previous.task.commanded,
+            previous.task.commanded_yaw_enu_rad,
+            previous.setpoint_s,
+            by_itself=mode in _LEADING or leads,
+        )
+        next_step_s = previous.next_step_s
+    goal = ActiveGoal(
+        goal_id,
+        admitted.description,
+        admitted.target_enu_m,
+        admitted.make_task(handover),
+        now,
+        next_step_s,
+        now,
+        notes=list(admitted.warnings),
+        plan=admitted.plan,
+        kind=admitted.action,
+        follows_commands=admitted.follows_commands,
+        doubt=PositionDoubt(jumps_ned_m),
+    )
+    # The new goal also needs an arming or a take-off in progress, but not another mission.
+    if previous is not None and operation and operation.kind not in _OF_ONE_MISSION:
+        goal.continues(previous)
+    goal.apply(GoalEvent.EXECUTE)
+    return goal
