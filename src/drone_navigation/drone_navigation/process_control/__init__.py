@@ -1,1 +1,1 @@
-"""How a node starts without noise, and ends on a signal."""
+"""Starts of nodes without noise, and their end on a signal."""
