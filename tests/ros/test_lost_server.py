@@ -58,6 +58,23 @@ def test_a_server_started_again_does_not_know_the_goal(flight: Flight) -> None:
     assert "Server lost" not in client.text
 
 
+@pytest.mark.night
+def test_a_client_that_was_suspended_for_more_than_a_minute_learns_the_end(flight: Flight) -> None:
+    assert flight.server is not None
+    line = len(flight.server.lines)
+    words = ["python", "-m", "drone_navigation.navigation_client", "--goal", "2", "0", "3"]
+    client = Process("client", [*words, "--lost-timeout", "300"], flight.environment)
+    client.wait_for("NAVIGATING", FLIGHT_TIMEOUT_S)
+    client.signal(signal.SIGSTOP)
+    try:
+        flight.server.wait_for("ended: SUCCESS", FLIGHT_TIMEOUT_S, after=line)
+        flight.spin_for(64.0)
+    finally:
+        client.signal(signal.SIGCONT)
+    assert client.wait(FLIGHT_TIMEOUT_S) == 0, client.text
+    assert "The server responds again" in client.text
+
+
 # Each with the answer that is lost, and what the server sends for it.
 COMMANDS = {
     "logs": (("logs",), "LOG_ENTRY", "LOG_REQUEST_LIST"),

@@ -1,4 +1,4 @@
-"""QoS profiles of publishers and subscriptions."""
+"""QoS profiles of publishers and subscriptions, and how long action servers keep results."""
 
 from __future__ import annotations
 
@@ -16,3 +16,10 @@ LATCHED_QOS = QoSProfile(
 STREAM_QOS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.RELIABLE
 )
+
+RESULT_TIMEOUT_S = 300
+"""How long an action server keeps the result of an ended goal, for clients that ask late.
+
+A client may have been suspended, or its host cut off. rcl's own default of 900 s grows memory
+(ros2/rclpy issue 1300).
+"""

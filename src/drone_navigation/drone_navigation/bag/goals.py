@@ -9,7 +9,8 @@ from action_msgs.msg import GoalStatus, GoalStatusArray
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
 
 from drone_navigation.bag.topics import BagNode
-from drone_navigation.server.actions import ACTIONS, RESULT_TIMEOUT_S, ActionKind
+from drone_navigation.qos import RESULT_TIMEOUT_S
+from drone_navigation.server.actions import ACTIONS, ActionKind
 from drone_navigation.server.frame_names import FrameNames
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState

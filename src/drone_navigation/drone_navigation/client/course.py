@@ -215,7 +215,7 @@ class Course:
             self.code = EXIT_NO_SERVER
             self.say(
                 f"The server no longer knows goal {goal.number}: it was restarted and did not "
-                "resume the goal, or the goal ended more than a minute ago.",
+                "resume the goal, or the goal ended more than five minutes ago.",
                 bad=True,
             )
         elif goal.stage is GoalStage.UNANSWERED:

@@ -25,6 +25,7 @@ from custom_interfaces.action import DownloadLog
 from custom_interfaces.msg import AutopilotLog, GoalCode
 from custom_interfaces.srv import ListLogs
 from drone_navigation.logs.log_file import LogFile, log_path
+from drone_navigation.qos import RESULT_TIMEOUT_S
 from mavlink_vehicle.events import StoredLog
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.fleet import DriverThread
@@ -39,7 +40,6 @@ _LOOK_S = 0.2
 _FEEDBACK_S = 0.5
 # The protocols give up sooner; this is for a driver thread that has ended.
 _SILENCE_S = 90.0
-_RESULT_TIMEOUT_S = 60
 
 
 class _EndedError(Exception):
@@ -89,7 +89,7 @@ class LogServers:
             execute_callback=self._execute,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=group,
-            result_timeout=_RESULT_TIMEOUT_S,
+            result_timeout=RESULT_TIMEOUT_S,
         )
 
     # --- driver and main thread ----------------------------------------------------------

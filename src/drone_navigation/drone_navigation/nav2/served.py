@@ -14,14 +14,12 @@ from rclpy.node import Node
 
 from drone_navigation.nav2.outcomes import Nav2Outcome, aborted, result
 from drone_navigation.nav2.targets import TargetError
+from drone_navigation.qos import RESULT_TIMEOUT_S
 
 __all__ = ["Run", "duration", "serve"]
 
 Run: TypeAlias = Callable[[ServerGoalHandle], Awaitable[tuple[Nav2Outcome, Any]]]
 """Executes a goal; returns its end, and its result message or None for one with nothing more"""
-
-# As in server/actions.py: rcl's own default of 900 s grows memory.
-_RESULT_TIMEOUT_S = 60
 
 
 def duration(seconds: float) -> Duration:
@@ -64,5 +62,5 @@ def serve(node: Node, kind: Any, name: str, run: Run) -> None:
         execute_callback=execute,
         cancel_callback=lambda _handle: CancelResponse.ACCEPT,
         callback_group=ReentrantCallbackGroup(),
-        result_timeout=_RESULT_TIMEOUT_S,
+        result_timeout=RESULT_TIMEOUT_S,
     )

@@ -35,6 +35,7 @@ from custom_interfaces.action import (
     Takeoff,
 )
 from drone_navigation.presence import Presence
+from drone_navigation.qos import RESULT_TIMEOUT_S
 from drone_navigation.server import conversions as convert
 from drone_navigation.server.bridge_access import BridgeAccess
 from mavlink_vehicle.errors import DriverError
@@ -54,9 +55,6 @@ from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 
-# rcl keeps the results of ended goals this long for clients that ask late (rcl's own
-# default of 900 s grows memory: ros2/rclpy issue 1300).
-RESULT_TIMEOUT_S = 60
 _CALL_TIMEOUT_S = 2.0
 _CANCEL_STATE_TIMEOUT_S = 2.0
 

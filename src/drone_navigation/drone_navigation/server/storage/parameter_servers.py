@@ -15,6 +15,7 @@ from rclpy.node import Node
 from custom_interfaces.action import ListVehicleParameters, LoadVehicleParameters
 from custom_interfaces.msg import VehicleParameter
 from custom_interfaces.srv import GetVehicleParameter, SetVehicleParameter
+from drone_navigation.qos import RESULT_TIMEOUT_S
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.storage.waiting import STOPPED, Waiting
 from mavlink_vehicle.events import Parameter, ParameterChange
@@ -23,7 +24,6 @@ from navigation_bridge.storage.parameter_files import NAME
 
 # Each step of the protocol ends by itself before.
 _TIMEOUT_S = 60.0
-_RESULT_TIMEOUT_S = 60
 _PARAMETERS_MAX = 5000
 _NAME = "~/vehicle_parameters"
 
@@ -55,7 +55,7 @@ class ParameterServers:
                 execute_callback=execute,
                 cancel_callback=lambda _handle: CancelResponse.ACCEPT,
                 callback_group=group,
-                result_timeout=_RESULT_TIMEOUT_S,
+                result_timeout=RESULT_TIMEOUT_S,
             )
             for kind, verb, execute in (
                 (ListVehicleParameters, "list", self._list),
