@@ -16,6 +16,7 @@ import argparse
 import atexit
 import base64
 import contextlib
+import ctypes
 import fcntl
 import functools
 import hashlib
@@ -253,8 +254,12 @@ def put_back(before: Path) -> None:
     """Puts a folder back that a set-up was replacing when it failed or was killed."""
     folder = before.with_name(before.name.removesuffix(BEFORE))
     if before.exists():
-        shutil.rmtree(folder, ignore_errors=True)
+        # Away at once: a program that a killed set-up left may still write into it.
+        shutil.rmtree(BUILD, ignore_errors=True)
+        if folder.exists():
+            folder.rename(BUILD)
         before.rename(folder)
+        shutil.rmtree(BUILD, ignore_errors=True)
 
 
 def lock_of(ros: str, layer: str = "") -> Path:
@@ -928,6 +933,7 @@ def run(name: str, what: str, command: Sequence[str | Path], environment: dict[s
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.STDOUT,
+            preexec_fn=end_with_set_up,  # noqa: PLW1509 - there are no threads
         )
         try:
             while process.poll() is None:
@@ -956,6 +962,12 @@ def run(name: str, what: str, command: Sequence[str | Path], environment: dict[s
             f"'{what}' ended with code {process.returncode}"
             f"{reason(log.read_text(errors='replace'))}; the whole output is in {log}"
         )
+
+
+def end_with_set_up() -> None:
+    """Lets this process be killed with its parent; an installation would go on without it."""
+    pr_set_pdeathsig = 1
+    ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
 
 
 def reason(log: str) -> str:

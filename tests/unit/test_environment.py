@@ -137,6 +137,7 @@ def test_interfaces_on_demand_are_built_once_and_not_where_ros_has_them(
     steps: list[str] = []
     ros = tmp_path / "ros"
     monkeypatch.setattr(setup_environment, "INSTALL", tmp_path)
+    monkeypatch.setattr(setup_environment, "BUILD", tmp_path / "build")
     monkeypatch.setattr(
         setup_environment, "base_environment", lambda _ros: {"AMENT_PREFIX_PATH": str(ros)}
     )
@@ -159,8 +160,9 @@ def test_interfaces_on_demand_are_built_once_and_not_where_ros_has_them(
 
 
 def test_a_failed_step_leaves_what_was_there_and_nothing_half_made(
-    setup_environment: ModuleType, tmp_path: Path
+    setup_environment: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(setup_environment, "BUILD", tmp_path / "build")
     folder = tmp_path / "made"
     folder.mkdir()
     (folder / "old").touch()
