@@ -14,7 +14,7 @@ from flight_logs.command_version import add_version
 
 EXIT_OK = 0
 EXIT_FAILED = 1
-_READY_TIMEOUT_S = 20.0
+_READY_TIMEOUT_S = 60.0  # ten times what an idle machine needs
 _FILES = Path("bridge_config")
 
 

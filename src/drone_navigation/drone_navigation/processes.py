@@ -23,7 +23,7 @@ _DOMAIN_MAX = 101
 # 9.6.1.1: port base 7400, domain gain 250, offset d1 10).
 _PORT_BASE, _DOMAIN_GAIN, _OFFSET = 7400, 250, 10
 _PORT_MIN, _PORT_MAX, _PORTS_TRIED = 61000, 65500, 100
-_READY_TIMEOUT_S = 20.0
+_READY_TIMEOUT_S = 60.0  # ten times what an idle machine needs
 _READER_S = 5.0
 _POLL_S = 0.05
 # A program that was interrupted ends within 5 s, and so does each that it has started.
