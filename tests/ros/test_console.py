@@ -96,6 +96,12 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
 
 
 @pytest.fixture
+def on_the_ground(scene: Scene) -> None:
+    """Before a page is opened: waypoints of one that is opened in the air are as high as it."""
+    scene.flight.ground()
+
+
+@pytest.fixture
 def page(scene: Scene) -> Iterator[Tab]:
     """A page that has control of a vehicle without a goal."""
     tab = scene.browser.open(scene.address)
@@ -140,8 +146,8 @@ def wait_for_end(tab: Tab, before: int, code: str) -> None:
     assert tab.value("document.getElementById('end').dataset.code") == code, tab.text("end")
 
 
-def test_a_goal_is_clicked_confirmed_by_keyboard_and_flown(scene: Scene, page: Tab) -> None:
-    scene.flight.ground()  # in the air, a waypoint is as high as the vehicle
+@pytest.mark.usefixtures("on_the_ground")
+def test_a_goal_is_clicked_confirmed_by_keyboard_and_flown(page: Tab) -> None:
     before = ends(page)
     page.wait("/% lost, [0-9.]+ ms/.test(document.getElementById('facts').textContent)")
     page.drag(on_map(page, 4.0, 3.0))
