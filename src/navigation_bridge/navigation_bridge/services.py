@@ -41,7 +41,7 @@ class ServiceDesk:
         self._operation_id: int | None = None
 
     def begin(self, number: int, service: Service, now: float, mode: str = "") -> None:
-        """Request it from the vehicle; the arguments are those of :meth:`Bridge.serve`."""
+        """Request it from the vehicle; the arguments are those of :meth:`ClientServices.serve`."""
         self.give_up("Replaced by another request.", now)
         self._number = number
         if service is Service.SET_MODE:

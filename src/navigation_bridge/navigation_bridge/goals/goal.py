@@ -116,7 +116,7 @@ class ServiceDone:
     """Response to a service request that waited for the vehicle.
 
     Attributes:
-        number: number passed to :meth:`Bridge.serve`.
+        number: number passed to :meth:`ClientServices.serve`.
         success: whether the vehicle obeyed.
         message: a sentence.
     """
