@@ -145,7 +145,9 @@ def _ready_after_s(recording: Recording, kind: str) -> float:
     said_s = first(
         recording.of("STATUSTEXT"), lambda m: bool(re.search(r"EKF. IMU0 is using GPS", m.text))
     )
-    if said_s is not None:
+    flew_s = first(recording.of("LOCAL_POSITION_NED"), lambda _: True)
+    # After a loss of GPS it says so again.
+    if said_s is not None and (flew_s is None or said_s < flew_s + 1.0):
         return max(said_s, 1.0)
     # Had it begun after the recording, it would have been said.
     return min(usual_s, max(recording.begin_s, 1.0)) if recording.begin_s > BOOTED_S else usual_s

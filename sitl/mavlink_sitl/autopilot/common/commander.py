@@ -136,10 +136,11 @@ class Commander(Firmware):
         previous = self.mode
         if isinstance(previous, Auto):
             previous.leave()
+        controlled = previous.position_controlled
         self.mode = mode
         self.forget_orders()
         mode.enter()
-        self.events.append(ModeChanged(mode.spec.name, previous.spec.position_controlled))
+        self.events.append(ModeChanged(mode.spec.name, controlled))
         self._settle()
 
     def forget_orders(self) -> None:

@@ -28,6 +28,11 @@ class Mode:
         """Run one step; called at the autopilot's rate, armed or not."""
 
     @property
+    def position_controlled(self) -> bool:
+        """Whether the horizontal position controller runs (base_mode GUIDED_ENABLED)."""
+        return self.spec.position_controlled
+
+    @property
     def taking_off(self) -> bool:
         """Whether EXTENDED_SYS_STATE says TAKEOFF."""
         return False

@@ -32,7 +32,7 @@ def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     base_mode = dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     base_mode |= mode.base_flags if vehicle.started else personality.boot_flags
     # RTL's controller stops with the motors, LAND's continues, as recorded.
-    controlled = mode.position_controlled and (vehicle.armed or mode.behaviour != "rtl")
+    controlled = vehicle.mode.position_controlled and (vehicle.armed or mode.behaviour != "rtl")
     if controlled or was_position_controlled:
         base_mode |= dialect.MAV_MODE_FLAG_GUIDED_ENABLED
     if vehicle.soft_armed:

@@ -45,12 +45,23 @@ class Throw(Mode):
 
 
 class Land(Mode):
-    """Straight down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground."""
+    """Straight down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground.
+
+    Begun without a position it does not control one until it stands, though a position may come
+    back (ModeLand::init; recorded in HEARTBEAT.base_mode after a loss of GPS).
+    """
 
     landing = True
+    _knew_position = True
+
+    @property
+    def position_controlled(self) -> bool:
+        """See `Mode`."""
+        return self._knew_position or self.vehicle.landed
 
     def enter(self) -> None:
         """Brake and sink."""
+        self._knew_position = self.vehicle.estimator.position_ok
         self._speed: float | None = None
         self._sink_from_s = self.vehicle.now_s
         self.update()
