@@ -134,13 +134,13 @@ class LegTrack:
         dt_s, self._seen_s = now_s - self._seen_s, now_s
         if dt_s <= 0.0:
             return
+        if paused or not self.pace.steady:
+            self.pace.advance(dt_s, paused)
+        self._late_s += (1.0 - self._progress * self.pace.share) * dt_s
         # advance_wp_target_along_track of ArduPilot: 2.5 s to follow with default parameters.
         filter_s = self.leg.limits.acceleration_xy_m_s2 / jerk_m_s3
         wanted = self._keeping_up(now_s, motion)
         self._progress += (wanted - self._progress) * min(dt_s / filter_s, 1.0)
-        if paused or not self.pace.steady:
-            self.pace.advance(dt_s, paused)
-        self._late_s += (1.0 - self._progress * self.pace.share) * dt_s
 
     def _keeping_up(self, now_s: float, motion: Motion) -> float:
         """The share of the track's speed that the vehicle has, less what it is behind."""
