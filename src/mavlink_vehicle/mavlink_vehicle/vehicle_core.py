@@ -32,7 +32,6 @@ from mavlink_vehicle.events import (
     VehicleEvent,
     VehicleRebooted,
 )
-from mavlink_vehicle.message_layout import FrameHeader
 from mavlink_vehicle.mission_items import HOME_PLACEHOLDER, MissionItem, MissionType
 from mavlink_vehicle.profiles import Profile, profile_for, vehicle_rank
 from mavlink_vehicle.protocols.job_slot import JobSlot
@@ -63,7 +62,7 @@ from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionSender
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream, StreamStatistics
-from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader
+from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeMessage, RangeReader
 from mavlink_vehicle.state.live_state import LiveState
 from mavlink_vehicle.state.reducer import MEASUREMENTS, VehicleState, reduce
 from mavlink_vehicle.state.restarts import evolve
@@ -412,7 +411,7 @@ class VehicleCore:
         kind = message.__class__
         measure = MEASUREMENTS.get(kind)
         if measure is not None and now - self._gap.heard_s <= STREAM_GAP_S and self.profile:
-            self._measured(measure(before, message, now), header, now)
+            self._measured(measure(before, message, now), header.seq, header.msgId, now)
             return
         shows_mode = kind is _HEARTBEAT or kind is _CURRENT_MODE
         before = self.state = self._gap.heard(self.state, self.profile, shows_mode, now)
@@ -445,14 +444,14 @@ class VehicleCore:
         return 0 if self.profile is None else vehicle_rank(state.autopilot, state.vehicle_type)
 
     def _is_from_vehicle(self, message: Message, now: float) -> bool:
-        if message.__class__ is _HEARTBEAT:
+        if isinstance(message, _HEARTBEAT):
             return self._is_vehicle(message, now)
         header, state = message._header, self._live.known
         return header.srcComponent == state.component_id and (
             state.system_id in (0, header.srcSystem)
         )
 
-    def _is_vehicle(self, message: Message, now: float) -> bool:
+    def _is_vehicle(self, message: mavlink.MAVLink_heartbeat_message, now: float) -> bool:
         """Return whether a HEARTBEAT is the vehicle's.
 
         The first is that of a vehicle of any kind. One that is better known replaces it while
@@ -482,11 +481,11 @@ class VehicleCore:
             system_id=system_id, component_id=self.config.target_component, boot_count=boots
         )
 
-    def _measured(self, state: VehicleState, header: FrameHeader, now: float) -> None:
+    def _measured(self, state: VehicleState, sequence: int, number: int, now: float) -> None:
         """Do the little that is left of `receive` for what is nothing but a measurement."""
         self._gap.heard_s = self._watch.heard_s = now
-        self._order.place(header.seq, now)
-        self._rates.count(header.msgId)
+        self._order.place(sequence, now)
+        self._rates.count(number)
         before = self.state
         if state is before:
             return
@@ -546,7 +545,7 @@ class VehicleCore:
 
     def _hand_out(self, message: Message, now: float) -> None:
         """Give the protocols what may be an answer to them."""
-        if message.__class__ in RANGE_MESSAGES:
+        if isinstance(message, RANGE_MESSAGES):
             self._take_ranges(message, now)
             return
         if message.__class__ in LOG_MESSAGES:
@@ -560,16 +559,17 @@ class VehicleCore:
             self.parameter_jobs.receive(message, now)
             self.take_ends(now)
         self._requests.receive(message, now)
-        round_trip_s = self._timesync.receive(message, now)
-        if round_trip_s is not None:
-            state = self.state
-            self._data_age.answered(
-                round_trip_s, message.tc1, state.boot_time_ms, state.boot_count, now
-            )
+        if isinstance(message, mavlink.MAVLink_timesync_message):
+            round_trip_s = self._timesync.receive(message, now)
+            if round_trip_s is not None:
+                state = self.state
+                self._data_age.answered(
+                    round_trip_s, message.tc1, state.boot_time_ms, state.boot_count, now
+                )
         self._answer_watch.receive(message, now)
         self._parameters.receive(message, now)
         self._lists.receive(message, now)
-        if message.__class__ in ANSWERS:
+        if isinstance(message, ANSWERS):
             self._stations.answered(message, self.address, now)
             self._take_acts(now)
             if not self.transfers_mission:
@@ -578,7 +578,7 @@ class VehicleCore:
 
     def _is_for_another(self, message: Message, now: float) -> bool:
         """Return whether it is a COMMAND_ACK to somebody else, and let that be heard."""
-        if message.__class__ is not _COMMAND_ACK or self._is_ours(message):
+        if not isinstance(message, _COMMAND_ACK) or self._is_ours(message):
             return False
         self._stations.answered(message, self.address, now)
         return True
@@ -588,11 +588,11 @@ class VehicleCore:
         if message.__class__ in _SETPOINTS:
             self.note_setpoint(now)
         system_id = self.state.system_id
-        if message.__class__ in RANGE_MESSAGES and message._header.srcSystem == system_id != 0:
+        if isinstance(message, RANGE_MESSAGES) and message._header.srcSystem == system_id != 0:
             self._take_ranges(message, now)
         self.overhear(message, now)
 
-    def _is_ours(self, ack: Message) -> bool:
+    def _is_ours(self, ack: mavlink.MAVLink_command_ack_message) -> bool:
         """Return whether a COMMAND_ACK is for us.
 
         Without target fields it is, until the autopilot is known to fill them in: from then on
@@ -604,7 +604,7 @@ class VehicleCore:
             return ours
         return not self._answers_by_name
 
-    def _take_ranges(self, message: Message, now: float) -> None:
+    def _take_ranges(self, message: RangeMessage, now: float) -> None:
         measured = self.ranges.read(message, now)
         if measured is not None:
             self._events.append(measured)

@@ -35,7 +35,7 @@ _INTEGERS = {
 }
 
 
-def decode_value(message: Message, bytewise: bool) -> float:
+def decode_value(message: mavlink.MAVLink_param_value_message, bytewise: bool) -> float:
     """Return the value of a PARAM_VALUE.
 
     Args:

@@ -28,16 +28,14 @@ _WAIT_S = 2.0
 _TOLD_S = 3.0
 _ORDER = (MissionType.FENCE, MissionType.RALLY, MissionType.MISSION)
 _ACK = mavlink.MAVLink_mission_ack_message
-_TRANSFERS = frozenset(
-    {
-        mavlink.MAVLink_mission_count_message,
-        mavlink.MAVLink_mission_item_message,
-        mavlink.MAVLink_mission_item_int_message,
-        mavlink.MAVLink_mission_request_list_message,
-        mavlink.MAVLink_mission_request_message,
-        mavlink.MAVLink_mission_request_int_message,
-        mavlink.MAVLink_mission_write_partial_list_message,
-    }
+_TRANSFERS = (
+    mavlink.MAVLink_mission_count_message,
+    mavlink.MAVLink_mission_item_message,
+    mavlink.MAVLink_mission_item_int_message,
+    mavlink.MAVLink_mission_request_list_message,
+    mavlink.MAVLink_mission_request_message,
+    mavlink.MAVLink_mission_request_int_message,
+    mavlink.MAVLink_mission_write_partial_list_message,
 )
 
 
@@ -103,7 +101,7 @@ class StoredLists(Outbox):
     def overhear(self, message: Message, now: float) -> None:
         """Make way for a station that transfers a list."""
         address = self._address
-        if message.__class__ not in _TRANSFERS or address is None:
+        if address is None or not isinstance(message, _TRANSFERS):
             return
         header = message._header
         sender = (header.srcSystem, header.srcComponent)

@@ -12,11 +12,10 @@ from __future__ import annotations
 
 from collections import deque
 
-from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.codec import make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
 
-_TIMESYNC = mavlink.MAVLink_timesync_message
 _NANOSECONDS = 1_000_000_000
 _IDENTITY_BITS = 0xFFFF  # 66 us: the time that is measured is kept apart from what is sent
 _KEPT = 10
@@ -67,13 +66,13 @@ class Timesync(TimedOutbox):
         self._deadline = None
         self._asked.clear()
 
-    def receive(self, message: Message, now: float) -> float | None:
+    def receive(self, message: mavlink.MAVLink_timesync_message, now: float) -> float | None:
         """Take an answer to one of our questions; others belong to other programs.
 
         Returns:
             The round trip that it shows in s, or None.
         """
-        if message.__class__ is not _TIMESYNC or message.tc1 == 0:
+        if message.tc1 == 0:
             return None
         asked_s = self._asked.pop(message.ts1, None)
         if asked_s is None:

@@ -49,7 +49,7 @@ class StationObserver:
 
     def hear(self, message: Message, address: Address, profile: Profile | None, now: float) -> None:
         """Process what was sent to the vehicle; it is never taken for the vehicle's word."""
-        if message.__class__ in HEARD and profile is not None:
+        if isinstance(message, HEARD) and profile is not None:
             self._watch.hear(message, address, profile, now)
 
     def answered(self, message: Message, address: Address, now: float) -> None:
