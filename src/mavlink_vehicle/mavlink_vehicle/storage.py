@@ -83,13 +83,13 @@ class Storage:
             wanted, self._core.address, profile.parameters_bytewise, objection, list_first
         )
         self._core.parameter_jobs.begin(changes, now)
-        self._core.take_ends(now)
+        self._core.collect(now)
         return None
 
     def stop_parameters(self, reason: str, now: float) -> None:
         """End the job on parameters, if any; changes made until then stay."""
         self._core.parameter_jobs.stop(OperationResult.CANCELLED, reason, now)
-        self._core.take_ends(now)
+        self._core.collect(now)
 
     def _begin_list(
         self, kind: MissionType, items: tuple[MissionItem, ...] | None, now: float

@@ -214,7 +214,7 @@ class Vehicle(VehicleCore):
     def cancel_operation(self, now: float) -> None:
         """End the operation in progress, if any, as CANCELLED. Nothing is sent to the vehicle."""
         self.slot.cancel("it was abandoned", now)
-        self.take_ends(now)
+        self.collect(now)
 
     # Setpoints
 

@@ -19,6 +19,14 @@ _OfAList = (
     | mavlink.MAVLink_mission_request_message
     | mavlink.MAVLink_mission_request_int_message
 )
+MISSION_ANSWERS = (
+    mavlink.MAVLink_mission_request_message,
+    mavlink.MAVLink_mission_request_int_message,
+    mavlink.MAVLink_mission_count_message,
+    mavlink.MAVLink_mission_item_int_message,
+    mavlink.MAVLink_mission_ack_message,
+)
+"""The messages of an autopilot with whom a list is transferred."""
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 CANCELLED = mavlink.MAV_MISSION_OPERATION_CANCELLED
 
