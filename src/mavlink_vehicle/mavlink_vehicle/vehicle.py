@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.missions import Missions
@@ -26,6 +28,7 @@ from mavlink_vehicle.protocols.operations.takeoff_goal import (
     takeoff_problem,
     takeoff_timeout_s,
 )
+from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointNed
 from mavlink_vehicle.storage import Storage
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
@@ -44,9 +47,11 @@ class Vehicle(VehicleCore):
     `OperationFinished` with that id. One runs at a time; a new one cancels the pending one.
     """
 
-    def __init__(self, config: VehicleConfig | None = None) -> None:
-        """Prepare; nothing happens before `start`."""
-        super().__init__(config)
+    def __init__(
+        self, config: VehicleConfig | None = None, further: Iterable[VehicleService] = ()
+    ) -> None:
+        """Prepare; nothing happens before `start`. `further` services run beside the others."""
+        super().__init__(config, further)
         self._desk = OperationDesk(self)
         self.missions = Missions(self, self._desk)
         self.storage = Storage(self)

@@ -58,7 +58,7 @@ from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import ModeOrder
-from mavlink_vehicle.protocols.service import Conversation, Service
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionSender
 from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors
@@ -93,8 +93,10 @@ _SETPOINTS = frozenset(
 class VehicleCore:
     """One autopilot as far as it is listened to; sans I/O."""
 
-    def __init__(self, config: VehicleConfig | None = None) -> None:
-        """Prepare; nothing happens before `start`."""
+    def __init__(
+        self, config: VehicleConfig | None = None, further: Iterable[VehicleService] = ()
+    ) -> None:
+        """Prepare; nothing happens before `start`. `further` services run beside those of here."""
         self.config = config or VehicleConfig()
         self._live = LiveState(
             VehicleState(
@@ -155,7 +157,7 @@ class VehicleCore:
         self._external = ExternalPositionSender(self.config.external_origin)
         self._events: deque[VehicleEvent] = deque()
         # In the order of their timers and events; a stream is closed before its operation ends.
-        self._services: tuple[Service, ...] = (
+        self._services: tuple[VehicleService, ...] = (
             self._own_gap,
             self._stream,
             self._sender,
@@ -175,9 +177,10 @@ class VehicleCore:
             self.logs,
             self.rtcm,
             self._external,
+            *further,
         )
-        self._by_rank: list[Service] = sorted(self._services, key=_rank)
-        self._routes: dict[type[Message], list[Service]] = {}
+        self._by_rank: list[VehicleService] = sorted(self._services, key=_rank)
+        self._routes: dict[type[Message], list[VehicleService]] = {}
         for service in self._services:
             for kind in service.handles:
                 self._routes.setdefault(kind, []).append(service)
@@ -366,7 +369,8 @@ class VehicleCore:
 
     def start(self, now: float) -> None:
         """Begin to send HEARTBEAT and to listen."""
-        self._sender.start(now)
+        for service in self._services:
+            service.start(now)
 
     def intakes(self, system: int, component: int) -> dict[int, Intake]:
         """Return what takes measurements of a sender straight from their frames, by number.
@@ -605,7 +609,7 @@ class VehicleCore:
         for service in self._services:
             self._collect(service, now)
 
-    def _collect(self, service: Service, now: float) -> None:
+    def _collect(self, service: VehicleService, now: float) -> None:
         while (event := service.next_event()) is not None:
             self._events.append(event)
             react = self._reactions.get(event.__class__)
@@ -812,5 +816,5 @@ class VehicleCore:
             self.slot.mode_asked(event.mode, now)
 
 
-def _rank(service: Service) -> int:
+def _rank(service: VehicleService) -> int:
     return service.rank

@@ -12,7 +12,7 @@ from mavlink_vehicle.events import (
     VehicleEvent,
 )
 from mavlink_vehicle.protocols.mission.transfer import MISSION_ANSWERS
-from mavlink_vehicle.protocols.service import Rank
+from mavlink_vehicle.protocols.service import SendingRank
 from mavlink_vehicle.protocols.slot import EventT, Part, Slot
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -62,7 +62,7 @@ class JobSlot(Slot[Job[EventT], EventT]):
 class ListJobs(JobSlot[StoredListFinished]):
     """Reads or writes a fence or the rally points."""
 
-    rank = Rank.LISTS
+    rank = SendingRank.LISTS
     handles = MISSION_ANSWERS
 
 

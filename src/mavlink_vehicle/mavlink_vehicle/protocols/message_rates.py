@@ -38,7 +38,7 @@ from mavlink_vehicle.protocols.operations.command import (
     CommandTiming,
     result_name,
 )
-from mavlink_vehicle.protocols.service import Conversation, Service
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _CHECK_PERIOD_S = 2.0
@@ -153,7 +153,7 @@ class RatesInput(enum.Enum):
     PAUSE = "the vehicle is absent"
 
 
-class MessageRates(Machine[None], Service):
+class MessageRates(Machine[None], VehicleService):
     """Keeps the wanted messages coming."""
 
     def __init__(

@@ -27,7 +27,7 @@ from mavlink_vehicle.protocols.operations.command import (
     ack_result,
 )
 from mavlink_vehicle.protocols.outbox import TimedOutbox
-from mavlink_vehicle.protocols.service import Conversation, Service
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _ANSWER_S = 1.0
@@ -39,7 +39,7 @@ _REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
-class MessageRequests(TimedOutbox, Service):
+class MessageRequests(TimedOutbox, VehicleService):
     """Asks for each missing message, more and more rarely, until it is there or rejected."""
 
     def __init__(

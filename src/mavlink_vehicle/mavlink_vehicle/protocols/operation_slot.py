@@ -15,7 +15,7 @@ from mavlink_vehicle.protocols.operations.crossings import Crossings
 from mavlink_vehicle.protocols.operations.operation_parts import Gate, Goal, OperationTiming
 from mavlink_vehicle.protocols.operations.operations import Operation
 from mavlink_vehicle.protocols.operations.requested_changes import RequestedChanges
-from mavlink_vehicle.protocols.service import Rank
+from mavlink_vehicle.protocols.service import SendingRank
 from mavlink_vehicle.protocols.slot import Slot
 from mavlink_vehicle.state.reducer import VehicleState
 
@@ -48,7 +48,7 @@ class _ModeRequest:
 class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
     """Holds one operation at a time: a new one cancels the pending one first."""
 
-    rank = Rank.OPERATIONS
+    rank = SendingRank.OPERATIONS
     handles = (mavlink.MAVLink_command_ack_message, *MISSION_ANSWERS)
     commands = True
 

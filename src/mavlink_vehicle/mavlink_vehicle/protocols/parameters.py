@@ -17,7 +17,7 @@ from types import MappingProxyType
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
-from mavlink_vehicle.protocols.service import Conversation, Service
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _VALUE = mavlink.MAVLink_param_value_message
@@ -51,7 +51,7 @@ def decode_value(message: mavlink.MAVLink_param_value_message, bytewise: bool) -
     return float(struct.unpack(layout, struct.pack("<f", message.param_value))[0])
 
 
-class ParameterReader(TimedOutbox, Service):
+class ParameterReader(TimedOutbox, VehicleService):
     """Reads the wanted parameters, and again every 30 s."""
 
     handles = (_VALUE,)

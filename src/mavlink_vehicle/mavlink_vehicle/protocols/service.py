@@ -1,4 +1,4 @@
-"""What each service of an autopilot offers, such as operations, mission lists, logs, corrections.
+"""The interface of a service of an autopilot: operations, mission lists, logs, corrections.
 
 A service says which messages it handles, what another state of the link means to it, when it wants
 to be called, and what it sends. `VehicleCore` runs all of them: it knows none by what it does.
@@ -16,10 +16,10 @@ from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
-__all__ = ["Conversation", "Rank", "Service"]
+__all__ = ["Conversation", "SendingRank", "VehicleService"]
 
 
-class Rank(enum.IntEnum):
+class SendingRank(enum.IntEnum):
     """The order in which what is sent at one moment goes out; each has a test of its own."""
 
     MODE_QUESTION = enum.auto()
@@ -48,7 +48,7 @@ class Conversation:
     profile: Profile
 
 
-class Service:
+class VehicleService:
     """One service, sans I/O; what it does not care about it leaves as it is here.
 
     Attributes:
@@ -59,7 +59,7 @@ class Service:
         hears_companions: whether it also gets those of other components of the vehicle.
     """
 
-    rank: ClassVar[Rank] = Rank.QUESTIONS
+    rank: ClassVar[SendingRank] = SendingRank.QUESTIONS
     handles: tuple[type[Message], ...] = ()
     commands: ClassVar[bool] = False
     hears_companions: ClassVar[bool] = False
@@ -83,7 +83,7 @@ class Service:
         """Drop what is known of it: it restarted, or another vehicle was found."""
 
     def vehicle_armed(self) -> None:
-        """End what must not go on in flight."""
+        """End what must not continue in flight."""
 
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""

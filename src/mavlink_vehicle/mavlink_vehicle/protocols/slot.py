@@ -8,7 +8,7 @@ from typing import Generic, Protocol, TypeVar
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import VehicleEvent
-from mavlink_vehicle.protocols.service import Service
+from mavlink_vehicle.protocols.service import VehicleService
 
 EventT = TypeVar("EventT", bound=VehicleEvent)
 
@@ -32,7 +32,7 @@ class Part(Protocol):
 PartT = TypeVar("PartT", bound=Part)
 
 
-class Slot(Service, Generic[PartT, EventT]):
+class Slot(VehicleService, Generic[PartT, EventT]):
     """Runs one part at a time; a subclass decides what follows from what it does."""
 
     def __init__(self) -> None:

@@ -22,7 +22,7 @@ from mavlink_vehicle.protocols.logs.log_download import LogDownload
 from mavlink_vehicle.protocols.logs.log_list import LogList
 from mavlink_vehicle.protocols.logs.log_parts import LogDownloader, LogLister
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.service import Rank
+from mavlink_vehicle.protocols.service import SendingRank
 from mavlink_vehicle.protocols.slot import Slot
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -32,7 +32,7 @@ _Part: TypeAlias = LogList | FtpLogList | LogDownload | FtpLogDownload
 class LogTransfer(Slot[_Part, LogEvent]):
     """Lists and downloads logs; each transfer ends in one `LogTransferEnded`."""
 
-    rank = Rank.LOGS
+    rank = SendingRank.LOGS
     handles = (
         mavlink.MAVLink_log_entry_message, mavlink.MAVLink_log_data_message, FTP_MESSAGE
     )  # fmt: skip

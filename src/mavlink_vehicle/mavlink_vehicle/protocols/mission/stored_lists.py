@@ -23,7 +23,7 @@ from mavlink_vehicle.protocols.mission.transfer import (
 )
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import Outbox
-from mavlink_vehicle.protocols.service import Conversation, Rank, Service
+from mavlink_vehicle.protocols.service import Conversation, SendingRank, VehicleService
 from mavlink_vehicle.state.telemetry import MissionProgress
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -53,10 +53,10 @@ def lists_taken(answer: Message) -> tuple[MissionType, ...]:
     return tuple(kind for kind in _ORDER if every or answer.mission_type == kind)
 
 
-class StoredLists(Outbox, Service):
+class StoredLists(Outbox, VehicleService):
     """Reads the three lists."""
 
-    rank = Rank.LISTS
+    rank = SendingRank.LISTS
     handles = MISSION_ANSWERS
 
     def __init__(self, timing: TransferTiming, may_read: Callable[[], bool]) -> None:

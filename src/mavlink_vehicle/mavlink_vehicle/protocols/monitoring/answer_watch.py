@@ -21,7 +21,7 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
 from mavlink_vehicle.protocols.outbox import TimedOutbox
-from mavlink_vehicle.protocols.service import Service
+from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _EVERY_S, _URGENT_EVERY_S = 0.5, 0.15
@@ -38,7 +38,7 @@ _REQUEST = CommandRequest(_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
-class AnswerWatch(TimedOutbox, Service):
+class AnswerWatch(TimedOutbox, VehicleService):
     """Asks while answers matter, and knows for how long there have been none.
 
     Attributes:

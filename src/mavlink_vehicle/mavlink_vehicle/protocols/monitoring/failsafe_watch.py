@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections import deque
 
 from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
-from mavlink_vehicle.protocols.service import Service
+from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.state.warning_signs import Failsafe
 
 _TEXTS_S = 0.5
 
 
-class FailsafeWatch(Service):
+class FailsafeWatch(VehicleService):
     """Follows `VehicleState.failsafe`."""
 
     def __init__(self) -> None:

@@ -17,16 +17,16 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.outbox import TimedOutbox
-from mavlink_vehicle.protocols.service import Rank, Service
+from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 
 PATIENCE = 3.0
 """How many times longer HEARTBEAT may be missing while other messages of the autopilot come."""
 
 
-class HeartbeatSender(TimedOutbox, Service):
+class HeartbeatSender(TimedOutbox, VehicleService):
     """Sends our HEARTBEAT at a fixed rate, the first one at once."""
 
-    rank = Rank.HEARTBEAT
+    rank = SendingRank.HEARTBEAT
 
     def __init__(self, interval_s: float, mav_type: int) -> None:
         """Send as `mav_type` (such as MAV_TYPE_ONBOARD_CONTROLLER) every `interval_s`."""
@@ -69,7 +69,7 @@ class WatchInput(enum.Enum):
     SILENCE = "timed out"
 
 
-class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained], Service):
+class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained], VehicleService):
     """Watches the autopilot's HEARTBEAT; the caller passes in only those.
 
     Attributes:

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
-from mavlink_vehicle.protocols.service import Conversation, Service
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
@@ -28,7 +28,7 @@ _KEPT = 10
 _FORGOTTEN_S = 5.0
 
 
-class Timesync(TimedOutbox, Service):
+class Timesync(TimedOutbox, VehicleService):
     """Asks at an interval, and keeps the last round trips.
 
     Attributes:

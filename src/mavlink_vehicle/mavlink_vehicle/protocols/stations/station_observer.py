@@ -16,7 +16,7 @@ from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.mission.stored_mission import StoredMission
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.service import Service
+from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.protocols.stations.overheard import ANSWERS, HEARD, StationWatch
 from mavlink_vehicle.state.telemetry import MissionProgress
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -25,7 +25,7 @@ _ACTIVE = mavlink.MISSION_STATE_ACTIVE
 _PAUSED = mavlink.MISSION_STATE_PAUSED
 
 
-class StationObserver(Service):
+class StationObserver(VehicleService):
     """Watches others that talk to the autopilot, and whether the mission in it is still ours."""
 
     handles = ANSWERS

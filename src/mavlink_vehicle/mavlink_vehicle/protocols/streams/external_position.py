@@ -19,7 +19,7 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import ExternalPosesResumed, ExternalPosesStopped
 from mavlink_vehicle.positions.frames import Quaternion, Vector3
 from mavlink_vehicle.protocols.outbox import Outbox
-from mavlink_vehicle.protocols.service import Rank, Service
+from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 __all__ = ["FRESH_S", "ExternalPose", "ExternalPositionError", "ExternalPositionSender", "Origin"]
@@ -69,14 +69,14 @@ class ExternalPose:
     twist_variance: tuple[float, ...] | None = None
 
 
-class ExternalPositionSender(Outbox, Service):
+class ExternalPositionSender(Outbox, VehicleService):
     """Checks poses and sends them.
 
     Attributes:
         resets: how often the source has jumped; the message's reset_counter is this modulo 256.
     """
 
-    rank = Rank.DATA
+    rank = SendingRank.DATA
 
     def __init__(self, origin: Origin | None = None) -> None:
         """Prepare; `origin` is set where the autopilot has none."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import deque
 
 from mavlink_vehicle.codec import Message
-from mavlink_vehicle.protocols.service import Service
+from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader, RangesMeasured, RangesRefused
 
 
-class RangeSensors(Service):
+class RangeSensors(VehicleService):
     """Reports each reading.
 
     Attributes:

@@ -13,7 +13,7 @@ from collections import deque
 
 from mavlink_vehicle.codec import Message, make
 from mavlink_vehicle.protocols.outbox import Outbox
-from mavlink_vehicle.protocols.service import Rank, Service
+from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 __all__ = ["LONGEST_BYTES", "RtcmError", "RtcmSender", "fragments", "rtcm_messages"]
@@ -91,10 +91,10 @@ def _piece(data: bytes, flags: int) -> Message:
     return make("GPS_RTCM_DATA", flags=flags, len=len(data), data=padded)
 
 
-class RtcmSender(Outbox, Service):
+class RtcmSender(Outbox, VehicleService):
     """Sends RTCM messages in their order."""
 
-    rank = Rank.DATA
+    rank = SendingRank.DATA
 
     def __init__(self) -> None:
         """Begin with nothing to send."""

@@ -20,7 +20,7 @@ from mavlink_vehicle.positions.frames import Vector3, normalize_angle
 from mavlink_vehicle.profiles import Profile, SetpointField
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.service import Rank, Service
+from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 
 # POSITION_TARGET_TYPEMASK: a set bit says "ignore".
 IGNORE_POSITION = 0b0000_0000_0111
@@ -202,10 +202,10 @@ class StreamStatistics:
     last_sent_s: float | None = None
 
 
-class SetpointStream(Machine[StreamClosed], Service):
+class SetpointStream(Machine[StreamClosed], VehicleService):
     """The interlock and the counters; has no timer, as the caller sets the pace."""
 
-    rank = Rank.SETPOINTS
+    rank = SendingRank.SETPOINTS
     commands = True
 
     def __init__(self) -> None:
