@@ -90,7 +90,7 @@ class Vehicle(VehicleCore):
         profile, kind = self.profile, OperationKind.TAKE_CONTROL
         if profile is None:
             return self._desk.nobody(kind, now)
-        prestream_s = profile.prestream_s
+        prestream_s = profile.setpoints.prestream_s
         if prestream_s == 0.0 or profile.control_mode is None:
             return self._own_mode(profile.control_mode, kind, now)
         if not self.state.armed:
@@ -232,7 +232,7 @@ class Vehicle(VehicleCore):
         self._stream.close()
 
     def send_setpoint(self, setpoint: SetpointNed, now: float) -> None:
-        """Send SET_POSITION_TARGET_LOCAL_NED with what the profile's `setpoint_form` has of it.
+        """Send SET_POSITION_TARGET_LOCAL_NED with what the profile's `setpoints.form` has of it.
 
         While `mode_unseen` it is dropped.
 
@@ -249,7 +249,7 @@ class Vehicle(VehicleCore):
         if (
             pending is not None
             and pending.goal.kind is OperationKind.TAKE_OFF
-            and not profile.setpoints_before_takeoff
+            and not profile.setpoints.before_takeoff
         ):
             raise SetpointError(
                 f"{profile.name} is taking off; setpoints would keep it on the ground. Wait until "
@@ -257,7 +257,7 @@ class Vehicle(VehicleCore):
             )
         if self._stream.is_open:
             self._check_interlock(profile)
-        if profile.acceleration_is_push:
+        if profile.setpoints.acceleration_is_push:
             if self.in_control_mode and self.state.armed:
                 self._drag.learn(self.state.attitude, self.state.local_position)
             setpoint = self._drag.added_to(setpoint)
@@ -271,12 +271,12 @@ class Vehicle(VehicleCore):
         )
 
     def _check_interlock(self, profile: Profile) -> None:
-        if not self.in_control_mode and not profile.setpoints_outside_control_mode:
+        if not self.in_control_mode and not profile.setpoints.outside_control_mode:
             raise SetpointError(
                 f"{profile.name} is in {self.mode_name}, where setpoints must not be sent; "
                 f"change to {profile.control_mode} first."
             )
-        if not self.state.armed and not profile.setpoints_while_disarmed:
+        if not self.state.armed and not profile.setpoints.while_disarmed:
             raise SetpointError(
                 f"{profile.name} is disarmed; a setpoint could make it move later. Arm it first."
             )

@@ -633,7 +633,7 @@ class VehicleCore:
         if self.profile is None:
             return
         longest_s = self.config.heartbeat_interval_s + _LATE_S
-        stream_s = _STREAM_SHARE * (self.profile.stream_lost_s or math.inf)
+        stream_s = _STREAM_SHARE * (self.profile.setpoints.lost_s or math.inf)
         own_gap.safe_s = min(longest_s, stream_s)
         gap_s = own_gap.notice(now, boot_ms, own_gap.safe_s if self._stream.is_open else longest_s)
         if gap_s is not None:

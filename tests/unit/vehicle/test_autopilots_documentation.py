@@ -68,7 +68,7 @@ def test_every_profile_is_listed_as_it_is(profile: Profile) -> None:
         ("acceleration", SetpointField.ACCELERATION),
         ("yaw", SetpointField.YAW),
     ):
-        assert (word in way.split(", ")) == (group in profile.setpoint_form)
+        assert (word in way.split(", ")) == (group in profile.setpoints.form)
     words = {
         TakeoffForm.NONE: "none",
         TakeoffForm.ABOVE_HOME: "NAV_TAKEOFF, above home",

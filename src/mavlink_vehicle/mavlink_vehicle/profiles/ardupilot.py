@@ -19,6 +19,7 @@ from mavlink_vehicle.profiles.profile import (
     FollowingLimits,
     Profile,
     SetpointField,
+    SetpointRules,
     SpeedCommand,
     TakeoffForm,
     VehicleKind,
@@ -145,23 +146,25 @@ COPTER = replace(
     takeoff=TakeoffForm.ABOVE_HOME,
     # Rejected on the ground and in other modes.
     speed_command=SpeedCommand(1, frozenset({"GUIDED", "AUTO"})),
-    # GCS_MAVLink_Copter.cpp, SET_POSITION_TARGET_LOCAL_NED: a position may come with a
-    # velocity, and both with an acceleration, but a position with an acceleration alone, or
-    # none of the three, is ignored.
-    setpoint_motions=frozenset({_P, _P | _V, _P | _V | _A, _V, _V | _A, _A}),
-    # Without the acceleration it overshoots the speed of a trajectory by a tenth.
-    setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
+    setpoints=SetpointRules(
+        # GCS_MAVLink_Copter.cpp, SET_POSITION_TARGET_LOCAL_NED: a position may come with a
+        # velocity, and both with an acceleration, but a position with an acceleration alone, or
+        # none of the three, is ignored.
+        motions=frozenset({_P, _P | _V, _P | _V | _A, _V, _V | _A, _A}),
+        # Without the acceleration it overshoots the speed of a trajectory by a tenth.
+        form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
+        # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
+        timeout_s=3.0,
+        timeout_parameter="GUID_TIMEOUT",
+        # In that time it integrates both (mode_guided.cpp, posvelaccel_control_run): braking with
+        # 2 m/s² at 3.4 m/s led a real one to 3.3 m/s backwards.
+        following=_FOLLOWING,
+    ),
     # ArduCopter's mode_guided.cpp; neither rovers nor planes know the command.
     pauses_in_mode=True,
     # Both in cm/s; the second is that of all waypoints.
     return_speeds=(("RTL_SPEED", 0.01), ("WPNAV_SPEED", 0.01)),
     return_height=("RTL_ALT", 0.01),
-    # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
-    setpoint_timeout_s=3.0,
-    setpoint_timeout_parameter="GUID_TIMEOUT",
-    # In that time it integrates both (mode_guided.cpp, posvelaccel_control_run): braking with
-    # 2 m/s² at 3.4 m/s led a real one to 3.3 m/s backwards.
-    following=_FOLLOWING,
     wanted_parameters=(
         *_FENCE_PARAMETERS,
         "GUID_TIMEOUT",
@@ -190,16 +193,18 @@ ROVER = replace(
     # With velocity setpoints the setpoint is the speed: DO_CHANGE_SPEED fails then
     # (Rover's mode_guided.cpp, set_desired_speed).
     speed_command=SpeedCommand(1, frozenset({"AUTO"})),
-    # An acceleration is rejected, with a text at every message. A yaw beside a velocity wins
-    # over its direction, so none is sent: the heading follows the velocity.
-    setpoint_motions=frozenset({_P, _V}),
-    setpoint_form=_V,
-    # GCS_MAVLink_Rover.cpp: a velocity in BODY_NED with a yaw rate is a speed along the nose, whose
-    # sign is that of x, and a turn rate. Observed: x = -1 with a yaw rate reverses.
-    drives_by_turn_rate=True,
+    setpoints=SetpointRules(
+        # An acceleration is rejected, with a text at every message. A yaw beside a velocity wins
+        # over its direction, so none is sent: the heading follows the velocity.
+        motions=frozenset({_P, _V}),
+        form=_V,
+        # GCS_MAVLink_Rover.cpp: a velocity in BODY_NED with a yaw rate is a speed along the nose,
+        # whose sign is that of x, and a turn rate. Observed: x = -1 with a yaw rate reverses.
+        drives_by_turn_rate=True,
+        # Observed: "target not received last 3secs, stopping"; no parameter changes it.
+        timeout_s=3.0,
+    ),
     return_speeds=(("RTL_SPEED", 1.0), ("WP_SPEED", 1.0), ("CRUISE_SPEED", 1.0)),
-    # Observed: "target not received last 3secs, stopping"; no parameter changes it.
-    setpoint_timeout_s=3.0,
     wanted_parameters=(*_FENCE_PARAMETERS, *_DRIVING_PARAMETERS, "RTL_SPEED", "CRUISE_SPEED"),
     failsafe_settings=failsafe_settings.ARDUROVER,
 )

@@ -20,6 +20,7 @@ from mavlink_vehicle.profiles.profile import (
     ModePacking,
     Profile,
     SetpointField,
+    SetpointRules,
     SpeedCommand,
     TakeoffForm,
     VehicleKind,
@@ -110,10 +111,12 @@ _COMMON = Profile(
     # sends MISSION_CURRENT by itself (mavlink_mission.cpp).
     own_rates_hz=MappingProxyType({"CURRENT_MODE": 2.0, "MISSION_CURRENT": 1.0}),
     link_rate_parameter="MAV_x_RATE",  # mavlink_main.cpp, update_rate_mult
+    setpoints=SetpointRules(
+        # Observed: the failsafe comes 1.04 to 1.06 s after the last setpoint.
+        timeout_s=1.0,
+        timeout_parameter="COM_OF_LOSS_T",
+    ),
     # Navigator's geofence.cpp.
-    # Observed: the failsafe comes 1.04 to 1.06 s after the last setpoint.
-    setpoint_timeout_s=1.0,
-    setpoint_timeout_parameter="COM_OF_LOSS_T",
     wanted_parameters=("GF_ACTION", "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST", "COM_OF_LOSS_T"),
     failsafe_settings=failsafe_settings.PX4_ANY,
     parameters_bytewise=True,
@@ -123,9 +126,12 @@ _COMMON = Profile(
 _OFFBOARD = replace(
     _COMMON,
     control_mode="OFFBOARD",
-    prestream_s=1.2,
-    stream_lost_s=1.0,
-    setpoints_outside_control_mode=True,
+    setpoints=replace(
+        _COMMON.setpoints,
+        prestream_s=1.2,
+        lost_s=1.0,
+        outside_control_mode=True,
+    ),
     failsafe_settings=failsafe_settings.PX4_OFFBOARD,
 )
 
@@ -137,13 +143,16 @@ COPTER = replace(
     takeoff=TakeoffForm.AMSL,
     takeoff_mode="AUTO.TAKEOFF",
     after_takeoff_mode="AUTO.LOITER",
-    # Each axis may be given in any combination (mavlink_receiver.cpp, PositionControl.cpp);
-    # nothing at all is "invalid" and counts as a lost stream.
-    setpoint_motions=frozenset({_P, _V, _A, _P | _V, _P | _A, _V | _A, _P | _V | _A}),
-    setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
-    acceleration_is_push=True,
-    # AUTO.TAKEOFF does not look at the stream, which must run when it is over.
-    setpoints_before_takeoff=True,
+    setpoints=replace(
+        _OFFBOARD.setpoints,
+        # Each axis may be given in any combination (mavlink_receiver.cpp, PositionControl.cpp);
+        # nothing at all is "invalid" and counts as a lost stream.
+        motions=frozenset({_P, _V, _A, _P | _V, _P | _A, _V | _A, _P | _V | _A}),
+        form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
+        acceleration_is_push=True,
+        # AUTO.TAKEOFF does not look at the stream, which must run when it is over.
+        before_takeoff=True,
+    ),
     return_speeds=(("MPC_XY_CRUISE", 1.0),),
     return_height=("RTL_RETURN_ALT", 1.0),
     wanted_parameters=(*_COMMON.wanted_parameters, "MPC_XY_CRUISE"),
@@ -153,10 +162,13 @@ ROVER = replace(
     _OFFBOARD,
     name="PX4 rover",
     kind=VehicleKind.ROVER,
-    # The rover modules' OffboardMode: a position, if there is one, wins over a velocity. Of a
-    # velocity the length is the speed and the direction the heading; yaw is not looked at.
-    setpoint_motions=frozenset({_P, _V}),
-    setpoint_form=_V,
+    setpoints=replace(
+        _OFFBOARD.setpoints,
+        # The rover modules' OffboardMode: a position, if there is one, wins over a velocity. Of a
+        # velocity the length is the speed and the direction the heading; yaw is not looked at.
+        motions=frozenset({_P, _V}),
+        form=_V,
+    ),
     return_speeds=(("RO_SPEED_LIM", 1.0),),
     # The modules rover_ackermann and lib/rover_control; other rovers lack the first two.
     wanted_parameters=(

@@ -59,7 +59,7 @@ def moves_by_itself(vehicle: Vehicle, operation: OperationReport | None) -> bool
 
 def velocity_only(profile: Profile | None) -> bool:
     """True if the vehicle receives velocities only and keeps moving with the last one."""
-    return profile is not None and profile.setpoint_form is SetpointField.VELOCITY
+    return profile is not None and profile.setpoints.form is SetpointField.VELOCITY
 
 
 def observe(

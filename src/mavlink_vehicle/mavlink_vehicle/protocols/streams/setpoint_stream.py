@@ -95,20 +95,20 @@ class SetpointNed:
 
 
 def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
-    """Return what of the setpoint is sent: its groups that are of `profile.setpoint_form`.
+    """Return what of the setpoint is sent: its groups that are of `profile.setpoints.form`.
 
     Raises:
         SetpointError: a number is not finite or absurd, also in what would be left out, or
             what remains is a combination that this vehicle type ignores or misunderstands.
     """
-    if not profile.setpoint_motions:
+    if not profile.setpoints.motions:
         way = "; it is sent to targets by reposition" if profile.reposition else ""
         raise SetpointError(f"{profile.name} does not follow setpoints{way}.")
     _check_numbers(setpoint)
     if setpoint.drive_frd_m_s is not None:
         return _legal_drive(setpoint, profile)
-    reduced = setpoint.reduced_to(profile.setpoint_form)
-    if reduced.fields() & _MOTION not in profile.setpoint_motions:
+    reduced = setpoint.reduced_to(profile.setpoints.form)
+    if reduced.fields() & _MOTION not in profile.setpoints.motions:
         motion = setpoint.fields() & _MOTION
         given = motion.name if motion else "neither position, velocity nor acceleration"
         raise SetpointError(f"{profile.name} does not follow setpoints with {given}.")
@@ -116,7 +116,7 @@ def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
 
 
 def _legal_drive(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
-    if not profile.drives_by_turn_rate:
+    if not profile.setpoints.drives_by_turn_rate:
         raise SetpointError(f"{profile.name} does not follow a speed with a turn rate.")
     if setpoint.yaw_rate_rad_s is None or setpoint.fields() != SetpointField.YAW_RATE:
         raise SetpointError("A speed along the nose can be combined only with a yaw rate.")
