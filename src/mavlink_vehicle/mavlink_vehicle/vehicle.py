@@ -168,7 +168,7 @@ class Vehicle(VehicleCore):
         timeout_s = self.config.takeoff_timeout_s or takeoff_timeout_s(height_above_ground_m)
         goal = TakeoffGoal(height_above_ground_m, self.state, profile)
         timing = OperationTiming(timeout_s, doubt_s=_TAKEOFF_DOUBT_S)
-        wanted = Wanted(mode=profile.mode_number(profile.takeoff_mode))
+        wanted = Wanted(mode=profile.mode_number(profile.takeoff.mode))
         return self._desk.begin(profile, goal, wanted, timing, now)
 
     # Places and speeds

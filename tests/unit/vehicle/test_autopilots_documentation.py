@@ -73,9 +73,9 @@ def test_every_profile_is_listed_as_it_is(profile: Profile) -> None:
         TakeoffForm.NONE: "none",
         TakeoffForm.ABOVE_HOME: "NAV_TAKEOFF, above home",
         TakeoffForm.AMSL: "NAV_TAKEOFF, above sea level",
-        TakeoffForm.MODE: f"the mode {profile.takeoff_mode}",
+        TakeoffForm.MODE: f"the mode {profile.takeoff.mode}",
     }
-    assert takeoff.startswith(words[profile.takeoff])
+    assert takeoff.startswith(words[profile.takeoff.form])
 
 
 def test_the_speed_commands_are_reported_as_they_are() -> None:

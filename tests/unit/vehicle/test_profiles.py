@@ -39,7 +39,7 @@ def test_an_unknown_firmware_is_only_watched() -> None:
     assert profile is GENERIC
     assert profile.control_mode is None
     assert not profile.setpoints.motions
-    assert profile.takeoff is TakeoffForm.NONE
+    assert profile.takeoff.form is TakeoffForm.NONE
     assert profile.mode_name(9) == "MODE_9"
 
 
@@ -66,7 +66,7 @@ PX4_PROFILES = [px4.COPTER, px4.ROVER, px4.BOAT, px4.PLANE, px4.VTOL, px4.OTHER]
 def test_profiles_are_consistent(profile: Profile) -> None:
     for mode in (
         profile.control_mode, profile.hold_mode, profile.land_mode, profile.return_mode,
-        profile.mission_mode, profile.takeoff_mode, profile.after_takeoff_mode,
+        profile.mission_mode, profile.takeoff.mode, profile.takeoff.mode_after,
     ):  # fmt: skip
         assert mode is None or mode in profile.modes
     flown = bool(profile.setpoints.motions) or profile.reposition
@@ -123,7 +123,7 @@ def test_px4_modes_by_their_recorded_numbers() -> None:
 
 def test_what_a_kind_cannot_do_is_said_by_its_profile() -> None:
     for profile in (ROVER, BOAT, px4.ROVER, px4.BOAT):
-        assert profile.takeoff is TakeoffForm.NONE
+        assert profile.takeoff.form is TakeoffForm.NONE
         assert profile.land_mode is None
         assert profile.setpoints.form is SetpointField.VELOCITY
     for profile in (PLANE, px4.PLANE):

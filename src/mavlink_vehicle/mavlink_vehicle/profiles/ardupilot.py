@@ -22,6 +22,7 @@ from mavlink_vehicle.profiles.profile import (
     SetpointRules,
     SpeedCommand,
     TakeoffForm,
+    TakeoffRules,
     VehicleKind,
 )
 from mavlink_vehicle.profiles.vehicle_types import profile_of_type, profiles_by_type
@@ -118,7 +119,10 @@ COPTER = replace(
     modes=_modes("COPTER_MODE"),
     # ArduCopter's defines.h up to 3.1 and 3.2.
     former_modes=MappingProxyType({"POSITION": 8, "OF_LOITER": 10}),
-    control_before_takeoff=True,
+    takeoff=TakeoffRules(
+        control_first=True,
+        form=TakeoffForm.ABOVE_HOME,
+    ),
     # mode.h, allows_arming: a ground station may arm in GUIDED. AUTO would begin the mission
     # (AUTO_OPTIONS), THROW would start the motors when it is lifted.
     arming_mode="GUIDED",
@@ -143,7 +147,6 @@ COPTER = replace(
     hold_mode="BRAKE",
     land_mode="LAND",
     missions=replace(_MISSIONS, yaw_command=True),
-    takeoff=TakeoffForm.ABOVE_HOME,
     # Rejected on the ground and in other modes.
     speed_command=SpeedCommand(1, frozenset({"GUIDED", "AUTO"})),
     setpoints=SetpointRules(
@@ -181,7 +184,9 @@ ROVER = replace(
     kind=VehicleKind.ROVER,
     modes=_modes("ROVER_MODE"),
     former_modes=MappingProxyType({"LEARNING": 2}),  # APMrover2's defines.h
-    control_before_takeoff=True,
+    takeoff=TakeoffRules(
+        control_first=True,
+    ),
     # mode.h, allows_arming; in the others it would drive off by itself.
     arming_mode="HOLD",
     not_armed_in=frozenset(
@@ -222,9 +227,11 @@ PLANE = replace(
     not_armed_in=frozenset({"AUTO", "AUTOLAND", "INITIALIZING", "RTL", "TAKEOFF"}),
     hold_mode="LOITER",
     missions=_PLANE_MISSIONS,
-    # NAV_TAKEOFF is rejected outside a mission; the mode takes off and circles at TKOFF_ALT.
-    takeoff=TakeoffForm.MODE,
-    takeoff_mode="TAKEOFF",
+    takeoff=TakeoffRules(
+        # NAV_TAKEOFF is rejected outside a mission; the mode takes off and circles at TKOFF_ALT.
+        form=TakeoffForm.MODE,
+        mode="TAKEOFF",
+    ),
     # SET_POSITION_TARGET_LOCAL_NED has no effect (but on the altitude): it is sent to places.
     reposition=True,
     # It climbs at once; Plane::setup_alt_slope, for more than ALT_SLOPE_MIN.

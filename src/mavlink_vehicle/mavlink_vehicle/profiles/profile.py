@@ -147,6 +147,23 @@ class SetpointRules:
 
 
 @dataclass(frozen=True)
+class TakeoffRules:
+    """The rules of a firmware for take-offs.
+
+    Attributes:
+        form: how a take-off is asked for.
+        mode: the mode that a take-off goes through, if it has one.
+        mode_after: the mode that it goes to by itself then.
+        control_first: whether the control mode must be entered before a take-off.
+    """
+
+    form: TakeoffForm = TakeoffForm.NONE
+    mode: str | None = None
+    mode_after: str | None = None
+    control_first: bool = False
+
+
+@dataclass(frozen=True)
 class Profile:
     """One firmware and kind of vehicle.
 
@@ -159,7 +176,6 @@ class Profile:
         former_modes: the same of modes that only older firmwares have, to name them in logs.
         mode_packing: how a mode goes into the command that changes it.
         control_mode: the mode in which it is flown by us; None: this profile can't.
-        control_before_takeoff: whether the control mode must be entered before a take-off.
         arming_mode: the mode that is entered first when the one that it is in is not armed in.
         not_armed_in: modes in which it cannot be armed, and those in which arming would set it
             off, so that it is never armed in them.
@@ -169,9 +185,7 @@ class Profile:
         return_mode: returns to its launch point.
         mission_mode: flies the stored mission.
         missions: what it does with missions; None: that is not known.
-        takeoff: how a take-off is asked for.
-        takeoff_mode: the mode that a take-off goes through, if it has one.
-        after_takeoff_mode: the mode that it goes to by itself then.
+        takeoff: how it takes off.
         altitude_reference: of the altitudes in commands.
         reposition: whether it is sent to places by MAV_CMD_DO_REPOSITION, not by setpoints.
         sinks_along_leg: whether it descends to such a place gradually on its way there.
@@ -213,7 +227,6 @@ class Profile:
     former_modes: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     mode_packing: ModePacking = ModePacking.WHOLE
     control_mode: str | None = None
-    control_before_takeoff: bool = False
     arming_mode: str | None = None
     not_armed_in: frozenset[str] = frozenset()
     hold_mode: str | None = None
@@ -221,9 +234,7 @@ class Profile:
     return_mode: str | None = None
     mission_mode: str | None = None
     missions: MissionRules | None = None
-    takeoff: TakeoffForm = TakeoffForm.NONE
-    takeoff_mode: str | None = None
-    after_takeoff_mode: str | None = None
+    takeoff: TakeoffRules = TakeoffRules()
     altitude_reference: CommandAltitude = CommandAltitude.HOME
     reposition: bool = False
     sinks_along_leg: bool = False

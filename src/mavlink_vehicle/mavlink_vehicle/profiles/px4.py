@@ -23,6 +23,7 @@ from mavlink_vehicle.profiles.profile import (
     SetpointRules,
     SpeedCommand,
     TakeoffForm,
+    TakeoffRules,
     VehicleKind,
 )
 from mavlink_vehicle.profiles.vehicle_types import profile_of_type, profiles_by_type
@@ -140,9 +141,11 @@ COPTER = replace(
     name="PX4 multicopter",
     kind=VehicleKind.COPTER,
     land_mode="AUTO.LAND",
-    takeoff=TakeoffForm.AMSL,
-    takeoff_mode="AUTO.TAKEOFF",
-    after_takeoff_mode="AUTO.LOITER",
+    takeoff=TakeoffRules(
+        form=TakeoffForm.AMSL,
+        mode="AUTO.TAKEOFF",
+        mode_after="AUTO.LOITER",
+    ),
     setpoints=replace(
         _OFFBOARD.setpoints,
         # Each axis may be given in any combination (mavlink_receiver.cpp, PositionControl.cpp);
@@ -192,9 +195,11 @@ PLANE = replace(
     # DO_REPOSITION goes there by itself (Commander.cpp).
     control_mode="AUTO.LOITER",
     land_mode="AUTO.LAND",
-    takeoff=TakeoffForm.AMSL,
-    takeoff_mode="AUTO.TAKEOFF",
-    after_takeoff_mode="AUTO.LOITER",
+    takeoff=TakeoffRules(
+        form=TakeoffForm.AMSL,
+        mode="AUTO.TAKEOFF",
+        mode_after="AUTO.LOITER",
+    ),
     reposition=True,
     circle_radius_m=80.0,
     circle_parameters=("NAV_LOITER_RAD",),

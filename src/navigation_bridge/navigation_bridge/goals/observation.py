@@ -44,7 +44,7 @@ def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
         (VehicleMode.LAND, profile.land_mode),
         (VehicleMode.RETURN, profile.return_mode),
         (VehicleMode.MISSION, profile.mission_mode),
-        (VehicleMode.TAKE_OFF, profile.takeoff_mode),
+        (VehicleMode.TAKE_OFF, profile.takeoff.mode),
     ):
         if name == known:
             return mode

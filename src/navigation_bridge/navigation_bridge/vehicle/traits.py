@@ -67,7 +67,7 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
         parameters: the known ones of the profile's `wanted_parameters`.
     """
     lands_itself = profile.land_mode is not None
-    before = profile.control_before_takeoff
+    before = profile.takeoff.control_first
     if profile.kind is VehicleKind.PLANE:
         return Traits(
             name="plane",

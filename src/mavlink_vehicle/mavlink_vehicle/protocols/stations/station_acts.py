@@ -97,7 +97,7 @@ def _do_set_standard_mode(message: _Command, profile: Profile) -> Act:
         mavlink.MAV_STANDARD_MODE_SAFE_RECOVERY: profile.return_mode,
         mavlink.MAV_STANDARD_MODE_MISSION: profile.mission_mode,
         mavlink.MAV_STANDARD_MODE_LAND: profile.land_mode,
-        mavlink.MAV_STANDARD_MODE_TAKEOFF: profile.takeoff_mode,
+        mavlink.MAV_STANDARD_MODE_TAKEOFF: profile.takeoff.mode,
     }
     name = names.get(standard)
     how = f"DO_SET_STANDARD_MODE {standard if name is None else name}"
@@ -178,8 +178,8 @@ COMMANDS: dict[int, Callable[[_Command, Profile], Act | None]] = {
     mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: _set_mission_current,
     mavlink.MAV_CMD_MISSION_START: _mission_start,
     mavlink.MAV_CMD_NAV_LOITER_UNLIM: _loiter,
-    mavlink.MAV_CMD_NAV_TAKEOFF: _going(lambda profile: profile.takeoff_mode),
-    mavlink.MAV_CMD_NAV_VTOL_TAKEOFF: _going(lambda profile: profile.takeoff_mode),
+    mavlink.MAV_CMD_NAV_TAKEOFF: _going(lambda profile: profile.takeoff.mode),
+    mavlink.MAV_CMD_NAV_VTOL_TAKEOFF: _going(lambda profile: profile.takeoff.mode),
     mavlink.MAV_CMD_NAV_LAND: _going(lambda profile: profile.land_mode),
     mavlink.MAV_CMD_NAV_VTOL_LAND: _going(lambda profile: profile.land_mode),
     mavlink.MAV_CMD_DO_LAND_START: _going(lambda _: None),
