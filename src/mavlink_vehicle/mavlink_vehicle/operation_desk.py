@@ -37,7 +37,7 @@ class OperationDesk:
             self._core.state,
             now,
             connected=self._core.connected,
-            first_ack_counts=goal.request.command not in profile.later_ack_counts,
+            first_ack_counts=goal.request.command not in profile.messages.later_ack_counts,
             gate=gate,
             then=then,
             operation_id=operation_id,

@@ -66,6 +66,7 @@ class Storage:
             return obstacle
         listing = ParameterListing(self._core.address, profile.parameters_bytewise)
         self._core.parameter_jobs.begin(listing, now)
+        self._core.collect(now)
         return None
 
     def change_parameters(
@@ -109,6 +110,7 @@ class Storage:
         core.make_way_for_list(now)
         job = ListOperation(kind, items, core.address, timing, lambda: core.state)
         core.list_jobs.begin(job, now)
+        core.collect(now)
         return None
 
     def _parameters_free(self) -> tuple[Profile | None, str]:

@@ -179,7 +179,9 @@ class VehicleCore:
             self._external,
             *further,
         )
-        self._by_rank: list[VehicleService] = sorted(self._services, key=_rank)
+        self._timed = _with(self._services, "next_deadline")
+        self._reporting = _with(self._services, "next_event")
+        self._senders = sorted(_with(self._services, "messages_to_send"), key=_rank)
         self._routes: dict[type[Message], list[VehicleService]] = {}
         for service in self._services:
             for kind in service.handles:
@@ -457,6 +459,7 @@ class VehicleCore:
         self._timesync.pause()
         self._order.begin_again()
         self._failsafes.observe(None, now)
+        self._collect(self._failsafes, now)
         self._answers_by_name = False
         self.profile = None
         self.state = VehicleState(
@@ -507,6 +510,7 @@ class VehicleCore:
             is_px4=self.state.autopilot == mavlink.MAV_AUTOPILOT_PX4,
             needs_origin=self._needs_origin,
         )
+        self._collect(self._external, now)
 
     def external_silence_s(self, now: float) -> float | None:
         """Return how long no external pose has been sent; None if none is in use."""
@@ -571,7 +575,7 @@ class VehicleCore:
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""
         earliest = None
-        for service in self._services:
+        for service in self._timed:
             time = service.next_deadline()
             if time is not None and (earliest is None or time < earliest):
                 earliest = time
@@ -580,14 +584,19 @@ class VehicleCore:
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
         self.notice(now)
-        for service in self._services:
-            service.handle_timer(now)
-        self.collect(now)
+        due = False
+        for service in self._timed:
+            time = service.next_deadline()
+            if time is not None and time <= now:
+                due = True
+                service.handle_timer(now)
+        if due:
+            self.collect(now)
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent, with our ids in it."""
         messages: list[Message] = []
-        for service in self._by_rank:
+        for service in self._senders:
             made = service.messages_to_send()
             # A service that repeats its command takes this for a loss on the link.
             if made and not (service.commands and self._own_gap.is_open):
@@ -600,13 +609,14 @@ class VehicleCore:
 
     def next_event(self) -> VehicleEvent | None:
         """Return and remove the next event."""
-        return self._events.popleft() if self._events else None
+        # Transfers of logs are begun and stopped past this class.
+        return self._events.popleft() if self._events else self.logs.next_event()
 
     # Inside
 
     def collect(self, now: float) -> None:
         """Take the events of all services."""
-        for service in self._services:
+        for service in self._reporting:
             self._collect(service, now)
 
     def _collect(self, service: VehicleService, now: float) -> None:
@@ -661,7 +671,7 @@ class VehicleCore:
         if self.profile is None:
             self.profile = profile_for(state.autopilot, state.vehicle_type)
             if self.config.heartbeat_type is None:
-                self._sender.mav_type = self.profile.heartbeat_type
+                self._sender.mav_type = self.profile.messages.heartbeat_type
             self._events.append(
                 VehicleDiscovered(
                     state.system_id,
@@ -814,6 +824,12 @@ class VehicleCore:
     def _station_acted(self, event: StationActed, now: float) -> None:
         if event.mode is not None and event.mode != self.state.custom_mode:
             self.slot.mode_asked(event.mode, now)
+
+
+def _with(services: Iterable[VehicleService], method: str) -> tuple[VehicleService, ...]:
+    """Return the services that have a method of their own."""
+    default = getattr(VehicleService, method)
+    return tuple(service for service in services if getattr(type(service), method) is not default)
 
 
 def _rank(service: VehicleService) -> int:

@@ -214,9 +214,11 @@ class Checker:
             return []
         refused = self.vehicle.refused_messages
         return [
-            self._rate(name, asked_hz, refused.get(name), profile.own_rates_hz.get(name), now)
+            self._rate(
+                name, asked_hz, refused.get(name), profile.messages.own_rates_hz.get(name), now
+            )
             for name, asked_hz in self.vehicle.config.message_rates_hz.items()
-            if name not in profile.unsupported_messages and asked_hz > 0.0
+            if name not in profile.messages.unsupported and asked_hz > 0.0
         ]
 
     def _rate(

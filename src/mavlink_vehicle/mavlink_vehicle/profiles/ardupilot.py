@@ -17,6 +17,7 @@ from mavlink_vehicle.positions.projections import MeanLatitude
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
     FollowingLimits,
+    MessageProperties,
     Profile,
     SetpointField,
     SetpointRules,
@@ -97,7 +98,9 @@ _PLANE_MISSIONS = replace(
 OTHER = Profile(
     name="ArduPilot",
     projection=PROJECTION,
-    unsupported_messages=_NOT_SENT,
+    messages=MessageProperties(
+        unsupported=_NOT_SENT,
+    ),
     # AP_ADSB.cpp: with 0 nothing is heard, and nothing sent.
     traffic_receiver_parameter="ADSB_TYPE",
 )

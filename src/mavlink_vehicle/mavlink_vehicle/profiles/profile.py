@@ -164,6 +164,27 @@ class TakeoffRules:
 
 
 @dataclass(frozen=True)
+class MessageProperties:
+    """The properties of what a firmware sends and expects.
+
+    Attributes:
+        unsupported: telemetry that the firmware does not have, so isn't asked for.
+        own_rates_hz: messages that the firmware sends no more often than this, whatever is asked
+            for.
+        link_rate_parameter: the parameter that limits what it sends on a link; None: the baud
+            rate alone does.
+        heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.
+        later_ack_counts: commands with a first acknowledgement that says nothing.
+    """
+
+    unsupported: frozenset[str] = frozenset()
+    own_rates_hz: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    link_rate_parameter: str | None = None
+    heartbeat_type: int = mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+    later_ack_counts: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
 class Profile:
     """One firmware and kind of vehicle.
 
@@ -205,13 +226,7 @@ class Profile:
             ignore setpoints until it is commanded to continue or has been in another mode.
         earlier_mode_after_landing: whether it goes back, by itself, to the mode from before
             when it has landed.
-        heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.
-        later_ack_counts: commands with a first acknowledgement that says nothing.
-        unsupported_messages: telemetry that the firmware does not have, so isn't asked for.
-        own_rates_hz: messages that the firmware sends no more often than this, whatever is asked
-            for.
-        link_rate_parameter: the parameter that limits what it sends on a link; None: the baud
-            rate alone does.
+        messages: the messages that it sends and expects.
         wanted_parameters: parameters that are read and kept up to date.
         traffic_receiver_parameter: the one that is 0 without an ADS-B receiver; None where there
             is none, and what a receiver reports is passed on.
@@ -248,11 +263,7 @@ class Profile:
     status_tells_runnable: bool = False
     pauses_in_mode: bool = False
     earlier_mode_after_landing: bool = False
-    heartbeat_type: int = mavlink.MAV_TYPE_ONBOARD_CONTROLLER
-    later_ack_counts: frozenset[int] = frozenset()
-    unsupported_messages: frozenset[str] = frozenset()
-    own_rates_hz: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    link_rate_parameter: str | None = None
+    messages: MessageProperties = MessageProperties()
     wanted_parameters: tuple[str, ...] = ()
     traffic_receiver_parameter: str | None = None
     failsafe_settings: tuple[FailsafeSetting, ...] = ()

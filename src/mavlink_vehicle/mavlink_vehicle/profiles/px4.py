@@ -17,6 +17,7 @@ from mavlink_vehicle.positions.projections import AzimuthalEquidistant
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
     CommandAltitude,
+    MessageProperties,
     ModePacking,
     Profile,
     SetpointField,
@@ -102,16 +103,18 @@ _COMMON = Profile(
     speed_command=SpeedCommand(1, frozenset({"AUTO.LOITER", "AUTO.MISSION"})),
     status_tells_runnable=True,
     earlier_mode_after_landing=True,
-    # STATUSTEXT goes only to links on which a ground station was heard (mavlink_main.h,
-    # is_gcs_connected); docs/autopilots.md says what else follows from it.
-    heartbeat_type=mavlink.MAV_TYPE_GCS,
-    # mavlink_receiver.cpp acknowledges at once, the commander acknowledges its verdict.
-    later_ack_counts=frozenset({mavlink.MAV_CMD_DO_SET_MODE}),
-    unsupported_messages=frozenset({"EKF_STATUS_REPORT", "TERRAIN_REPORT"}),
-    # The commander publishes its status twice a second (Commander.cpp), and the mission manager
-    # sends MISSION_CURRENT by itself (mavlink_mission.cpp).
-    own_rates_hz=MappingProxyType({"CURRENT_MODE": 2.0, "MISSION_CURRENT": 1.0}),
-    link_rate_parameter="MAV_x_RATE",  # mavlink_main.cpp, update_rate_mult
+    messages=MessageProperties(
+        # STATUSTEXT goes only to links on which a ground station was heard (mavlink_main.h,
+        # is_gcs_connected); docs/autopilots.md says what else follows from it.
+        heartbeat_type=mavlink.MAV_TYPE_GCS,
+        # mavlink_receiver.cpp acknowledges at once, the commander acknowledges its verdict.
+        later_ack_counts=frozenset({mavlink.MAV_CMD_DO_SET_MODE}),
+        unsupported=frozenset({"EKF_STATUS_REPORT", "TERRAIN_REPORT"}),
+        # The commander publishes its status twice a second (Commander.cpp), and the mission manager
+        # sends MISSION_CURRENT by itself (mavlink_mission.cpp).
+        own_rates_hz=MappingProxyType({"CURRENT_MODE": 2.0, "MISSION_CURRENT": 1.0}),
+        link_rate_parameter="MAV_x_RATE",  # mavlink_main.cpp, update_rate_mult
+    ),
     setpoints=SetpointRules(
         # Observed: the failsafe comes 1.04 to 1.06 s after the last setpoint.
         timeout_s=1.0,

@@ -209,7 +209,7 @@ class MessageRates(Machine[None], VehicleService):
     def vehicle_came(self, conversation: Conversation, now: float) -> None:
         """Ask for everything, but for what has been rejected."""
         profile = conversation.profile
-        self.resume(conversation.address, profile.unsupported_messages, now)
+        self.resume(conversation.address, profile.messages.unsupported, now)
 
     def link_lost(self, state: VehicleState, now: float) -> None:
         """Stop asking."""

@@ -42,7 +42,7 @@ class SendingRank(enum.IntEnum):
 
 @dataclass(frozen=True)
 class Conversation:
-    """Who talks with which kind of vehicle."""
+    """The addresses of a conversation, and the kind of vehicle."""
 
     address: Address
     profile: Profile
