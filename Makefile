@@ -123,8 +123,9 @@ lock: setup-dev ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgra
 			-o $$at-build.txt; \
 	done
 
-pages: setup-dev ## Write the pages of parameters and simulated firmwares, and the parameters' schema
+pages: setup-dev ## Write the pages of parameters and simulated firmwares, the schema, and the types of messages
 	@$(ENTER) python scripts/list_parameters.py
+	@$(ENTER) python scripts/write_dialect_stub.py
 	@$(ENTER) python sitl/scripts/list_simulated.py
 
 wheels: setup-dev ## Build wheels in dist/: the packages that need no ROS, and the interfaces

@@ -24,7 +24,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from mavlink_vehicle.codec import make
+from mavlink_vehicle.codec import make, with_source
 from navigation_bridge.goals.requests import Request
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.station_flight import StationFlight
@@ -166,7 +166,7 @@ def a_cancel_by_clearing() -> Turn:
     flight.begin(by_mission=True)
     message = make("MISSION_CLEAR_ALL", target_system=1, target_component=1)
     answer = make("MISSION_ACK", target_system=255, target_component=190, type=0, mission_type=0)
-    answer._header.srcSystem = answer._header.srcComponent = 1
+    with_source(answer, 1, 1)
     with traced() as turn:
         flight.bridge.overhear(message, flight.now)
         flight.bridge.receive(answer, flight.now)

@@ -128,7 +128,7 @@ def _driver_us(frames: list[bytes], application: Application) -> float:
     codec = Codec(1, 191)  # there is one sender
     driver = Driver(application, Router([link], lambda: codec), MonotonicClock(), _raise)
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    sender.connect(("127.0.0.1", link.port))  # type: ignore[attr-defined]
+    sender.connect(("127.0.0.1", link.port))
 
     def send(batch: list[bytes]) -> float:
         begin_s = time.thread_time()
@@ -214,7 +214,7 @@ def _driver_paced_ms(paced_s: int) -> float:
     driver.start()
     try:
         begin_s = driver.call(time.thread_time)
-        _send_paced(link.port, paced_s)  # type: ignore[attr-defined]
+        _send_paced(link.port, paced_s)
         return 1e3 * (driver.call(time.thread_time) - begin_s) / paced_s
     finally:
         driver.stop()

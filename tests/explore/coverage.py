@@ -119,7 +119,7 @@ def functions(module: str) -> list[Function]:
                 if body and not isinstance(body[0], ast.Raise | ast.Pass):
                     found.append(Function(module, within + child.name, body[0].lineno))
             named = isinstance(child, ast.FunctionDef | ast.ClassDef)
-            look(child, f"{within}{child.name}." if named else within)  # type: ignore[attr-defined]
+            look(child, f"{within}{child.name}." if named else within)
 
     look(ast.parse(source_of(module)), "")
     return found

@@ -133,7 +133,7 @@ MUTANTS: tuple[Mutant, ...] = (
            "        self.not_found(place_enu_m, now)\n        self._planned_s"),
     Mutant("disarming is forced", _VEHICLE, "ArmGoal(False, force)", "ArmGoal(False, True)"),
     Mutant("setpoints in any mode", _VEHICLE,
-           "        if not self.in_control_mode and not profile.setpoints_outside_control_mode:",
+           "        if not self.in_control_mode and not profile.setpoints.outside_control_mode:",
            "        if False:"),
     Mutant("the yaw is not finite", _STREAM,
            "        yaw=normalize_angle(setpoint.yaw_ned_rad) if",

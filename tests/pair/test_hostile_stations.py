@@ -220,10 +220,11 @@ class Eavesdropper:
 
     def turn(self) -> int:
         """Take what has come; returns how much of it came from the vehicle."""
-        received = self.router.receive(self.now)
+        received: list[Any] = [*self.router.receive(self.now)]
         for message in received:
             self.vehicle.receive(message, self.now)
-        for message in self.router.overhear(self.now):
+        overheard: list[Any] = [*self.router.overhear(self.now)]
+        for message in overheard:
             self.vehicle.overhear(message, self.now)
         return len(received)
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from mavlink_sitl import PlanItem, PlanType, VehicleConfig
-from mavlink_vehicle.codec import make
+from mavlink_vehicle.codec import make, with_source
 from navigation_bridge.scene import SceneFence, SceneItem
 from navigation_core.safety.fences import CircleArea, PolygonArea
 from tests.support.flights.simulated_flight import SimulatedFlight
@@ -170,8 +170,7 @@ def test_the_end_of_our_reading_is_sent_before_our_upload_begins() -> None:
 
 def test_a_station_that_begins_to_transfer_stops_our_reading() -> None:
     flight = reading(with_lists("px4"))
-    message = make("MISSION_REQUEST_LIST", **TARGET, mission_type=0)
-    message._header.srcSystem, message._header.srcComponent = 255, 190
+    message = with_source(make("MISSION_REQUEST_LIST", **TARGET, mission_type=0), 255, 190)
     began = flight.now
     flight.bridge.overhear(message, flight.now)
     flight.run_for(1.5)

@@ -8,7 +8,7 @@ from functools import partial
 import pytest
 
 from mavlink_sitl import LinkFaults
-from mavlink_vehicle.codec import make, message_id, with_source
+from mavlink_vehicle.codec import Message, make, message_id, with_source
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import (
     ArmedChanged,
@@ -71,8 +71,8 @@ def test_discovery_brings_the_telemetry_at_its_rates() -> None:
     received = dict.fromkeys(("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "ATTITUDE"), 0)
     receive = pair.vehicle.receive
 
-    def count(message: object, now: float) -> None:
-        name = message.get_type()  # type: ignore[attr-defined]
+    def count(message: Message, now: float) -> None:
+        name = message.get_type()
         if name in received:
             received[name] += 1
         receive(message, now)

@@ -73,7 +73,9 @@ class Store:
             del self.items[message.count :]
         self._ask(now)
 
-    def _mission_item_int(self, message: Message, now: float) -> None:
+    def _mission_item_int(
+        self, message: mavlink.MAVLink_mission_item_int_message, now: float
+    ) -> None:
         if self.count is None:
             self._send("MISSION_ACK", type=mavlink.MAV_MISSION_ERROR)
         elif message.seq != len(self.taken):

@@ -184,7 +184,7 @@ def opened(path: Path) -> TlogReader | None:
 
 
 def write(data: bytes, tmp_path_factory: object) -> Path:
-    folder = tmp_path_factory.mktemp("mutated")  # type: ignore[attr-defined]
+    folder = tmp_path_factory.mktemp("mutated")
     path = Path(folder) / "a.tlog"
     path.write_bytes(data)
     return path

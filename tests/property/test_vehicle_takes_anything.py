@@ -27,7 +27,7 @@ KNOWN = [
         "AUTOPILOT_VERSION", "STATUSTEXT", "COMMAND_ACK", "CURRENT_MODE", "FENCE_STATUS",
     )
 ]  # fmt: skip
-OVERHEARD = [cls for cls in CLASSES if cls in HEARD | ANSWERS]
+OVERHEARD = [cls for cls in CLASSES if cls in (*HEARD, *ANSWERS)]
 OPERATIONS: dict[str, Callable[[Vehicle, float], int]] = {
     "mode": lambda vehicle, now: vehicle.change_mode("GUIDED", now),
     "arm": lambda vehicle, now: vehicle.arm(now),

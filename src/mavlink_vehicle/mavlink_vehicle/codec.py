@@ -1,4 +1,4 @@
-"""Bytes <-> MAVLink messages. The only module that imports pymavlink.
+"""Bytes <-> MAVLink messages.
 
 Frames are decoded whole, with the tables of pymavlink's generated classes, instead of byte
 by byte with its parser: the result is the same message object (a test holds every message
@@ -16,10 +16,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias, cast
 
-from pymavlink.dialects.v20 import all as mavlink
-
+from mavlink_vehicle import dialect as mavlink
 from mavlink_vehicle.errors import MessageError
 from mavlink_vehicle.message_layout import FrameHeader, MessageLayout
 from mavlink_vehicle.signing import SIGNATURE_SIZE, SignatureVerdict, Signing
@@ -32,13 +31,16 @@ __all__ = [
     "Intake",
     "Measured",
     "Message",
+    "Received",
     "Sender",
+    "Targeted",
     "in_mavlink_1",
     "is_mavlink_1",
     "make",
     "mavlink",
     "message_id",
     "message_of",
+    "target",
     "with_source",
 ]
 
@@ -55,6 +57,8 @@ been taken, and must be received as a message.
 
 Measured: TypeAlias = tuple["Sender", Intake, bytes, bytes]
 """A measurement that came: who sent it, who takes it, the bytes for that, and its frame."""
+
+Received: TypeAlias = "Message | Measured"
 
 PAYLOAD_START = 10
 """Where the payload of a MAVLink 2 frame begins."""
@@ -98,7 +102,9 @@ TARGETED: frozenset[int] = frozenset(
 )
 """Numbers of the messages that can be meant for one system."""
 
-_CLASSES: dict[str, Any] = {layout.cls.msgname: layout.cls for layout in _LAYOUTS.values()}
+_CLASSES: dict[str, type[Message]] = {
+    layout.cls.msgname: layout.cls for layout in _LAYOUTS.values()
+}
 
 
 def message_id(name: str) -> int:
@@ -107,10 +113,10 @@ def message_id(name: str) -> int:
     Raises:
         MessageError: the dialect has no such message.
     """
-    return int(_message_class(name).id)
+    return _message_class(name).id
 
 
-def _message_class(name: str) -> Any:
+def _message_class(name: str) -> type[Message]:
     try:
         return _CLASSES[name]
     except KeyError:
@@ -198,13 +204,35 @@ def in_mavlink_1(frame: bytes) -> bytes:
     return bytes((_MAGIC_1,)) + body + checksum.to_bytes(2, "little")
 
 
-def with_source(message: Message, system_id: int, component_id: int) -> Message:
-    """Set the sender of the message; without it a `Codec` puts in its own ids. Returns it."""
+class Targeted(Protocol):
+    """A message of `TARGETED` that names a component, too."""
+
+    target_system: int
+    target_component: int
+
+
+def target(message: Message) -> tuple[int, int]:
+    """Return for which system and component a message is meant; 0 for all."""
+    if message._header.msgId not in TARGETED:
+        return 0, 0
+    return cast(Targeted, message).target_system, getattr(message, "target_component", 0)
+
+
+def with_source(
+    message: Message, system_id: int, component_id: int, sequence: int | None = None
+) -> Message:
+    """Set the sender of the message; without it a `Codec` puts in its own ids. Returns it.
+
+    `sequence` is the number in its header, for a message that is not encoded.
+    """
     header = message._header
+    number = header.seq if sequence is None else sequence
     if isinstance(header, FrameHeader):  # it was received
-        message._header = header._replace(srcSystem=system_id, srcComponent=component_id)
+        message._header = header._replace(
+            seq=number, srcSystem=system_id, srcComponent=component_id
+        )
     else:
-        header.srcSystem, header.srcComponent = system_id, component_id
+        header.seq, header.srcSystem, header.srcComponent = number, system_id, component_id
     message.source_is_set = True
     return message
 
@@ -354,9 +382,16 @@ class Codec:
     def decode(self, data: bytes) -> list[Message]:
         """Return the messages in `data` (a datagram or a piece of a stream). Never raises.
 
+        Measurements of `senders` are not among them.
+        """
+        return [message for message in self.receive(data) if not isinstance(message, tuple)]
+
+    def receive(self, data: bytes) -> list[Received]:
+        """Return the messages in `data` (a datagram or a piece of a stream). Never raises.
+
         A measurement of one of `senders` is a `Measured`, in the place of its message.
         """
-        messages: list[Message] = []
+        messages: list[Received] = []
         carried = len(self._carry)
         buffer = self._carry + data if carried else bytes(data)
         self._carry = b""
@@ -382,7 +417,7 @@ class Codec:
             self.statistics.bytes_dropped += position - start
         return messages
 
-    def _measured(self, buffer: bytes, start: int, end: int, messages: list[Message]) -> int:
+    def _measured(self, buffer: bytes, start: int, end: int, messages: list[Received]) -> int:
         """Take the measurement at `start`; its size, 0 when `_frame` must see what is there.
 
         Most of what comes is a measurement; so everything is done here, in one pass.
@@ -413,7 +448,7 @@ class Codec:
         messages.append((sender, intake, data, frame))
         return size
 
-    def _frame(self, buffer: bytes, start: int, end: int, messages: list[Message]) -> int:
+    def _frame(self, buffer: bytes, start: int, end: int, messages: list[Received]) -> int:
         """Decode the frame at `start`; its size, 0 when there is none, -1 when incomplete."""
         length: int
         try:

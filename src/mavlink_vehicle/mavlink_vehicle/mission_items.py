@@ -96,7 +96,7 @@ class MissionItem:
         )
 
 
-def item_of(message: Message) -> MissionItem:
+def item_of(message: mavlink.MAVLink_mission_item_int_message) -> MissionItem:
     """Read MISSION_ITEM_INT."""
     return MissionItem(
         message.command,

@@ -37,23 +37,23 @@ class OperationDesk:
             self._core.state,
             now,
             connected=self._core.connected,
-            first_ack_counts=goal.request.command not in profile.later_ack_counts,
+            first_ack_counts=goal.request.command not in profile.messages.later_ack_counts,
             gate=gate,
             then=then,
             operation_id=operation_id,
         )
-        self._core.take_ends(now)
+        self._core.collect(now)
         return operation_id
 
     def refuse(self, kind: OperationKind, reason: str, now: float) -> int:
         """End an operation at once as `REFUSED`; returns its id."""
         operation_id = self._core.slot.end_at_once(kind, OperationResult.REFUSED, reason, now)
-        self._core.take_ends(now)
+        self._core.collect(now)
         return operation_id
 
     def nobody(self, kind: OperationKind, now: float) -> int:
         """End an operation at once, as there is no vehicle yet; returns its id."""
         reason = "No vehicle has been detected yet; check the link and the vehicle's power."
         operation_id = self._core.slot.end_at_once(kind, OperationResult.LINK_LOST, reason, now)
-        self._core.take_ends(now)
+        self._core.collect(now)
         return operation_id

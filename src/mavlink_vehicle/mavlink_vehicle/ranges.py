@@ -18,21 +18,23 @@ import re
 from dataclasses import dataclass
 from functools import cache, lru_cache
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.frames import Vector3
 
 __all__ = [
     "RANGE_MESSAGES",
     "RangeAxes",
+    "RangeMessage",
     "RangeReader",
     "RangeSource",
     "RangesMeasured",
     "RangesRefused",
 ]
 
-_SCAN = mavlink.MAVLink_obstacle_distance_message
-_BEAM = mavlink.MAVLink_distance_sensor_message
-RANGE_MESSAGES = frozenset({_SCAN, _BEAM})
+_Scan = mavlink.MAVLink_obstacle_distance_message
+_Beam = mavlink.MAVLink_distance_sensor_message
+RangeMessage = _Scan | _Beam
+RANGE_MESSAGES = (_Scan, _Beam)
 
 _UNKNOWN_CM = 65535
 _UNKNOWN_COVARIANCE = 255
@@ -138,10 +140,10 @@ class RangeReader:
         self.ignored = 0
         self._reasons: set[str] = set()
 
-    def read(self, message: Message, now: float) -> RangesMeasured | RangesRefused | None:
+    def read(self, message: RangeMessage, now: float) -> RangesMeasured | RangesRefused | None:
         """Return the ranges in a message of `RANGE_MESSAGES`, None for none."""
         try:
-            return _scan(message, now) if message.__class__ is _SCAN else _beam(message, now)
+            return _scan(message, now) if isinstance(message, _Scan) else _beam(message, now)
         except _NoReadingError as error:
             self.ignored += 1
             if error.args:
@@ -157,14 +159,14 @@ class _NoReadingError(Exception):
     """The message has no reading; with a reason if it should not have been sent like that."""
 
 
-def _limits_m(message: Message) -> tuple[float, float]:
+def _limits_m(message: RangeMessage) -> tuple[float, float]:
     low, high = message.min_distance, message.max_distance
     if high < low or high == 0:
         raise _NoReadingError(f"its max_distance of {high} cm is below its min_distance of {low}")
     return low / 100.0, high / 100.0
 
 
-def _scan(message: Message, now: float) -> RangesMeasured:
+def _scan(message: _Scan, now: float) -> RangesMeasured:
     axes = _AXES.get(message.frame)
     if axes is None:
         raise _NoReadingError(
@@ -210,7 +212,7 @@ def _sectors(step_deg: float, offset_deg: float, count: int) -> tuple[Vector3, .
     return tuple((math.cos(bearing), math.sin(bearing), 0.0) for bearing in bearings)
 
 
-def _beam(message: Message, now: float) -> RangesMeasured:
+def _beam(message: _Beam, now: float) -> RangesMeasured:
     low_m, high_m = _limits_m(message)
     direction = _direction(message)
     distance_cm = message.current_distance
@@ -244,7 +246,7 @@ def _beam(message: Message, now: float) -> RangesMeasured:
     )
 
 
-def _direction(message: Message) -> Vector3:
+def _direction(message: _Beam) -> Vector3:
     """Return where a DISTANCE_SENSOR looks, in the body's axes: its own x axis, turned."""
     if message.orientation != _CUSTOM:
         known = _orientations().get(message.orientation)

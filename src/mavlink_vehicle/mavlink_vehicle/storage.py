@@ -66,6 +66,7 @@ class Storage:
             return obstacle
         listing = ParameterListing(self._core.address, profile.parameters_bytewise)
         self._core.parameter_jobs.begin(listing, now)
+        self._core.collect(now)
         return None
 
     def change_parameters(
@@ -83,13 +84,13 @@ class Storage:
             wanted, self._core.address, profile.parameters_bytewise, objection, list_first
         )
         self._core.parameter_jobs.begin(changes, now)
-        self._core.take_ends(now)
+        self._core.collect(now)
         return None
 
     def stop_parameters(self, reason: str, now: float) -> None:
         """End the job on parameters, if any; changes made until then stay."""
         self._core.parameter_jobs.stop(OperationResult.CANCELLED, reason, now)
-        self._core.take_ends(now)
+        self._core.collect(now)
 
     def _begin_list(
         self, kind: MissionType, items: tuple[MissionItem, ...] | None, now: float
@@ -109,6 +110,7 @@ class Storage:
         core.make_way_for_list(now)
         job = ListOperation(kind, items, core.address, timing, lambda: core.state)
         core.list_jobs.begin(job, now)
+        core.collect(now)
         return None
 
     def _parameters_free(self) -> tuple[Profile | None, str]:

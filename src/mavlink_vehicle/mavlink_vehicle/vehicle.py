@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.missions import Missions
@@ -26,6 +28,7 @@ from mavlink_vehicle.protocols.operations.takeoff_goal import (
     takeoff_problem,
     takeoff_timeout_s,
 )
+from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointNed
 from mavlink_vehicle.storage import Storage
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
@@ -44,9 +47,11 @@ class Vehicle(VehicleCore):
     `OperationFinished` with that id. One runs at a time; a new one cancels the pending one.
     """
 
-    def __init__(self, config: VehicleConfig | None = None) -> None:
-        """Prepare; nothing happens before `start`."""
-        super().__init__(config)
+    def __init__(
+        self, config: VehicleConfig | None = None, further: Iterable[VehicleService] = ()
+    ) -> None:
+        """Prepare; nothing happens before `start`. `further` services run beside the others."""
+        super().__init__(config, further)
         self._desk = OperationDesk(self)
         self.missions = Missions(self, self._desk)
         self.storage = Storage(self)
@@ -85,7 +90,7 @@ class Vehicle(VehicleCore):
         profile, kind = self.profile, OperationKind.TAKE_CONTROL
         if profile is None:
             return self._desk.nobody(kind, now)
-        prestream_s = profile.prestream_s
+        prestream_s = profile.setpoints.prestream_s
         if prestream_s == 0.0 or profile.control_mode is None:
             return self._own_mode(profile.control_mode, kind, now)
         if not self.state.armed:
@@ -163,7 +168,7 @@ class Vehicle(VehicleCore):
         timeout_s = self.config.takeoff_timeout_s or takeoff_timeout_s(height_above_ground_m)
         goal = TakeoffGoal(height_above_ground_m, self.state, profile)
         timing = OperationTiming(timeout_s, doubt_s=_TAKEOFF_DOUBT_S)
-        wanted = Wanted(mode=profile.mode_number(profile.takeoff_mode))
+        wanted = Wanted(mode=profile.mode_number(profile.takeoff.mode))
         return self._desk.begin(profile, goal, wanted, timing, now)
 
     # Places and speeds
@@ -214,7 +219,7 @@ class Vehicle(VehicleCore):
     def cancel_operation(self, now: float) -> None:
         """End the operation in progress, if any, as CANCELLED. Nothing is sent to the vehicle."""
         self.slot.cancel("it was abandoned", now)
-        self.take_ends(now)
+        self.collect(now)
 
     # Setpoints
 
@@ -227,7 +232,7 @@ class Vehicle(VehicleCore):
         self._stream.close()
 
     def send_setpoint(self, setpoint: SetpointNed, now: float) -> None:
-        """Send SET_POSITION_TARGET_LOCAL_NED with what the profile's `setpoint_form` has of it.
+        """Send SET_POSITION_TARGET_LOCAL_NED with what the profile's `setpoints.form` has of it.
 
         While `mode_unseen` it is dropped.
 
@@ -244,7 +249,7 @@ class Vehicle(VehicleCore):
         if (
             pending is not None
             and pending.goal.kind is OperationKind.TAKE_OFF
-            and not profile.setpoints_before_takeoff
+            and not profile.setpoints.before_takeoff
         ):
             raise SetpointError(
                 f"{profile.name} is taking off; setpoints would keep it on the ground. Wait until "
@@ -252,7 +257,7 @@ class Vehicle(VehicleCore):
             )
         if self._stream.is_open:
             self._check_interlock(profile)
-        if profile.acceleration_is_push:
+        if profile.setpoints.acceleration_is_push:
             if self.in_control_mode and self.state.armed:
                 self._drag.learn(self.state.attitude, self.state.local_position)
             setpoint = self._drag.added_to(setpoint)
@@ -266,12 +271,12 @@ class Vehicle(VehicleCore):
         )
 
     def _check_interlock(self, profile: Profile) -> None:
-        if not self.in_control_mode and not profile.setpoints_outside_control_mode:
+        if not self.in_control_mode and not profile.setpoints.outside_control_mode:
             raise SetpointError(
                 f"{profile.name} is in {self.mode_name}, where setpoints must not be sent; "
                 f"change to {profile.control_mode} first."
             )
-        if not self.state.armed and not profile.setpoints_while_disarmed:
+        if not self.state.armed and not profile.setpoints.while_disarmed:
             raise SetpointError(
                 f"{profile.name} is disarmed; a setpoint could make it move later. Arm it first."
             )

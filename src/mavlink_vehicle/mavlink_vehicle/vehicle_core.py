@@ -9,34 +9,34 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 from mavlink_vehicle.codec import Intake, Message, mavlink, with_source
 from mavlink_vehicle.drag import Drag
 from mavlink_vehicle.events import (
     ArmedChanged,
     HeartbeatLost,
+    HeartbeatRegained,
     LandedChanged,
     LandedState,
     ModeChanged,
     ModeOvertaken,
     OperationFinished,
     OperationResult,
-    ParametersFinished,
+    StationActed,
     StatusTextReceived,
     StoodStill,
     StoredListFinished,
-    StreamClosed,
     SystemStatusChanged,
     VehicleDiscovered,
     VehicleEvent,
     VehicleRebooted,
 )
-from mavlink_vehicle.message_layout import FrameHeader
 from mavlink_vehicle.mission_items import HOME_PLACEHOLDER, MissionItem, MissionType
 from mavlink_vehicle.profiles import Profile, profile_for, vehicle_rank
-from mavlink_vehicle.protocols.job_slot import JobSlot
-from mavlink_vehicle.protocols.logs.log_transfer import LOG_MESSAGES, LogTransfer
+from mavlink_vehicle.protocols.job_slot import ListJobs, ParameterJobs
+from mavlink_vehicle.protocols.logs.log_transfer import LogTransfer
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
 from mavlink_vehicle.protocols.mission.mission_operation import (
@@ -58,12 +58,13 @@ from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import ModeOrder
-from mavlink_vehicle.protocols.stations.overheard import ANSWERS
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionSender
+from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream, StreamStatistics
-from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader
+from mavlink_vehicle.ranges import RangeReader
 from mavlink_vehicle.state.live_state import LiveState
 from mavlink_vehicle.state.reducer import MEASUREMENTS, VehicleState, reduce
 from mavlink_vehicle.state.restarts import evolve
@@ -75,30 +76,6 @@ _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 _CURRENT_MODE = mavlink.MAVLink_current_mode_message
 # Messages that can make no event but by their time since boot: most of the work is not for them.
 _TELEMETRY = frozenset({*MEASUREMENTS, mavlink.MAVLink_gps_raw_int_message})
-# Messages that answer nothing.
-_REPORTS = _TELEMETRY | {
-    _HEARTBEAT,
-    _CURRENT_MODE,
-    mavlink.MAVLink_battery_status_message,
-    mavlink.MAVLink_ekf_status_report_message,
-    mavlink.MAVLink_estimator_status_message,
-    mavlink.MAVLink_extended_sys_state_message,
-    mavlink.MAVLink_statustext_message,
-    mavlink.MAVLink_sys_status_message,
-}
-_FOR_OPERATIONS = frozenset(
-    {
-        mavlink.MAVLink_command_ack_message,
-        mavlink.MAVLink_mission_request_message,
-        mavlink.MAVLink_mission_request_int_message,
-        mavlink.MAVLink_mission_count_message,
-        mavlink.MAVLink_mission_item_int_message,
-        mavlink.MAVLink_mission_ack_message,
-    }
-)
-_FOR_PARAMETERS = frozenset(
-    {mavlink.MAVLink_param_value_message, mavlink.MAVLink_param_error_message}
-)
 # Without setpoints our HEARTBEAT is what we run for, at least.
 _LATE_S = 0.25
 # A stream that is a little shorter than what the firmware allows may be too long on its side.
@@ -116,8 +93,10 @@ _SETPOINTS = frozenset(
 class VehicleCore:
     """One autopilot as far as it is listened to; sans I/O."""
 
-    def __init__(self, config: VehicleConfig | None = None) -> None:
-        """Prepare; nothing happens before `start`."""
+    def __init__(
+        self, config: VehicleConfig | None = None, further: Iterable[VehicleService] = ()
+    ) -> None:
+        """Prepare; nothing happens before `start`. `further` services run beside those of here."""
         self.config = config or VehicleConfig()
         self._live = LiveState(
             VehicleState(
@@ -141,15 +120,15 @@ class VehicleCore:
             self.config.message_rates_hz, self.command_timing, self.config.optional_rates_hz
         )
         self._requests = MessageRequests(_WANTED_ONCE, lambda: self.state.position_valid)
-        self._timesync = Timesync(self.config.timesync_interval_s)
         self._data_age = DataAge()
+        self._timesync = Timesync(self.config.timesync_interval_s, self._clock_answered)
         self._parameters = ParameterReader()
         self._lists = StoredLists(
             TransferTiming(self.config.mission_timeout_s, self.config.mission_retries),
             lambda: not self.transfers_mission,
         )
-        self.list_jobs: JobSlot[StoredListFinished] = JobSlot()
-        self.parameter_jobs: JobSlot[ParametersFinished] = JobSlot()
+        self.list_jobs = ListJobs()
+        self.parameter_jobs = ParameterJobs()
         self._stream = SetpointStream()
         self._own_gap = OwnGap(lambda: self.address)
         self._drag = Drag()
@@ -170,50 +149,50 @@ class VehicleCore:
         self._answer_watch = AnswerWatch(
             self._timesync, lambda: self.address, lambda: self._gap.heard_s
         )
-        self._stations = StationObserver()
+        self._stations = StationObserver(lambda: self.address, lambda: self.profile)
         self._last_mission: MissionOperation | None = None
-        self.ranges = RangeReader()
+        self._range_sensors = RangeSensors()
         self.logs = LogTransfer(lambda: self.address, self.config.log_means)
         self.rtcm = RtcmSender()
         self._external = ExternalPositionSender(self.config.external_origin)
         self._events: deque[VehicleEvent] = deque()
-        self._parts = (
+        # In the order of their timers and events; a stream is closed before its operation ends.
+        self._services: tuple[VehicleService, ...] = (
             self._own_gap,
+            self._stream,
             self._sender,
             self._watch,
             self._rates,
             self._requests,
+            self._timesync,
+            self._answer_watch,
             self._parameters,
             self.parameter_jobs,
             self._lists,
             self.list_jobs,
             self.slot,
             self._failsafes,
-            self._timesync,
-            self._answer_watch,
+            self._stations,
+            self._range_sensors,
             self.logs,
             self.rtcm,
             self._external,
+            *further,
         )
-        self._senders = (
-            self._own_gap,
-            # The end of a download goes out before what arms the vehicle.
-            self.logs,
-            # A PX4 would take the end of a reading for the end of the upload that comes after it.
-            self._lists,
-            self.list_jobs,
-            self.slot,
-            self._stream,
-            self._sender,
-            self._rates,
-            self._requests,
-            self._timesync,
-            self._answer_watch,
-            self._parameters,
-            self.parameter_jobs,
-            self.rtcm,
-            self._external,
-        )
+        self._timed = _with(self._services, "next_deadline")
+        self._reporting = _with(self._services, "next_event")
+        self._senders = sorted(_with(self._services, "messages_to_send"), key=_rank)
+        self._routes: dict[type[Message], list[VehicleService]] = {}
+        for service in self._services:
+            for kind in service.handles:
+                self._routes.setdefault(kind, []).append(service)
+        self._reactions: dict[type[VehicleEvent], Callable[[Any, float], None]] = {
+            HeartbeatLost: self._link_lost,
+            HeartbeatRegained: self._link_regained,
+            OperationFinished: self._operation_ended,
+            StationActed: self._station_acted,
+            StoredListFinished: self._list_ended,
+        }
 
     # State
 
@@ -225,6 +204,11 @@ class VehicleCore:
     @state.setter
     def state(self, state: VehicleState) -> None:
         self._live.set(state)
+
+    @property
+    def ranges(self) -> RangeReader:
+        """The reader of range sensors, with its counts."""
+        return self._range_sensors.reader
 
     @property
     def transfers_mission(self) -> bool:
@@ -387,7 +371,8 @@ class VehicleCore:
 
     def start(self, now: float) -> None:
         """Begin to send HEARTBEAT and to listen."""
-        self._sender.start(now)
+        for service in self._services:
+            service.start(now)
 
     def intakes(self, system: int, component: int) -> dict[int, Intake]:
         """Return what takes measurements of a sender straight from their frames, by number.
@@ -412,7 +397,7 @@ class VehicleCore:
         kind = message.__class__
         measure = MEASUREMENTS.get(kind)
         if measure is not None and now - self._gap.heard_s <= STREAM_GAP_S and self.profile:
-            self._measured(measure(before, message, now), header, now)
+            self._measured(measure(before, message, now), header.seq, header.msgId, now)
             return
         shows_mode = kind is _HEARTBEAT or kind is _CURRENT_MODE
         before = self.state = self._gap.heard(self.state, self.profile, shows_mode, now)
@@ -424,9 +409,7 @@ class VehicleCore:
             return
         if newer:
             state = evolve(state, {name: getattr(before, name) for name in newer})
-        if kind not in _REPORTS:
-            self._hand_out(message, now)
-        self._rates.receive(message, now)
+        self._hand_out(message, now)
         if state is before:
             return
         self.state = state
@@ -445,14 +428,14 @@ class VehicleCore:
         return 0 if self.profile is None else vehicle_rank(state.autopilot, state.vehicle_type)
 
     def _is_from_vehicle(self, message: Message, now: float) -> bool:
-        if message.__class__ is _HEARTBEAT:
+        if isinstance(message, _HEARTBEAT):
             return self._is_vehicle(message, now)
         header, state = message._header, self._live.known
         return header.srcComponent == state.component_id and (
             state.system_id in (0, header.srcSystem)
         )
 
-    def _is_vehicle(self, message: Message, now: float) -> bool:
+    def _is_vehicle(self, message: mavlink.MAVLink_heartbeat_message, now: float) -> bool:
         """Return whether a HEARTBEAT is the vehicle's.
 
         The first is that of a vehicle of any kind. One that is better known replaces it while
@@ -476,17 +459,18 @@ class VehicleCore:
         self._timesync.pause()
         self._order.begin_again()
         self._failsafes.observe(None, now)
+        self._collect(self._failsafes, now)
         self._answers_by_name = False
         self.profile = None
         self.state = VehicleState(
             system_id=system_id, component_id=self.config.target_component, boot_count=boots
         )
 
-    def _measured(self, state: VehicleState, header: FrameHeader, now: float) -> None:
+    def _measured(self, state: VehicleState, sequence: int, number: int, now: float) -> None:
         """Do the little that is left of `receive` for what is nothing but a measurement."""
         self._gap.heard_s = self._watch.heard_s = now
-        self._order.place(header.seq, now)
-        self._rates.count(header.msgId)
+        self._order.place(sequence, now)
+        self._rates.count(number)
         before = self.state
         if state is before:
             return
@@ -501,7 +485,7 @@ class VehicleCore:
         """Let the pending operation see the state."""
         if self.slot.pending is not None:
             self.slot.observe(self.state, self.connected, now)
-            self.take_ends(now)
+            self.collect(now)
 
     def overhear(self, message: Message, now: float) -> None:
         """Process what a ground station sends to the vehicle, and nothing else.
@@ -510,8 +494,8 @@ class VehicleCore:
         `StationActed`.
         """
         self._lists.overhear(message, now)
-        self._stations.hear(message, self.address, self.profile, now)
-        self._take_acts(now)
+        self._stations.overhear(message, now)
+        self._collect(self._stations, now)
 
     def send_external_pose(self, pose: ExternalPose, now: float) -> None:
         """Send a pose from outside to the autopilot's estimator.
@@ -526,6 +510,7 @@ class VehicleCore:
             is_px4=self.state.autopilot == mavlink.MAV_AUTOPILOT_PX4,
             needs_origin=self._needs_origin,
         )
+        self._collect(self._external, now)
 
     def external_silence_s(self, now: float) -> float | None:
         """Return how long no external pose has been sent; None if none is in use."""
@@ -545,54 +530,37 @@ class VehicleCore:
         self.state = self._gap.sent(self.state, self.profile, now)
 
     def _hand_out(self, message: Message, now: float) -> None:
-        """Give the protocols what may be an answer to them."""
-        if message.__class__ in RANGE_MESSAGES:
-            self._take_ranges(message, now)
-            return
-        if message.__class__ in LOG_MESSAGES:
-            self.logs.receive(message, now)
-            return
-        if message.__class__ in _FOR_OPERATIONS:
-            self.slot.receive(message, now)
-            self.list_jobs.receive(message, now)
-            self.take_ends(now)
-        elif message.__class__ in _FOR_PARAMETERS:
-            self.parameter_jobs.receive(message, now)
-            self.take_ends(now)
-        self._requests.receive(message, now)
-        round_trip_s = self._timesync.receive(message, now)
-        if round_trip_s is not None:
-            state = self.state
-            self._data_age.answered(
-                round_trip_s, message.tc1, state.boot_time_ms, state.boot_count, now
-            )
-        self._answer_watch.receive(message, now)
-        self._parameters.receive(message, now)
-        self._lists.receive(message, now)
-        if message.__class__ in ANSWERS:
-            self._stations.answered(message, self.address, now)
-            self._take_acts(now)
+        """Give a message to the services that handle it."""
+        for service in self._routes.get(message.__class__, ()):
+            service.receive(message, now)
+            self._collect(service, now)
+        for taken in lists_taken(message):
             if not self.transfers_mission:
-                for kind in lists_taken(message):
-                    self._lists.refresh(kind, now)
+                self._lists.refresh(taken, now)
+
+    def _clock_answered(self, round_trip_s: float, vehicle_ns: int, now: float) -> None:
+        state = self.state
+        self._data_age.answered(round_trip_s, vehicle_ns, state.boot_time_ms, state.boot_count, now)
 
     def _is_for_another(self, message: Message, now: float) -> bool:
         """Return whether it is a COMMAND_ACK to somebody else, and let that be heard."""
-        if message.__class__ is not _COMMAND_ACK or self._is_ours(message):
+        if not isinstance(message, _COMMAND_ACK) or self._is_ours(message):
             return False
-        self._stations.answered(message, self.address, now)
+        self._stations.receive(message, now)
         return True
 
     def _overhear(self, message: Message, now: float) -> None:
         """Take what sensors say that hang on a computer beside the autopilot, and its setpoints."""
         if message.__class__ in _SETPOINTS:
             self.note_setpoint(now)
-        system_id = self.state.system_id
-        if message.__class__ in RANGE_MESSAGES and message._header.srcSystem == system_id != 0:
-            self._take_ranges(message, now)
+        if message._header.srcSystem == self._live.known.system_id != 0:
+            for service in self._routes.get(message.__class__, ()):
+                if service.hears_companions:
+                    service.receive(message, now)
+                    self._collect(service, now)
         self.overhear(message, now)
 
-    def _is_ours(self, ack: Message) -> bool:
+    def _is_ours(self, ack: mavlink.MAVLink_command_ack_message) -> bool:
         """Return whether a COMMAND_ACK is for us.
 
         Without target fields it is, until the autopilot is known to fill them in: from then on
@@ -604,16 +572,11 @@ class VehicleCore:
             return ours
         return not self._answers_by_name
 
-    def _take_ranges(self, message: Message, now: float) -> None:
-        measured = self.ranges.read(message, now)
-        if measured is not None:
-            self._events.append(measured)
-
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""
         earliest = None
-        for part in self._parts:
-            time = part.next_deadline()
+        for service in self._timed:
+            time = service.next_deadline()
             if time is not None and (earliest is None or time < earliest):
                 earliest = time
         return earliest
@@ -621,38 +584,22 @@ class VehicleCore:
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
         self.notice(now)
-        for part in self._parts:
-            part.handle_timer(now)
-        while (event := self._watch.next_event()) is not None:
-            self._events.append(event)
-            if isinstance(event, HeartbeatLost):
-                self._rates.pause(now)
-                self._requests.pause()
-                self._timesync.pause()
-                self._answer_watch.forget(now)
-                self._parameters.pause()
-                self._lists.pause()
-                self.parameter_jobs.stop(
-                    OperationResult.LINK_LOST, "the autopilot has fallen silent", now
-                )
-                self.rtcm.clear()
-                self._external.pause()
-                self.logs.stop("The link to the autopilot was lost.", OperationResult.LINK_LOST)
-                self.slot.observe(self.state, False, now)
-        while (stopped := self._external.next_event()) is not None:
-            self._events.append(stopped)
-        self.take_ends(now)
-        self._take_failsafes()
+        due = False
+        for service in self._timed:
+            time = service.next_deadline()
+            if time is not None and time <= now:
+                due = True
+                service.handle_timer(now)
+        if due:
+            self.collect(now)
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent, with our ids in it."""
         messages: list[Message] = []
-        for part in self._senders:
-            made = part.messages_to_send()
-            if not made:
-                continue
-            # A sender that repeats its command takes this for a loss on the link.
-            if not (self._own_gap.is_open and (part is self.slot or part is self._stream)):
+        for service in self._senders:
+            made = service.messages_to_send()
+            # A service that repeats its command takes this for a loss on the link.
+            if made and not (service.commands and self._own_gap.is_open):
                 messages += made
         if messages:
             address = self.address
@@ -662,9 +609,29 @@ class VehicleCore:
 
     def next_event(self) -> VehicleEvent | None:
         """Return and remove the next event."""
+        # Transfers of logs are begun and stopped past this class.
         return self._events.popleft() if self._events else self.logs.next_event()
 
     # Inside
+
+    def collect(self, now: float) -> None:
+        """Take the events of all services."""
+        for service in self._reporting:
+            self._collect(service, now)
+
+    def _collect(self, service: VehicleService, now: float) -> None:
+        while (event := service.next_event()) is not None:
+            self._events.append(event)
+            react = self._reactions.get(event.__class__)
+            if react is not None:
+                react(event, now)
+
+    def _link_lost(self, _: HeartbeatLost, now: float) -> None:
+        for service in self._services:
+            service.link_lost(self.state, now)
+
+    def _link_regained(self, _: HeartbeatRegained, now: float) -> None:
+        self._ask(now)
 
     def notice(self, now: float) -> None:
         """Record that we run, and whether we did not for too long."""
@@ -676,7 +643,7 @@ class VehicleCore:
         if self.profile is None:
             return
         longest_s = self.config.heartbeat_interval_s + _LATE_S
-        stream_s = _STREAM_SHARE * (self.profile.stream_lost_s or math.inf)
+        stream_s = _STREAM_SHARE * (self.profile.setpoints.lost_s or math.inf)
         own_gap.safe_s = min(longest_s, stream_s)
         gap_s = own_gap.notice(now, boot_ms, own_gap.safe_s if self._stream.is_open else longest_s)
         if gap_s is not None:
@@ -704,7 +671,7 @@ class VehicleCore:
         if self.profile is None:
             self.profile = profile_for(state.autopilot, state.vehicle_type)
             if self.config.heartbeat_type is None:
-                self._sender.mav_type = self.profile.heartbeat_type
+                self._sender.mav_type = self.profile.messages.heartbeat_type
             self._events.append(
                 VehicleDiscovered(
                     state.system_id,
@@ -717,21 +684,14 @@ class VehicleCore:
             self._ask(now)
         self._watch.observe_boots(state.boot_count)
         self._watch.receive(message, now)
-        while (event := self._watch.next_event()) is not None:
-            self._events.append(event)
-            self._ask(now)
+        self._collect(self._watch, now)
 
     def _ask(self, now: float) -> None:
         """Ask for the telemetry and for what is wanted once, from the beginning."""
         if self.profile is not None:
-            address = self.address
-            self._rates.resume(address, self.profile.unsupported_messages, now)
-            self._requests.resume(address, now)
-            self._timesync.resume(address, now)
-            names, bytewise = self.profile.wanted_parameters, self.profile.parameters_bytewise
-            self._parameters.resume(address, names, bytewise, now)
-            if names:
-                self._lists.resume(address, now)
+            conversation = Conversation(self.address, self.profile)
+            for service in self._services:
+                service.vehicle_came(conversation, now)
 
     def _compare(self, before: VehicleState, heartbeat: bool, now: float) -> None:
         """Turn the difference of two states into events."""
@@ -753,7 +713,7 @@ class VehicleCore:
                 self._events.append(StatusTextReceived(text.text, text.severity))
         if state.failsafe is not before.failsafe:
             self._failsafes.observe(state.failsafe, now)
-            self._take_failsafes()
+            self._collect(self._failsafes, now)
 
     def _restarted(self, now: float) -> None:
         self._events.append(VehicleRebooted(self.state.boot_count))
@@ -762,18 +722,9 @@ class VehicleCore:
 
     def _forget_vehicle(self, reason: str, now: float) -> None:
         """Drop what was learned from the vehicle, and end what was under way with it."""
-        self._close_by_interlock(reason)
-        self._answer_watch.forget(now)
-        self._rates.forget()
-        self._requests.forget()
-        self._parameters.forget()
-        self._lists.forget()
-        sentence = f"{reason[0].upper()}{reason[1:]}."
-        self.logs.stop(sentence, OperationResult.LINK_LOST)
-        self.slot.lose(reason, now)
-        for jobs in (self.list_jobs, self.parameter_jobs):
-            jobs.stop(OperationResult.LINK_LOST, reason, now)
-        self.take_ends(now)
+        for service in self._services:
+            service.vehicle_gone(reason, now)
+        self.collect(now)
 
     def _compare_mission(self, before: VehicleState, now: float) -> None:
         mission, earlier = self.state.mission, before.mission
@@ -781,7 +732,7 @@ class VehicleCore:
             self._lists.compare(earlier, mission, now)
         if self.profile is not None:
             self._stations.compare(before, self.state, self.profile, self._order.last, now)
-        self._take_acts(now)
+        self._collect(self._stations, now)
 
     def _compare_armed(self, before: VehicleState, now: float) -> None:
         state = self.state
@@ -789,9 +740,11 @@ class VehicleCore:
             requested = self.slot.armed_changed(state.armed, now)
             self._events.append(ArmedChanged(state.armed, requested))
             if not state.armed:
-                self._close_by_interlock("the vehicle was disarmed")
+                self._stream.close_for("the vehicle was disarmed")
             else:
-                self.logs.stop("The vehicle was armed.")
+                for service in self._services:
+                    service.vehicle_armed()
+            self.collect(now)
 
     def _mode_changed(self, before: VehicleState, now: float) -> None:
         state, name = self.state, self.mode_name
@@ -801,13 +754,14 @@ class VehicleCore:
         if overtaken is not None and self.profile is not None:
             chosen_name = self.profile.mode_name(overtaken)
             self._events.append(ModeOvertaken(overtaken, chosen_name, name))
-        self.take_ends(now)
+        self.collect(now)
         if self.in_control_mode:
             return
         if not requested:
-            self._close_by_interlock(f"the vehicle was switched to {name}, not at our request")
+            self._stream.close_for(f"the vehicle was switched to {name}, not at our request")
         elif self._is_in_control_mode(before):
-            self._close_by_interlock(f"control was released for {name}")
+            self._stream.close_for(f"control was released for {name}")
+        self._collect(self._stream, now)
 
     def _went_back(self, before: VehicleState) -> bool:
         """Return whether it went back to an earlier mode because it has landed (PX4)."""
@@ -826,11 +780,6 @@ class VehicleCore:
             return False
         return not (profile.status_tells_runnable and state.mode_may_not_run)
 
-    def _close_by_interlock(self, reason: str) -> None:
-        if self._stream.is_open:
-            self._stream.close()
-            self._events.append(StreamClosed(reason))
-
     def begin_mission(self, job: MissionJob, timing: MissionTiming, now: float) -> int:
         """Begin an operation on the mission; returns its id."""
 
@@ -842,7 +791,7 @@ class VehicleCore:
         self._lists.make_way(now)
         self.notice(now)
         operation_id = self.slot.begin_mission(make, self.state, now, connected=self.connected)
-        self.take_ends(now)
+        self.collect(now)
         return operation_id
 
     def make_way_for_list(self, now: float) -> None:
@@ -850,23 +799,18 @@ class VehicleCore:
         self._lists.make_way(now)
         self._parameters.refresh(now)
 
-    def take_ends(self, now: float) -> None:
-        """Put the ends of operations into their place among the events."""
-        while (event := self.slot.next_event()) is not None:
-            self._events.append(event)
-            stored = self.stored_mission or ()
-            self._stations.operation_ended(event, stored, self.profile, self._order.last)
-            last = self._last_mission
-            if last is not None and last.operation_id == event.operation_id:
-                self._keep_list(event, now)
-        while (ended := self.list_jobs.next_event()) is not None:
-            self._events.append(ended)
-            if ended.items is None:
-                self._lists.refresh(ended.kind, now)
-            else:
-                self._lists.put(ended.kind, ended.items, now)
-        while (parameters := self.parameter_jobs.next_event()) is not None:
-            self._events.append(parameters)
+    def _operation_ended(self, event: OperationFinished, now: float) -> None:
+        stored = self.stored_mission or ()
+        self._stations.operation_ended(event, stored, self.profile, self._order.last)
+        last = self._last_mission
+        if last is not None and last.operation_id == event.operation_id:
+            self._keep_list(event, now)
+
+    def _list_ended(self, event: StoredListFinished, now: float) -> None:
+        if event.items is None:
+            self._lists.refresh(event.kind, now)
+        else:
+            self._lists.put(event.kind, event.items, now)
 
     def _keep_list(self, event: OperationFinished, now: float) -> None:
         """Take the mission that an operation has read; another end leaves it unknown."""
@@ -877,12 +821,16 @@ class VehicleCore:
             home = (HOME_PLACEHOLDER,) * self.mission_offset
             self._lists.put(MissionType.MISSION, home + stored, now)
 
-    def _take_acts(self, now: float) -> None:
-        while (event := self._stations.next_event()) is not None:
-            self._events.append(event)
-            if event.mode is not None and event.mode != self.state.custom_mode:
-                self.slot.mode_asked(event.mode, now)
+    def _station_acted(self, event: StationActed, now: float) -> None:
+        if event.mode is not None and event.mode != self.state.custom_mode:
+            self.slot.mode_asked(event.mode, now)
 
-    def _take_failsafes(self) -> None:
-        while (event := self._failsafes.next_event()) is not None:
-            self._events.append(event)
+
+def _with(services: Iterable[VehicleService], method: str) -> tuple[VehicleService, ...]:
+    """Return the services that have a method of their own."""
+    default = getattr(VehicleService, method)
+    return tuple(service for service in services if getattr(type(service), method) is not default)
+
+
+def _rank(service: VehicleService) -> int:
+    return service.rank

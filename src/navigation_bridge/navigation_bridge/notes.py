@@ -13,7 +13,7 @@ import re
 from dataclasses import dataclass
 
 from mavlink_vehicle import codec
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.state.status_text import CHUNK_SIZE
 from navigation_bridge.goals.goal import GoalFinished, GoalHappened
 from navigation_core.geometry import Vector3
@@ -22,6 +22,7 @@ from navigation_core.tasks.progress import Progress
 # MAV_COMP_ID_ONBOARD_COMPUTER4 (common.xml): the recorder's own component id.
 COMPONENT_ID = 194
 _MAV_SEVERITY_INFO = 6
+_PLAN = mavlink.MAVLink_debug_float_array_message
 _PLAN_NAME = b"plan"
 _PLAN_POINTS = 19
 _PLAN_POINTS_MAX = 95
@@ -184,7 +185,7 @@ def parse_plan(message: Message) -> tuple[tuple[Vector3, ...], bool] | None:
     Returns:
         None if the message is not one made by :func:`plan`.
     """
-    if message.get_type() != "DEBUG_FLOAT_ARRAY" or message.name.encode() != _PLAN_NAME:
+    if not isinstance(message, _PLAN) or message.name.encode() != _PLAN_NAME:
         return None
     numbers = [value for value in message.data if math.isfinite(value)]
     points = tuple(zip(numbers[::3], numbers[1::3], numbers[2::3], strict=False))

@@ -53,7 +53,7 @@ class ServiceDesk:
     def _set_mode(self, mode: str, now: float) -> None:
         vehicle, profile = self._vehicle, self._vehicle.profile
         name = mode.strip().upper()
-        if profile is not None and name in (profile.mission_mode, profile.takeoff_mode):
+        if profile is not None and name in (profile.mission_mode, profile.takeoff.mode):
             state = vehicle.state
             if state.armed and state.landed_state is not LandedState.IN_AIR:
                 number, self._number = self._number, None

@@ -20,5 +20,5 @@ def test_a_shared_warning_is_shown_once() -> None:
     assert "    ! Look here." in plain_lines(report)
     console = Console(file=io.StringIO(), force_terminal=True, width=80)
     show(report, console)
-    told = console.file.getvalue()  # type: ignore[attr-defined]
+    told = console.file.getvalue()
     assert told.count("Off.") == 1

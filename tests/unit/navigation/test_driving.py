@@ -75,5 +75,5 @@ def test_the_servers_limits_are_kept_where_they_are_lower() -> None:
 
 @pytest.mark.parametrize("profile", [ardupilot.ROVER, ardupilot.BOAT, px4.ROVER, px4.BOAT])
 def test_driving_parameters_are_read(profile: object) -> None:
-    wanted = set(profile.wanted_parameters)  # type: ignore[attr-defined]
+    wanted = set(profile.wanted_parameters)
     assert wanted >= set(ARDUROVER) or wanted >= set(PX4_ROVER)

@@ -90,10 +90,10 @@ def written(shape: Shape, path: Path) -> Path:
     told: list[tuple[float, Message]] = [(0.0, heartbeat(shape))]
     for step in range(int(shape.seconds / shape.period_s)):
         time_s = 0.2 + step * shape.period_s
-        place = globally(frame, time_s)
+        position = globally(frame, time_s)
         if not shape.velocity:
-            place.vx = place.vy = place.vz = 0
-        told.append((time_s, place))
+            position.vx = position.vy = position.vz = 0
+        told.append((time_s, position))
         told.append((time_s + shape.later_s, locally(time_s + shape.later_s)))
     for second in range(int(shape.seconds)):
         told.append((second + 0.05, heartbeat(shape)))

@@ -77,7 +77,8 @@ def flight(
         sent += [(t, NOTES, text) for text in notes.long_text(noted, int(t))]
     if still:
         sent = [
-            (STILL_UNTIL_S if STILL_FROM_S < t < STILL_UNTIL_S else t, *rest) for t, *rest in sent
+            (STILL_UNTIL_S if STILL_FROM_S < t < STILL_UNTIL_S else t, source, message)
+            for t, source, message in sent
         ]
     path = folder / "flight.tlog"
     codec = Codec(source_system=1, source_component=1)

@@ -68,14 +68,14 @@ def test_every_profile_is_listed_as_it_is(profile: Profile) -> None:
         ("acceleration", SetpointField.ACCELERATION),
         ("yaw", SetpointField.YAW),
     ):
-        assert (word in way.split(", ")) == (group in profile.setpoint_form)
+        assert (word in way.split(", ")) == (group in profile.setpoints.form)
     words = {
         TakeoffForm.NONE: "none",
         TakeoffForm.ABOVE_HOME: "NAV_TAKEOFF, above home",
         TakeoffForm.AMSL: "NAV_TAKEOFF, above sea level",
-        TakeoffForm.MODE: f"the mode {profile.takeoff_mode}",
+        TakeoffForm.MODE: f"the mode {profile.takeoff.mode}",
     }
-    assert takeoff.startswith(words[profile.takeoff])
+    assert takeoff.startswith(words[profile.takeoff.form])
 
 
 def test_the_speed_commands_are_reported_as_they_are() -> None:

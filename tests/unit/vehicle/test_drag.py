@@ -113,9 +113,9 @@ def test_a_setpoint_at_rest_or_without_an_acceleration_stays_as_it_is() -> None:
 
 
 def test_only_a_px4_multicopter_takes_an_acceleration_for_a_push() -> None:
-    assert px4.COPTER.acceleration_is_push
+    assert px4.COPTER.setpoints.acceleration_is_push
     for profile in (px4.ROVER, px4.BOAT, px4.PLANE, ardupilot.COPTER, ardupilot.ROVER):
-        assert not profile.acceleration_is_push
+        assert not profile.setpoints.acceleration_is_push
 
 
 def test_a_push_never_leans_the_vehicle_farther_than_36_degrees() -> None:

@@ -355,7 +355,7 @@ def test_a_tcp_link_that_comes_back_is_heard_again() -> None:
     """It comes back under the same file descriptor, which must not go unnoticed."""
     echo = Echo()
     listener = open_link("tcpin://127.0.0.1:0")
-    port = listener.port  # type: ignore[attr-defined]
+    port = listener.port
     link = open_link(f"tcpout://127.0.0.1:{port}")
     driver = Driver(echo, Router([link], lambda: Codec(1, 191)), MonotonicClock())
     codec = Codec(1, 1)
@@ -387,8 +387,8 @@ def test_what_a_station_link_brings_is_overheard_and_not_received() -> None:
         MonotonicClock(),
         errors.append,
     )
-    craft = open_link(f"udpout://127.0.0.1:{vehicles.port}")  # type: ignore[attr-defined]
-    ground = open_link(f"udpout://127.0.0.1:{stations.port}")  # type: ignore[attr-defined]
+    craft = open_link(f"udpout://127.0.0.1:{vehicles.port}")
+    ground = open_link(f"udpout://127.0.0.1:{stations.port}")
     echo.fail_on.add("overhear")
     driver.start()
     try:

@@ -20,6 +20,7 @@ from mavlink_vehicle.protocols.streams.external_position import (
     ExternalPositionSender,
     Origin,
 )
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 POSE = ExternalPose(
     100.0,
@@ -191,7 +192,7 @@ def test_a_source_that_stops_is_reported_once_and_so_is_its_return() -> None:
     assert sender.silent_s(110.0) == 9.5
     offer(112.5)
     assert sender.next_event() == ExternalPosesResumed(12.0)
-    sender.pause()
+    sender.link_lost(VehicleState(), 0.0)
     sender.handle_timer(200.0)
     assert sender.next_event() is None
     assert sender.silent_s(200.0) is None

@@ -207,7 +207,11 @@ def test_what_does_not_touch_the_flight_is_not_reported(
 
 def test_commands_with_a_place_may_come_as_command_int(network: Network) -> None:
     nowhere = 0x7FFFFFFF
-    reposition = {"command": mavlink.MAV_CMD_DO_REPOSITION, "frame": 6, "param2": 1.0}
+    reposition: dict[str, Any] = {
+        "command": mavlink.MAV_CMD_DO_REPOSITION,
+        "frame": 6,
+        "param2": 1.0,
+    }
     assert told(network.say("COMMAND_INT", **reposition, x=nowhere, y=nowhere)) == [
         (PAUSED, QGC, "DO_REPOSITION without a position")
     ]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import struct
+from typing import Any
 
 import pytest
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.parameters import ParameterReader, decode_value
 from tests.support.messages.autopilot_messages import AutopilotMessages
@@ -20,7 +21,7 @@ INT32, INT8, REAL32 = (
 say = AutopilotMessages()
 
 
-def value(name: str, number: float, kind: int = REAL32) -> Message:
+def value(name: str, number: float, kind: int = REAL32) -> Any:
     return say("PARAM_VALUE", param_id=name, param_value=number, param_type=kind)
 
 

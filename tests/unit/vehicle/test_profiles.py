@@ -38,8 +38,8 @@ def test_an_unknown_firmware_is_only_watched() -> None:
     profile = profile_for(mavlink.MAV_AUTOPILOT_GENERIC, mavlink.MAV_TYPE_QUADROTOR)
     assert profile is GENERIC
     assert profile.control_mode is None
-    assert not profile.setpoint_motions
-    assert profile.takeoff is TakeoffForm.NONE
+    assert not profile.setpoints.motions
+    assert profile.takeoff.form is TakeoffForm.NONE
     assert profile.mode_name(9) == "MODE_9"
 
 
@@ -66,18 +66,18 @@ PX4_PROFILES = [px4.COPTER, px4.ROVER, px4.BOAT, px4.PLANE, px4.VTOL, px4.OTHER]
 def test_profiles_are_consistent(profile: Profile) -> None:
     for mode in (
         profile.control_mode, profile.hold_mode, profile.land_mode, profile.return_mode,
-        profile.mission_mode, profile.takeoff_mode, profile.after_takeoff_mode,
+        profile.mission_mode, profile.takeoff.mode, profile.takeoff.mode_after,
     ):  # fmt: skip
         assert mode is None or mode in profile.modes
-    flown = bool(profile.setpoint_motions) or profile.reposition
+    flown = bool(profile.setpoints.motions) or profile.reposition
     assert (profile.control_mode is not None) == flown
-    assert not (profile.setpoint_motions and profile.reposition)
+    assert not (profile.setpoints.motions and profile.reposition)
     motion = SetpointField.POSITION | SetpointField.VELOCITY | SetpointField.ACCELERATION
-    assert not profile.setpoint_motions or profile.setpoint_form & motion
+    assert not profile.setpoints.motions or profile.setpoints.form & motion
     assert (profile.kind is VehicleKind.OTHER) == (profile.control_mode is None)
     assert profile.unsupported is None or profile.control_mode is None
     assert profile.speed_command is None or profile.speed_command.modes <= set(profile.modes)
-    assert not profile.prestream_s or profile.setpoints_outside_control_mode
+    assert not profile.setpoints.prestream_s or profile.setpoints.outside_control_mode
     assert len(set(profile.modes.values())) == len(profile.modes)
     with pytest.raises(TypeError):
         profile.modes["X"] = 1  # type: ignore[index]
@@ -123,9 +123,9 @@ def test_px4_modes_by_their_recorded_numbers() -> None:
 
 def test_what_a_kind_cannot_do_is_said_by_its_profile() -> None:
     for profile in (ROVER, BOAT, px4.ROVER, px4.BOAT):
-        assert profile.takeoff is TakeoffForm.NONE
+        assert profile.takeoff.form is TakeoffForm.NONE
         assert profile.land_mode is None
-        assert profile.setpoint_form is SetpointField.VELOCITY
+        assert profile.setpoints.form is SetpointField.VELOCITY
     for profile in (PLANE, px4.PLANE):
         assert profile.reposition
-        assert profile.setpoint_form is SetpointField.NONE
+        assert profile.setpoints.form is SetpointField.NONE

@@ -115,7 +115,7 @@ def test_endpoints_are_bounded(server: Server, closing: ExitStack) -> None:
     good = vehicle(closing, server, 1)
     for _ in range(MAX_PEERS + 5):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-            one.sendto(b"x", (LOOPBACK, server.vehicles.port))  # type: ignore[attr-defined]
+            one.sendto(b"x", (LOOPBACK, server.vehicles.port))
             server.turn()
             good.say("ATTITUDE")
     settle(server, good)
@@ -153,7 +153,7 @@ def test_a_station_that_connects_by_tcp_hears_without_a_word_and_may_leave(
     server = opened(closing, f"tcpin://{LOOPBACK}:0")
     craft = vehicle(closing, server, 1)
     link = server.router._station_ports[1].link
-    with socket.create_connection((LOOPBACK, link.port)) as silent:  # type: ignore[attr-defined]
+    with socket.create_connection((LOOPBACK, link.port)) as silent:
         until(server, lambda: bool(link.peers))
         frame = craft.say("ATTITUDE")
         settle(server, craft)
@@ -286,12 +286,12 @@ def test_garbage_of_a_station_reaches_nobody(server: Server, closing: ExitStack)
 
 def test_in_a_ring_of_two_routers_each_frame_passes_once(closing: ExitStack) -> None:
     first = opened(closing)
-    there = first.ground.port  # type: ignore[attr-defined]
+    there = first.ground.port
     # Two ways between them: each is a ground station to the other, twice.
     second = opened(closing, f"udpout://{LOOPBACK}:{there}", f"udpout://{LOOPBACK}:{there}")
     both = (first, second)
-    ground = ring_party(closing, both, 255, 190, second.ground.port)  # type: ignore[attr-defined]
-    craft = ring_party(closing, both, 1, 1, first.vehicles.port)  # type: ignore[attr-defined]
+    ground = ring_party(closing, both, 255, 190, second.ground.port)
+    craft = ring_party(closing, both, 1, 1, first.vehicles.port)
     for number in range(20):
         craft.say("ATTITUDE", time_boot_ms=number)
         ground.say("STATUSTEXT", text=b"%d" % number)

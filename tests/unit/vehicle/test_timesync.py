@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from mavlink_vehicle.codec import make
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operations.command import Address
@@ -16,12 +18,16 @@ def _asked(timesync: Timesync, now: float) -> int:
     return int(message.ts1)
 
 
+def _timesync(**fields: int) -> Any:
+    return make("TIMESYNC", **fields)
+
+
 def test_the_smallest_round_trip_counts() -> None:
     timesync = Timesync(2.0)
     timesync.resume(ADDRESS, 10.0)
-    timesync.receive(make("TIMESYNC", tc1=5, ts1=_asked(timesync, 10.0)), 10.03)
-    timesync.receive(make("TIMESYNC", tc1=5, ts1=_asked(timesync, 12.0)), 12.01)
-    timesync.receive(make("TIMESYNC", tc1=5, ts1=_asked(timesync, 14.0)), 14.5)
+    timesync.receive(_timesync(tc1=5, ts1=_asked(timesync, 10.0)), 10.03)
+    timesync.receive(_timesync(tc1=5, ts1=_asked(timesync, 12.0)), 12.01)
+    timesync.receive(_timesync(tc1=5, ts1=_asked(timesync, 14.0)), 14.5)
     assert timesync.round_trip_s is not None
     assert abs(timesync.round_trip_s - 0.01) < 1e-9
 
@@ -30,11 +36,11 @@ def test_what_is_not_an_answer_to_us_is_left_alone() -> None:
     timesync = Timesync(2.0)
     timesync.resume(ADDRESS, 10.0)
     ts1 = _asked(timesync, 10.0)
-    timesync.receive(make("TIMESYNC", tc1=0, ts1=ts1), 10.1)  # a question of the autopilot's
-    timesync.receive(make("TIMESYNC", tc1=7, ts1=ts1 + 1), 10.1)  # an answer to somebody else
+    timesync.receive(_timesync(tc1=0, ts1=ts1), 10.1)  # a question of the autopilot's
+    timesync.receive(_timesync(tc1=7, ts1=ts1 + 1), 10.1)  # an answer to somebody else
     assert timesync.round_trip_s is None
-    timesync.receive(make("TIMESYNC", tc1=7, ts1=ts1), 10.2)
-    timesync.receive(make("TIMESYNC", tc1=7, ts1=ts1), 10.9)  # the same again
+    timesync.receive(_timesync(tc1=7, ts1=ts1), 10.2)
+    timesync.receive(_timesync(tc1=7, ts1=ts1), 10.9)  # the same again
     assert timesync.round_trip_s is not None
 
 
@@ -62,7 +68,7 @@ def test_two_stations_that_ask_in_the_same_instant_do_not_take_each_others_answe
         ours.resume(ADDRESS, 10.0)
         theirs.resume(stranger, 10.0)
         own = _asked(ours, 10.0)
-        ours.receive(make("TIMESYNC", tc1=7, ts1=_asked(theirs, 10.0)), 10.1)
+        ours.receive(_timesync(tc1=7, ts1=_asked(theirs, 10.0)), 10.1)
         assert ours.round_trip_s is None
-        ours.receive(make("TIMESYNC", tc1=7, ts1=own), 10.1)
+        ours.receive(_timesync(tc1=7, ts1=own), 10.1)
         assert ours.round_trip_s is not None

@@ -222,7 +222,10 @@ def test_setpoints_need_a_vehicle() -> None:
 def test_a_profile_may_want_the_stream_before_its_mode(script: Script) -> None:
     """As PX4 does: it enters OFFBOARD only with a stream running."""
     script.vehicle.profile = dataclasses.replace(
-        COPTER, setpoints_outside_control_mode=True, setpoints_while_disarmed=True
+        COPTER,
+        setpoints=dataclasses.replace(
+            COPTER.setpoints, outside_control_mode=True, while_disarmed=True
+        ),
     )
     script.vehicle.open_stream(0.0)
     script.vehicle.send_setpoint(SetpointNed(position_ned_m=(0.0, 0.0, -1.0)), 0.0)

@@ -36,7 +36,6 @@ _PARAMETERS_S = 4.0
 """A parameter without an answer by then (a firmware gives none for one that it lacks)."""
 
 _REASONS_AGAIN_S = 5.0
-_HEARTBEAT = "HEARTBEAT"
 
 
 # Not sent by every firmware before its estimator has a position.
@@ -115,7 +114,7 @@ class Checker:
     def receive(self, message: Message, now: float) -> None:
         """Process one message."""
         header = message._header
-        if message.get_type() == _HEARTBEAT:
+        if isinstance(message, mavlink.MAVLink_heartbeat_message):
             source = header.srcSystem, header.srcComponent
             if len(self.heard) < _HEARD_MAX or source in self.heard:
                 self.heard[source] = sender_name(message.autopilot, message.type)
@@ -215,9 +214,11 @@ class Checker:
             return []
         refused = self.vehicle.refused_messages
         return [
-            self._rate(name, asked_hz, refused.get(name), profile.own_rates_hz.get(name), now)
+            self._rate(
+                name, asked_hz, refused.get(name), profile.messages.own_rates_hz.get(name), now
+            )
             for name, asked_hz in self.vehicle.config.message_rates_hz.items()
-            if name not in profile.unsupported_messages and asked_hz > 0.0
+            if name not in profile.messages.unsupported and asked_hz > 0.0
         ]
 
     def _rate(

@@ -257,9 +257,10 @@ def _rate_line(rate: RequestedRate, profile: Profile) -> Line:
     if not rate.low:
         return Line(rate.name, value)
     warning = f"{rate.asked_hz:g} Hz requested; is the link too slow?"
-    if profile.link_rate_parameter is not None:
+    parameter = profile.messages.link_rate_parameter
+    if parameter is not None:
         warning += (
-            f" Compare {profile.link_rate_parameter}, the bytes per second of this port, with "
-            "what its baud rate allows."
+            f" Compare {parameter}, the bytes per second of this port, with what its baud rate "
+            "allows."
         )
     return Line(rate.name, value, warning)

@@ -150,9 +150,9 @@ class LogContents:
         sequence: dict[Source, int] = {}
         for index in np.argsort(time_s, kind="stable").tolist():
             cls, (system, component, *values) = next(ready[kind[index]])
-            message = with_source(cls(*map(_plain, values)), system, component)
             number = sequence[system, component] = (sequence.get((system, component), -1) + 1) % 256
-            message._header.seq = number
+            made = cls(*map(_plain, values))
+            message = with_source(made, system, component, number)
             yield float(time_s[index]), message
 
 

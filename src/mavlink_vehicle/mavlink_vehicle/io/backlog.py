@@ -9,19 +9,21 @@ texts, heartbeats, missions, parameters, logs.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeVar
 
-from mavlink_vehicle.codec import PAYLOAD_START, Message, mavlink
+from mavlink_vehicle.codec import PAYLOAD_START, Received, mavlink
+
+ReceivedT = TypeVar("ReceivedT", bound=Received)
 
 STALE_S = 0.5
 """When measurements of one sender that wait span more than this, the older ones are skipped."""
 
-_TIMED = frozenset(
-    {
-        mavlink.MAVLINK_MSG_ID_ATTITUDE,
-        mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
-        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
-    }
+_TIMED_MESSAGES = (
+    mavlink.MAVLink_attitude_message,
+    mavlink.MAVLink_global_position_int_message,
+    mavlink.MAVLink_local_position_ned_message,
 )
+_TIMED = frozenset(message.id for message in _TIMED_MESSAGES)
 _STREAMS = _TIMED | {
     mavlink.MAVLINK_MSG_ID_ALTITUDE,
     mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,
@@ -41,7 +43,7 @@ _STREAMS = _TIMED | {
 _SKIPPED_IN_A_ROW = 100
 
 
-def without_stale(messages: Sequence[Message], stale_s: float = STALE_S) -> list[Message]:
+def without_stale(messages: Sequence[ReceivedT], stale_s: float = STALE_S) -> list[ReceivedT]:
     """Return the messages but for stale telemetry; those of a sender that is not behind, all.
 
     Args:
@@ -56,14 +58,14 @@ def without_stale(messages: Sequence[Message], stale_s: float = STALE_S) -> list
         if number not in _STREAMS:
             continue
         last_place[sender, number] = place
-        if number in _TIMED:
-            time_ms = _time_boot_ms(message)
+        time_ms = _time_boot_ms(message, number)
+        if time_ms is not None:
             first_ms.setdefault(sender, time_ms)
             last_ms[sender] = time_ms
     behind = {sender for sender, ms in first_ms.items() if last_ms[sender] - ms > 1e3 * stale_s}
     if not behind:
         return list(messages)
-    kept: list[Message] = []
+    kept: list[ReceivedT] = []
     skipped = dict.fromkeys(behind, 0)
     for place, message in enumerate(messages):
         sender, number = _of(message)
@@ -77,16 +79,18 @@ def without_stale(messages: Sequence[Message], stale_s: float = STALE_S) -> list
     return kept
 
 
-def _of(message: Message) -> tuple[int, int]:
+def _of(message: Received) -> tuple[int, int]:
     """Return sender and number of a message or of a measurement."""
-    if message.__class__ is tuple:
+    if isinstance(message, tuple):
         frame = message[3]
         return frame[5] | frame[6] << 8, frame[7] | frame[8] << 8 | frame[9] << 16
     header = message._header
     return header.srcSystem | header.srcComponent << 8, header.msgId
 
 
-def _time_boot_ms(message: Message) -> int:
-    if message.__class__ is tuple:
+def _time_boot_ms(message: Received, number: int) -> int | None:
+    if number not in _TIMED:
+        return None
+    if isinstance(message, tuple):
         return int.from_bytes(message[2][PAYLOAD_START : PAYLOAD_START + 4], "little")
-    return int(message.time_boot_ms)
+    return message.time_boot_ms if isinstance(message, _TIMED_MESSAGES) else None

@@ -22,7 +22,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Protocol, TypeVar, runtime_checkable
 
-from mavlink_vehicle.codec import Intake, Message, message_of
+from mavlink_vehicle.codec import Intake, Message, Received, message_of
 from mavlink_vehicle.errors import DriverError
 from mavlink_vehicle.io.backlog import STALE_S, without_stale
 from mavlink_vehicle.io.clock import Clock
@@ -244,7 +244,7 @@ class Driver:
             self._hand_over(self._router.overhear(now), self._application.overhear, now)
             self._flush()
 
-    def _receive(self, now: float) -> list[Message]:
+    def _receive(self, now: float) -> list[Received]:
         """Return what has come by vehicle links.
 
         When much waits, all of it is read, so that the newest is known, and stale telemetry is
@@ -262,11 +262,11 @@ class Driver:
         return without_stale(messages, STALE_S * self._clock.rate)
 
     def _hand_over(
-        self, messages: list[Message], receive: Callable[[Message, float], None], now: float
+        self, messages: list[Received], receive: Callable[[Message, float], None], now: float
     ) -> None:
         for message in messages:
             try:
-                if message.__class__ is tuple:
+                if isinstance(message, tuple):
                     _, intake, data, frame = message
                     if intake(data, now):
                         continue

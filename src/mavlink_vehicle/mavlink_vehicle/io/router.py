@@ -12,7 +12,15 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
-from mavlink_vehicle.codec import TARGETED, Codec, Intake, Message, in_mavlink_1, mavlink
+from mavlink_vehicle.codec import (
+    Codec,
+    Intake,
+    Message,
+    Received,
+    in_mavlink_1,
+    mavlink,
+    target,
+)
 from mavlink_vehicle.io.endpoints import (
     Heard,
     LinkStatistics,
@@ -120,17 +128,17 @@ class Router:
             for number in port.link.filenos()
         )
 
-    def receive(self, now: float) -> list[Message]:
+    def receive(self, now: float) -> list[Received]:
         """Return what came by vehicle links, a bounded number, and pass it on."""
         self._now = now
-        messages: list[Message] = []
+        messages: list[Received] = []
         for port in self._vehicle_ports:
             self._take(port, messages, now)
         return messages
 
-    def overhear(self, now: float) -> list[Message]:
+    def overhear(self, now: float) -> list[Received]:
         """Return what came by station links, a bounded number, and pass it on."""
-        messages: list[Message] = []
+        messages: list[Received] = []
         for port in self._station_ports:
             if port.resume_s <= now:
                 self._take(port, messages, now)
@@ -144,7 +152,7 @@ class Router:
         Raises:
             MessageError: it can't be encoded.
         """
-        system, component = _target(message)
+        system, component = target(message)
         speaks_for = message._header.srcSystem if getattr(message, "source_is_set", False) else 0
         found = self._table.destinations_of_ours(speaks_for, system, component)
         recorded = self._recorder is None
@@ -178,7 +186,7 @@ class Router:
         if self._recorder is not None:
             self._recorder.close()
 
-    def _take(self, port: Port, messages: list[Message], now: float) -> None:
+    def _take(self, port: Port, messages: list[Received], now: float) -> None:
         """Receive from a link, and pass on."""
         link = port.link
         endpoint: PeerEndpoint | None = None
@@ -192,7 +200,7 @@ class Router:
             if limited and self._is_flooded(port, endpoint, data):
                 continue
             sources = endpoint.sources
-            for message in endpoint.codec.decode(data):
+            for message in endpoint.codec.receive(data):
                 # Most telemetry comes where there is nobody to pass it on to.
                 number, heard = _of_one_source(message, sources)
                 if alone and heard and heard.current and number != _HEARTBEAT:
@@ -219,8 +227,8 @@ class Router:
             port.resume_s = self._now + _PAUSE_S
         return True
 
-    def _pass(self, origin: PeerEndpoint, message: Message, now: float) -> bool:
-        if message.__class__ is tuple:
+    def _pass(self, origin: PeerEndpoint, message: Received, now: float) -> bool:
+        if isinstance(message, tuple):
             return self._pass_measurement(origin, message[3], now)
         return self._pass_message(origin, message, now)
 
@@ -230,17 +238,16 @@ class Router:
         source = header.srcSystem, header.srcComponent
         if not self._table.admit(origin, frame, source, now):
             return False
-        number = header.msgId
         if (
-            number == _HEARTBEAT
+            isinstance(message, mavlink.MAVLink_heartbeat_message)
             and not origin.station
             and is_vehicle(message.autopilot, message.type)
         ):
             self._table.protect(header.srcSystem)
             self._find_intakes_of(origin, source)
         # Only the next hop may learn a key by SETUP_SIGNING.
-        if len(self._table.endpoints) > 1 and number != _SETUP_SIGNING:
-            self._pass_on(origin, frame, *_target(message))
+        if len(self._table.endpoints) > 1 and header.msgId != _SETUP_SIGNING:
+            self._pass_on(origin, frame, *target(message))
         return True
 
     def _find_intakes_of(self, origin: PeerEndpoint, source: Source) -> None:
@@ -328,16 +335,10 @@ def _no_intakes(_system: int, _component: int) -> Mapping[int, Intake]:
     return {}
 
 
-def _of_one_source(message: Message, sources: dict[Source, Heard]) -> tuple[int, Heard | None]:
+def _of_one_source(message: Received, sources: dict[Source, Heard]) -> tuple[int, Heard | None]:
     """Return number and source of a message; of a measurement any number but HEARTBEAT's."""
-    if message.__class__ is tuple:
-        return -1, message[0]
+    if isinstance(message, tuple):
+        heard = message[0]
+        return -1, heard if isinstance(heard, Heard) else None
     header = message._header
     return header.msgId, sources.get((header.srcSystem, header.srcComponent))
-
-
-def _target(message: Message) -> tuple[int, int]:
-    """Return for which system and component a message is meant; 0 for all."""
-    if message._header.msgId not in TARGETED:
-        return 0, 0
-    return message.target_system, getattr(message, "target_component", 0)

@@ -17,10 +17,13 @@ from mavlink_vehicle.positions.projections import MeanLatitude
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
     FollowingLimits,
+    MessageProperties,
     Profile,
     SetpointField,
+    SetpointRules,
     SpeedCommand,
     TakeoffForm,
+    TakeoffRules,
     VehicleKind,
 )
 from mavlink_vehicle.profiles.vehicle_types import profile_of_type, profiles_by_type
@@ -95,7 +98,9 @@ _PLANE_MISSIONS = replace(
 OTHER = Profile(
     name="ArduPilot",
     projection=PROJECTION,
-    unsupported_messages=_NOT_SENT,
+    messages=MessageProperties(
+        unsupported=_NOT_SENT,
+    ),
     # AP_ADSB.cpp: with 0 nothing is heard, and nothing sent.
     traffic_receiver_parameter="ADSB_TYPE",
 )
@@ -117,7 +122,10 @@ COPTER = replace(
     modes=_modes("COPTER_MODE"),
     # ArduCopter's defines.h up to 3.1 and 3.2.
     former_modes=MappingProxyType({"POSITION": 8, "OF_LOITER": 10}),
-    control_before_takeoff=True,
+    takeoff=TakeoffRules(
+        control_first=True,
+        form=TakeoffForm.ABOVE_HOME,
+    ),
     # mode.h, allows_arming: a ground station may arm in GUIDED. AUTO would begin the mission
     # (AUTO_OPTIONS), THROW would start the motors when it is lifted.
     arming_mode="GUIDED",
@@ -142,26 +150,27 @@ COPTER = replace(
     hold_mode="BRAKE",
     land_mode="LAND",
     missions=replace(_MISSIONS, yaw_command=True),
-    takeoff=TakeoffForm.ABOVE_HOME,
     # Rejected on the ground and in other modes.
     speed_command=SpeedCommand(1, frozenset({"GUIDED", "AUTO"})),
-    # GCS_MAVLink_Copter.cpp, SET_POSITION_TARGET_LOCAL_NED: a position may come with a
-    # velocity, and both with an acceleration, but a position with an acceleration alone, or
-    # none of the three, is ignored.
-    setpoint_motions=frozenset({_P, _P | _V, _P | _V | _A, _V, _V | _A, _A}),
-    # Without the acceleration it overshoots the speed of a trajectory by a tenth.
-    setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
+    setpoints=SetpointRules(
+        # GCS_MAVLink_Copter.cpp, SET_POSITION_TARGET_LOCAL_NED: a position may come with a
+        # velocity, and both with an acceleration, but a position with an acceleration alone, or
+        # none of the three, is ignored.
+        motions=frozenset({_P, _P | _V, _P | _V | _A, _V, _V | _A, _A}),
+        # Without the acceleration it overshoots the speed of a trajectory by a tenth.
+        form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
+        # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
+        timeout_s=3.0,
+        timeout_parameter="GUID_TIMEOUT",
+        # In that time it integrates both (mode_guided.cpp, posvelaccel_control_run): braking with
+        # 2 m/s² at 3.4 m/s led a real one to 3.3 m/s backwards.
+        following=_FOLLOWING,
+    ),
     # ArduCopter's mode_guided.cpp; neither rovers nor planes know the command.
     pauses_in_mode=True,
     # Both in cm/s; the second is that of all waypoints.
     return_speeds=(("RTL_SPEED", 0.01), ("WPNAV_SPEED", 0.01)),
     return_height=("RTL_ALT", 0.01),
-    # Observed: GUID_TIMEOUT covers velocities and accelerations; a position has no timeout.
-    setpoint_timeout_s=3.0,
-    setpoint_timeout_parameter="GUID_TIMEOUT",
-    # In that time it integrates both (mode_guided.cpp, posvelaccel_control_run): braking with
-    # 2 m/s² at 3.4 m/s led a real one to 3.3 m/s backwards.
-    following=_FOLLOWING,
     wanted_parameters=(
         *_FENCE_PARAMETERS,
         "GUID_TIMEOUT",
@@ -178,7 +187,9 @@ ROVER = replace(
     kind=VehicleKind.ROVER,
     modes=_modes("ROVER_MODE"),
     former_modes=MappingProxyType({"LEARNING": 2}),  # APMrover2's defines.h
-    control_before_takeoff=True,
+    takeoff=TakeoffRules(
+        control_first=True,
+    ),
     # mode.h, allows_arming; in the others it would drive off by itself.
     arming_mode="HOLD",
     not_armed_in=frozenset(
@@ -190,16 +201,18 @@ ROVER = replace(
     # With velocity setpoints the setpoint is the speed: DO_CHANGE_SPEED fails then
     # (Rover's mode_guided.cpp, set_desired_speed).
     speed_command=SpeedCommand(1, frozenset({"AUTO"})),
-    # An acceleration is rejected, with a text at every message. A yaw beside a velocity wins
-    # over its direction, so none is sent: the heading follows the velocity.
-    setpoint_motions=frozenset({_P, _V}),
-    setpoint_form=_V,
-    # GCS_MAVLink_Rover.cpp: a velocity in BODY_NED with a yaw rate is a speed along the nose, whose
-    # sign is that of x, and a turn rate. Observed: x = -1 with a yaw rate reverses.
-    drives_by_turn_rate=True,
+    setpoints=SetpointRules(
+        # An acceleration is rejected, with a text at every message. A yaw beside a velocity wins
+        # over its direction, so none is sent: the heading follows the velocity.
+        motions=frozenset({_P, _V}),
+        form=_V,
+        # GCS_MAVLink_Rover.cpp: a velocity in BODY_NED with a yaw rate is a speed along the nose,
+        # whose sign is that of x, and a turn rate. Observed: x = -1 with a yaw rate reverses.
+        drives_by_turn_rate=True,
+        # Observed: "target not received last 3secs, stopping"; no parameter changes it.
+        timeout_s=3.0,
+    ),
     return_speeds=(("RTL_SPEED", 1.0), ("WP_SPEED", 1.0), ("CRUISE_SPEED", 1.0)),
-    # Observed: "target not received last 3secs, stopping"; no parameter changes it.
-    setpoint_timeout_s=3.0,
     wanted_parameters=(*_FENCE_PARAMETERS, *_DRIVING_PARAMETERS, "RTL_SPEED", "CRUISE_SPEED"),
     failsafe_settings=failsafe_settings.ARDUROVER,
 )
@@ -217,9 +230,11 @@ PLANE = replace(
     not_armed_in=frozenset({"AUTO", "AUTOLAND", "INITIALIZING", "RTL", "TAKEOFF"}),
     hold_mode="LOITER",
     missions=_PLANE_MISSIONS,
-    # NAV_TAKEOFF is rejected outside a mission; the mode takes off and circles at TKOFF_ALT.
-    takeoff=TakeoffForm.MODE,
-    takeoff_mode="TAKEOFF",
+    takeoff=TakeoffRules(
+        # NAV_TAKEOFF is rejected outside a mission; the mode takes off and circles at TKOFF_ALT.
+        form=TakeoffForm.MODE,
+        mode="TAKEOFF",
+    ),
     # SET_POSITION_TARGET_LOCAL_NED has no effect (but on the altitude): it is sent to places.
     reposition=True,
     # It climbs at once; Plane::setup_alt_slope, for more than ALT_SLOPE_MIN.

@@ -104,6 +104,92 @@ class FollowingLimits:
 
 
 @dataclass(frozen=True)
+class SetpointRules:
+    """The rules of a firmware for setpoints.
+
+    Attributes:
+        motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
+            vehicle follows; others it ignores without a word.
+        form: what is streamed; what else a setpoint gives is left out.
+        prestream_s: how long setpoints must have been streamed before the control mode is
+            entered; 0: not before, but after.
+        lost_s: how long setpoints may be missing before the firmware takes control away;
+            None: it does not.
+        outside_control_mode: whether the stream must run before the control mode is
+            entered (PX4), or must not (whoever selects that mode later would set it off).
+        before_takeoff: whether setpoints may run before and during a take-off. An
+            ArduCopter then stays on the ground, although it acknowledges the take-off.
+        while_disarmed: whether setpoints may be sent to a disarmed vehicle. A rover
+            keeps such a setpoint and drives off when it is armed.
+        drives_by_turn_rate: whether it follows a velocity along its own axes with a yaw rate, also
+            backwards.
+        acceleration_is_push: whether a setpoint's acceleration is a push of the motors, from which
+            the drag takes its part, not the acceleration that is to come of it.
+        timeout_s: for how long it continues with the velocity and the acceleration of the
+            last setpoint when none follows, by the default of its parameter.
+        timeout_parameter: the parameter that says so; empty if there is none.
+        loss_parameter: the parameter that says what it does after that time, where it may
+            drive back; empty if it stops.
+        loss_stops: values of that parameter by which it stops.
+        following: how it comes to a setpoint whose target it moves on by the last velocity and
+            acceleration in that time; None if it does not move the target.
+    """
+
+    motions: frozenset[SetpointField] = frozenset()
+    form: SetpointField = SetpointField.NONE
+    prestream_s: float = 0.0
+    lost_s: float | None = None
+    outside_control_mode: bool = False
+    before_takeoff: bool = False
+    while_disarmed: bool = False
+    drives_by_turn_rate: bool = False
+    acceleration_is_push: bool = False
+    timeout_s: float = 0.0
+    timeout_parameter: str = ""
+    loss_parameter: str = ""
+    loss_stops: frozenset[int] = frozenset()
+    following: FollowingLimits | None = None
+
+
+@dataclass(frozen=True)
+class TakeoffRules:
+    """The rules of a firmware for take-offs.
+
+    Attributes:
+        form: how a take-off is asked for.
+        mode: the mode that a take-off goes through, if it has one.
+        mode_after: the mode that it goes to by itself then.
+        control_first: whether the control mode must be entered before a take-off.
+    """
+
+    form: TakeoffForm = TakeoffForm.NONE
+    mode: str | None = None
+    mode_after: str | None = None
+    control_first: bool = False
+
+
+@dataclass(frozen=True)
+class MessageProperties:
+    """The properties of what a firmware sends and expects.
+
+    Attributes:
+        unsupported: telemetry that the firmware does not have, so isn't asked for.
+        own_rates_hz: messages that the firmware sends no more often than this, whatever is asked
+            for.
+        link_rate_parameter: the parameter that limits what it sends on a link; None: the baud
+            rate alone does.
+        heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.
+        later_ack_counts: commands with a first acknowledgement that says nothing.
+    """
+
+    unsupported: frozenset[str] = frozenset()
+    own_rates_hz: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    link_rate_parameter: str | None = None
+    heartbeat_type: int = mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+    later_ack_counts: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
 class Profile:
     """One firmware and kind of vehicle.
 
@@ -116,23 +202,16 @@ class Profile:
         former_modes: the same of modes that only older firmwares have, to name them in logs.
         mode_packing: how a mode goes into the command that changes it.
         control_mode: the mode in which it is flown by us; None: this profile can't.
-        control_before_takeoff: whether the control mode must be entered before a take-off.
-        prestream_s: how long setpoints must have been streamed before the control mode is
-            entered; 0: not before, but after.
         arming_mode: the mode that is entered first when the one that it is in is not armed in.
         not_armed_in: modes in which it cannot be armed, and those in which arming would set it
             off, so that it is never armed in them.
-        stream_lost_s: how long setpoints may be missing before the firmware takes control away;
-            None: it does not.
         hold_mode: the mode that stops and holds by itself, without a pilot's sticks. A plane
             circles.
         land_mode: lands where it is.
         return_mode: returns to its launch point.
         mission_mode: flies the stored mission.
         missions: what it does with missions; None: that is not known.
-        takeoff: how a take-off is asked for.
-        takeoff_mode: the mode that a take-off goes through, if it has one.
-        after_takeoff_mode: the mode that it goes to by itself then.
+        takeoff: how it takes off.
         altitude_reference: of the altitudes in commands.
         reposition: whether it is sent to places by MAV_CMD_DO_REPOSITION, not by setpoints.
         sinks_along_leg: whether it descends to such a place gradually on its way there.
@@ -144,41 +223,15 @@ class Profile:
             it; the first that is above 0 counts.
         return_height: the parameter of the height above home of its own return, with what makes
             metres of it; None: that is not known.
+        setpoints: what it does with setpoints.
         speed_command: how its speed is changed by command; None where the setpoints say it.
-        setpoint_motions: the combinations of POSITION, VELOCITY and ACCELERATION that the
-            vehicle follows; others it ignores without a word.
-        setpoint_form: what is streamed; what else a setpoint gives is left out.
-        drives_by_turn_rate: whether it follows a velocity along its own axes with a yaw rate, also
-            backwards.
-        acceleration_is_push: whether a setpoint's acceleration is a push of the motors, from which
-            the drag takes its part, not the acceleration that is to come of it.
-        setpoints_while_disarmed: whether setpoints may be sent to a disarmed vehicle. A rover
-            keeps such a setpoint and drives off when it is armed.
-        setpoints_outside_control_mode: whether the stream must run before the control mode is
-            entered (PX4), or must not (whoever selects that mode later would set it off).
-        setpoints_before_takeoff: whether setpoints may run before and during a take-off. An
-            ArduCopter then stays on the ground, although it acknowledges the take-off.
         status_tells_runnable: whether HEARTBEAT's system_status is 0 while the selected mode
             cannot run.
         pauses_in_mode: whether MAV_CMD_DO_PAUSE_CONTINUE makes it stand in the control mode, and
             ignore setpoints until it is commanded to continue or has been in another mode.
         earlier_mode_after_landing: whether it goes back, by itself, to the mode from before
             when it has landed.
-        heartbeat_type: as which MAV_TYPE our HEARTBEAT goes out.
-        later_ack_counts: commands with a first acknowledgement that says nothing.
-        unsupported_messages: telemetry that the firmware does not have, so isn't asked for.
-        setpoint_timeout_s: for how long it continues with the velocity and the acceleration of the
-            last setpoint when none follows, by the default of its parameter.
-        setpoint_timeout_parameter: the parameter that says so; empty if there is none.
-        setpoint_loss_parameter: the parameter that says what it does after that time, where it may
-            drive back; empty if it stops.
-        setpoint_loss_stops: values of that parameter by which it stops.
-        following: how it comes to a setpoint whose target it moves on by the last velocity and
-            acceleration in that time; None if it does not move the target.
-        own_rates_hz: messages that the firmware sends no more often than this, whatever is asked
-            for.
-        link_rate_parameter: the parameter that limits what it sends on a link; None: the baud
-            rate alone does.
+        messages: the messages that it sends and expects.
         wanted_parameters: parameters that are read and kept up to date.
         traffic_receiver_parameter: the one that is 0 without an ADS-B receiver; None where there
             is none, and what a receiver reports is passed on.
@@ -194,19 +247,14 @@ class Profile:
     former_modes: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     mode_packing: ModePacking = ModePacking.WHOLE
     control_mode: str | None = None
-    control_before_takeoff: bool = False
-    prestream_s: float = 0.0
     arming_mode: str | None = None
     not_armed_in: frozenset[str] = frozenset()
-    stream_lost_s: float | None = None
     hold_mode: str | None = None
     land_mode: str | None = None
     return_mode: str | None = None
     mission_mode: str | None = None
     missions: MissionRules | None = None
-    takeoff: TakeoffForm = TakeoffForm.NONE
-    takeoff_mode: str | None = None
-    after_takeoff_mode: str | None = None
+    takeoff: TakeoffRules = TakeoffRules()
     altitude_reference: CommandAltitude = CommandAltitude.HOME
     reposition: bool = False
     sinks_along_leg: bool = False
@@ -215,27 +263,12 @@ class Profile:
     return_circle_parameters: tuple[str, ...] = ()
     return_speeds: tuple[tuple[str, float], ...] = ()
     return_height: tuple[str, float] | None = None
+    setpoints: SetpointRules = SetpointRules()
     speed_command: SpeedCommand | None = None
-    setpoint_motions: frozenset[SetpointField] = frozenset()
-    setpoint_form: SetpointField = SetpointField.NONE
-    drives_by_turn_rate: bool = False
-    acceleration_is_push: bool = False
-    setpoints_while_disarmed: bool = False
-    setpoints_outside_control_mode: bool = False
-    setpoints_before_takeoff: bool = False
     status_tells_runnable: bool = False
     pauses_in_mode: bool = False
     earlier_mode_after_landing: bool = False
-    heartbeat_type: int = mavlink.MAV_TYPE_ONBOARD_CONTROLLER
-    later_ack_counts: frozenset[int] = frozenset()
-    unsupported_messages: frozenset[str] = frozenset()
-    setpoint_timeout_s: float = 0.0
-    setpoint_timeout_parameter: str = ""
-    setpoint_loss_parameter: str = ""
-    setpoint_loss_stops: frozenset[int] = frozenset()
-    following: FollowingLimits | None = None
-    own_rates_hz: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    link_rate_parameter: str | None = None
+    messages: MessageProperties = MessageProperties()
     wanted_parameters: tuple[str, ...] = ()
     traffic_receiver_parameter: str | None = None
     failsafe_settings: tuple[FailsafeSetting, ...] = ()

@@ -17,11 +17,14 @@ from mavlink_vehicle.positions.projections import AzimuthalEquidistant
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
     CommandAltitude,
+    MessageProperties,
     ModePacking,
     Profile,
     SetpointField,
+    SetpointRules,
     SpeedCommand,
     TakeoffForm,
+    TakeoffRules,
     VehicleKind,
 )
 from mavlink_vehicle.profiles.vehicle_types import profile_of_type, profiles_by_type
@@ -100,20 +103,24 @@ _COMMON = Profile(
     speed_command=SpeedCommand(1, frozenset({"AUTO.LOITER", "AUTO.MISSION"})),
     status_tells_runnable=True,
     earlier_mode_after_landing=True,
-    # STATUSTEXT goes only to links on which a ground station was heard (mavlink_main.h,
-    # is_gcs_connected); docs/autopilots.md says what else follows from it.
-    heartbeat_type=mavlink.MAV_TYPE_GCS,
-    # mavlink_receiver.cpp acknowledges at once, the commander acknowledges its verdict.
-    later_ack_counts=frozenset({mavlink.MAV_CMD_DO_SET_MODE}),
-    unsupported_messages=frozenset({"EKF_STATUS_REPORT", "TERRAIN_REPORT"}),
-    # The commander publishes its status twice a second (Commander.cpp), and the mission manager
-    # sends MISSION_CURRENT by itself (mavlink_mission.cpp).
-    own_rates_hz=MappingProxyType({"CURRENT_MODE": 2.0, "MISSION_CURRENT": 1.0}),
-    link_rate_parameter="MAV_x_RATE",  # mavlink_main.cpp, update_rate_mult
+    messages=MessageProperties(
+        # STATUSTEXT goes only to links on which a ground station was heard (mavlink_main.h,
+        # is_gcs_connected); docs/autopilots.md says what else follows from it.
+        heartbeat_type=mavlink.MAV_TYPE_GCS,
+        # mavlink_receiver.cpp acknowledges at once, the commander acknowledges its verdict.
+        later_ack_counts=frozenset({mavlink.MAV_CMD_DO_SET_MODE}),
+        unsupported=frozenset({"EKF_STATUS_REPORT", "TERRAIN_REPORT"}),
+        # The commander publishes its status twice a second (Commander.cpp), and the mission manager
+        # sends MISSION_CURRENT by itself (mavlink_mission.cpp).
+        own_rates_hz=MappingProxyType({"CURRENT_MODE": 2.0, "MISSION_CURRENT": 1.0}),
+        link_rate_parameter="MAV_x_RATE",  # mavlink_main.cpp, update_rate_mult
+    ),
+    setpoints=SetpointRules(
+        # Observed: the failsafe comes 1.04 to 1.06 s after the last setpoint.
+        timeout_s=1.0,
+        timeout_parameter="COM_OF_LOSS_T",
+    ),
     # Navigator's geofence.cpp.
-    # Observed: the failsafe comes 1.04 to 1.06 s after the last setpoint.
-    setpoint_timeout_s=1.0,
-    setpoint_timeout_parameter="COM_OF_LOSS_T",
     wanted_parameters=("GF_ACTION", "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST", "COM_OF_LOSS_T"),
     failsafe_settings=failsafe_settings.PX4_ANY,
     parameters_bytewise=True,
@@ -123,9 +130,12 @@ _COMMON = Profile(
 _OFFBOARD = replace(
     _COMMON,
     control_mode="OFFBOARD",
-    prestream_s=1.2,
-    stream_lost_s=1.0,
-    setpoints_outside_control_mode=True,
+    setpoints=replace(
+        _COMMON.setpoints,
+        prestream_s=1.2,
+        lost_s=1.0,
+        outside_control_mode=True,
+    ),
     failsafe_settings=failsafe_settings.PX4_OFFBOARD,
 )
 
@@ -134,16 +144,21 @@ COPTER = replace(
     name="PX4 multicopter",
     kind=VehicleKind.COPTER,
     land_mode="AUTO.LAND",
-    takeoff=TakeoffForm.AMSL,
-    takeoff_mode="AUTO.TAKEOFF",
-    after_takeoff_mode="AUTO.LOITER",
-    # Each axis may be given in any combination (mavlink_receiver.cpp, PositionControl.cpp);
-    # nothing at all is "invalid" and counts as a lost stream.
-    setpoint_motions=frozenset({_P, _V, _A, _P | _V, _P | _A, _V | _A, _P | _V | _A}),
-    setpoint_form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
-    acceleration_is_push=True,
-    # AUTO.TAKEOFF does not look at the stream, which must run when it is over.
-    setpoints_before_takeoff=True,
+    takeoff=TakeoffRules(
+        form=TakeoffForm.AMSL,
+        mode="AUTO.TAKEOFF",
+        mode_after="AUTO.LOITER",
+    ),
+    setpoints=replace(
+        _OFFBOARD.setpoints,
+        # Each axis may be given in any combination (mavlink_receiver.cpp, PositionControl.cpp);
+        # nothing at all is "invalid" and counts as a lost stream.
+        motions=frozenset({_P, _V, _A, _P | _V, _P | _A, _V | _A, _P | _V | _A}),
+        form=_P | _V | _A | SetpointField.YAW | SetpointField.YAW_RATE,
+        acceleration_is_push=True,
+        # AUTO.TAKEOFF does not look at the stream, which must run when it is over.
+        before_takeoff=True,
+    ),
     return_speeds=(("MPC_XY_CRUISE", 1.0),),
     return_height=("RTL_RETURN_ALT", 1.0),
     wanted_parameters=(*_COMMON.wanted_parameters, "MPC_XY_CRUISE"),
@@ -153,15 +168,18 @@ ROVER = replace(
     _OFFBOARD,
     name="PX4 rover",
     kind=VehicleKind.ROVER,
-    # The rover modules' OffboardMode: a position, if there is one, wins over a velocity. Of a
-    # velocity the length is the speed and the direction the heading; yaw is not looked at.
-    setpoint_motions=frozenset({_P, _V}),
-    setpoint_form=_V,
+    setpoints=replace(
+        _OFFBOARD.setpoints,
+        # The rover modules' OffboardMode: a position, if there is one, wins over a velocity. Of a
+        # velocity the length is the speed and the direction the heading; yaw is not looked at.
+        motions=frozenset({_P, _V}),
+        form=_V,
+        # failsafe.cpp: without a pilot it drives home in AUTO.RTL, and turns there under power,
+        # unless it is to land (which stops it) or to hold.
+        loss_parameter="COM_OBL_RC_ACT",
+        loss_stops=frozenset({4, 5}),
+    ),
     return_speeds=(("RO_SPEED_LIM", 1.0),),
-    # failsafe.cpp: without a pilot it drives home in AUTO.RTL, and turns there under power, unless
-    # it is to land (which stops it) or to hold.
-    setpoint_loss_parameter="COM_OBL_RC_ACT",
-    setpoint_loss_stops=frozenset({4, 5}),
     # The modules rover_ackermann and lib/rover_control; other rovers lack the first two.
     wanted_parameters=(
         *_COMMON.wanted_parameters,
@@ -185,9 +203,11 @@ PLANE = replace(
     # DO_REPOSITION goes there by itself (Commander.cpp).
     control_mode="AUTO.LOITER",
     land_mode="AUTO.LAND",
-    takeoff=TakeoffForm.AMSL,
-    takeoff_mode="AUTO.TAKEOFF",
-    after_takeoff_mode="AUTO.LOITER",
+    takeoff=TakeoffRules(
+        form=TakeoffForm.AMSL,
+        mode="AUTO.TAKEOFF",
+        mode_after="AUTO.LOITER",
+    ),
     reposition=True,
     circle_radius_m=80.0,
     circle_parameters=("NAV_LOITER_RAD",),

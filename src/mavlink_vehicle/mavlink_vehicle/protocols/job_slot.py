@@ -4,10 +4,19 @@ from __future__ import annotations
 
 from typing import Protocol, TypeVar
 
-from mavlink_vehicle.events import OperationResult
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.events import (
+    OperationResult,
+    ParametersFinished,
+    StoredListFinished,
+    VehicleEvent,
+)
+from mavlink_vehicle.protocols.mission.transfer import MISSION_ANSWERS
+from mavlink_vehicle.protocols.service import SendingRank
 from mavlink_vehicle.protocols.slot import EventT, Part, Slot
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
-EventT_co = TypeVar("EventT_co", covariant=True)
+EventT_co = TypeVar("EventT_co", bound=VehicleEvent, covariant=True)
 
 
 class Job(Part, Protocol[EventT_co]):
@@ -39,8 +48,29 @@ class JobSlot(Slot[Job[EventT], EventT]):
             self._part.stop(result, reason, now)
             self._collect(now)
 
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """End the pending job, if any."""
+        self.stop(OperationResult.LINK_LOST, reason, now)
+
     def _collect(self, now: float) -> None:
         event = None if self._part is None else self._part.next_event()
         if event is not None:
             self._vacate()
             self._events.append(event)
+
+
+class ListJobs(JobSlot[StoredListFinished]):
+    """Reads or writes a fence or the rally points."""
+
+    rank = SendingRank.LISTS
+    handles = MISSION_ANSWERS
+
+
+class ParameterJobs(JobSlot[ParametersFinished]):
+    """Lists or changes parameters."""
+
+    handles = (mavlink.MAVLink_param_value_message, mavlink.MAVLink_param_error_message)
+
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """End the pending job, if any."""
+        self.stop(OperationResult.LINK_LOST, "the autopilot has fallen silent", now)

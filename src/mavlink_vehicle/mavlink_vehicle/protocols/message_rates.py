@@ -38,6 +38,8 @@ from mavlink_vehicle.protocols.operations.command import (
     CommandTiming,
     result_name,
 )
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _CHECK_PERIOD_S = 2.0
 _EXPECTED_IN_WINDOW = 4
@@ -151,7 +153,7 @@ class RatesInput(enum.Enum):
     PAUSE = "the vehicle is absent"
 
 
-class MessageRates(Machine[None]):
+class MessageRates(Machine[None], VehicleService):
     """Keeps the wanted messages coming."""
 
     def __init__(
@@ -177,8 +179,8 @@ class MessageRates(Machine[None]):
         self._command: CommandExchange | None = None
         self._asked: _Wish | None = None
         self._unsure_until_s = -math.inf
-        for name in self._rates_hz:
-            message_id(name)
+        wanted = (mavlink.mavlink_map[message_id(name)] for name in self._rates_hz)
+        self.handles = (*wanted, mavlink.MAVLink_command_ack_message)
 
     @property
     def refusals(self) -> dict[str, str]:
@@ -204,8 +206,18 @@ class MessageRates(Machine[None]):
         """Ask for everything from the next `resume` on: the autopilot restarted."""
         self._wishes.clear()
 
-    def start(self, now: float) -> None:
-        """Nothing to ask before `resume`."""
+    def vehicle_came(self, conversation: Conversation, now: float) -> None:
+        """Ask for everything, but for what has been rejected."""
+        profile = conversation.profile
+        self.resume(conversation.address, profile.messages.unsupported, now)
+
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Stop asking."""
+        self.pause(now)
+
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """Ask for everything from the next time on."""
+        self.forget()
 
     def resume(self, address: Address, skip: frozenset[str], now: float) -> None:
         """Ask for everything, but for what has been rejected since the last `forget`.

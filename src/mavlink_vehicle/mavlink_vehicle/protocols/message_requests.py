@@ -27,6 +27,8 @@ from mavlink_vehicle.protocols.operations.command import (
     ack_result,
 )
 from mavlink_vehicle.protocols.outbox import TimedOutbox
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _ANSWER_S = 1.0
 _FIRST_RETRY_S = 1.0
@@ -37,7 +39,7 @@ _REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
-class MessageRequests(TimedOutbox):
+class MessageRequests(TimedOutbox, VehicleService):
     """Asks for each missing message, more and more rarely, until it is there or rejected."""
 
     def __init__(
@@ -54,6 +56,7 @@ class MessageRequests(TimedOutbox):
         """
         super().__init__()
         self._wanted = tuple(message_id(name) for name in names)
+        self.handles = (*(mavlink.mavlink_map[number] for number in self._wanted), _COMMAND_ACK)
         self._has_position = has_position
         self._missing: list[int] = []
         self._refused: set[int] = set()
@@ -69,8 +72,17 @@ class MessageRequests(TimedOutbox):
         """Ids of the messages that have neither come nor been rejected."""
         return frozenset(self._missing)
 
-    def start(self, now: float) -> None:
-        """Nothing to ask before `resume`."""
+    def vehicle_came(self, conversation: Conversation, now: float) -> None:
+        """Ask for everything again that was not rejected."""
+        self.resume(conversation.address, now)
+
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Stop asking."""
+        self.pause()
+
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """Ask for what was rejected, too, from the next time on."""
+        self.forget()
 
     def forget(self) -> None:
         """Ask for what was rejected, too, from the next `resume` on: the autopilot restarted."""
@@ -99,7 +111,7 @@ class MessageRequests(TimedOutbox):
                 self._asked = self._deadline = None
             elif number == self._asked:
                 self._ask_next(now)
-        elif message.__class__ is _COMMAND_ACK and self._asked is not None:
+        elif isinstance(message, _COMMAND_ACK) and self._asked is not None:
             self._take_answer(message, self._asked, now)
 
     def _take_answer(self, ack: Message, asked: int, now: float) -> None:
@@ -137,6 +149,3 @@ class MessageRequests(TimedOutbox):
         else:
             self._asked = None
             self._deadline = max(self._next_round_s, now) if self._missing else None
-
-    def next_event(self) -> None:
-        """There are none."""

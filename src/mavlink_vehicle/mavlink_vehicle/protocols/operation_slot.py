@@ -6,14 +6,16 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
+from mavlink_vehicle.protocols.mission.transfer import MISSION_ANSWERS
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.protocols.operations.crossings import Crossings
 from mavlink_vehicle.protocols.operations.operation_parts import Gate, Goal, OperationTiming
 from mavlink_vehicle.protocols.operations.operations import Operation
 from mavlink_vehicle.protocols.operations.requested_changes import RequestedChanges
+from mavlink_vehicle.protocols.service import SendingRank
 from mavlink_vehicle.protocols.slot import Slot
 from mavlink_vehicle.state.reducer import VehicleState
 
@@ -45,6 +47,10 @@ class _ModeRequest:
 
 class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
     """Holds one operation at a time: a new one cancels the pending one first."""
+
+    rank = SendingRank.OPERATIONS
+    handles = (mavlink.MAVLink_command_ack_message, *MISSION_ANSWERS)
+    commands = True
 
     def __init__(self, command_timing: CommandTiming, grace_s: float) -> None:
         """Begin empty; see `RequestedChanges` for the grace period."""
@@ -142,6 +148,14 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         if self._part is not None:
             self._part.lose(reason, now)
             self._collect(now)
+
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Let the pending operation see it."""
+        self.observe(state, False, now)
+
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """End the pending operation, if any, as LINK_LOST."""
+        self.lose(reason, now)
 
     def excuse(self, gap_s: float) -> None:
         """Do not count a time in which we did not run."""

@@ -17,6 +17,8 @@ from types import MappingProxyType
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _VALUE = mavlink.MAVLink_param_value_message
 _RETRY_S = 1.0
@@ -35,7 +37,7 @@ _INTEGERS = {
 }
 
 
-def decode_value(message: Message, bytewise: bool) -> float:
+def decode_value(message: mavlink.MAVLink_param_value_message, bytewise: bool) -> float:
     """Return the value of a PARAM_VALUE.
 
     Args:
@@ -49,8 +51,10 @@ def decode_value(message: Message, bytewise: bool) -> float:
     return float(struct.unpack(layout, struct.pack("<f", message.param_value))[0])
 
 
-class ParameterReader(TimedOutbox):
+class ParameterReader(TimedOutbox, VehicleService):
     """Reads the wanted parameters, and again every 30 s."""
+
+    handles = (_VALUE,)
 
     def __init__(self) -> None:
         """Want nothing."""
@@ -78,8 +82,19 @@ class ParameterReader(TimedOutbox):
         """Whether answers are still waited for."""
         return bool(self._missing)
 
-    def start(self, now: float) -> None:
-        """Nothing to ask before `resume`."""
+    def vehicle_came(self, conversation: Conversation, now: float) -> None:
+        """Read those that the profile needs."""
+        profile = conversation.profile
+        names, bytewise = profile.wanted_parameters, profile.parameters_bytewise
+        self.resume(conversation.address, names, bytewise, now)
+
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Stop asking."""
+        self.pause()
+
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """Drop what is known."""
+        self.forget()
 
     def resume(self, address: Address, names: Iterable[str], bytewise: bool, now: float) -> None:
         """Ask for these from now on; the known values stay until they are answered."""
@@ -123,7 +138,7 @@ class ParameterReader(TimedOutbox):
 
     def receive(self, message: Message, now: float) -> None:
         """Process a value, whoever asked for it or changed it."""
-        if message.__class__ is not _VALUE:
+        if not isinstance(message, _VALUE):
             return
         if message.param_id not in self._wanted:
             if message.param_id in self._asked_s:
@@ -161,6 +176,3 @@ class ParameterReader(TimedOutbox):
                 param_index=-1,
             )
         )
-
-    def next_event(self) -> None:
-        """There are none."""

@@ -7,8 +7,10 @@ from collections import deque
 from typing import Generic, Protocol, TypeVar
 
 from mavlink_vehicle.codec import Message
+from mavlink_vehicle.events import VehicleEvent
+from mavlink_vehicle.protocols.service import VehicleService
 
-EventT = TypeVar("EventT")
+EventT = TypeVar("EventT", bound=VehicleEvent)
 
 
 class Part(Protocol):
@@ -30,7 +32,7 @@ class Part(Protocol):
 PartT = TypeVar("PartT", bound=Part)
 
 
-class Slot(Generic[PartT, EventT]):
+class Slot(VehicleService, Generic[PartT, EventT]):
     """Runs one part at a time; a subclass decides what follows from what it does."""
 
     def __init__(self) -> None:
@@ -43,9 +45,6 @@ class Slot(Generic[PartT, EventT]):
     def pending(self) -> PartT | None:
         """The part that is under way; None without one."""
         return self._part
-
-    def start(self, now: float) -> None:
-        """Nothing to do before there is a part."""
 
     def receive(self, message: Message, now: float) -> None:
         """Process one message of the autopilot."""

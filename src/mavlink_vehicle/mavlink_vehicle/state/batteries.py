@@ -8,7 +8,7 @@ has ended.
 
 from __future__ import annotations
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.state.telemetry import Battery
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -32,7 +32,9 @@ def charge_rank(battery: Battery | None) -> int:
     return 0 if battery is None else _CHARGE_RANK.get(battery.charge_state, 0)
 
 
-def read_battery(message: Message, autopilot: int, now: float) -> Battery:
+def read_battery(
+    message: mavlink.MAVLink_battery_status_message, autopilot: int, now: float
+) -> Battery:
     """Return what BATTERY_STATUS says.
 
     https://mavlink.io/en/messages/common.html#BATTERY_STATUS has the markers for unknown.

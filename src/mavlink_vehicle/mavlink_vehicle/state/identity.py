@@ -31,5 +31,6 @@ def sender_name(autopilot: int, vehicle_type: int) -> str:
 
 def _entry(enum: str, value: int) -> str:
     entry = mavlink.enums[enum].get(value)
-    known = entry is not None and not entry.name.endswith("ENUM_END")
-    return entry.name.removeprefix(f"{enum}_") if known else f"{enum} {value}"
+    if entry is None or entry.name.endswith("ENUM_END"):
+        return f"{enum} {value}"
+    return entry.name.removeprefix(f"{enum}_")

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.mission_items import fence_id, mission_id, rally_id
@@ -40,6 +40,13 @@ _REACHED_MAX = 2000
 # The same bit in EKF_STATUS_REPORT (ArduPilot) and ESTIMATOR_STATUS (PX4).
 _ESTIMATOR_HORIZONTAL_ABSOLUTE = 0x0010
 _Sample: TypeAlias = telemetry.GlobalPosition | telemetry.LocalPosition | telemetry.Attitude
+_SampleMessage: TypeAlias = (
+    mavlink.MAVLink_global_position_int_message
+    | mavlink.MAVLink_local_position_ned_message
+    | mavlink.MAVLink_attitude_message
+)
+_EkfStatus: TypeAlias = mavlink.MAVLink_ekf_status_report_message
+_EstimatorStatus: TypeAlias = mavlink.MAVLink_estimator_status_message
 
 
 def reduce(state: VehicleState, message: Message, now: float) -> VehicleState:
@@ -74,13 +81,15 @@ def _judged(before: VehicleState, after: VehicleState, now: float) -> VehicleSta
     return after if failsafe is after.failsafe else evolve(after, {"failsafe": failsafe})
 
 
-def _system_time(state: VehicleState, message: Message, now: float) -> VehicleState:
+def _system_time(
+    state: VehicleState, message: mavlink.MAVLink_system_time_message, now: float
+) -> VehicleState:
     changes = follow_clock(state, message.__class__, message.time_boot_ms, now).changes
     return evolve(state, changes)
 
 
 def _clock_of(
-    state: VehicleState, sample: _Sample | None, message: Message, now: float
+    state: VehicleState, sample: _Sample | None, message: _SampleMessage, now: float
 ) -> BootTime | None:
     """Return what the time of a message says; None if it is older than the sample there is."""
     clock = follow_clock(state, message.__class__, message.time_boot_ms, now)
@@ -88,7 +97,9 @@ def _clock_of(
     return None if is_late(sample, clock.time_ms) and not restarted else clock
 
 
-def _global_position(state: VehicleState, message: Message, now: float) -> VehicleState:
+def _global_position(
+    state: VehicleState, message: mavlink.MAVLink_global_position_int_message, now: float
+) -> VehicleState:
     clock = _clock_of(state, state.global_position, message, now)
     if clock is None:
         return state
@@ -111,7 +122,9 @@ def _global_position(state: VehicleState, message: Message, now: float) -> Vehic
     return evolve(state, changes)
 
 
-def _local_position(state: VehicleState, message: Message, now: float) -> VehicleState:
+def _local_position(
+    state: VehicleState, message: mavlink.MAVLink_local_position_ned_message, now: float
+) -> VehicleState:
     clock = _clock_of(state, state.local_position, message, now)
     if clock is None:
         return state
@@ -124,7 +137,9 @@ def _local_position(state: VehicleState, message: Message, now: float) -> Vehicl
     return evolve(state, changes)
 
 
-def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState:
+def _attitude(
+    state: VehicleState, message: mavlink.MAVLink_attitude_message, now: float
+) -> VehicleState:
     clock = _clock_of(state, state.attitude, message, now)
     if clock is None:
         return state
@@ -136,7 +151,9 @@ def _attitude(state: VehicleState, message: Message, now: float) -> VehicleState
     return evolve(state, changes)
 
 
-def _home_position(state: VehicleState, message: Message, now: float) -> VehicleState:
+def _home_position(
+    state: VehicleState, message: mavlink.MAVLink_home_position_message, now: float
+) -> VehicleState:
     if message.latitude == 0 and message.longitude == 0:
         return state
     position = (message.x, message.y, message.z)
@@ -150,7 +167,9 @@ def _home_position(state: VehicleState, message: Message, now: float) -> Vehicle
     return evolve(state, {"home": home})
 
 
-def _gps_global_origin(state: VehicleState, message: Message, now: float) -> VehicleState:
+def _gps_global_origin(
+    state: VehicleState, message: mavlink.MAVLink_gps_global_origin_message, now: float
+) -> VehicleState:
     if message.latitude == 0 and message.longitude == 0:
         return state
     origin = telemetry.Origin(
@@ -159,7 +178,9 @@ def _gps_global_origin(state: VehicleState, message: Message, now: float) -> Veh
     return evolve(state, {"origin": origin})
 
 
-def _gps_raw(state: VehicleState, message: Message, now: float) -> VehicleState:
+def _gps_raw(
+    state: VehicleState, message: mavlink.MAVLink_gps_raw_int_message, now: float
+) -> VehicleState:
     gps = telemetry.GpsFix(
         now,
         message.fix_type,
@@ -190,30 +211,35 @@ def _gps_time_boot_ms(state: VehicleState, time_usec: int) -> int | None:
     return int(time_ms)
 
 
-def _estimator(state: VehicleState, message: Message, now: float) -> VehicleState:
+def _estimator(
+    state: VehicleState, message: _EkfStatus | _EstimatorStatus, now: float
+) -> VehicleState:
     # The constant-position flag says nothing more: ArduPilot then clears that of the absolute
     # position, PX4's simulator sets it at rest although its position is good.
     flags = message.flags
-    # Of EKF_STATUS_REPORT (the root of the ratio) and of ESTIMATOR_STATUS.
-    ratio = getattr(message, "pos_horiz_variance", None)
-    ratio = message.pos_horiz_ratio if ratio is None else ratio
+    if isinstance(message, _EkfStatus):  # it has the root of the ratio, and no accuracies
+        ratio, horizontal_m, vertical_m = message.pos_horiz_variance, 0.0, 0.0
+    else:
+        ratio = message.pos_horiz_ratio
+        horizontal_m, vertical_m = message.pos_horiz_accuracy, message.pos_vert_accuracy
     estimator = telemetry.EstimatorReport(
         now,
         flags,
         bool(flags & _ESTIMATOR_HORIZONTAL_ABSOLUTE),
         ratio > 1.0,
-        _accuracy_m(message, "pos_horiz_accuracy"),
-        _accuracy_m(message, "pos_vert_accuracy"),
+        _accuracy_m(horizontal_m),
+        _accuracy_m(vertical_m),
     )
     return evolve(state, {"estimator": estimator, "estimator_told": True})
 
 
-def _accuracy_m(message: Message, field: str) -> float | None:
-    accuracy_m = getattr(message, field, 0.0)
+def _accuracy_m(accuracy_m: float) -> float | None:
     return accuracy_m if math.isfinite(accuracy_m) and accuracy_m > 0.0 else None
 
 
-def _mission_current(state: VehicleState, message: Message, now: float) -> VehicleState:
+def _mission_current(
+    state: VehicleState, message: mavlink.MAVLink_mission_current_message, now: float
+) -> VehicleState:
     before = state.mission
     # Before the extension of 2023 there is only `seq`, and the rest reads as 0.
     told = message.total or message.mission_state
@@ -231,7 +257,9 @@ def _mission_current(state: VehicleState, message: Message, now: float) -> Vehic
     return evolve(state, {"mission": mission})
 
 
-def _mission_item_reached(state: VehicleState, message: Message, _now: float) -> VehicleState:
+def _mission_item_reached(
+    state: VehicleState, message: mavlink.MAVLink_mission_item_reached_message, _now: float
+) -> VehicleState:
     before = state.mission
     if before is None or before.reached[-1:] == (message.seq,):
         return state
@@ -243,14 +271,16 @@ def _finite(vector: Vector3) -> bool:
     return math.isfinite(vector[0] + vector[1] + vector[2])
 
 
-def _terrain_report(state: VehicleState, message: Message, _now: float) -> VehicleState:
+def _terrain_report(
+    state: VehicleState, message: mavlink.MAVLink_terrain_report_message, _now: float
+) -> VehicleState:
     # Heights above ground without terrain data are heights above nothing: an ArduCopter sinks
     # until it hits the ground (observed on its own simulator).
     ready = message.spacing > 0 and message.loaded > 0 and message.pending == 0
     return state if ready == state.terrain_ready else evolve(state, {"terrain_ready": ready})
 
 
-def _wind(state: VehicleState, message: Message, _now: float) -> VehicleState:
+def _wind(state: VehicleState, message: mavlink.MAVLink_wind_message, _now: float) -> VehicleState:
     """Process ArduPilot's WIND, which has the direction that it comes from."""
     if not math.isfinite(message.direction):
         return state
@@ -260,14 +290,17 @@ def _wind(state: VehicleState, message: Message, _now: float) -> VehicleState:
     return evolve(state, {"wind_ned_m_s": wind}) if _finite(wind) else state
 
 
-def _wind_cov(state: VehicleState, message: Message, _now: float) -> VehicleState:
+def _wind_cov(
+    state: VehicleState, message: mavlink.MAVLink_wind_cov_message, _now: float
+) -> VehicleState:
     """Process PX4's WIND_COV, a velocity."""
     up_or_down = message.wind_z if math.isfinite(message.wind_z) else 0.0
     wind = (message.wind_x, message.wind_y, up_or_down)
     return evolve(state, {"wind_ned_m_s": wind}) if _finite(wind) else state
 
 
-_Reducer = Callable[[VehicleState, Message, float], VehicleState]
+# Each takes the messages of its class.
+_Reducer = Callable[[VehicleState, Any, float], VehicleState]
 MEASUREMENTS: dict[type, _Reducer] = {
     mavlink.MAVLink_system_time_message: _system_time,
     mavlink.MAVLink_global_position_int_message: _global_position,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mavlink_vehicle.codec import Message, is_mavlink_1, mavlink
+from mavlink_vehicle.codec import is_mavlink_1, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.state.batteries import deciding, fraction, read_battery, with_battery
 from mavlink_vehicle.state.identity import is_vehicle
@@ -26,7 +26,9 @@ _FIRMWARE_TYPES = {192: "-rc", 128: "-beta", 64: "-alpha", 0: "-dev"}
 """FIRMWARE_VERSION_TYPE from the highest on; a number above one is that of the release."""
 
 
-def heartbeat(state: VehicleState, message: Message, now: float) -> VehicleState:
+def heartbeat(
+    state: VehicleState, message: mavlink.MAVLink_heartbeat_message, now: float
+) -> VehicleState:
     """Process mode, arming and status; a restart may be announced by it."""
     if not is_vehicle(message.autopilot, message.type):
         return state
@@ -57,7 +59,9 @@ def heartbeat(state: VehicleState, message: Message, now: float) -> VehicleState
     return evolve(state, changes)
 
 
-def current_mode(state: VehicleState, message: Message, _now: float) -> VehicleState:
+def current_mode(
+    state: VehicleState, message: mavlink.MAVLink_current_mode_message, _now: float
+) -> VehicleState:
     """PX4's HEARTBEAT comes once a second whatever happens; this one can be had more often."""
     changes = {
         "custom_mode": message.custom_mode,
@@ -70,14 +74,18 @@ def current_mode(state: VehicleState, message: Message, _now: float) -> VehicleS
     return evolve(state, changes)
 
 
-def battery_status(state: VehicleState, message: Message, now: float) -> VehicleState:
+def battery_status(
+    state: VehicleState, message: mavlink.MAVLink_battery_status_message, now: float
+) -> VehicleState:
     """Process a battery, of several perhaps."""
     batteries = with_battery(state, read_battery(message, state.autopilot, now), now)
     battery = deciding(batteries, state.battery_summary, now)
     return evolve(state, {"batteries": batteries, "battery": battery})
 
 
-def sys_status(state: VehicleState, message: Message, now: float) -> VehicleState:
+def sys_status(
+    state: VehicleState, message: mavlink.MAVLink_sys_status_message, now: float
+) -> VehicleState:
     """Process health and fence, and the battery where BATTERY_STATUS does not report it."""
     health = message.onboard_control_sensors_health
     # PX4 sets the health bit of a check that it does not list as present.
@@ -110,7 +118,9 @@ def sys_status(state: VehicleState, message: Message, now: float) -> VehicleStat
     return evolve(state, changes)
 
 
-def extended_sys_state(state: VehicleState, message: Message, _now: float) -> VehicleState:
+def extended_sys_state(
+    state: VehicleState, message: mavlink.MAVLink_extended_sys_state_message, _now: float
+) -> VehicleState:
     """Process the landed state."""
     try:
         landed = LandedState(message.landed_state)
@@ -119,13 +129,17 @@ def extended_sys_state(state: VehicleState, message: Message, _now: float) -> Ve
     return state if landed is state.landed_state else evolve(state, {"landed_state": landed})
 
 
-def fence_status(state: VehicleState, message: Message, now: float) -> VehicleState:
+def fence_status(
+    state: VehicleState, message: mavlink.MAVLink_fence_status_message, now: float
+) -> VehicleState:
     """Process whether a fence is breached; it comes only while a fence is enabled."""
     changes = {"fence_breached": message.breach_status != 0, "fence_told_s": now}
     return evolve(state, changes)
 
 
-def autopilot_version(state: VehicleState, message: Message, _now: float) -> VehicleState:
+def autopilot_version(
+    state: VehicleState, message: mavlink.MAVLink_autopilot_version_message, _now: float
+) -> VehicleState:
     """Process the firmware's version and what it can do."""
     version = message.flight_sw_version
     changes: dict[str, Any] = {"capabilities": message.capabilities}
@@ -147,7 +161,9 @@ def _release(kind: int) -> str:
     return f"{_FIRMWARE_TYPES[base]}{number or ''}"
 
 
-def status_text(state: VehicleState, message: Message, now: float) -> VehicleState:
+def status_text(
+    state: VehicleState, message: mavlink.MAVLink_statustext_message, now: float
+) -> VehicleState:
     """Process a text, or a chunk of one."""
     texts = add_chunk(
         expire(state.texts, now),

@@ -27,7 +27,7 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
     """
     profile = vehicle.profile
     kind = intent.kind
-    needs_stream = profile is not None and profile.prestream_s > 0.0
+    needs_stream = profile is not None and profile.setpoints.prestream_s > 0.0
     if not needs_stream or kind not in STREAMED:
         vehicle.close_stream()
     elif kind is TaskOperation.TAKE_CONTROL and not vehicle.stream_open:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.state.status_text import StatusTexts, add_chunk, expire
 from navigation_bridge import notes
 from navigation_bridge.notes import NotedEvent
@@ -83,14 +83,14 @@ class NotesReader:
 
     def take(self, time_s: float, message: Message) -> None:
         """Process a message of the recorder."""
-        kind = message.get_type()
-        if kind == "STATUSTEXT":
+        if isinstance(message, mavlink.MAVLink_statustext_message):
             self._take_chunk(time_s, message)
-        elif kind == "NAMED_VALUE_FLOAT" and message.name == "dist_rem":
-            self.distance_m.append((time_s, message.value))
-        elif kind == "NAMED_VALUE_FLOAT" and message.name == "time_rem":
-            self.time_left_s.append((time_s, message.value))
-        elif kind == "NAMED_VALUE_INT":
+        elif isinstance(message, mavlink.MAVLink_named_value_float_message):
+            if message.name == "dist_rem":
+                self.distance_m.append((time_s, message.value))
+            elif message.name == "time_rem":
+                self.time_left_s.append((time_s, message.value))
+        elif isinstance(message, mavlink.MAVLink_named_value_int_message):
             self._take_count(time_s, message.name, message.value)
         elif (part := notes.parse_plan(message)) is not None:
             self._points += part[0]
@@ -109,7 +109,7 @@ class NotesReader:
         if self.goals:
             self.goals[-1].replans = value
 
-    def _take_chunk(self, time_s: float, message: Message) -> None:
+    def _take_chunk(self, time_s: float, message: mavlink.MAVLink_statustext_message) -> None:
         before = self._texts.count
         self._texts = add_chunk(
             expire(self._texts, time_s),

@@ -29,7 +29,7 @@ class Parking:
     def needed(self) -> bool:
         """True if this vehicle treats the end of the stream as a failure."""
         profile = self._vehicle.profile
-        return profile is not None and profile.prestream_s > 0.0
+        return profile is not None and profile.setpoints.prestream_s > 0.0
 
     @property
     def operation_id(self) -> int | None:

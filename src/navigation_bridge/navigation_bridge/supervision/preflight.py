@@ -89,7 +89,7 @@ def _check_turn(plan: FlightPlan, snapshot: Snapshot) -> Rejection | None:
                 f"The target ({x:.2f}, {y:.2f}) m is {beside(room_m, plan.margin_m)} m inside "
                 "the flight volume. If the server ends, the vehicle returns by itself and "
                 f"turns first; keep {plan.margin_m:.1f} m away, or have it hold then "
-                f"({snapshot.profile.setpoint_loss_parameter}).",
+                f"({snapshot.profile.setpoints.loss_parameter}).",
             )
     return None
 

@@ -18,7 +18,7 @@ def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
         (VehicleMode.LAND, profile.land_mode),
         (VehicleMode.RETURN, profile.return_mode),
         (VehicleMode.MISSION, profile.mission_mode),
-        (VehicleMode.TAKE_OFF, profile.takeoff_mode),
+        (VehicleMode.TAKE_OFF, profile.takeoff.mode),
     ):
         if name == known:
             return mode
@@ -27,4 +27,4 @@ def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
 
 def velocity_only(profile: Profile | None) -> bool:
     """True if the vehicle receives velocities only and keeps moving with the last one."""
-    return profile is not None and profile.setpoint_form is SetpointField.VELOCITY
+    return profile is not None and profile.setpoints.form is SetpointField.VELOCITY

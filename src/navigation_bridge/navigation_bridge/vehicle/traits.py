@@ -67,7 +67,7 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
         parameters: the known ones of the profile's `wanted_parameters`.
     """
     lands_itself = profile.land_mode is not None
-    before = profile.control_before_takeoff
+    before = profile.takeoff.control_first
     if profile.kind is VehicleKind.PLANE:
         return Traits(
             name="plane",
@@ -103,11 +103,11 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             acceleration_m_s2=driving.acceleration_m_s2 or math.inf,
             brake_lag_s=_BOAT_LAG_S if boat else _ROVER_LAG_S,
             braking_m_s2=min(braking_m_s2, _BOAT_BRAKING_M_S2 if boat else math.inf),
-            drives_by_turn_rate=profile.drives_by_turn_rate,
+            drives_by_turn_rate=profile.setpoints.drives_by_turn_rate,
             setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
             return_turn_m=turning_radius_m if _drives_back(profile, parameters) else 0.0,
         )
-    told = profile.following
+    told = profile.setpoints.following
     most_m_s2 = most_climb_m_s2 = math.inf
     if told is not None:
         most_m_s2 = _FOLLOWED_SHARE * _limit(told.acceleration, parameters, math.inf)
@@ -124,8 +124,8 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
 
 def _drives_back(profile: Profile, parameters: Mapping[str, float]) -> bool:
     """Return whether the vehicle drives back by itself when its setpoints end."""
-    name = profile.setpoint_loss_parameter
-    return bool(name) and parameters.get(name) not in profile.setpoint_loss_stops
+    name = profile.setpoints.loss_parameter
+    return bool(name) and parameters.get(name) not in profile.setpoints.loss_stops
 
 
 def _limit(
@@ -139,7 +139,7 @@ def _limit(
 
 def _following(profile: Profile, parameters: Mapping[str, float]) -> Following | None:
     """Return how the vehicle comes to a setpoint whose target it moves on."""
-    told = profile.following
+    told = profile.setpoints.following
     if told is None:
         return None
     limits = (told.acceleration, told.jerk, told.climb_acceleration, told.climb_jerk)
@@ -149,8 +149,8 @@ def _following(profile: Profile, parameters: Mapping[str, float]) -> Following |
 
 def _setpoint_timeout_s(profile: Profile, parameters: Mapping[str, float]) -> float:
     """Return the time for which the vehicle follows its last setpoint."""
-    told = parameters.get(profile.setpoint_timeout_parameter)
-    return profile.setpoint_timeout_s if told is None else max(told, 0.0)
+    told = parameters.get(profile.setpoints.timeout_parameter)
+    return profile.setpoints.timeout_s if told is None else max(told, 0.0)
 
 
 def limits_of(traits: Traits, limits: Limits) -> Limits:

@@ -22,16 +22,20 @@ from mavlink_vehicle.protocols.logs.log_download import LogDownload
 from mavlink_vehicle.protocols.logs.log_list import LogList
 from mavlink_vehicle.protocols.logs.log_parts import LogDownloader, LogLister
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.service import SendingRank
 from mavlink_vehicle.protocols.slot import Slot
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
-LOG_MESSAGES = frozenset(
-    {mavlink.MAVLink_log_entry_message, mavlink.MAVLink_log_data_message, FTP_MESSAGE}
-)
 _Part: TypeAlias = LogList | FtpLogList | LogDownload | FtpLogDownload
 
 
 class LogTransfer(Slot[_Part, LogEvent]):
     """Lists and downloads logs; each transfer ends in one `LogTransferEnded`."""
+
+    rank = SendingRank.LOGS
+    handles = (
+        mavlink.MAVLink_log_entry_message, mavlink.MAVLink_log_data_message, FTP_MESSAGE
+    )  # fmt: skip
 
     def __init__(self, address: Callable[[], Address], means: LogMeans = LogMeans.AUTO) -> None:
         """Prepare; `address` returns the addresses of the conversation."""
@@ -62,6 +66,18 @@ class LogTransfer(Slot[_Part, LogEvent]):
             self._begin(FtpLogDownload(FtpLine(address, now), log, offset_bytes), now)
         else:
             self._begin(LogDownload(address, log, offset_bytes), now)
+
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """End the transfer in progress, if any."""
+        self.stop("The link to the autopilot was lost.", OperationResult.LINK_LOST)
+
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """End the transfer in progress, if any."""
+        self.stop(f"{reason[0].upper()}{reason[1:]}.", OperationResult.LINK_LOST)
+
+    def vehicle_armed(self) -> None:
+        """End the transfer in progress, if any: it takes much of the link."""
+        self.stop("The vehicle was armed.")
 
     def stop(self, reason: str, result: OperationResult = OperationResult.CANCELLED) -> None:
         """End the transfer in progress, if any."""

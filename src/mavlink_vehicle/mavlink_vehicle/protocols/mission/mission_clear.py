@@ -13,6 +13,7 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
+    MissionAck,
     Transfer,
     TransferFinished,
     TransferInput,
@@ -35,7 +36,7 @@ class MissionClear(Transfer):
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the acknowledgement."""
-        if self.state is not ClearState.ASKING or message.get_type() != "MISSION_ACK":
+        if self.state is not ClearState.ASKING or not isinstance(message, MissionAck):
             return
         if not self._concerns_us(message):
             return

@@ -15,13 +15,15 @@ from mavlink_vehicle.mission_items import MissionItem, item_of
 from mavlink_vehicle.protocols.machine import Table
 from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
+    MissionAck,
     Transfer,
     TransferFinished,
     TransferInput,
     TransferResult,
 )
 
-_MINE = frozenset({"MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK"})
+_Count = mavlink.MAVLink_mission_count_message
+_Item = mavlink.MAVLink_mission_item_int_message
 
 
 class DownloadState(enum.Enum):
@@ -46,17 +48,18 @@ class MissionDownload(Transfer):
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the count, for items and for a rejection."""
-        name = message.get_type()
-        if self.state in (DownloadState.IDLE, DownloadState.FINISHED) or name not in _MINE:
+        if self.state in (DownloadState.IDLE, DownloadState.FINISHED):
+            return
+        if not isinstance(message, (_Count, _Item, MissionAck)):
             return
         if not self._concerns_us(message):
             return
-        if name == "MISSION_ACK":
+        if isinstance(message, MissionAck):
             if message.type == mavlink.MAV_MISSION_DENIED:
                 self._note_busy()
             elif message.type == mavlink.MAV_MISSION_UNSUPPORTED:
                 self._refuse(message.type, now)
-        elif name == "MISSION_COUNT":
+        elif isinstance(message, _Count):
             if self.state is DownloadState.LISTING:
                 self._count = message.count
                 self._left = self._timing.retries

@@ -27,6 +27,7 @@ from mavlink_vehicle.protocols.machine import Table
 from mavlink_vehicle.protocols.mission.transfer import (
     ACCEPTED,
     CANCELLED,
+    MissionAck,
     Transfer,
     TransferFinished,
     TransferInput,
@@ -35,7 +36,10 @@ from mavlink_vehicle.protocols.mission.transfer import (
 )
 from mavlink_vehicle.protocols.operations.command import Address
 
-_REQUESTS = ("MISSION_REQUEST", "MISSION_REQUEST_INT")
+_REQUESTS = (
+    mavlink.MAVLink_mission_request_message,
+    mavlink.MAVLink_mission_request_int_message,
+)
 _BUSY = (mavlink.MAV_MISSION_DENIED, mavlink.MAV_MISSION_ERROR)
 _UNCLEAR = (mavlink.MAV_MISSION_ERROR, CANCELLED)
 
@@ -76,19 +80,18 @@ class MissionUpload(Transfer):
 
     def receive(self, message: Message, now: float) -> None:
         """Look for requests and for the acknowledgement."""
-        name = message.get_type()
-        if self.state is UploadState.IDLE or name not in (*_REQUESTS, "MISSION_ACK"):
+        if self.state is UploadState.IDLE or not isinstance(message, (*_REQUESTS, MissionAck)):
             return
         if not self._concerns_us(message):
             return
-        if name == "MISSION_ACK":
+        if isinstance(message, MissionAck):
             self._acknowledged(message, now)
         elif message.seq < len(self._items):
             self._wanted = message.seq
             self._fire(TransferInput.REQUEST, now)
 
-    def _acknowledged(self, message: Message, now: float) -> None:
-        result = int(message.type)
+    def _acknowledged(self, message: MissionAck, now: float) -> None:
+        result = message.type
         if self.state is UploadState.FINISHED or result == mavlink.MAV_MISSION_INVALID_SEQUENCE:
             return
         if result == ACCEPTED:

@@ -16,10 +16,16 @@ from collections.abc import Callable
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
-from mavlink_vehicle.protocols.mission.transfer import TransferResult, TransferTiming
+from mavlink_vehicle.protocols.mission.transfer import (
+    MISSION_ANSWERS,
+    TransferResult,
+    TransferTiming,
+)
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.service import Conversation, SendingRank, VehicleService
 from mavlink_vehicle.state.telemetry import MissionProgress
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _AGAIN_S = 60.0
 # Reading takes at most one part in this many of the time.
@@ -28,16 +34,14 @@ _WAIT_S = 2.0
 _TOLD_S = 3.0
 _ORDER = (MissionType.FENCE, MissionType.RALLY, MissionType.MISSION)
 _ACK = mavlink.MAVLink_mission_ack_message
-_TRANSFERS = frozenset(
-    {
-        mavlink.MAVLink_mission_count_message,
-        mavlink.MAVLink_mission_item_message,
-        mavlink.MAVLink_mission_item_int_message,
-        mavlink.MAVLink_mission_request_list_message,
-        mavlink.MAVLink_mission_request_message,
-        mavlink.MAVLink_mission_request_int_message,
-        mavlink.MAVLink_mission_write_partial_list_message,
-    }
+_TRANSFERS = (
+    mavlink.MAVLink_mission_count_message,
+    mavlink.MAVLink_mission_item_message,
+    mavlink.MAVLink_mission_item_int_message,
+    mavlink.MAVLink_mission_request_list_message,
+    mavlink.MAVLink_mission_request_message,
+    mavlink.MAVLink_mission_request_int_message,
+    mavlink.MAVLink_mission_write_partial_list_message,
 )
 
 
@@ -49,8 +53,11 @@ def lists_taken(answer: Message) -> tuple[MissionType, ...]:
     return tuple(kind for kind in _ORDER if every or answer.mission_type == kind)
 
 
-class StoredLists(Outbox):
+class StoredLists(Outbox, VehicleService):
     """Reads the three lists."""
+
+    rank = SendingRank.LISTS
+    handles = MISSION_ANSWERS
 
     def __init__(self, timing: TransferTiming, may_read: Callable[[], bool]) -> None:
         """Prepare; `may_read` says whether no other transfer is in progress."""
@@ -70,8 +77,18 @@ class StoredLists(Outbox):
         """Return a list as it is stored, with ArduPilot's home; None while it is unknown."""
         return self._items.get(kind)
 
-    def start(self, now: float) -> None:
-        """Nothing to ask before `resume`."""
+    def vehicle_came(self, conversation: Conversation, now: float) -> None:
+        """Read the lists of a vehicle that has them."""
+        if conversation.profile.wanted_parameters:
+            self.resume(conversation.address, now)
+
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Stop asking."""
+        self.pause()
+
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """Drop what is known."""
+        self.forget()
 
     def resume(self, address: Address, now: float) -> None:
         """Read the lists from now on."""
@@ -103,7 +120,7 @@ class StoredLists(Outbox):
     def overhear(self, message: Message, now: float) -> None:
         """Make way for a station that transfers a list."""
         address = self._address
-        if message.__class__ not in _TRANSFERS or address is None:
+        if address is None or not isinstance(message, _TRANSFERS):
             return
         header = message._header
         sender = (header.srcSystem, header.srcComponent)
@@ -168,9 +185,6 @@ class StoredLists(Outbox):
         if self._download is not None:
             messages += self._download.messages_to_send()
         return messages
-
-    def next_event(self) -> None:
-        """There are none."""
 
     def _cancel(self, now: float) -> None:
         if self._download is not None:

@@ -6,11 +6,27 @@ import enum
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.codec import make, mavlink
 from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.protocols.machine import Machine
 from mavlink_vehicle.protocols.operations.command import Address
 
+MissionAck = mavlink.MAVLink_mission_ack_message
+_OfAList = (
+    MissionAck
+    | mavlink.MAVLink_mission_count_message
+    | mavlink.MAVLink_mission_item_int_message
+    | mavlink.MAVLink_mission_request_message
+    | mavlink.MAVLink_mission_request_int_message
+)
+MISSION_ANSWERS = (
+    mavlink.MAVLink_mission_request_message,
+    mavlink.MAVLink_mission_request_int_message,
+    mavlink.MAVLink_mission_count_message,
+    mavlink.MAVLink_mission_item_int_message,
+    mavlink.MAVLink_mission_ack_message,
+)
+"""The messages of an autopilot with whom a list is transferred."""
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 CANCELLED = mavlink.MAV_MISSION_OPERATION_CANCELLED
 
@@ -166,7 +182,7 @@ class Transfer(Machine[TransferFinished]):
             )
         )
 
-    def _concerns_us(self, message: Message) -> bool:
+    def _concerns_us(self, message: _OfAList) -> bool:
         """Whether a message of the mission service is the autopilot's, for us, of this list."""
         return (
             self._address.answers(message)

@@ -21,6 +21,8 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
 from mavlink_vehicle.protocols.outbox import TimedOutbox
+from mavlink_vehicle.protocols.service import VehicleService
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _EVERY_S, _URGENT_EVERY_S = 0.5, 0.15
 _URGENT_AFTER_S = 0.6
@@ -36,12 +38,14 @@ _REQUEST = CommandRequest(_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
-class AnswerWatch(TimedOutbox):
+class AnswerWatch(TimedOutbox, VehicleService):
     """Asks while answers matter, and knows for how long there have been none.
 
     Attributes:
         one_way: whether the vehicle is heard, but does not hear us.
     """
+
+    handles = (_COMMAND_ACK, mavlink.MAVLink_timesync_message)
 
     def __init__(
         self,
@@ -85,6 +89,14 @@ class AnswerWatch(TimedOutbox):
         self.one_way = False
         self._begin(now)
 
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Begin to count again."""
+        self.forget(now)
+
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """Begin to count again."""
+        self.forget(now)
+
     def excuse(self, now: float) -> None:
         """Do not count a time in which we did not run."""
         self._begin(now)
@@ -95,7 +107,7 @@ class AnswerWatch(TimedOutbox):
 
     def receive(self, message: Message, now: float) -> None:
         """Process what may be an answer."""
-        if message.__class__ is _COMMAND_ACK:
+        if isinstance(message, _COMMAND_ACK):
             if self._commands and message.command == _REQUEST_MESSAGE:
                 self._acks += 1
                 self._commands = 0

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections import deque
 
-from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
+from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.state.warning_signs import Failsafe
 
 _TEXTS_S = 0.5
 
 
-class FailsafeWatch:
+class FailsafeWatch(VehicleService):
     """Follows `VehicleState.failsafe`."""
 
     def __init__(self) -> None:
@@ -24,12 +24,6 @@ class FailsafeWatch:
         self._told: FailsafeKind | None = None
         self._deadline: float | None = None
         self._events: deque[FailsafeBegan | FailsafeEnded] = deque()
-
-    def start(self, now: float) -> None:
-        """Nothing to do."""
-
-    def receive(self, message: Message, now: float) -> None:
-        """Ignore it: `state.reduce` reads the messages."""
 
     def observe(self, failsafe: Failsafe | None, now: float) -> None:
         """Process what the state says now."""
@@ -52,10 +46,6 @@ class FailsafeWatch:
         """Report what is known by now."""
         if self._deadline is not None and now >= self._deadline and self._now is not None:
             self._tell(self._now)
-
-    def messages_to_send(self) -> list[Message]:
-        """There are none."""
-        return []
 
     def next_event(self) -> FailsafeBegan | FailsafeEnded | None:
         """Return and remove the next event."""

@@ -17,13 +17,16 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.outbox import TimedOutbox
+from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 
 PATIENCE = 3.0
 """How many times longer HEARTBEAT may be missing while other messages of the autopilot come."""
 
 
-class HeartbeatSender(TimedOutbox):
+class HeartbeatSender(TimedOutbox, VehicleService):
     """Sends our HEARTBEAT at a fixed rate, the first one at once."""
+
+    rank = SendingRank.HEARTBEAT
 
     def __init__(self, interval_s: float, mav_type: int) -> None:
         """Send as `mav_type` (such as MAV_TYPE_ONBOARD_CONTROLLER) every `interval_s`."""
@@ -35,9 +38,6 @@ class HeartbeatSender(TimedOutbox):
         """Send the first one."""
         self._deadline = now
         self.handle_timer(now)
-
-    def receive(self, message: Message, now: float) -> None:
-        """Nothing that comes in matters here."""
 
     def _on_deadline(self, now: float) -> None:
         """Send one if it is due; after a pause only one, not all that were missed."""
@@ -52,9 +52,6 @@ class HeartbeatSender(TimedOutbox):
                 mavlink_version=3,
             )
         )
-
-    def next_event(self) -> None:
-        """There are none."""
 
 
 class WatchState(enum.Enum):
@@ -72,7 +69,7 @@ class WatchInput(enum.Enum):
     SILENCE = "timed out"
 
 
-class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
+class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained], VehicleService):
     """Watches the autopilot's HEARTBEAT; the caller passes in only those.
 
     Attributes:
@@ -92,9 +89,6 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained]):
     def alive(self) -> bool:
         """Whether the last one is recent enough."""
         return self.state is WatchState.ALIVE
-
-    def start(self, now: float) -> None:
-        """Nothing to do before the first one."""
 
     def receive(self, message: Message, now: float) -> None:
         """Process a HEARTBEAT of the autopilot."""

@@ -22,6 +22,7 @@ from collections.abc import Callable
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
 from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 
 _MARGIN_S = 0.1
 _BUFFERED_S = 1.5
@@ -30,7 +31,7 @@ _ASK_AFTER_S, _ASK_EVERY_S = 0.15, 0.3
 _REQUEST = CommandRequest(mavlink.MAV_CMD_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 
 
-class OwnGap(Outbox):
+class OwnGap(Outbox, VehicleService):
     """Knows whether the mode has been seen since we last stood still.
 
     Attributes:
@@ -38,6 +39,8 @@ class OwnGap(Outbox):
             is not too long ago may set it instead of calling `notice`.
         safe_s: what is not too long ago in any case; 0 until that is known.
     """
+
+    rank = SendingRank.MODE_QUESTION
 
     def __init__(self, address: Callable[[], Address]) -> None:
         """Begin without a gap; `address` returns source and target of a request."""

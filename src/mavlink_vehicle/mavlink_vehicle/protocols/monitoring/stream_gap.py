@@ -55,7 +55,7 @@ class StreamGap:
         There is one when none went out for a time, and perhaps when nothing was heard for it.
         """
         last_s = now - self._setpoint_s
-        if profile is None or profile.prestream_s == 0.0 or last_s > _STREAM_OVER_S:
+        if profile is None or profile.setpoints.prestream_s == 0.0 or last_s > _STREAM_OVER_S:
             return state
         if not (silent or last_s > STREAM_GAP_S):
             return state

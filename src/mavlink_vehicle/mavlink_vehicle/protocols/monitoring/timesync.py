@@ -11,12 +11,16 @@ everything that disturbs one makes it longer.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
+from mavlink_vehicle.protocols.service import Conversation, VehicleService
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
+Answered = Callable[[float, int, float], None]
 _NANOSECONDS = 1_000_000_000
 _IDENTITY_BITS = 0xFFFF  # 66 us: the time that is measured is kept apart from what is sent
 _KEPT = 10
@@ -24,17 +28,26 @@ _KEPT = 10
 _FORGOTTEN_S = 5.0
 
 
-class Timesync(TimedOutbox):
+class Timesync(TimedOutbox, VehicleService):
     """Asks at an interval, and keeps the last round trips.
 
     Attributes:
         answers: how many questions were answered since `resume`.
     """
 
-    def __init__(self, interval_s: float) -> None:
-        """Prepare; 0 never asks."""
+    handles = (_TIMESYNC,)
+
+    def __init__(self, interval_s: float, answered: Answered = lambda *_: None) -> None:
+        """Prepare; 0 never asks.
+
+        Args:
+            interval_s: of the questions.
+            answered: called with an answer's round trip in s, the vehicle's time in it in ns, and
+                the time in s.
+        """
         super().__init__()
         self._interval_s = interval_s
+        self._on_answer = answered
         self.answers = 0
         self._identity = 0
         self._asked: dict[int, float] = {}
@@ -62,25 +75,29 @@ class Timesync(TimedOutbox):
         self.answers = 0
         self._deadline = now if self._interval_s > 0.0 else None
 
+    def vehicle_came(self, conversation: Conversation, now: float) -> None:
+        """Begin to ask."""
+        self.resume(conversation.address, now)
+
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Stop asking."""
+        self.pause()
+
     def pause(self) -> None:
         """Stop asking."""
         self._deadline = None
         self._asked.clear()
 
-    def receive(self, message: Message, now: float) -> float | None:
-        """Take an answer to one of our questions; others belong to other programs.
-
-        Returns:
-            The round trip that it shows in s, or None.
-        """
-        if message.__class__ is not _TIMESYNC or message.tc1 == 0:
-            return None
+    def receive(self, message: Message, now: float) -> None:
+        """Take an answer to one of our questions; others belong to other programs."""
+        if not isinstance(message, _TIMESYNC) or message.tc1 == 0:
+            return
         asked_s = self._asked.pop(message.ts1, None)
         if asked_s is None:
-            return None
+            return
         self._round_trips_s.append(now - asked_s)
         self.answers += 1
-        return now - asked_s
+        self._on_answer(now - asked_s, message.tc1, now)
 
     def _on_deadline(self, now: float) -> None:
         self.ask(now)

@@ -18,9 +18,10 @@ import enum
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.codec import Message, Targeted, make, mavlink
 from mavlink_vehicle.protocols.machine import Machine, Table
 
+_COMMAND_ACK = mavlink.MAVLink_command_ack_message
 IN_PROGRESS = mavlink.MAV_RESULT_IN_PROGRESS
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 
@@ -53,7 +54,7 @@ class Address:
             header.srcSystem == self.target_system and header.srcComponent == self.target_component
         )
 
-    def is_for_us(self, message: Message) -> bool:
+    def is_for_us(self, message: Targeted) -> bool:
         """Return whether its target fields are ours, or not set as in older firmwares."""
         return message.target_system in (0, self.source_system) and message.target_component in (
             0,
@@ -140,13 +141,13 @@ class CommandInput(enum.Enum):
 def ack_result(message: Message, command: int, address: Address) -> int | None:
     """Return the MAV_RESULT if the message acknowledges our `command`, else None."""
     if (
-        message._header.msgId != mavlink.MAVLINK_MSG_ID_COMMAND_ACK
+        message.__class__ is not _COMMAND_ACK
         or message.command != command
         or not address.answers(message)
         or not address.is_for_us(message)
     ):
         return None
-    return int(message.result)
+    return message.result
 
 
 class CommandExchange(Machine[CommandFinished]):

@@ -50,12 +50,12 @@ class TakeoffGoal(StateGoal):
     def request(self) -> CommandRequest:
         """MAV_CMD_NAV_TAKEOFF, or the mode that takes off."""
         profile = self.profile
-        if profile.takeoff is TakeoffForm.MODE:
-            return mode_request(profile, profile.mode_number(profile.takeoff_mode) or 0)
+        if profile.takeoff.form is TakeoffForm.MODE:
+            return mode_request(profile, profile.mode_number(profile.takeoff.mode) or 0)
         standing = self.at_start.global_position
         above_home_m = 0.0 if standing is None else standing.relative_altitude_m
         params = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, above_home_m + self.height_m)
-        if profile.takeoff is TakeoffForm.AMSL:
+        if profile.takeoff.form is TakeoffForm.AMSL:
             ground_m = ground_altitude_amsl_m(self.at_start) or 0.0
             # Without a place it rises where it is (navigator_main.cpp); zeros would be one.
             params = (0.0, 0.0, 0.0, math.nan, math.nan, math.nan, ground_m + self.height_m)
@@ -71,7 +71,7 @@ class TakeoffGoal(StateGoal):
             return False
         enough_m = min(_REACHED_SHARE * self.height_m, self.height_m - _REACHED_WITHIN_M)
         slow = abs(position.velocity_ned_m_s[2]) < _CLIMB_ENDED_M_S
-        over = state.custom_mode == self.profile.mode_number(self.profile.after_takeoff_mode)
+        over = state.custom_mode == self.profile.mode_number(self.profile.takeoff.mode_after)
         if over and self.expects_mode(state) and slow:
             return True
         if self.profile.kind is VehicleKind.PLANE:
@@ -96,13 +96,13 @@ class TakeoffGoal(StateGoal):
     def expects_mode(self, state: VehicleState) -> bool:
         """Return whether it is the mode that takes off, or the one after it near the height."""
         profile, mode = self.profile, state.custom_mode
-        if mode == profile.mode_number(profile.takeoff_mode):
+        if mode == profile.mode_number(profile.takeoff.mode):
             return True
         height_m = self._height_m(state)
         over_m = _PLANE_MODE_BELOW_M if profile.kind is VehicleKind.PLANE else _MODE_BELOW_M
         over_m = min(over_m, max(0.5 * self.height_m, _LOW_MODE_BELOW_M))
         return (
-            mode == profile.mode_number(profile.after_takeoff_mode)
+            mode == profile.mode_number(profile.takeoff.mode_after)
             and height_m is not None
             and height_m >= self.height_m - over_m
         )
@@ -113,7 +113,7 @@ class TakeoffGoal(StateGoal):
 
     def next_modes(self, state: VehicleState) -> tuple[int, ...]:
         """Return the mode that it still has to go to by itself."""
-        mode = self.profile.mode_number(self.profile.after_takeoff_mode)
+        mode = self.profile.mode_number(self.profile.takeoff.mode_after)
         return () if mode in (None, state.custom_mode) else (mode,)
 
     def _height_m(self, state: VehicleState) -> float | None:
@@ -144,11 +144,11 @@ def takeoff_problem(height_m: float, state: VehicleState, profile: Profile) -> s
     """Return why a take-off can't even be asked for, None when it can."""
     if not (math.isfinite(height_m) and height_m > 0.0):
         return f"a height of {height_m} m is not above the ground"
-    if profile.takeoff is TakeoffForm.NONE:
+    if profile.takeoff.form is TakeoffForm.NONE:
         return f"{profile.name} has no take-off command"
-    if profile.takeoff is TakeoffForm.AMSL and ground_altitude_amsl_m(state) is None:
+    if profile.takeoff.form is TakeoffForm.AMSL and ground_altitude_amsl_m(state) is None:
         return "its altitude above sea level is not known yet"
-    if profile.takeoff is not TakeoffForm.ABOVE_HOME and not state.armed:
+    if profile.takeoff.form is not TakeoffForm.ABOVE_HOME and not state.armed:
         # PX4 acknowledges it, selects the mode and stays where it is.
         return f"{profile.name} is disarmed; arm it first"
     return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import struct
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import Parameter, parameter_text
 from mavlink_vehicle.protocols.parameters import decode_value
 
@@ -28,7 +28,7 @@ sent: a WPNAV_SPEED of 5e9 cm/s (observed). No message has a parameter's own ran
 """
 
 
-def parameter_of(message: Message, bytewise: bool) -> Parameter:
+def parameter_of(message: mavlink.MAVLink_param_value_message, bytewise: bool) -> Parameter:
     """Read a PARAM_VALUE; the arguments are those of `decode_value`."""
     value = decode_value(message, bytewise)
     return Parameter(message.param_id.rstrip("\0"), value, int(message.param_type))

@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections import OrderedDict, deque
 from dataclasses import dataclass, field
 
-from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.codec import Message, mavlink, target
 from mavlink_vehicle.events import StationAct, StationActed
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.mission.transfer import ACCEPTED
@@ -51,22 +51,18 @@ _FOR_MISSIONS = (
     mavlink.MAVLink_mission_clear_all_message,
     mavlink.MAVLink_mission_set_current_message,
 )
-HEARD = frozenset(
-    {
-        *_FOR_MISSIONS,
-        _SET_MODE,
-        mavlink.MAVLink_command_long_message,
-        mavlink.MAVLink_command_int_message,
-    }
+HEARD = (
+    *_FOR_MISSIONS,
+    _SET_MODE,
+    mavlink.MAVLink_command_long_message,
+    mavlink.MAVLink_command_int_message,
 )
 """The messages of a station that can matter."""
-ANSWERS = frozenset(
-    {
-        _COMMAND_ACK,
-        _MISSION_ACK,
-        mavlink.MAVLink_mission_request_message,
-        mavlink.MAVLink_mission_request_int_message,
-    }
+ANSWERS = (
+    _COMMAND_ACK,
+    _MISSION_ACK,
+    mavlink.MAVLink_mission_request_message,
+    mavlink.MAVLink_mission_request_int_message,
 )
 """The answers of the autopilot to others that can matter."""
 
@@ -113,11 +109,11 @@ class StationWatch:
         """Process a message of anybody on the network; most are nothing to us."""
         header = message._header
         station = (header.srcSystem, header.srcComponent)
-        if message.__class__ not in HEARD or station in _not_stations(address):
+        if not isinstance(message, HEARD) or station in _not_stations(address):
             return
         if not _reaches_autopilot(message, address):
             return
-        if message.__class__ in (_COUNT, _PARTIAL):
+        if isinstance(message, (_COUNT, _PARTIAL)):
             if is_mission_list(message.mission_type):
                 self._offered(message, self._past(station), profile, now)
             return
@@ -129,13 +125,15 @@ class StationWatch:
 
     def answered(self, message: Message, address: Address, now: float) -> None:
         """Process what the autopilot answers a station, whoever that is."""
+        if not isinstance(message, ANSWERS) or not address.answers(message):
+            return
         station = (message.target_system, message.target_component)
         past = self._stations.get(station)
-        if past is None or message.__class__ not in ANSWERS or not address.answers(message):
+        if past is None:
             return
         if past.answered_s is None and past.awaits == _answer_to(message):
             past.answered_s = now
-        if message.__class__ is _COMMAND_ACK or past.upload is None:
+        if isinstance(message, _COMMAND_ACK) or past.upload is None:
             return
         if not is_mission_list(message.mission_type):
             return
@@ -143,7 +141,7 @@ class StationWatch:
         if now - upload.heard_s > UPLOAD_S:
             return
         upload.heard_s = now
-        if message.__class__ is not _MISSION_ACK or message.type == ACCEPTED:
+        if not isinstance(message, _MISSION_ACK) or message.type == ACCEPTED:
             self._taken(station, upload)
 
     def mission_changed(self, what: StationAct, how: str, now: float) -> None:
@@ -233,13 +231,11 @@ def _not_stations(address: Address) -> tuple[Station, Station]:
 
 
 def _reaches_autopilot(message: Message, address: Address) -> bool:
-    if message.target_system not in (0, address.target_system):
+    system, component = target(message)  # SET_MODE names no component
+    if system not in (0, address.target_system):
         return False
-    if message.__class__ is _SET_MODE:
-        return True
-    component = message.target_component
     if component in (0, address.target_component):
         return True
     # mavlink_mission.cpp takes these for itself, too; an ArduPilot takes what nobody else does.
     planner = component == mavlink.MAV_COMP_ID_MISSIONPLANNER
-    return planner and message.__class__ in _FOR_MISSIONS
+    return planner and isinstance(message, _FOR_MISSIONS)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import StationAct
@@ -21,6 +22,7 @@ _CUSTOM_MODE = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
 _CHANGE_MODE = mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE
 _ALL_LISTS = mavlink.MAV_MISSION_TYPE_ALL
 _BY_FORCE = 21196
+_Command = mavlink.MAVLink_command_long_message | mavlink.MAVLink_command_int_message
 
 
 @dataclass(frozen=True)
@@ -58,28 +60,28 @@ def mode_act(mode: int | None, how: str, profile: Profile) -> Act:
     return Act(StationAct.CHANGED_MODE, how, mode)
 
 
-def _set_mode(message: Message, profile: Profile) -> Act:
-    mode = int(message.custom_mode) if message.base_mode & _CUSTOM_MODE else None
+def _set_mode(message: mavlink.MAVLink_set_mode_message, profile: Profile) -> Act:
+    mode = message.custom_mode if message.base_mode & _CUSTOM_MODE else None
     return mode_act(mode, _mode_sentence("SET_MODE", mode, profile), profile)
 
 
-def _clear_all(message: Message, _profile: Profile) -> Act | None:
+def _clear_all(message: mavlink.MAVLink_mission_clear_all_message, _profile: Profile) -> Act | None:
     if not is_mission_list(message.mission_type):
         return None
     return Act(StationAct.CLEARED_MISSION, "MISSION_CLEAR_ALL")
 
 
-def _set_current(message: Message, _profile: Profile) -> Act:
+def _set_current(message: mavlink.MAVLink_mission_set_current_message, _profile: Profile) -> Act:
     return Act(StationAct.CHANGED_ITEM, f"MISSION_SET_CURRENT {message.seq}")
 
 
-def _command(message: Message, profile: Profile) -> Act | None:
+def _command(message: _Command, profile: Profile) -> Act | None:
     reader = COMMANDS.get(message.command)
     act = None if reader is None else reader(message, profile)
-    return None if act is None else replace(act, command=int(message.command))
+    return None if act is None else replace(act, command=message.command)
 
 
-def _do_set_mode(message: Message, profile: Profile) -> Act:
+def _do_set_mode(message: _Command, profile: Profile) -> Act:
     mode = _whole(message.param2)
     base_mode = _whole(message.param1)
     if mode is not None and profile.mode_packing is ModePacking.MAIN_AND_SUB:
@@ -89,19 +91,20 @@ def _do_set_mode(message: Message, profile: Profile) -> Act:
     return mode_act(mode, _mode_sentence("DO_SET_MODE", mode, profile), profile)
 
 
-def _do_set_standard_mode(message: Message, profile: Profile) -> Act:
+def _do_set_standard_mode(message: _Command, profile: Profile) -> Act:
     standard = _whole(message.param1)
-    name = {
+    names: dict[int | None, str | None] = {
         mavlink.MAV_STANDARD_MODE_SAFE_RECOVERY: profile.return_mode,
         mavlink.MAV_STANDARD_MODE_MISSION: profile.mission_mode,
         mavlink.MAV_STANDARD_MODE_LAND: profile.land_mode,
-        mavlink.MAV_STANDARD_MODE_TAKEOFF: profile.takeoff_mode,
-    }.get(standard)
+        mavlink.MAV_STANDARD_MODE_TAKEOFF: profile.takeoff.mode,
+    }
+    name = names.get(standard)
     how = f"DO_SET_STANDARD_MODE {standard if name is None else name}"
     return mode_act(profile.mode_number(name), how, profile)
 
 
-def _pause_continue(message: Message, _profile: Profile) -> Act | None:
+def _pause_continue(message: _Command, _profile: Profile) -> Act | None:
     if message.param1 == 0:
         return Act(StationAct.PAUSED, "DO_PAUSE_CONTINUE 0")
     if message.param1 == 1:
@@ -109,8 +112,8 @@ def _pause_continue(message: Message, _profile: Profile) -> Act | None:
     return None
 
 
-def _reposition(message: Message, profile: Profile) -> Act:
-    if message.get_type() == "COMMAND_LONG":
+def _reposition(message: _Command, profile: Profile) -> Act:
+    if isinstance(message, mavlink.MAVLink_command_long_message):
         elsewhere = not (math.isnan(message.param5) or math.isnan(message.param6))
     else:
         elsewhere = _INT32_MAX not in (message.x, message.y)
@@ -123,34 +126,34 @@ def _reposition(message: Message, profile: Profile) -> Act:
     return Act(StationAct.CHANGED_MODE, "DO_REPOSITION to a position", mode if changes else None)
 
 
-def _arm_disarm(message: Message, _profile: Profile) -> Act | None:
+def _arm_disarm(message: _Command, _profile: Profile) -> Act | None:
     if message.param1 != 0:
         return None
     force = " by force" if message.param2 == _BY_FORCE else ""
     return Act(StationAct.CHANGED_MODE, f"COMPONENT_ARM_DISARM 0 (disarming{force})")
 
 
-def _flight_termination(message: Message, _profile: Profile) -> Act | None:
+def _flight_termination(message: _Command, _profile: Profile) -> Act | None:
     if not message.param1 >= 0.5:
         return None
     return Act(StationAct.CHANGED_MODE, "DO_FLIGHTTERMINATION")
 
 
-def _set_mission_current(message: Message, _profile: Profile) -> Act:
+def _set_mission_current(message: _Command, _profile: Profile) -> Act:
     return Act(StationAct.CHANGED_ITEM, f"DO_SET_MISSION_CURRENT {message.param1:g}")
 
 
-def _mission_start(_message: Message, _profile: Profile) -> Act:
+def _mission_start(_message: _Command, _profile: Profile) -> Act:
     return Act(StationAct.CONTINUED, "MISSION_START")
 
 
-def _loiter(message: Message, profile: Profile) -> Act:
+def _loiter(message: _Command, profile: Profile) -> Act:
     name = "LOITER" if "LOITER" in profile.modes else profile.hold_mode
     return mode_act(profile.mode_number(name), command_name(message.command), profile)
 
 
-def _going(name: Callable[[Profile], str | None]) -> Callable[[Message, Profile], Act]:
-    def reader(message: Message, profile: Profile) -> Act:
+def _going(name: Callable[[Profile], str | None]) -> Callable[[_Command, Profile], Act]:
+    def reader(message: _Command, profile: Profile) -> Act:
         mode = profile.mode_number(name(profile))
         return Act(StationAct.CHANGED_MODE, command_name(message.command), mode)
 
@@ -165,8 +168,7 @@ def _whole(value: float) -> int | None:
     return int(value) if math.isfinite(value) and 0.0 <= value < 2.0**32 else None
 
 
-_Reader = Callable[[Message, Profile], Act | None]
-COMMANDS: dict[int, _Reader] = {
+COMMANDS: dict[int, Callable[[_Command, Profile], Act | None]] = {
     mavlink.MAV_CMD_DO_SET_MODE: _do_set_mode,
     mavlink.MAV_CMD_DO_SET_STANDARD_MODE: _do_set_standard_mode,
     mavlink.MAV_CMD_DO_PAUSE_CONTINUE: _pause_continue,
@@ -176,8 +178,8 @@ COMMANDS: dict[int, _Reader] = {
     mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: _set_mission_current,
     mavlink.MAV_CMD_MISSION_START: _mission_start,
     mavlink.MAV_CMD_NAV_LOITER_UNLIM: _loiter,
-    mavlink.MAV_CMD_NAV_TAKEOFF: _going(lambda profile: profile.takeoff_mode),
-    mavlink.MAV_CMD_NAV_VTOL_TAKEOFF: _going(lambda profile: profile.takeoff_mode),
+    mavlink.MAV_CMD_NAV_TAKEOFF: _going(lambda profile: profile.takeoff.mode),
+    mavlink.MAV_CMD_NAV_VTOL_TAKEOFF: _going(lambda profile: profile.takeoff.mode),
     mavlink.MAV_CMD_NAV_LAND: _going(lambda profile: profile.land_mode),
     mavlink.MAV_CMD_NAV_VTOL_LAND: _going(lambda profile: profile.land_mode),
     mavlink.MAV_CMD_DO_LAND_START: _going(lambda _: None),
@@ -185,7 +187,8 @@ COMMANDS: dict[int, _Reader] = {
     mavlink.MAV_CMD_DO_ORBIT: _going(lambda _: None),
 }
 """The functions that read a command, by its number."""
-_READERS: dict[type, _Reader] = {
+# Each takes the messages of its class.
+_READERS: dict[type, Callable[[Any, Profile], Act | None]] = {
     mavlink.MAVLink_command_long_message: _command,
     mavlink.MAVLink_command_int_message: _command,
     mavlink.MAVLink_set_mode_message: _set_mode,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import (
     OperationFinished,
@@ -14,7 +16,8 @@ from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.mission.stored_mission import StoredMission
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.stations.overheard import HEARD, StationWatch
+from mavlink_vehicle.protocols.service import VehicleService
+from mavlink_vehicle.protocols.stations.overheard import ANSWERS, HEARD, StationWatch
 from mavlink_vehicle.state.telemetry import MissionProgress
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -22,11 +25,17 @@ _ACTIVE = mavlink.MISSION_STATE_ACTIVE
 _PAUSED = mavlink.MISSION_STATE_PAUSED
 
 
-class StationObserver:
+class StationObserver(VehicleService):
     """Watches others that talk to the autopilot, and whether the mission in it is still ours."""
 
-    def __init__(self) -> None:
-        """Begin without having heard anybody."""
+    handles = ANSWERS
+
+    def __init__(
+        self, address: Callable[[], Address], profile: Callable[[], Profile | None]
+    ) -> None:
+        """Begin without having heard anybody; asked for the addresses and the vehicle's profile."""
+        self._address = address
+        self._profile = profile
         self._watch = StationWatch()
         self._ours = StoredMission()
 
@@ -47,14 +56,15 @@ class StationObserver:
         """Return and remove the next event."""
         return self._watch.next_event()
 
-    def hear(self, message: Message, address: Address, profile: Profile | None, now: float) -> None:
+    def overhear(self, message: Message, now: float) -> None:
         """Process what was sent to the vehicle; it is never taken for the vehicle's word."""
-        if message.__class__ in HEARD and profile is not None:
-            self._watch.hear(message, address, profile, now)
+        profile = self._profile()
+        if isinstance(message, HEARD) and profile is not None:
+            self._watch.hear(message, self._address(), profile, now)
 
-    def answered(self, message: Message, address: Address, now: float) -> None:
+    def receive(self, message: Message, now: float) -> None:
         """Process what the vehicle answered, perhaps to somebody else."""
-        self._watch.answered(message, address, now)
+        self._watch.answered(message, self._address(), now)
 
     def compare(
         self, before: VehicleState, state: VehicleState, profile: Profile, place: int, now: float

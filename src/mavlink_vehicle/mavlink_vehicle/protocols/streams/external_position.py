@@ -19,6 +19,8 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import ExternalPosesResumed, ExternalPosesStopped
 from mavlink_vehicle.positions.frames import Quaternion, Vector3
 from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.service import SendingRank, VehicleService
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 __all__ = ["FRESH_S", "ExternalPose", "ExternalPositionError", "ExternalPositionSender", "Origin"]
 
@@ -67,12 +69,14 @@ class ExternalPose:
     twist_variance: tuple[float, ...] | None = None
 
 
-class ExternalPositionSender(Outbox):
+class ExternalPositionSender(Outbox, VehicleService):
     """Checks poses and sends them.
 
     Attributes:
         resets: how often the source has jumped; the message's reset_counter is this modulo 256.
     """
+
+    rank = SendingRank.DATA
 
     def __init__(self, origin: Origin | None = None) -> None:
         """Prepare; `origin` is set where the autopilot has none."""
@@ -150,8 +154,8 @@ class ExternalPositionSender(Outbox):
         """Return how long no pose has been sent; None if none is in use."""
         return None if self._sent_s is None else now - self._sent_s
 
-    def pause(self) -> None:
-        """The link is lost, so that none can be sent: the next pose starts over."""
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Start over with the next pose: none can be sent."""
         self._sent_s, self._has_stopped, self._event = None, False, None
 
     def next_deadline(self) -> float | None:

@@ -13,6 +13,8 @@ from collections import deque
 
 from mavlink_vehicle.codec import Message, make
 from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.service import SendingRank, VehicleService
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 __all__ = ["LONGEST_BYTES", "RtcmError", "RtcmSender", "fragments", "rtcm_messages"]
 
@@ -89,8 +91,10 @@ def _piece(data: bytes, flags: int) -> Message:
     return make("GPS_RTCM_DATA", flags=flags, len=len(data), data=padded)
 
 
-class RtcmSender(Outbox):
+class RtcmSender(Outbox, VehicleService):
     """Sends RTCM messages in their order."""
+
+    rank = SendingRank.DATA
 
     def __init__(self) -> None:
         """Begin with nothing to send."""
@@ -126,8 +130,8 @@ class RtcmSender(Outbox):
         self._waiting += messages
         self.handle_timer(now)
 
-    def clear(self) -> None:
-        """Drop what waits: the link was lost, and corrections are of no use later."""
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Drop what waits: corrections are of no use later."""
         self._waiting.clear()
 
     def next_deadline(self) -> float | None:

@@ -15,10 +15,12 @@ from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.errors import SetpointError
+from mavlink_vehicle.events import StreamClosed
 from mavlink_vehicle.positions.frames import Vector3, normalize_angle
 from mavlink_vehicle.profiles import Profile, SetpointField
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 
 # POSITION_TARGET_TYPEMASK: a set bit says "ignore".
 IGNORE_POSITION = 0b0000_0000_0111
@@ -93,20 +95,20 @@ class SetpointNed:
 
 
 def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
-    """Return what of the setpoint is sent: its groups that are of `profile.setpoint_form`.
+    """Return what of the setpoint is sent: its groups that are of `profile.setpoints.form`.
 
     Raises:
         SetpointError: a number is not finite or absurd, also in what would be left out, or
             what remains is a combination that this vehicle type ignores or misunderstands.
     """
-    if not profile.setpoint_motions:
+    if not profile.setpoints.motions:
         way = "; it is sent to targets by reposition" if profile.reposition else ""
         raise SetpointError(f"{profile.name} does not follow setpoints{way}.")
     _check_numbers(setpoint)
     if setpoint.drive_frd_m_s is not None:
         return _legal_drive(setpoint, profile)
-    reduced = setpoint.reduced_to(profile.setpoint_form)
-    if reduced.fields() & _MOTION not in profile.setpoint_motions:
+    reduced = setpoint.reduced_to(profile.setpoints.form)
+    if reduced.fields() & _MOTION not in profile.setpoints.motions:
         motion = setpoint.fields() & _MOTION
         given = motion.name if motion else "neither position, velocity nor acceleration"
         raise SetpointError(f"{profile.name} does not follow setpoints with {given}.")
@@ -114,7 +116,7 @@ def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
 
 
 def _legal_drive(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
-    if not profile.drives_by_turn_rate:
+    if not profile.setpoints.drives_by_turn_rate:
         raise SetpointError(f"{profile.name} does not follow a speed with a turn rate.")
     if setpoint.yaw_rate_rad_s is None or setpoint.fields() != SetpointField.YAW_RATE:
         raise SetpointError("A speed along the nose can be combined only with a yaw rate.")
@@ -200,8 +202,11 @@ class StreamStatistics:
     last_sent_s: float | None = None
 
 
-class SetpointStream(Machine[None]):
+class SetpointStream(Machine[StreamClosed], VehicleService):
     """The interlock and the counters; has no timer, as the caller sets the pace."""
+
+    rank = SendingRank.SETPOINTS
+    commands = True
 
     def __init__(self) -> None:
         """Begin closed."""
@@ -221,15 +226,6 @@ class SetpointStream(Machine[None]):
             return math.inf
         return self._running_since_s + duration_s
 
-    def start(self, now: float) -> None:
-        """Nothing to do; the stream stays closed."""
-
-    def receive(self, message: Message, now: float) -> None:
-        """Nothing that comes in matters here."""
-
-    def handle_timer(self, now: float) -> None:
-        """There is no timer."""
-
     def open(self, now: float) -> None:
         """Allow setpoints. Opening an open stream changes nothing."""
         self._fire(StreamInput.OPEN, now)
@@ -237,6 +233,16 @@ class SetpointStream(Machine[None]):
     def close(self) -> None:
         """Forbid setpoints, also those that wait in the outbox."""
         self._fire(StreamInput.CLOSE, 0.0)
+
+    def close_for(self, reason: str) -> None:
+        """Forbid setpoints, as the vehicle no longer follows ours; reported if it was open."""
+        if self.is_open:
+            self.close()
+            self._events.append(StreamClosed(reason))
+
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """Forbid setpoints."""
+        self.close_for(reason)
 
     def offer(
         self,
