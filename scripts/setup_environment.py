@@ -965,7 +965,7 @@ def run(name: str, what: str, command: Sequence[str | Path], environment: dict[s
 
 
 def end_with_set_up() -> None:
-    """Lets this process be killed with its parent; an installation would go on without it."""
+    """Lets this process be killed with its parent; an installation would continue without it."""
     pr_set_pdeathsig = 1
     ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
 

@@ -13,10 +13,8 @@ from pymavlink.dialects.v20 import all as mav
 from sitl_support.ground_station import (
     ACCELERATION,
     ACCEPTED,
-    AUTO,
     BRAKE,
     GUIDED,
-    LAND,
     POSITION,
     VELOCITY,
     GroundStation,
@@ -285,69 +283,3 @@ def test_a_lean_is_kept_for_a_while_when_another_kind_of_setpoint_comes() -> Non
     assert station.velocity[1] == pytest.approx(0.76, abs=0.6)
     station.run(1.0)
     assert station.position[1] - east_0 == pytest.approx(6.06, abs=1.0)
-
-
-# Out of AUTO at full speed.
-
-SPED_UP = [(3.0, 2.75, 2.6), (5.0, 12.5, 6.7), (7.5, 34.4, 9.54)]
-STOPPED = [(1.0, 9.2, 8.01), (2.0, 15.96, 5.51), (3.0, 20.33, 3.04), (4.25, 22.12, 0.0)]
-
-
-def test_a_leg_waits_for_the_copter_and_a_velocity_right_behind_guided_stops_it() -> None:
-    """The track's time is slower while the copter is behind; drag and lean allow 9.5 m/s."""
-    station = flying(10.0)
-    station.run(6.0)
-    assert upload(station, [home(), waypoint(300, 0), waypoint(300, 200)]) == 0
-    assert station.mode(AUTO) == ACCEPTED
-    for (_, north, speed), (after_s, real, real_m_s) in zip(
-        moved(station, SPED_UP, 1.0), SPED_UP, strict=True
-    ):
-        assert north == pytest.approx(real, abs=1.2), after_s
-        assert speed == pytest.approx(real_m_s, abs=0.4), after_s
-    begin_s, begin_m = station.now_s, station.position[0]
-    station.mode(GUIDED)
-    for after_s, real, _ in STOPPED:
-        while station.now_s < begin_s + after_s:
-            station.setpoint(VELOCITY, velocity=(0.0, 3.0, 0.0))
-            station.run(min(0.1, begin_s + after_s - station.now_s))
-        assert station.position[0] - begin_m == pytest.approx(real, abs=1.2), after_s
-
-
-# HEARTBEAT.
-
-
-def heartbeats(station: GroundStation, since_s: float) -> list[tuple[int, int]]:
-    """The values of base_mode and system_status, each as often as they change."""
-    seen = [(0, 0)]
-    for beat in station.messages("HEARTBEAT", since_s):
-        if (beat.base_mode, beat.system_status) != seen[-1]:
-            seen.append((beat.base_mode, beat.system_status))
-    return seen[1:]
-
-
-def test_land_stays_armed_for_half_a_second_on_the_ground() -> None:
-    station = flying(3.0)
-    station.interval(0, 10.0)
-    station.run(1.0)
-    begin_s = station.now_s
-    station.mode(LAND)
-    station.run_until(lambda: not station.vehicle.firmware.armed)
-    station.run(1.0)
-    armed, disarmed = mav.MAV_MODE_FLAG_SAFETY_ARMED | 89, 89
-    assert heartbeats(station, begin_s) == [(armed, 4), (armed, 3), (disarmed, 3)]
-
-
-def test_land_without_a_position_controls_none_until_it_stands() -> None:
-    """GUIDED_ENABLED of base_mode, though the GPS comes back on the way down."""
-    station = flying(15.0)
-    station.interval(0, 10.0)
-    station.run(1.0)
-    begin_s = station.now_s
-    station.vehicle.lose_gps()
-    station.run(25.0)
-    station.vehicle.restore_gps()
-    station.run_until(lambda: not station.vehicle.firmware.armed)
-    station.run(1.0)
-    assert heartbeats(station, begin_s) == [
-        (217, 4), (217, 5), (209, 5), (209, 4), (217, 3), (89, 3),
-    ]  # fmt: skip

@@ -65,14 +65,14 @@ def test_free_fall_ends_at_terminal_speed() -> None:
     assert drag == pytest.approx(GRAVITY_M_S2, rel=0.01)
 
 
-@pytest.mark.parametrize(("degrees", "speed_m_s"), [(3.8, 2.05), (27.5, 9.51)])
+@pytest.mark.parametrize(("degrees", "speed_m_s"), [(3.8, 2.05), (22.5, 9.0)])
 def test_steady_speed_at_a_lean(degrees: float, speed_m_s: float) -> None:
-    """Both were recorded."""
+    """3.8 degrees at 2.05 m/s were recorded."""
     lean = math.tan(math.radians(degrees))
     thrust = GRAVITY_M_S2 * math.hypot(1.0, lean)
     state = flown(quadrotor.QuadrotorCommand(lean, 0.0, thrust, 0.0), 40.0)
     assert state.velocity_north_m_s == pytest.approx(speed_m_s, rel=0.06)
-    assert state.down_m == pytest.approx(-1000.0, abs=2.0)
+    assert state.down_m == pytest.approx(-1000.0, abs=1.0)
 
 
 def test_the_lean_is_limited() -> None:
@@ -81,11 +81,11 @@ def test_the_lean_is_limited() -> None:
     assert state.lean_east / state.lean_north == pytest.approx(4.0 / 3.0, rel=0.01)
 
 
-def test_the_attitude_follows_within_a_second() -> None:
-    """A third of a second late, as on ArduCopter when a mission's leg begins."""
+def test_the_attitude_follows_within_half_a_second() -> None:
+    """As on ArduCopter, whose speed overshoots by as much when an acceleration ends."""
     state = flown(quadrotor.QuadrotorCommand(0.3, 0.0, 9.8, 0.0), 0.2)
-    assert 0.06 < state.lean_north < 0.15
-    state = flown(quadrotor.QuadrotorCommand(0.3, 0.0, 9.8, 0.0), 1.0)
+    assert 0.1 < state.lean_north < 0.2
+    state = flown(quadrotor.QuadrotorCommand(0.3, 0.0, 9.8, 0.0), 0.5)
     assert state.lean_north == pytest.approx(0.3, abs=0.03)
 
 

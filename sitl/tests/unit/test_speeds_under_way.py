@@ -76,7 +76,7 @@ def test_a_copter_in_auto_flies_on_with_another_speed(
     assert speeds(station, 0.1)[0] == pytest.approx(before, abs=0.2)
     change(station, after)
     seen = speeds(station, 9.0)
-    assert seen[-1] == pytest.approx(after, abs=0.25)  # near the limit of the lean
+    assert seen[-1] == pytest.approx(after, abs=0.15)
     assert min(before, after) - 0.4 < min(seen), "it does not brake below both"
     assert max(seen) < max(before, after) + 0.4
     steps = [abs(b - a) / 0.1 for a, b in pairwise(seen)]
