@@ -139,7 +139,7 @@ def compare(seed: int) -> None:
             message = measurement(draw, draw.choice(NAMES), time_boot_ms)
         frame = autopilot.encode(message)
         by_messages.receive(message_of(frame), now)
-        (found,) = reader.decode(frame)
+        (found,) = reader.receive(frame)
         if found.__class__ is not tuple:
             directly.receive(found, now)
         elif found[1](found[2], now):

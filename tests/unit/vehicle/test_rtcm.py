@@ -18,6 +18,7 @@ from mavlink_vehicle.protocols.streams.rtcm import (
     fragments,
     rtcm_messages,
 )
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
 # Message 1005 of the RTCM 10403 standard's own example (also in RTKLIB's and pyrtcm's tests).
 EXAMPLE = bytes.fromhex("d300133ed7d30202980edeef34b4bd62ac0941986f33360b98")
@@ -133,7 +134,7 @@ def test_more_than_can_be_sent_is_rejected_and_a_lost_link_drops_the_rest() -> N
         sender.offer(EXAMPLE, 0.0)
     with pytest.raises(RtcmError, match="faster than it is sent"):
         sender.offer(EXAMPLE, 0.0)
-    sender.clear()
+    sender.link_lost(VehicleState(), 0.5)
     assert sender.next_deadline() is None
     sender.offer(EXAMPLE, 1.0)
     assert sender.messages_to_send()
