@@ -140,7 +140,7 @@ def compare(seed: int) -> None:
         frame = autopilot.encode(message)
         by_messages.receive(message_of(frame), now)
         (found,) = reader.receive(frame)
-        if found.__class__ is not tuple:
+        if not isinstance(found, tuple):
             directly.receive(found, now)
         elif found[1](found[2], now):
             taken[message.get_type()] += 1
