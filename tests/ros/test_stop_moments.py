@@ -60,7 +60,10 @@ def program(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Process]
     name, *options = make(tmp_path)
     environment = ros_environment(free_domain(free_udp_port()))
     words = ["python", "-m", f"drone_navigation.{name}", *options]
+    # A job in the background of a shell ignores interrupts, and would hand that down.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = Process(name, words, environment)
+    signal.signal(signal.SIGINT, before)
     yield process
     process.stop(ENDED_S)
 
