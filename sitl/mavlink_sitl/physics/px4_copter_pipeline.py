@@ -31,14 +31,12 @@ GAINS = ControllerGains(
     velocity_z_i=2.0,
     filter_z_hz=UNFILTERED_HZ,
     direct_push_z=True,
-    shaping_1_s=10.0,
     restart_keeps_lean=False,
     max_lean=1.0,
     most_faster_m_s=20.0,
 )
 """MPC_XY_P, MPC_XY_VEL_P_ACC, MPC_XY_VEL_I_ACC, MPC_Z_VEL_P_ACC, MPC_Z_VEL_I_ACC, MPC_TILTMAX_AIR
-(45 degrees). MPC_XY_VEL_D_ACC stands in the law of OFFBOARD. Trajectories (VelocitySmoothing)
-end an acceleration as late as their jerk allows: `shaping_1_s` only keeps that from chattering."""
+(45 degrees). MPC_XY_VEL_D_ACC stands in the law of OFFBOARD."""
 
 
 class Px4Physics(Physics):

@@ -40,9 +40,6 @@ class ControllerGains(NamedTuple):
     """PSC_ACCZ_I, likewise"""
     direct_push_z: bool = False
     """Whether there is no loop around the acceleration (PX4)"""
-    shaping_1_s: float = 0.0
-    """From an error of the desired velocity to an acceleration, near the end; 0: jerk over
-    acceleration (ArduCopter)"""
     restart_keeps_lean: bool = True
     """Whether a restart gives the present lean to the integrator (init_NE_controller)"""
     max_lean: float = 0.5774

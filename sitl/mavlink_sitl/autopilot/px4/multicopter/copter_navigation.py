@@ -10,8 +10,7 @@ from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
 from mavlink_sitl.exchange import Limits, Motion, Vector
 
-ACCELERATION_Z_M_S2 = 7.5
-"""Of OFFBOARD: MPC_THR_MIN (0.12) instead of MPC_THR_HOVER (0.5)"""
+ACCELERATION_Z_M_S2 = 5.0
 LEAST_CLIMB_M_S = 0.5
 CLIMB_REACHED = 0.84
 """Share of MPC_Z_V_AUTO_UP that RTL climbs with (`mission_clear`, `offboard_loss_stop`)"""
