@@ -64,7 +64,8 @@ PYTEST := env -u PYTHONDONTWRITEBYTECODE \
 
 TESTS := tests sitl/tests
 IN_REAL_TIME := tests/bench tests/interop sitl/tests/interop tests/ros \
-	tests/unit/test_make_targets.py
+	tests/unit/test_make_targets.py \
+	$(addprefix tests/pair/test_,hostile_stations.py signing.py station_beside_bridge.py)
 
 test: setup-dev ## Run the tests, all but the slow and broad ones
 	@$(ENTER) $(IMPORT_RULES)
