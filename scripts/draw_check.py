@@ -10,7 +10,7 @@ import yaml
 from rich.console import Console
 
 from drone_navigation.check.command import look
-from drone_navigation.check.view import show
+from drone_navigation.check.report_output import show
 from drone_navigation.processes import Process, free_udp_port
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.names import SERVER_NODE_NAME

@@ -971,7 +971,7 @@ def end_with_set_up() -> None:
 
 
 def reason(log: str) -> str:
-    """What a program's output says best about why it failed, for the end of a sentence."""
+    """Return the reason for a failure from a program's output, for the end of a sentence."""
     lines = [line.strip() for line in log.splitlines() if line.strip()]
     full = "No space left on device"
     # uv lists the causes of an error below it, and pip names what it did without.

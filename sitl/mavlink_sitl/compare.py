@@ -15,8 +15,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mavlink_sitl.command_line.command_version import PrintVersion
-from mavlink_sitl.recordings.aspects import ASPECTS
-from mavlink_sitl.recordings.meant import (
+from mavlink_sitl.recordings.compared_states import ASPECTS
+from mavlink_sitl.recordings.expected_differences import (
     FOR_INFORMATION,
     ComparisonVerdict,
     judge,

@@ -93,10 +93,10 @@ class Simulation:
         self._tick = 0
         self.world = _world(world, wind_ned_m_s)
         self._fleets = make_fleets(configs, seed, self.world.wind.velocity_ned_m_s, tick_s)
-        berths = {row: fleet for fleet in self._fleets for row in fleet.rows}
+        fleet_of_row = {row: fleet for fleet in self._fleets for row in fleet.rows}
         log = None if tlog is None else TlogWriter(tlog)
         self.vehicles = [
-            SimulatedVehicle(i, config, ids[i], berths[i], seed, log, EPOCH_US)
+            SimulatedVehicle(i, config, ids[i], fleet_of_row[i], seed, log, EPOCH_US)
             for i, config in enumerate(configs)
         ]
         frames = [vehicle.frame for vehicle in self.vehicles]
@@ -109,13 +109,13 @@ class Simulation:
             for fleet, environment in zip(self._fleets, self._environments, strict=True)
             if not environment.still
         ]
-        self._berths = [
+        self._fleet_of_row = [
             (fleet.rows, fleet.physics, environment)
             for fleet, environment in zip(self._fleets, self._environments, strict=True)
         ]
-        self._encounters = Encounters([(rows, own) for rows, _, own in self._berths], tick_s)
+        self._encounters = Encounters([(rows, own) for rows, _, own in self._fleet_of_row], tick_s)
         self._collisions = collisions
-        for rows, _, environment in self._berths:
+        for rows, _, environment in self._fleet_of_row:
             for row in rows:
                 self.vehicles[row].enter(environment)
 
@@ -139,7 +139,7 @@ class Simulation:
         """The true state of the vehicles now: a snapshot, which does not change with time."""
         fleets = [
             FleetState(rows, physics.body, physics.o.unpack, environment.collided)
-            for rows, physics, environment in self._berths
+            for rows, physics, environment in self._fleet_of_row
         ]
         return Truth(fleets, [vehicle.offset_ned_m for vehicle in self.vehicles])
 
@@ -218,7 +218,7 @@ class Simulation:
     def _meet(self) -> None:
         for meeting in self._encounters.step(self._tick):
             vehicle, other = self.vehicles[meeting.row], self.vehicles[meeting.other]
-            rows, _, environment = next(one for one in self._berths if meeting.row in one[0])
+            rows, _, environment = next(one for one in self._fleet_of_row if meeting.row in one[0])
             environment.wreck(rows.index(meeting.row))
             vehicle.now_us = self._now_us
             vehicle.crash(f"vehicle {other.system_id}", meeting.speed_m_s)
@@ -230,7 +230,7 @@ class Simulation:
             vehicle.crash(hit.obstacle, hit.speed_m_s)
 
     def _step_receivers(self) -> None:
-        for rows, _, environment in self._berths:
+        for rows, _, environment in self._fleet_of_row:
             for lane, fix in environment.gps_changes(self.time_s):
                 vehicle = self.vehicles[rows[lane]]
                 vehicle.now_us = self._now_us

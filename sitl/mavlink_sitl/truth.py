@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mavlink_sitl.lanes import Lane
+from mavlink_sitl.array_ops import Lane
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -120,7 +120,7 @@ class Server:
 
     def waits_for(self) -> int:
         """Return the vehicle that its own one waits for; -1 for none."""
-        entries = {} if self.traffic is None else self.traffic.picture.entries
+        entries = {} if self.traffic is None else self.traffic.reservations.entries
         entry = entries.get(_vehicle_name(self._ship.index))
         if entry is None or entry.waiting is None:
             return NOBODY
@@ -207,7 +207,9 @@ class Ship:
                 traffic = SharedTraffic()
                 own = f"/server{self.index}"
                 epoch = round(1e3 * flight.now_s)
-                traffic.negotiation = Negotiation(traffic.picture, own, epoch, now=flight.now_s)
+                traffic.negotiation = Negotiation(
+                    traffic.reservations, own, epoch, now=flight.now_s
+                )
             self.server = Server(config, searcher, self, flight.now_s, signing, traffic)
             self._waits_for = NOBODY
 

@@ -1,4 +1,4 @@
-"""Fleets against the simulator on one simulated clock: bridges with a shared picture, MAVLink."""
+"""Fleets against the simulator on one simulated clock: bridges that share reservations, MAVLink."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Craft:
     """One vehicle and its bridge.
 
     Attributes:
-        name: its name in the picture.
+        name: its name in the reservations.
         bridge: what flies it.
         codec: of its link.
         row: its place in the simulation.
@@ -160,7 +160,9 @@ class FlownFleet:
     def join(self) -> None:
         """Let the servers negotiate, 5 times a second, unless the network is ``cut``."""
         for server, traffic in self.traffic.items():
-            traffic.negotiation = Negotiation(traffic.picture, f"/server{server}", 1, now=self.now)
+            traffic.negotiation = Negotiation(
+                traffic.reservations, f"/server{server}", 1, now=self.now
+            )
         self.on_tick = self._exchange
         self.run_for(3.0)
 
@@ -268,7 +270,7 @@ class FlownFleet:
         lines = []
         for craft in self.crafts:
             ends = [end.message for _, end in craft.ends()]
-            entry = self.traffic[craft.server].picture.entries.get(craft.name)
+            entry = self.traffic[craft.server].reservations.entries.get(craft.name)
             waiting = "" if entry is None or entry.waiting is None else entry.waiting.text
             lines.append(f"{craft.name} {ends[-1:]} {craft.statuses()[-2:]} {waiting}")
         return "\n".join(lines)

@@ -126,7 +126,7 @@ class HangingFleet(FlownFleet):
         if not server.is_started:
             server.is_started = True
             name = f"/server{index}"
-            traffic.negotiation = Negotiation(traffic.picture, name, 1, now=now)
+            traffic.negotiation = Negotiation(traffic.reservations, name, 1, now=now)
         assert traffic.negotiation is not None
         while server.inbox:
             sender, state = server.inbox.popleft()
@@ -281,7 +281,7 @@ class CircleWatch:
         fleet = self._fleet
         waits: dict[str, str] = {}
         for craft in fleet.crafts:
-            entry = fleet.traffic[craft.server].picture.entries.get(craft.name)
+            entry = fleet.traffic[craft.server].reservations.entries.get(craft.name)
             status = craft.statuses()[-1:]
             if entry is not None and entry.waiting and status == ["WAITING_FOR_TRAFFIC"]:
                 waits[craft.name] = entry.waiting.whom

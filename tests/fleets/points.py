@@ -1,4 +1,4 @@
-"""Crossing flights of the core alone: tasks, a shared picture, and point masses, no MAVLink."""
+"""Crossing flights of the core alone: tasks, shared reservations and point masses, no MAVLink."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Fly, Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.leading.traffic_pace import BRAKE_SHARE
+from navigation_core.tasks.leading.path_in_traffic import BRAKE_SHARE
 from navigation_core.tasks.task import Task
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.picture import TrafficPicture
+from navigation_core.traffic.reservations import TrafficReservations
 from navigation_core.traffic.right_of_way import Claimant, Rank
-from navigation_core.traffic.view import Footing, TrafficView
+from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
 from navigation_core.traffic.volumes import Separation, densified
 from tests.support.models.point_mass import PointMass
 
@@ -110,7 +110,7 @@ def fly_crossing(
     after_step: Callable[[], None] = lambda: None,
 ) -> Crossing:
     """Fly all at once, or each as if it were alone."""
-    picture = TrafficPicture(separation)
+    reservations = TrafficReservations(separation)
     vehicles = []
     config = GotoConfig(limits=_LIMITS, may_arm=True)
     for index, (start, target) in enumerate(pairs):
@@ -118,11 +118,11 @@ def fly_crossing(
         mass = PointMass(position=start, armed=True, in_control=True, airborne=True, now=0.0)
         view = None
         if together:
-            view = TrafficView(picture, name, Footing.level(), 1.0, 0.5, (3.0, 40.0))
+            view = TrafficView(reservations, name, TrafficFrame.level(), 1.0, 0.5, (3.0, 40.0))
             view = replace(view, searcher=searcher)
-            entry = picture.entry(name)
+            entry = reservations.entry(name)
             entry.rank = Rank(Claimant.GOAL, 0.0, name)
-            picture.stand(name, view.volume(np.array([start])), 0.0)
+            reservations.stand(name, view.volume(np.array([start])), 0.0)
         task = fly_to(GotoGoal(target), FlightTerms(config, traits=_TRAITS))
         vehicles.append(Flown(name, mass, target, view, task))
     crossing = Crossing(vehicles)
@@ -132,7 +132,7 @@ def fly_crossing(
     now = 0.0
     while now < time_max_s and any(one.task is not None for one in vehicles):
         for one in vehicles:
-            _step(one, picture, now)
+            _step(one, reservations, now)
         for one in vehicles:
             one.mass.advance(dt_s)
         now += dt_s
@@ -142,7 +142,7 @@ def fly_crossing(
     return crossing
 
 
-def _step(one: Flown, picture: TrafficPicture, now: float) -> None:
+def _step(one: Flown, reservations: TrafficReservations, now: float) -> None:
     observation = one.mass.observe()
     object.__setattr__(observation, "traffic", one.view)
     if one.task is not None:
@@ -153,15 +153,15 @@ def _step(one: Flown, picture: TrafficPicture, now: float) -> None:
         if isinstance(answer, Outcome):
             one.task, one.ended_s, one.outcome = None, now, answer
             if one.view is not None:
-                picture.entry(one.name).rank = Rank(Claimant.NOTHING, 0.0, one.name)
+                reservations.entry(one.name).rank = Rank(Claimant.NOTHING, 0.0, one.name)
         elif isinstance(answer, Fly):
             one.task.think(observation, now)
         if not isinstance(answer, Outcome):
             one.mass.obey(answer)
     view = one.view
-    if view is not None and picture.entry(one.name).heard_s != now:
+    if view is not None and reservations.entry(one.name).heard_s != now:
         line = np.array([one.mass.position, _stop(one.mass)])
-        picture.stand(one.name, view.volume(densified(line, np.zeros(2))[0]), now)
+        reservations.stand(one.name, view.volume(densified(line, np.zeros(2))[0]), now)
 
 
 def _stop(mass: PointMass) -> Vector3:

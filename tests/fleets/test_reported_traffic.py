@@ -20,12 +20,12 @@ _SOUND = mavlink.ADSB_FLAGS_VALID_COORDS | mavlink.ADSB_FLAGS_VALID_ALTITUDE
 
 
 def known(fleet: FlownFleet) -> dict[str, tuple[float, float]]:
-    """Return where other traffic is, east and north of the home, by its name in the picture."""
+    """Return where other traffic is, east and north of the home, by its name there."""
     shared, home = fleet.traffic[0], fleet.simulation.vehicles[0].frame.to_geodetic(0.0, 0.0, 0.0)
     assert shared.earth is not None
     here = shared.earth.metres((home.latitude_deg, home.longitude_deg, home.altitude_amsl_m))
     places = {}
-    for other in shared.picture.others(fleet.crafts[0].name):
+    for other in shared.reservations.others(fleet.crafts[0].name):
         east, north, _ = (other.held.points_m[0] - here).tolist()
         places[other.name] = (round(east, -1), round(north, -1))
     return places
@@ -214,7 +214,7 @@ def test_what_we_announce_does_not_come_back_as_traffic() -> None:
     fleet.run_for(5.0)
     sent = [craft.bridge.vehicle.message_refusal("ADSB_VEHICLE") for craft in fleet.crafts]
     assert sent == [None, None]
-    assert set(fleet.traffic[0].picture.entries) == {"v00", "v01"}
+    assert set(fleet.traffic[0].reservations.entries) == {"v00", "v01"}
 
 
 @pytest.mark.parametrize(
@@ -241,7 +241,7 @@ def test_a_velocity_that_is_not_valid_is_derived(fields: dict[str, int]) -> None
         fleet, lambda now: adsb(fleet, (100.0 + 10.0 * now, 50.0, 20.0), (0.0,) * 3, **fields)
     )
     fleet.run_for(5.0)
-    ((_, intruder),) = fleet.traffic[0].picture.intruders("v00")
+    ((_, intruder),) = fleet.traffic[0].reservations.intruders("v00")
     assert intruder.velocity_m_s[0] == pytest.approx(10.0, abs=0.3)
 
 

@@ -14,7 +14,7 @@ import yaml
 
 from drone_navigation.check.examination import Checker
 from drone_navigation.check.report import CheckVerdict, Report, make_report
-from drone_navigation.check.view import as_json, plain_lines
+from drone_navigation.check.report_output import as_json, plain_lines
 from mavlink_sitl import LinkFaults, Simulation, VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from mavlink_vehicle.io.endpoints import LinkStatistics

@@ -11,8 +11,8 @@ import pytest
 
 from flight_rehearsal.flight_parameters import KINDS, SERVER_PARAMETERS, VEHICLE_PARAMETERS
 from flight_rehearsal.rehearsal import StoppedError, lose_link, rehearse
+from flight_rehearsal.rehearsed_flight import RehearsedFlight
 from flight_rehearsal.request import HomePoint, RehearsalRequest, RehearsalWaypoint, RequestError
-from flight_rehearsal.stage import Stage
 from mavlink_sitl import BatteryModel, VehicleConfig
 from navigation_bridge.configuration.parameter_table import SERVER_WIDE, SPECS
 from navigation_core.geometry import Vector3, distance
@@ -225,7 +225,7 @@ def test_a_lost_link_ends_as_the_failsafe_says(
 def test_it_begins_as_the_vehicle_moves_and_where_the_map_lies() -> None:
     home = HomePoint(47.4, 8.5, 488.0, (3.0, -2.0, -0.5))
     order = replace(COPTER, home=home, velocity_enu_m_s=(2.0, 0.0, 0.0), yaw_enu_rad=1.0)
-    stage = Stage(order)
+    stage = RehearsedFlight(order)
     pose = stage.bridge.pose
     assert pose is not None
     assert pose.yaw_enu_rad == pytest.approx(1.0, abs=0.1)

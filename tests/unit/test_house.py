@@ -51,7 +51,7 @@ SITL = {"interop", "mavlink_sitl", "pytest_mavlink_sitl", "recordings", "sitl_su
 """Packages of its folder."""
 PUBLIC_MODULES = {"mavlink_sitl", "pytest_mavlink_sitl"}
 INNER_NAMES = {
-    "src/flight_rehearsal/flight_rehearsal/stage.py": {
+    "src/flight_rehearsal/flight_rehearsal/rehearsed_flight.py": {
         "mavlink_sitl.autopilot.px4.vehicle": "a rehearsal begins with the charge of the vehicle, "
         "and the pack of PX4's simulator is full on the ground"
     },
@@ -127,7 +127,7 @@ SETTABLE_CLOCKS = {
         "time_ns": "read once, at the start: which of two servers of one name ends; both reject "
         "goals meanwhile"
     },
-    "src/drone_navigation/drone_navigation/nav2/others.py": {"time_ns": "the same"},
+    "src/drone_navigation/drone_navigation/nav2/other_servers.py": {"time_ns": "the same"},
     "src/mavlink_vehicle/mavlink_vehicle/io/signing_key.py": {
         "time": "the time that MAVLink signs with, which never goes back"
     },

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from mavlink_sitl.lanes import Lane, Ops
+from mavlink_sitl.array_ops import Lane, Ops
 
 
 class BatteryModel(NamedTuple):

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.dynamics.rover import GroundCommand, GroundState, moved
-from mavlink_sitl.lanes import Lane, Ops
 
 
 class BoatModel(NamedTuple):

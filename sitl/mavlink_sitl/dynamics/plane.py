@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.exchange import GRAVITY_M_S2
-from mavlink_sitl.lanes import Lane, Ops
 
 
 class PlaneModel(NamedTuple):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from mavlink_sitl.lanes import Lane, Ops
+from mavlink_sitl.array_ops import Lane, Ops
 
 
 class RoverModel(NamedTuple):

@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.dynamics.rover import GroundCommand, GroundState, moved
-from mavlink_sitl.lanes import Lane, Ops
 
 _GRAVITY_M_S2 = 9.81
 

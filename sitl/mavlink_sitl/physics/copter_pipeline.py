@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mavlink_sitl.array_ops import Lane, Ops, ops_for
 from mavlink_sitl.autopilot.control import control_state, controller
 from mavlink_sitl.dynamics import battery, quadrotor
 from mavlink_sitl.exchange import GRAVITY_M_S2, BatteryReading, Guidance, Motion, Vector
-from mavlink_sitl.lanes import Lane, Ops, ops_for
 from mavlink_sitl.world import sensors
 
 DT_S = 0.01

@@ -6,12 +6,12 @@ import math
 from dataclasses import replace
 from typing import Any
 
+from mavlink_sitl.array_ops import Lane
 from mavlink_sitl.autopilot.control import drive_controller
 from mavlink_sitl.autopilot.px4.rover import drive_law
 from mavlink_sitl.dynamics import boat, rover, sih_rover
 from mavlink_sitl.exchange import Vector
 from mavlink_sitl.guidance import DriveGuidance
-from mavlink_sitl.lanes import Lane
 from mavlink_sitl.physics.traveller_pipeline import TravellerPhysics
 from mavlink_sitl.world import sensors
 

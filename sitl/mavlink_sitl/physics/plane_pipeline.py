@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from mavlink_sitl.array_ops import Lane
 from mavlink_sitl.autopilot.control import glide_controller
 from mavlink_sitl.dynamics import plane
 from mavlink_sitl.guidance import GlideGuidance
-from mavlink_sitl.lanes import Lane
 from mavlink_sitl.physics.traveller_pipeline import TravellerPhysics
 from mavlink_sitl.world import sensors
 

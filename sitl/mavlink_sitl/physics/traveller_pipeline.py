@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar
 
+from mavlink_sitl.array_ops import ops_for
 from mavlink_sitl.dynamics import battery
 from mavlink_sitl.exchange import Guidance, Vector
-from mavlink_sitl.lanes import ops_for
 from mavlink_sitl.physics.copter_pipeline import Physics, PhysicsStart
 
 

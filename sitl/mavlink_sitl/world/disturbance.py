@@ -10,7 +10,7 @@ import math
 import random
 from collections.abc import Sequence
 
-from mavlink_sitl.lanes import Lane, Ops
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.world.model import GpsQuality, Wind
 
 

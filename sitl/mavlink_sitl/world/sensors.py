@@ -14,9 +14,9 @@ import math
 import random
 from typing import NamedTuple
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.exchange import GpsReading
 from mavlink_sitl.geodesy import LocalFrame
-from mavlink_sitl.lanes import Lane, Ops
 
 
 class SensorModel(NamedTuple):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl.recordings import elsewhere
+from mavlink_sitl.recordings import other_links
 from mavlink_sitl.recordings.recording import Recording, read
 from mavlink_sitl.recordings.start import start_of
 from sitl_support.recorded_flights import DATA, PATHS
@@ -21,20 +21,20 @@ def without(recording: Recording, *commands: int) -> Recording:
 @pytest.mark.parametrize("name", PATHS)
 def test_whole_recordings_are_commanded_from_within(name: str) -> None:
     for recording in read(PATHS[name]):
-        assert not elsewhere.commanded_elsewhere(recording)
-        assert elsewhere.NOTE not in start_of(recording).notes
+        assert not other_links.commanded_elsewhere(recording)
+        assert other_links.NOTE not in start_of(recording).notes
 
 
 @pytest.mark.parametrize("name", ["copter_guided", "px4_mission_clear", "rover_auto"])
 def test_an_answer_to_a_command_that_nobody_sent_is_noticed_and_said(name: str) -> None:
     (recording,) = read(DATA / f"{name}.tlog")
     silent = without(recording, mav.MAV_CMD_COMPONENT_ARM_DISARM)
-    assert elsewhere.commanded_elsewhere(silent)
-    assert elsewhere.NOTE in start_of(silent).notes
+    assert other_links.commanded_elsewhere(silent)
+    assert other_links.NOTE in start_of(silent).notes
 
 
 def test_arming_that_nobody_asked_for_is_noticed_where_no_answers_are_heard() -> None:
     (recording,) = read(DATA / "px4_mission_clear.tlog")
     quiet = [(t, m) for t, m in recording.real if m.get_type() != "COMMAND_ACK"]
     beats = [(t, m) for t, m in recording.sent if m.get_type() == "HEARTBEAT"]
-    assert elsewhere.commanded_elsewhere(replace(recording, sent=beats, real=quiet))
+    assert other_links.commanded_elsewhere(replace(recording, sent=beats, real=quiet))

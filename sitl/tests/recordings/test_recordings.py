@@ -9,7 +9,7 @@ from __future__ import annotations
 import jsonschema
 import pytest
 
-from mavlink_sitl.recordings.meant import document, lines, schema, stale
+from mavlink_sitl.recordings.expected_differences import document, lines, schema, stale
 from mavlink_sitl.recordings.motion import rms_distance_m, track
 from sitl_support.recorded_flights import (
     PATHS,

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from mavlink_sitl.compare import load, play
-from mavlink_sitl.recordings.meant import ComparisonVerdict, judge, plain_name
+from mavlink_sitl.recordings.expected_differences import ComparisonVerdict, judge, plain_name
 from mavlink_sitl.recordings.motion import track
 from mavlink_sitl.recordings.recording import Timed
 from mavlink_sitl.recordings.replay import Conversation

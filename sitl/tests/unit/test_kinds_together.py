@@ -10,11 +10,11 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig
+from mavlink_sitl.array_ops import ArrayOps, Ops
 from mavlink_sitl.autopilot.control import drive_controller, glide_controller
 from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.config import ConfigurationError
 from mavlink_sitl.dynamics import boat, plane, rover
-from mavlink_sitl.lanes import ArrayOps, Ops
 from sitl_support.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
 
 GUIDED = {"copter": 4, "rover": 15, "boat": 15, "plane": 15}

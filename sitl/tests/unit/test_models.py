@@ -8,6 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from mavlink_sitl.array_ops import ArrayOps, Ops, ops_for
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
 from mavlink_sitl.autopilot.parameters import (
@@ -20,7 +21,6 @@ from mavlink_sitl.autopilot.parameters import (
 from mavlink_sitl.dynamics import battery, quadrotor
 from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection
-from mavlink_sitl.lanes import ArrayOps, Ops, ops_for
 from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.mavlink.messages.streams import NEVER_US, StreamSchedule
 

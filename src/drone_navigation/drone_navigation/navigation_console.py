@@ -21,9 +21,9 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from drone_navigation.console.board import Board
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.options import TokenError, make_parser, token_of
+from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.console.tiles.folder import TileError, Tiles
 from drone_navigation.console.tiles.source import open_tiles
 from drone_navigation.console.web import Web
@@ -64,7 +64,7 @@ def _serve_until(
         on_exit.callback(rclpy.try_shutdown)
         node = Node("navigation_console")
         on_exit.callback(node.destroy_node)
-        board = Board()
+        board = ShownValues()
         fleet = Fleet(node, board)
         fleet.start()
         on_exit.callback(fleet.stop)

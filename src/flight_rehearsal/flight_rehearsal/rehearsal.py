@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_rehearsal.rehearsed_flight import RehearsedFlight
 from flight_rehearsal.request import RehearsalRequest
-from flight_rehearsal.stage import Stage
 from navigation_bridge.goals.requests import (
     NavigateRequest,
     Request,
@@ -86,7 +86,7 @@ def rehearse(order: RehearsalRequest, is_over: IsOver = lambda: False) -> Rehear
         RequestError: it cannot be rehearsed.
         StoppedError: `is_over`.
     """
-    stage = Stage(order)
+    stage = RehearsedFlight(order)
     rejection = _begin(stage, order)
     if rejection is not None:
         return rejection
@@ -137,7 +137,7 @@ def lose_link(order: RehearsalRequest, after_s: float, is_over: IsOver = lambda:
         RequestError: it cannot be rehearsed.
         StoppedError: `is_over`.
     """
-    stage = Stage(order)
+    stage = RehearsedFlight(order)
     _begin(stage, order)
     lost_s = stage.now + after_s
     while stage.now < lost_s:
@@ -155,13 +155,13 @@ def lose_link(order: RehearsalRequest, after_s: float, is_over: IsOver = lambda:
     return Lost(mode, path[-1], not copter.armed, tuple(path))
 
 
-def _go_on(stage: Stage, is_over: IsOver) -> None:
+def _go_on(stage: RehearsedFlight, is_over: IsOver) -> None:
     stage.tick()
     if is_over():
         raise StoppedError
 
 
-def _begin(stage: Stage, order: RehearsalRequest) -> Rehearsal | None:
+def _begin(stage: RehearsedFlight, order: RehearsalRequest) -> Rehearsal | None:
     request = _request(order)
     rejection = stage.bridge.check(request, stage.now)
     if rejection is not None:
@@ -188,7 +188,7 @@ def _request(order: RehearsalRequest) -> Request:
     )
 
 
-def _extend(path: list[Vector3], stage: Stage) -> None:
+def _extend(path: list[Vector3], stage: RehearsedFlight) -> None:
     place = stage.position_enu_m
     if distance(path[-1], place) >= _STEP_M:
         path.append(place)

@@ -180,7 +180,7 @@ REQUEST = record(
     laps=RecordMember(whole(1)),
     avoid_obstacles=RecordMember(FLAG, name="avoid"),
 )
-"""What a line of JSON has, with the console's names; other members are ignored"""
+"""Members of a line of JSON, by the console's names; others are ignored."""
 
 
 def read_request(text: str) -> RehearsalRequest:

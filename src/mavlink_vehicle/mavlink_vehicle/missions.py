@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mavlink_vehicle.events import OperationKind, OperationResult
 from mavlink_vehicle.mission_items import MissionItem
-from mavlink_vehicle.operation_desk import OperationDesk
+from mavlink_vehicle.operation_requests import OperationRequests
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.mission.list_operation import ListOperation
 from mavlink_vehicle.protocols.mission.mission_goals import MissionModeGoal, MissionStartGoal
@@ -30,7 +30,7 @@ class Missions:
     Each method but :attr:`stored` returns the id of an operation, as those of `Vehicle` do.
     """
 
-    def __init__(self, core: VehicleCore, desk: OperationDesk) -> None:
+    def __init__(self, core: VehicleCore, desk: OperationRequests) -> None:
         """Operate on the mission of this autopilot."""
         self._core = core
         self._desk = desk

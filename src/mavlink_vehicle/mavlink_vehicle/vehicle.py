@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.missions import Missions
-from mavlink_vehicle.operation_desk import OperationDesk
+from mavlink_vehicle.operation_requests import OperationRequests
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.operation_slot import Wanted
 from mavlink_vehicle.protocols.operations.operation_goals import (
@@ -52,7 +52,7 @@ class Vehicle(VehicleCore):
     ) -> None:
         """Prepare; nothing happens before `start`. `further` services run beside the others."""
         super().__init__(config, further)
-        self._desk = OperationDesk(self)
+        self._desk = OperationRequests(self)
         self.missions = Missions(self, self._desk)
         self.storage = Storage(self)
 

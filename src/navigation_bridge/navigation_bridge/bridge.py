@@ -28,7 +28,7 @@ from navigation_bridge.reporting import Reporter
 from navigation_bridge.scene import Scene
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.snapshot import LocatedSnapshot, Observer
-from navigation_bridge.storage.desk import StorageDesk
+from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.supervision.battery_forecast import share_for_return
 from navigation_bridge.supervision.lateness_watch import LatenessWatch
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
@@ -38,8 +38,8 @@ from navigation_bridge.supervision.stations import Stations
 from navigation_bridge.tasks.admission import Admission
 from navigation_bridge.tasks.registry import TASKS, task_of
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_bridge.traffic.conduct import TrafficConduct
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
+from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose, still_has_pose
 from navigation_bridge.vehicle_events import VehicleEvents
 from navigation_core.geometry import Vector3
@@ -101,7 +101,7 @@ class Bridge:
         self.obstacles = ObstacleFeed(vehicle, self._map_frame, config.obstacles)
         self._report = Reporter(vehicle, self._map_frame)
         self._observer = Observer(vehicle, self._map_frame, self.obstacles, config, self._searcher)
-        self._traffic = TrafficConduct(
+        self._traffic = VehicleSeparation(
             vehicle,
             self._map_frame,
             config,
@@ -134,7 +134,7 @@ class Bridge:
         self.services = ClientServices(
             self._engine, vehicle, self._report, self._parking, self._desk, self._refusal
         )
-        self.storage = StorageDesk(
+        self.storage = StorageRequests(
             vehicle, self._map_frame, self._report, lambda: self.services.occupied
         )
         self.scene = Scene(vehicle, self._map_frame, config)
@@ -254,7 +254,7 @@ class Bridge:
         admitted = self._refusal or self._admission.redeem(request, self.active_goal_id, now)
         if isinstance(admitted, Rejection):
             action = task_of(request, self._tasks).action
-            self._report.stillborn(goal_id, action, admitted)
+            self._report.rejected_at_start(goal_id, action, admitted)
             return
         self.services.logs.give_way("A goal was started.")
         previous, goal = self._engine.begin(goal_id, admitted, now)

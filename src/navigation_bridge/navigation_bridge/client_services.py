@@ -12,7 +12,7 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.engine import Engine
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel
-from navigation_bridge.log_desk import LogDesk
+from navigation_bridge.log_requests import LogRequests
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.services import Service, ServiceDesk
 from navigation_bridge.supervision.parking import Parking
@@ -50,7 +50,7 @@ class ClientServices:
         self._parking = parking
         self._desk = desk
         self.refusal = refusal
-        self.logs = LogDesk(vehicle, report.put_out, self._log_refusal)
+        self.logs = LogRequests(vehicle, report.put_out, self._log_refusal)
 
     @property
     def occupied(self) -> str | None:

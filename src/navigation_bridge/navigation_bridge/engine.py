@@ -28,7 +28,7 @@ from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.position_watch import PositionWatch
 from navigation_bridge.supervision.stations import Stations
-from navigation_bridge.traffic.conduct import TrafficConduct
+from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.progress import Progress, Status
@@ -50,7 +50,7 @@ class Parts:
     parking: Parking
     overtaken: OvertakenMode
     stations: Stations
-    traffic: TrafficConduct
+    traffic: VehicleSeparation
 
 
 class Engine:
@@ -214,7 +214,7 @@ class Engine:
             else:
                 self._effects.perform(goal, intent, now)
         elif isinstance(intent, Fly):
-            ended = self._effects.fly(goal, self._traffic.tempered(goal, intent, snapshot), now)
+            ended = self._effects.fly(goal, self._traffic.limited(goal, intent, snapshot), now)
         if ended is not None:
             self.end(goal, ended, now)
             return

@@ -158,7 +158,7 @@ class Reporter:
         """Cancel the action of a goal."""
         self._outputs.append(CancelWanted(goal.goal_id, goal.kind))
 
-    def stillborn(self, goal_id: str, action: str, rejection: Rejection) -> None:
+    def rejected_at_start(self, goal_id: str, action: str, rejection: Rejection) -> None:
         """Report that a goal, just accepted, can no longer start."""
         text = f"{rejection.code.value}: {rejection.message}"
         pose = self._map_frame.pose(self._vehicle.state)

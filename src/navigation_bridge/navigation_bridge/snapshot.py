@@ -27,7 +27,7 @@ from navigation_bridge.vehicle.traits import drives, limits_of, traits_of
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import KnownObstacle
 from navigation_core.safety.fences import Area, Fence
-from navigation_core.safety.room import Bounds
+from navigation_core.safety.speed_at_bounds import Bounds
 from navigation_core.searches import Searcher
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.observation import (
@@ -38,7 +38,7 @@ from navigation_core.tasks.observation import (
 )
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.velocity_command import VelocityCommand
-from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.traffic_view import TrafficView
 
 __all__ = ["LocatedSnapshot", "Observer", "PositionFault", "Snapshot"]
 

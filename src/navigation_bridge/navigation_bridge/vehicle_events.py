@@ -15,10 +15,10 @@ from mavlink_vehicle.ranges import RangesMeasured
 from navigation_bridge import notes
 from navigation_bridge.engine import Engine, Parts
 from navigation_bridge.goals.goal import LogLevel
-from navigation_bridge.log_desk import LogDesk
+from navigation_bridge.log_requests import LogRequests
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.services import ServiceDesk
-from navigation_bridge.storage.desk import StorageDesk
+from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.supervision.station_rules import takes_vehicle
 from navigation_bridge.vehicle.modes import vehicle_mode
 from navigation_core.outcomes import OutcomeCode
@@ -41,8 +41,8 @@ class VehicleEvents:
         parts: Parts,
         obstacles: ObstacleFeed,
         desk: ServiceDesk,
-        storage: StorageDesk,
-        logs: LogDesk,
+        storage: StorageRequests,
+        logs: LogRequests,
     ) -> None:
         """Hand them to these."""
         self._engine = engine

@@ -344,7 +344,7 @@ def test_a_vehicle_that_was_landed_meanwhile_is_not_lifted_again() -> None:
     task.start(vehicle.observe(), vehicle.now)
     task.step(vehicle.observe(), vehicle.now)
     vehicle.airborne, vehicle.in_control = False, False
-    task.take_up(vehicle.now)  # a station had paused it, and resumes it
+    task.resume_control(vehicle.now)  # a station had paused it, and resumes it
     answer = task.step(vehicle.observe(), vehicle.now)
     assert isinstance(answer, Outcome)
     assert answer.code is OutcomeCode.TAKEOFF_NOT_ALLOWED

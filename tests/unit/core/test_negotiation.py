@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from navigation_core.traffic.negotiation import LISTEN_S, SILENT_S, Negotiation, PeerState
-from navigation_core.traffic.picture import Ask, TrafficPicture, wait_for
+from navigation_core.traffic.reservations import Ask, TrafficReservations, wait_for
 from navigation_core.traffic.right_of_way import Claimant, Rank
 from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
 from navigation_core.traffic.way_out import first_blocked
@@ -25,13 +25,13 @@ class Server:
     ) -> None:
         """Stand at the start."""
         self.vehicle = f"{name}1"
-        self.picture = TrafficPicture(SEPARATION)
-        self.negotiation = Negotiation(self.picture, name, 1)
+        self.reservations = TrafficReservations(SEPARATION)
+        self.negotiation = Negotiation(self.reservations, name, 1)
         points, _ = densified(np.array([(*start, 5.0), (*end, 5.0)]), np.zeros(2))
         self.path = Volume.along(points, 1.0, 0.5)
-        self.picture.entry(self.vehicle).rank = Rank(Claimant.GOAL, float(rank), self.vehicle)
+        self.reservations.entry(self.vehicle).rank = Rank(Claimant.GOAL, float(rank), self.vehicle)
         self.place = self.granted = 0
-        self.picture.stand(self.vehicle, self.path.part(0, 1), 0.0)
+        self.reservations.stand(self.vehicle, self.path.part(0, 1), 0.0)
         self.reach = NOWHERE
 
     def step(self, now: float) -> PeerState:
@@ -49,7 +49,7 @@ class Server:
             self.place,
         )
         if now > 0.1:
-            grant = self.picture.extend(self.vehicle, ask, rest.part(0, 1), now)
+            grant = self.reservations.extend(self.vehicle, ask, rest.part(0, 1), now)
             self.granted = self.place + grant.granted
         self.negotiation.look(now)
         return self.negotiation.state({self.vehicle: (NOWHERE, self.reach)}, now)
@@ -57,7 +57,7 @@ class Server:
     @property
     def used(self) -> Volume:
         """The volume that its vehicle may use."""
-        return self.picture.entry(self.vehicle).used
+        return self.reservations.entry(self.vehicle).used
 
 
 def crossing(seed: int = 0) -> tuple[Server, Server]:
@@ -129,11 +129,11 @@ def test_nothing_is_used_before_others_had_time_to_be_heard() -> None:
 
 def test_an_expected_server_must_have_been_heard() -> None:
     server, other = crossing()
-    server.negotiation = Negotiation(server.picture, "/a", 1, ["/b"])
+    server.negotiation = Negotiation(server.reservations, "/a", 1, ["/b"])
     for tick in range(40):
         server.step(tick * STEP_S)
     assert server.place == 0
-    entry = server.picture.entry(server.vehicle)
+    entry = server.reservations.entry(server.vehicle)
     assert entry.waiting is not None
     assert entry.waiting.whom == "/b"
     for tick in range(40, 80):
@@ -149,11 +149,11 @@ def test_a_silent_server_keeps_its_volume_and_what_it_may_do_alone() -> None:
     state = other.negotiation.state({other.vehicle: (alone, NOWHERE)}, 0.0)
     server.negotiation.receive(state, 0.0)
     server.negotiation.look(SILENT_S + 0.1)
-    entry = server.picture.entries[other.vehicle]
+    entry = server.reservations.entries[other.vehicle]
     assert len(entry.held)
     assert entry.whole.meets(alone, SEPARATION).any()
     server.negotiation.look(1e6)
-    assert other.vehicle in server.picture.entries
+    assert other.vehicle in server.reservations.entries
 
 
 def test_who_can_never_get_near_need_not_agree() -> None:
@@ -171,7 +171,7 @@ def test_a_restarted_server_must_agree_again() -> None:
         now = tick * STEP_S
         server.negotiation.receive(other.step(now), now)
         other.negotiation.receive(server.step(now), now)
-    again = Negotiation(TrafficPicture(SEPARATION), "/b", 2)
+    again = Negotiation(TrafficReservations(SEPARATION), "/b", 2)
     server.negotiation.receive(again.state({}, 4.0), 4.0)
     place = server.granted
     for tick in range(20, 40):
@@ -185,7 +185,7 @@ def test_who_flew_alone_stops_when_another_server_is_found_late() -> None:
         server.step(tick * STEP_S)
     assert server.place < server.granted
     other.place = 20  # it stands where the lines cross
-    other.picture.stand(other.vehicle, other.path.part(20, 21), 5.0)
+    other.reservations.stand(other.vehicle, other.path.part(20, 21), 5.0)
     state = other.negotiation.state({other.vehicle: (NOWHERE, NOWHERE)}, 5.0)
     server.negotiation.receive(state, 5.0)
     place = server.place
@@ -210,22 +210,22 @@ def test_a_server_that_the_network_knows_of_is_listened_for() -> None:
     server, _ = crossing()
     for tick in range(15):
         server.step(tick * STEP_S)
-    assert server.picture.agreement is None
+    assert server.reservations.agreement is None
     server.negotiation.find(1)
-    assert server.picture.agreement is server.negotiation
+    assert server.reservations.agreement is server.negotiation
     # It may be one that was killed: nobody waits for it for ever.
     for tick in range(15, 30):
         server.negotiation.find(1)
         server.step(tick * STEP_S)
-    assert server.picture.agreement is None
+    assert server.reservations.agreement is None
 
 
 def test_one_that_had_to_make_room_and_found_none_leaves_it_to_those_of_other_servers() -> None:
     first, last = crossing()
-    entry = last.picture.entry(last.vehicle)
+    entry = last.reservations.entry(last.vehicle)
     for server, other in ((first, last), (last, first)):
         server.step(0.0)
-        own = server.picture.entry(server.vehicle)
+        own = server.reservations.entry(server.vehicle)
         own.waiting = wait_for(None, other.vehicle, "which holds what is ahead", 0.0)
         own.moves = True
     entry.stuck_until_s = 5.0
@@ -233,9 +233,9 @@ def test_one_that_had_to_make_room_and_found_none_leaves_it_to_those_of_other_se
     def must(now: float) -> bool:
         state = last.negotiation.state({last.vehicle: (NOWHERE, NOWHERE)}, now)
         first.negotiation.receive(state, now)
-        return first.picture.must_give_way(first.vehicle, now)
+        return first.reservations.must_give_way(first.vehicle, now)
 
-    assert first.picture.entry(first.vehicle).rank < entry.rank
+    assert first.reservations.entry(first.vehicle).rank < entry.rank
     assert must(1.0)
     assert not must(6.0)
 
@@ -282,7 +282,7 @@ def test_one_beside_anothers_path_does_not_fly_along_it_towards_that() -> None:
         state = first.step(now)
         if tick < 12:
             aside = Volume.along(np.array([(20.0, 12.0, 5.0)]), 1.0, 0.5)
-            last.picture.stand(last.vehicle, aside, now)
+            last.reservations.stand(last.vehicle, aside, now)
             reply = last.negotiation.state({last.vehicle: (NOWHERE, NOWHERE)}, now)
         else:
             reply = last.step(now)
@@ -301,14 +301,14 @@ def test_a_wish_that_another_vehicle_has_got_into_is_given_up() -> None:
         now = tick * STEP_S
         state = first.step(now)
         if tick < 10:  # it is far away, and its server hears nothing
-            last.picture.stand(last.vehicle, aside, now)
+            last.reservations.stand(last.vehicle, aside, now)
             reply = last.negotiation.state({last.vehicle: (NOWHERE, NOWHERE)}, now)
             first.negotiation.receive(reply, now)
         else:  # it was carried nearer
             reply = last.step(now)
             last.negotiation.receive(state, now)
             first.negotiation.receive(reply, now)
-    waits = [one.picture.entry(one.vehicle).waiting for one in (first, last)]
+    waits = [one.reservations.entry(one.vehicle).waiting for one in (first, last)]
     assert [wait.whom for wait in waits if wait is not None] == [last.vehicle, first.vehicle]
 
 

@@ -25,8 +25,8 @@ from navigation_core.tasks.progress import Status
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from navigation_core.traffic.intruders import Intruder
-from navigation_core.traffic.picture import TrafficPicture
-from navigation_core.traffic.view import Footing, TrafficView
+from navigation_core.traffic.reservations import TrafficReservations
+from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
 from navigation_core.traffic.volumes import Volume
 from tests.support.models.vehicle_traits import PLANE
 
@@ -37,11 +37,11 @@ Place = tuple[float, float, float]
 
 def view(intruder: Intruder = HEAD_ON, **fields: Any) -> TrafficView:
     """Return traffic with one intruder."""
-    picture = TrafficPicture()
+    picture = TrafficReservations()
     entry = picture.entry("X")
     entry.intruder, entry.moves = intruder, True
     values: dict[str, Any] = {"heights_m": (5.0, 120.0), "timeout_s": 30.0, **fields}
-    return TrafficView(picture, "a", Footing.level(), **values)
+    return TrafficView(picture, "a", TrafficFrame.level(), **values)
 
 
 def seen(
@@ -78,7 +78,7 @@ def test_it_is_sent_elsewhere_for_an_intruder_and_back_behind_it() -> None:
     assert progress.status is Status.WAITING_FOR_TRAFFIC
     assert progress.blocked == "Waits for X, which would come too near."
     assert plane.step(seen(traffic, OperationStatus.ACHIEVED), 0.1) == Wait()
-    traffic.picture.forget("X")
+    traffic.reservations.forget("X")
     assert sent_to(plane.step(seen(traffic, OperationStatus.ACHIEVED), 0.6)) == GOAL
     assert plane.progress(seen(traffic), 0.6).status is Status.NAVIGATING
 
@@ -122,7 +122,7 @@ def test_it_is_not_sent_where_another_vehicle_is() -> None:
     traffic = view()
     first = sent_to(task().step(seen(traffic), 0.0))
     others = Volume.along(np.array([[60.0, 0.0, first[2]]]), 5.0, 5.0)
-    traffic.picture.stand("b", others, 0.0)
+    traffic.reservations.stand("b", others, 0.0)
     assert sent_to(task().step(seen(traffic), 0.0)) != first
 
 

@@ -17,9 +17,9 @@ from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.detours import DetourSearch
 from navigation_core.traffic.negotiation import Negotiation
-from navigation_core.traffic.picture import Ask, TrafficPicture
+from navigation_core.traffic.reservations import Ask, TrafficReservations
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
-from navigation_core.traffic.view import Footing, TrafficView
+from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
 from tests.support.models.point_mass import PointMass
 
@@ -32,9 +32,9 @@ def line(*points: tuple[float, float, float]) -> Volume:
     return Volume.along(spread, 1.0, 0.5)
 
 
-def picture(*names: str) -> TrafficPicture:
-    """Return a picture in which all fly goals; the first has the best rank."""
-    made = TrafficPicture(SEPARATION)
+def reservations(*names: str) -> TrafficReservations:
+    """Return reservations in which all fly goals; the first has the best rank."""
+    made = TrafficReservations(SEPARATION)
     for number, name in enumerate(names):
         made.entry(name).rank = Rank(Claimant.GOAL, float(number), name)
     return made
@@ -48,7 +48,7 @@ def ask(path: Volume, wanted: int, granted: int = 0, speed_m_s: float = 1.0) -> 
 
 
 def test_a_path_is_held_up_to_what_another_holds() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     made.stand("a", line((20.0, 0.0, 5.0)), 0.0)
     path = line((0.0, 0.0, 5.0), (40.0, 0.0, 5.0))
     grant = made.extend("b", ask(path, 40), path.part(0, 1), 0.0)
@@ -60,7 +60,7 @@ def test_a_path_is_held_up_to_what_another_holds() -> None:
 
 
 def test_a_path_longer_than_what_is_looked_at_is_held_as_far_as_that() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     path = line((0.0, 0.0, 5.0), (400.0, 0.0, 5.0))
     grant = made.extend("b", ask(path, 401), path.part(0, 1), 0.0)
     assert grant.waiting is None
@@ -68,14 +68,14 @@ def test_a_path_longer_than_what_is_looked_at_is_held_as_far_as_that() -> None:
 
 
 def test_a_path_above_another_is_free() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     made.stand("a", line((20.0, 0.0, 5.0)), 0.0)
     path = line((0.0, 0.0, 9.1), (40.0, 0.0, 9.1))
     assert made.extend("b", ask(path, 40), path.part(0, 1), 0.0).waiting is None
 
 
 def test_nobody_stops_on_the_path_of_a_better_rank() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     first = line((-30.0, 0.0, 5.0), (30.0, 0.0, 5.0))
     made.extend("a", ask(first, 5, speed_m_s=3.0), first.part(0, 1), 0.0)
     second = line((0.0, -30.0, 5.0), (0.0, 0.0, 5.0))
@@ -86,7 +86,7 @@ def test_nobody_stops_on_the_path_of_a_better_rank() -> None:
 
 
 def test_who_is_through_in_time_passes_before_a_better_rank() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     first = line((-60.0, 0.0, 5.0), (60.0, 0.0, 5.0))
     made.extend("a", ask(first, 5, speed_m_s=1.0), first.part(0, 1), 0.0)
     second = line((0.0, -12.0, 5.0), (0.0, 30.0, 5.0))
@@ -97,7 +97,7 @@ def test_who_is_through_in_time_passes_before_a_better_rank() -> None:
 
 
 def test_a_whole_volume_is_held_or_announced() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     made.stand("a", line((0.0, 0.0, 5.0)), 0.0)
     column = line((1.0, 0.0, 0.0), (1.0, 0.0, 10.0))
     waiting = made.claim("b", column, 1.0)
@@ -110,14 +110,14 @@ def test_a_whole_volume_is_held_or_announced() -> None:
 
 
 def test_less_is_kept_from_who_is_parked() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     made.stand("a", line((0.0, 0.0, 0.0)).parked(SEPARATION), 0.0)
     assert made.claim("b", line((4.5, 0.0, 0.0), (4.5, 0.0, 5.0)), 0.0) is None
     assert made.claim("b", line((3.5, 0.0, 0.0), (3.5, 0.0, 5.0)), 0.0) is not None
 
 
 def test_the_worst_rank_of_a_circle_gives_way() -> None:
-    made = picture("a", "b", "c")
+    made = reservations("a", "b", "c")
     for name, whom in (("a", "b"), ("b", "c"), ("c", "a")):
         made.entry(name).moves = True
         made.entry(name).waiting = TrafficWait(whom, "", 0.0)
@@ -128,7 +128,7 @@ def test_the_worst_rank_of_a_circle_gives_way() -> None:
 
 
 def test_who_waits_for_one_that_stands_goes_round() -> None:
-    made = picture("a", "b", "c")
+    made = reservations("a", "b", "c")
     made.entry("b").moves = made.entry("c").moves = True
     made.entry("b").waiting = TrafficWait("a", "", 0.0)
     made.entry("c").waiting = TrafficWait("b", "", 0.0)
@@ -137,9 +137,9 @@ def test_who_waits_for_one_that_stands_goes_round() -> None:
 
 
 def test_a_detour_leads_over_what_stands() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     made.stand("a", line((20.0, 0.0, 5.0)), 0.0)
-    view = TrafficView(made, "b", Footing.level(), 1.0, 0.5, (1.0, 30.0))
+    view = TrafficView(made, "b", TrafficFrame.level(), 1.0, 0.5, (1.0, 30.0))
     search = DetourSearch(view, Limits(), lambda _: True, 0.0)
     found = search.find(np.array([0.0, 0.0, 5.0]), np.array([[40.0, 0.0, 5.0]]))
     assert found is not None
@@ -149,9 +149,9 @@ def test_a_detour_leads_over_what_stands() -> None:
 
 
 def test_what_drives_goes_round_on_the_ground() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     made.stand("a", line((20.0, 0.0, 0.0)), 0.0)
-    view = TrafficView(made, "b", Footing.level(), 1.0, 0.5)
+    view = TrafficView(made, "b", TrafficFrame.level(), 1.0, 0.5)
     search = DetourSearch(view, Limits(), lambda _: True, 0.0)
     found = search.find(np.array([0.0, 0.0, 0.0]), np.array([[40.0, 0.0, 0.0]]))
     assert found is not None
@@ -166,7 +166,7 @@ def test_what_is_held_keeps_apart_whoever_asks_in_whatever_order(
     ways: list[tuple[tuple[float, float, float], tuple[float, float, float]]], order: int
 ) -> None:
     names = [f"v{number}" for number in range(len(ways))]
-    made = picture(*names)
+    made = reservations(*names)
     paths = {name: line(*way) for name, way in zip(names, ways, strict=True)}
     for name in names:
         begin = paths[name].part(0, 1)
@@ -208,7 +208,7 @@ def test_pairs_are_those_of_the_definition(
 
 
 def test_who_has_drifted_too_near_to_one_that_stands_may_leave_but_not_come_nearer() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     made.stand("a", line((6.95, 0.0, 5.0)), 0.0)
     path = line((0.0, 0.0, 5.0), (-20.0, 0.0, 5.0))
     made.stand("b", path.part(0, 1), 0.0)
@@ -221,19 +221,19 @@ def test_who_has_drifted_too_near_to_one_that_stands_may_leave_but_not_come_near
 
 
 def test_no_detour_aside_leads_below_the_lowest_height() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     # All around at its height, so that only down would be near.
     for number in range(12):
         angle = 2.0 * np.pi * number / 12
         made.stand(f"c{number}", line((12.0 * np.cos(angle), 12.0 * np.sin(angle), 5.0)), 0.0)
     made.stand("above", line((0.0, 0.0, 9.5)), 0.0)
-    view = TrafficView(made, "b", Footing.level(), 1.0, 0.5, (3.0, 40.0))
+    view = TrafficView(made, "b", TrafficFrame.level(), 1.0, 0.5, (3.0, 40.0))
     found = DetourSearch(view, Limits(), lambda _: True, 0.0).aside(np.array([0.0, 0.0, 5.0]))
     assert found is None or found.points_enu_m[-1][2] >= 3.0
 
 
 def test_who_holds_what_a_better_rank_waits_for_may_leave_through_its_announced_path() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     held = line((20.0, 0.0, 5.0))
     made.stand("b", held, 0.0)
     wanted = line((0.0, 0.0, 5.0), (40.0, 0.0, 5.0))
@@ -242,7 +242,7 @@ def test_who_holds_what_a_better_rank_waits_for_may_leave_through_its_announced_
 
 
 def test_who_is_within_what_another_keeps_by_force_may_leave_it() -> None:
-    made = picture("a", "b")
+    made = reservations("a", "b")
     path = line((0.0, 0.0, 5.0), (0.0, 20.0, 5.0))
     made.stand("b", path.part(0, 1), 0.0)
     made.stand("a", line((-30.0, 0.0, 5.0)), 0.0)
@@ -257,8 +257,8 @@ def test_who_is_within_what_another_keeps_by_force_may_leave_it() -> None:
 
 
 def test_the_path_after_a_stop_begins_at_the_setpoint_and_not_with_the_measured_velocity() -> None:
-    made = picture("a", "b")
-    view = TrafficView(made, "a", Footing.level(), 1.0, 0.5)
+    made = reservations("a", "b")
+    view = TrafficView(made, "a", TrafficFrame.level(), 1.0, 0.5)
     limits = Limits(speed_horizontal_m_s=4.0)
     config = GotoConfig(limits=limits, may_arm=True)
     start = (0.0, 0.0, 5.0)

@@ -7,8 +7,8 @@ import io
 from rich.console import Console
 
 from drone_navigation.check.report import CheckVerdict, Report
+from drone_navigation.check.report_output import plain_lines, show
 from drone_navigation.check.sections import CheckSection, Line
-from drone_navigation.check.view import plain_lines, show
 
 
 def test_a_shared_warning_is_shown_once() -> None:

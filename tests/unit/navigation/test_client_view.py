@@ -21,7 +21,7 @@ from drone_navigation.client.events import (
     Telemetry,
 )
 from drone_navigation.client.terminal.live import LiveView
-from drone_navigation.client.terminal.view import ClientView, JsonView, PlainView
+from drone_navigation.client.terminal.output import ClientView, JsonView, PlainView
 
 UNKNOWN = (math.nan, math.nan, math.nan)
 SENDING = Sending(1, "navigate_to_waypoint", "goal (10, 5, 2) m in frame map")

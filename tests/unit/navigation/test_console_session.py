@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from drone_navigation.console import plans
-from drone_navigation.console.board import Board
 from drone_navigation.console.lease import SILENCE_S
 from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Rehearse, Replay
 from drone_navigation.console.session import Page, Rules
+from drone_navigation.console.shown_values import ShownValues
 from tests.support.messages.random_console_messages import FLY, MOVING, broken
 
 HOME = {"latitude": -35.3632621, "longitude": 149.1652374, "altitude": 584.0, "at": [1.0, 2.0, 0.5]}
@@ -53,7 +53,7 @@ class Console:
 
     def __init__(self) -> None:
         self.pilots = FakePilots()
-        self.board = Board()
+        self.board = ShownValues()
         self.board.put("/", "alive", True)
         self.board.put("/", "status", {"autopilot": "ArduCopter"})
         self.board.put("/", "home", HOME)
@@ -145,7 +145,7 @@ def test_a_recording_is_played_without_control() -> None:
 
 
 def test_only_what_has_changed_is_sent() -> None:
-    board = Board()
+    board = ShownValues()
     board.put("/a", "mode", "GUIDED")
     board.put("/b", "mode", "LAND")
     version, everything = board.since(0)
@@ -159,7 +159,7 @@ def test_only_what_has_changed_is_sent() -> None:
 
 
 def test_a_trail_grows_with_the_distance_not_with_time() -> None:
-    board = Board()
+    board = ShownValues()
     for step in range(1000):
         board.pass_through("/", [0.1 * (step // 100), 0.0, 5.0])
     assert len(board.trails()["/"]) == 2

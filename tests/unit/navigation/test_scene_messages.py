@@ -8,7 +8,7 @@ import math
 import pytest
 
 from custom_interfaces.msg import FenceArea
-from drone_navigation.console import facts
+from drone_navigation.console import page_values
 from drone_navigation.server.publishing.scene_topics import fence_message, items_message
 from mavlink_vehicle.mission_items import NO_FRAME, MissionItem
 from navigation_bridge.scene import SceneArea, SceneFence, SceneItem
@@ -58,12 +58,12 @@ def test_a_fence_is_reported_in_the_map_and_in_degrees() -> None:
 
 def test_an_unknown_fence_or_mission_is_not_told_as_an_empty_one() -> None:
     assert not fence_message(None).known
-    assert facts.fence(fence_message(None)) is None
+    assert page_values.fence(fence_message(None)) is None
     assert not items_message((None, -1)).known
-    assert facts.stored_items(items_message((None, -1))) is None
+    assert page_values.stored_items(items_message((None, -1))) is None
     empty = items_message(((), -1))
     assert empty.known
-    assert facts.stored_items(empty) == {"current": -1, "items": []}
+    assert page_values.stored_items(empty) == {"current": -1, "items": []}
 
 
 def test_a_mission_is_reported_as_it_is_stored_and_where_that_is() -> None:
@@ -83,8 +83,8 @@ def test_a_mission_is_reported_as_it_is_stored_and_where_that_is() -> None:
 
 
 def test_a_page_gets_only_what_json_can_express() -> None:
-    fence = facts.fence(fence_message(FENCE))
-    mission = facts.stored_items(items_message((ITEMS, 2)))
+    fence = page_values.fence(fence_message(FENCE))
+    mission = page_values.stored_items(items_message((ITEMS, 2)))
     json.dumps([fence, mission], allow_nan=False)
     assert fence is not None
     assert (fence["low"], fence["high"]) == (None, 40.0)

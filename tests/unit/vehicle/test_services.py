@@ -41,7 +41,7 @@ def connected(further: tuple[VehicleService, ...] = (), armed: bool = True) -> V
 
 
 def sent(vehicle: Vehicle) -> list[str]:
-    """What is to be sent: names, of commands their numbers."""
+    """Return the messages to send: names, of commands their numbers."""
     return [
         f"{message.get_type()} {getattr(message, 'command', '')}".rstrip()
         for message in vehicle.messages_to_send()
@@ -107,7 +107,7 @@ def test_a_service_plugs_in_without_a_change_of_the_vehicle() -> None:
 
 
 def test_the_mode_is_asked_for_before_anything_else_after_a_gap() -> None:
-    """What commands waits for its answer; meanwhile a command that was under way is dropped."""
+    """A service that commands waits for its answer; a command under way is dropped meanwhile."""
     vehicle = connected()
     vehicle.open_stream(0.0)
     vehicle.send_setpoint(SETPOINT, 0.1)

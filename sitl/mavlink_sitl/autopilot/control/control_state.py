@@ -8,8 +8,8 @@ from dataclasses import fields
 from operator import attrgetter
 from typing import NamedTuple, TypeVar
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.exchange import GRAVITY_M_S2, Guidance, Limits, Motors, YawMode
-from mavlink_sitl.lanes import Lane, Ops
 
 
 class ControllerGains(NamedTuple):

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.autopilot.control.control_state import (
     Belief,
     ControllerGains,
@@ -23,7 +24,6 @@ from mavlink_sitl.autopilot.control.control_state import (
     VerticalState,
 )
 from mavlink_sitl.exchange import GRAVITY_M_S2, YawMode
-from mavlink_sitl.lanes import Lane, Ops
 
 HorizontalLaw = Callable[
     [HorizontalState, Targets, Belief, Lane, float, ControllerGains, Ops],

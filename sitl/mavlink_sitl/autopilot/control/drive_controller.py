@@ -17,10 +17,10 @@ import math
 from operator import attrgetter
 from typing import NamedTuple
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.autopilot.control.control_state import packed
 from mavlink_sitl.exchange import YawMode
 from mavlink_sitl.guidance import DriveGuidance
-from mavlink_sitl.lanes import Lane, Ops
 
 
 class DriveGains(NamedTuple):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from operator import attrgetter
 from typing import NamedTuple
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.autopilot.control.control_state import packed
 from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.guidance import GlideGuidance
-from mavlink_sitl.lanes import Lane, Ops
 
 
 class GlideGains(NamedTuple):

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.control.pace import Pace
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
+from mavlink_sitl.autopilot.control.track_time_scale import TrackTimeScale
 from mavlink_sitl.exchange import Limits, Vector
 
 Motion3 = tuple[Vector, Vector, Vector]
@@ -110,7 +110,7 @@ class LegTrack:
 
     def __init__(self, leg: TrackLeg, now_s: float) -> None:
         self.leg = leg
-        self.pace = Pace(leg.limits)
+        self.pace = TrackTimeScale(leg.limits)
         self._seen_s = now_s
         self._late_s = 0.0
         """How much less time has passed for the track"""
@@ -135,7 +135,7 @@ class LegTrack:
         if self._next is not None:
             self._next.change_limits(limits, now_s - self._next_began_s)
         if self.pace.steady:
-            self.pace = Pace(limits)
+            self.pace = TrackTimeScale(limits)
 
     @property
     def rounding(self) -> bool:

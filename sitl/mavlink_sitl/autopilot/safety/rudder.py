@@ -14,7 +14,7 @@ OFF, ARMS_AND_DISARMS = 0, 2
 """ARMING_RUDDER; 1 only arms"""
 DRIVES_ITSELF_M_S = 0.1
 STICK = "stick"
-"""Who arms"""
+"""Arming by the rudder stick"""
 BY_ORDER = ("auto", "guided")
 """Behaviours in which only a ground station arms"""
 

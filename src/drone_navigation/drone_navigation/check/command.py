@@ -11,7 +11,7 @@ from rich.console import Console
 
 from drone_navigation.check.examination import Checker
 from drone_navigation.check.report import Report, make_report
-from drone_navigation.check.view import as_json, show
+from drone_navigation.check.report_output import as_json, show
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.links import LinkKind, LinkUrl, parse_url
 from navigation_bridge.configuration.make_config import ServerConfig

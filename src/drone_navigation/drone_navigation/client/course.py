@@ -29,7 +29,7 @@ from drone_navigation.client.options import (
     EXIT_REJECTED,
     EXIT_SUCCESS,
 )
-from drone_navigation.client.terminal.view import ClientView
+from drone_navigation.client.terminal.output import ClientView
 from drone_navigation.client.watch import LOST_TIMEOUT_S, ServerWatch
 from drone_navigation.presence import Presence
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS

@@ -26,7 +26,7 @@ _STATES = {
 
 
 class GoalStage(Enum):
-    """Stage of a goal."""
+    """RehearsedFlight of a goal."""
 
     SENT = auto()
     OPEN = auto()

@@ -31,7 +31,7 @@ from drone_navigation.client.options import (
 from drone_navigation.client.process import SPIN_S, client_node, wait_for
 from drone_navigation.client.servers import no_server
 from drone_navigation.client.terminal.keys import HELP, Key, Keyboard, Keys, Pressed
-from drone_navigation.client.terminal.view import ClientView, make_view
+from drone_navigation.client.terminal.output import ClientView, make_view
 from drone_navigation.client.updates import Update, UpdateError, parse_point
 from drone_navigation.presence import duplicate
 from navigation_bridge.names import SERVER_NODE_NAME

@@ -13,10 +13,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 
-from drone_navigation.console.board import Board
 from drone_navigation.console.messages import PageCommand, PageGoal, Rehearse, Replay
 from drone_navigation.console.rehearsals import Rehearsals
 from drone_navigation.console.requests import Answer, VehicleRequests
+from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.console.vehicle import VehicleClient
 from drone_navigation.qos import STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
@@ -39,7 +39,7 @@ _CALLBACKS_MAX = 2000
 class Fleet:
     """All vehicles of the ROS domain."""
 
-    def __init__(self, node: Node, board: Board) -> None:
+    def __init__(self, node: Node, board: ShownValues) -> None:
         """Prepare; :meth:`start` begins.
 
         Args:

@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any, Protocol
 
 from drone_navigation.console import plans
-from drone_navigation.console.board import Board
 from drone_navigation.console.lease import Leases
 from drone_navigation.console.messages import (
     Alive,
@@ -28,6 +27,7 @@ from drone_navigation.console.messages import (
     Take,
     parse,
 )
+from drone_navigation.console.shown_values import ShownValues
 
 __all__ = ["Page", "Pilots", "Rules"]
 
@@ -86,7 +86,7 @@ class Page:
 class Rules:
     """All pages, and what they may do."""
 
-    def __init__(self, pilots: Pilots, board: Board) -> None:
+    def __init__(self, pilots: Pilots, board: ShownValues) -> None:
         """Prepare.
 
         Args:

@@ -23,11 +23,11 @@ from custom_interfaces.msg import (
     StoredItems,
     VehicleStatus,
 )
-from drone_navigation.console import facts, plans
-from drone_navigation.console.board import Board
+from drone_navigation.console import page_values, plans
 from drone_navigation.console.flight_parameters import FlightParameters
 from drone_navigation.console.rehearsals import Rehearsals
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
+from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_core.safety.energy import ConsumptionEstimator
@@ -36,12 +36,12 @@ __all__ = ["VehicleClient"]
 
 # Topics that are shown as they come: type, topic, function that makes the page's value of it.
 _SHOWN: tuple[tuple[Any, str, Callable[[Any], Any], QoSProfile], ...] = (
-    (BatteryState, "battery", facts.battery, STREAM_QOS),
-    (NavSatFix, "fix", facts.fix, STREAM_QOS),
-    (Fence, "fence", facts.fence, LATCHED_QOS),
-    (Fence, "flight_volume", facts.fence, LATCHED_QOS),
-    (StoredItems, "mission", facts.stored_items, LATCHED_QOS),
-    (StoredItems, "rally_points", facts.stored_items, LATCHED_QOS),
+    (BatteryState, "battery", page_values.battery, STREAM_QOS),
+    (NavSatFix, "fix", page_values.fix, STREAM_QOS),
+    (Fence, "fence", page_values.fence, LATCHED_QOS),
+    (Fence, "flight_volume", page_values.fence, LATCHED_QOS),
+    (StoredItems, "mission", page_values.stored_items, LATCHED_QOS),
+    (StoredItems, "rally_points", page_values.stored_items, LATCHED_QOS),
 )
 # A status comes once a second.
 _SILENT_S = 2.5
@@ -53,7 +53,7 @@ _PLANS = 5
 class VehicleClient:
     """Subscriptions and requests for one vehicle."""
 
-    def __init__(self, node: Node, namespace: str, board: Board, now: float) -> None:
+    def __init__(self, node: Node, namespace: str, board: ShownValues, now: float) -> None:
         """Listen to its status.
 
         Args:
@@ -147,7 +147,7 @@ class VehicleClient:
             self._end_goal()
         self._server_id = message.server_id
         self._heard_s = self._now
-        self._board.put(self._name, "status", facts.status(message))
+        self._board.put(self._name, "status", page_values.status(message))
         if self._board.get(self._name, "earth") is None:
             self._find_earth()
         if message.last_status_text != (before or ""):
@@ -196,7 +196,7 @@ class VehicleClient:
         self._board.put(self._name, "events", list(self._events))
 
     def _plan(self, message: Path) -> None:
-        path = facts.path(message)
+        path = page_values.path(message)
         before = None if self._plan_is_old else self._board.get(self._name, "plan")
         self._plan_is_old = False
         if before and path:
@@ -205,7 +205,7 @@ class VehicleClient:
         self._board.put(self._name, "plan", path)
 
     def _home(self, message: HomePosition) -> None:
-        self._board.put(self._name, "home", facts.home(message))
+        self._board.put(self._name, "home", page_values.home(message))
         self._find_earth()
 
     def _find_earth(self) -> None:
@@ -215,7 +215,7 @@ class VehicleClient:
 
     def _odometry(self, message: Odometry) -> None:
         self._moves = message
-        motion = facts.motion(message)
+        motion = page_values.motion(message)
         self._board.put(self._name, "motion", motion)
         if motion is not None:
             self._board.pass_through(self._name, motion["at"])
@@ -228,7 +228,7 @@ class VehicleClient:
         }
         battery = self._board.get(self._name, "battery") or {}
         if known["motion"] and self._moves is not None:
-            known["motion"] = {**known["motion"], "velocity": facts.velocity(self._moves)}
+            known["motion"] = {**known["motion"], "velocity": page_values.velocity(self._moves)}
         autopilot = (known["status"] or {}).get("autopilot", "")
         names = rehearsals.vehicle_names(autopilot)
         self._parameters.look(rehearsals.server_names, names, self._now)
@@ -237,7 +237,7 @@ class VehicleClient:
         return {**known, **self._parameters.values()}, self._parameters.complete
 
     def _obstacles(self, message: MarkerArray) -> None:
-        self._board.put(self._name, "obstacles", facts.obstacles(message))
+        self._board.put(self._name, "obstacles", page_values.obstacles(message))
 
     def _show(self, name: str, fact: Callable[[Any], Any], message: Any) -> None:
         if name == "battery":
@@ -248,12 +248,14 @@ class VehicleClient:
     def _is_under_way(self) -> bool:
         """Whether the vehicle flies or drives."""
         status = self._board.get(self._name, "status") or {}
-        moves = self._moves is not None and math.hypot(*facts.velocity(self._moves)) > _STILL_M_S
+        moves = (
+            self._moves is not None and math.hypot(*page_values.velocity(self._moves)) > _STILL_M_S
+        )
         return bool(status.get("armed")) and (status.get("landed") == "in the air" or moves)
 
     def _feedback(self, action: str, message: Any) -> None:
         if bytes(message.goal_id.uuid).hex() == self._active:
-            self._board.put(self._name, "feedback", facts.feedback(action, message.feedback))
+            self._board.put(self._name, "feedback", page_values.feedback(action, message.feedback))
 
     def diagnostics(self, parts: Sequence[Any]) -> None:
         """Take this vehicle's parts of /diagnostics."""
@@ -262,7 +264,7 @@ class VehicleClient:
             if part.name.startswith(own):
                 name = part.name.removeprefix(own)
                 if name in ("vehicle link", "GPS", "obstacle sensors", "control loop"):
-                    self._board.put(self._name, name, facts.diagnostic(part))
+                    self._board.put(self._name, name, page_values.diagnostic(part))
 
     def look_for_replay(self, services: AbstractSet[str]) -> None:
         """Find the services of a recording that is played in the vehicle's place.
@@ -287,7 +289,7 @@ class VehicleClient:
         # After the messages that came with it, in whatever order.
         self._jumped = self._jumped or jumps != self._jumps
         self._jumps = jumps
-        self._board.put(self._name, "replay", facts.replay(message))
+        self._board.put(self._name, "replay", page_values.replay(message))
 
     def _forget(self) -> None:
         """Forget what was before or after another position of a recording."""

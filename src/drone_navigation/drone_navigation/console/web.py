@@ -20,10 +20,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from drone_navigation.console.access import Access
-from drone_navigation.console.board import Board
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.messages import SIZE_MAX_BYTES
 from drone_navigation.console.session import Page, Rules
+from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.console.tiles.folder import Tiles, media_type, tile_of
 
 __all__ = ["Web"]
@@ -47,7 +47,9 @@ _SILENT.setLevel(logging.CRITICAL)
 class Web:
     """Serves one console."""
 
-    def __init__(self, fleet: Fleet, board: Board, token: str, tiles: Tiles | None = None) -> None:
+    def __init__(
+        self, fleet: Fleet, board: ShownValues, token: str, tiles: Tiles | None = None
+    ) -> None:
         """Read the files of the page.
 
         Args:

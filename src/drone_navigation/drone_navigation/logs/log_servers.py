@@ -30,7 +30,7 @@ from mavlink_vehicle.events import StoredLog
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.fleet import DriverThread
 from navigation_bridge.goals.log_outputs import LogBytes, LogOutput, LogRequestDone, LogsFound
-from navigation_bridge.log_desk import LogDesk
+from navigation_bridge.log_requests import LogRequests
 from navigation_bridge.names import DOWNLOAD_LOG_ACTION_NAME
 from navigation_core.outcomes import OutcomeCode
 
@@ -56,7 +56,7 @@ class LogServers:
     def __init__(
         self,
         node: Node,
-        desk: Callable[[], LogDesk],
+        desk: Callable[[], LogRequests],
         driver: DriverThread,
         clock: Clock,
         folder: Path,

@@ -13,7 +13,7 @@ from nav_msgs.msg import Path
 from numpy.typing import NDArray
 from visualization_msgs.msg import MarkerArray
 
-from drone_navigation.console.facts import obstacle_rows
+from drone_navigation.console.page_values import obstacle_rows
 from mavlink_vehicle.positions import frames
 from navigation_core.geometry import Vector3, distance
 from navigation_core.mapping.obstacles import BOX_COLUMNS, POST_COLUMNS, Obstacles

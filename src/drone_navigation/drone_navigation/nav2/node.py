@@ -12,7 +12,7 @@ from rclpy.node import Node
 from drone_navigation.nav2.behaviours import Behaviours
 from drone_navigation.nav2.flights import Flights
 from drone_navigation.nav2.navigators import Navigators, Preferences
-from drone_navigation.nav2.others import ACTION, Others
+from drone_navigation.nav2.other_servers import ACTION, OtherServers
 from drone_navigation.nav2.planners import Planners
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the_rest
@@ -52,9 +52,9 @@ def run(signals: StopSignals, defaults: Mapping[str, float | bool]) -> None:
     preferences = _preferences(node, defaults)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    others = Others(node)
+    others = OtherServers(node)
     vehicle = ServerState(node)
-    # Others are discovered meanwhile.
+    # OtherServers are discovered meanwhile.
     _spin_until(executor, lambda: signals.is_requested, _DISCOVERY_S)
     # A client that does not ask whether it is active sends its goal at once.
     _spin_until(executor, lambda: signals.is_requested or not vehicle.why_not(), _HEAR_TIMEOUT_S)
@@ -76,7 +76,7 @@ def run(signals: StopSignals, defaults: Mapping[str, float | bool]) -> None:
         node.destroy_node()
 
 
-def _serve(others: Others, executor: SingleThreadedExecutor, signals: StopSignals) -> None:
+def _serve(others: OtherServers, executor: SingleThreadedExecutor, signals: StopSignals) -> None:
     """Serve until a moment.
 
     A loaded machine discovers others late. Of ours the one that started last ends. Nav2's own
@@ -96,7 +96,7 @@ def _serve(others: Others, executor: SingleThreadedExecutor, signals: StopSignal
 
 
 def _wait_until_alone(
-    node: Node, others: Others, executor: SingleThreadedExecutor, signals: StopSignals
+    node: Node, others: OtherServers, executor: SingleThreadedExecutor, signals: StopSignals
 ) -> None:
     """Wait for the end of another server of the same names: both would execute each goal.
 

@@ -35,7 +35,7 @@ _QOS = QoSProfile(
 class TrafficTopic:
     """Sends this server's reservations, and takes those of others.
 
-    All of it happens on the driver's thread, where the picture is.
+    All of it happens on the driver's thread, where the reservations are.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class TrafficTopic:
         name = node.get_fully_qualified_name()
         peers = [f"/{peer.strip('/')}" for peer in config.peers]
         shared.negotiation = Negotiation(
-            shared.picture, name, random.getrandbits(63), peers, clock.now()
+            shared.reservations, name, random.getrandbits(63), peers, clock.now()
         )
         self._publisher = node.create_publisher(TrafficState, TRAFFIC_TOPIC, _QOS)
         node.create_subscription(TrafficState, TRAFFIC_TOPIC, self._take_state, _QOS)

@@ -291,7 +291,7 @@ class Router:
     def _as_spoken_by(self, endpoint: PeerEndpoint, origin: PeerEndpoint, frame: bytes) -> bytes:
         """Return a frame in MAVLink 1 where only that is spoken, and it has such a form.
 
-        Others stay MAVLink 2: most autopilots that send MAVLink 1 hear both.
+        OtherServers stay MAVLink 2: most autopilots that send MAVLink 1 hear both.
         """
         if not endpoint.codec.speaks_1 or frame[0] != _MAGIC_2:
             return frame

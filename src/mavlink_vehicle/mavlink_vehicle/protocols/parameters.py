@@ -24,7 +24,7 @@ _VALUE = mavlink.MAVLink_param_value_message
 _RETRY_S = 1.0
 _ATTEMPTS = 8
 _AGAIN_S = 30.0
-# Others are asked for at somebody's request, not more often than this.
+# OtherServers are asked for at somebody's request, not more often than this.
 _ASK_S, _ASK_KNOWN_S = 1.0, 30.0
 
 _INTEGERS = {

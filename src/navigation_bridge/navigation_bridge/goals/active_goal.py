@@ -317,7 +317,7 @@ class ActiveGoal:
     def take_back(self, now: float) -> None:
         """The vehicle is flown again after it was left alone."""
         self.yielded = None
-        self.task.take_up(now)
+        self.task.resume_control(now)
 
     def take_away(self, takeover: Takeover) -> None:
         """Somebody else has the vehicle; who, may show later."""

@@ -13,12 +13,12 @@ from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.point_requests import check_request
 from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
-from navigation_bridge.storage.desk import StorageDesk
+from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.supervision.position_watch import PositionWatch
 from navigation_bridge.supervision.preflight import check_safety
 from navigation_bridge.tasks.registry import task_of
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_bridge.traffic.conduct import TrafficConduct
+from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 
@@ -55,9 +55,9 @@ class Admission:
         tasks: Sequence[TaskKind[Any]],
         engine: Engine,
         vehicle: Vehicle,
-        traffic: TrafficConduct,
+        traffic: VehicleSeparation,
         positions: PositionWatch,
-        storage: StorageDesk,
+        storage: StorageRequests,
     ) -> None:
         """Decide by these."""
         self._tasks = tasks

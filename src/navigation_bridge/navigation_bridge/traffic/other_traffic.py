@@ -14,7 +14,7 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.positions.projections import Geodetic
 from navigation_bridge.traffic.own_echo import EchoWatch, OwnTrack
 from navigation_core.traffic.intruders import CLIMBS_M_S, TURNS_M_S2, Intruder
-from navigation_core.traffic.picture import Entry, Intent, TrafficPicture
+from navigation_core.traffic.reservations import Entry, Intent, TrafficReservations
 from navigation_core.traffic.right_of_way import Claimant, Rank
 from navigation_core.traffic.turns import STRAIGHT, Turn, TurnWatch
 from navigation_core.traffic.volumes import Array, Volume, densified, joined
@@ -116,7 +116,7 @@ class _Target:
 
 
 class OtherTraffic:
-    """Keeps the reported targets in the traffic picture, with predicted positions and their errors.
+    """Keeps the reported targets among the reservations, with predicted positions and errors.
 
     Attributes:
         own: recent positions of the own vehicles, by name.
@@ -124,9 +124,9 @@ class OtherTraffic:
             which the server announces them.
     """
 
-    def __init__(self, picture: TrafficPicture) -> None:
+    def __init__(self, reservations: TrafficReservations) -> None:
         """Begin without targets."""
-        self._picture = picture
+        self._reservations = reservations
         self._targets: dict[str, _Target] = {}
         self._numbers = itertools.count(1)
         self.own: dict[str, OwnTrack] = {}
@@ -176,7 +176,7 @@ class OtherTraffic:
 
     def _forget(self, name: str) -> None:
         del self._targets[name]
-        self._picture.forget(name)
+        self._reservations.forget(name)
 
     def _name_of(self, seen: Seen, position_m: Array, time_s: float, source: str) -> str:
         """Return the name of the target that a report without an address is about, or a new one.
@@ -215,9 +215,9 @@ class OtherTraffic:
         target.turn = target.turns.watch(target.velocity_m_s, target.time_s)
 
     def _show(self, name: str, target: _Target, now: float) -> None:
-        """Put a target into the picture, or remove it if it cannot matter."""
+        """Put a target among the reservations, or remove it if it cannot matter."""
         if target.is_echo or self._is_far(target):
-            self._picture.forget(name)
+            self._reservations.forget(name)
         else:
             self._place(name, target, now)
 
@@ -233,7 +233,7 @@ class OtherTraffic:
         intruder = Intruder(
             target.position_m, velocity, target.time_s, seen.error_m, seen.rise_m, target.turn
         )
-        entry: Entry = self._picture.entry(name)
+        entry: Entry = self._reservations.entry(name)
         entry.rank = Rank(Claimant.FIRMWARE, 0.0, name)
         radius_m = seen.error_m + 0.5 * TURNS_M_S2 * age_s * age_s
         rise_m = seen.rise_m + CLIMBS_M_S * age_s
@@ -285,7 +285,7 @@ def seen_by_adsb(message: Any) -> Seen | None:
 
 
 def is_by_adsb(name: str) -> bool:
-    """Whether a name in the picture is that of a target seen by ADS-B."""
+    """Whether a name in the reservations is that of a target seen by ADS-B."""
     return name.startswith((_ICAO, _ANONYMOUS))
 
 

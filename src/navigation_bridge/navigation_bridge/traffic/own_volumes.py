@@ -10,7 +10,7 @@ import numpy as np
 from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M
-from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Volume, densified, joined
 
 __all__ = [
@@ -54,9 +54,9 @@ def standing(view: TrafficView, at: LocatedSnapshot, stop_m: float, is_parked: b
     if speed * stop_m > 0.01:
         end = start + np.array(at.velocity_enu_m_s) * (stop_m / speed)
         points, _ = densified(np.array([start, end]), np.zeros(2))
-    placed = view.footing.traffic(points)
+    placed = view.traffic_frame.traffic(points)
     volume = Volume.along(placed, view.radius_m, view.rise_m)
-    return volume.parked(view.picture.separation) if is_parked else volume
+    return volume.parked(view.reservations.separation) if is_parked else volume
 
 
 def climb(view: TrafficView, at: LocatedSnapshot, height_m: float) -> Volume:
@@ -67,7 +67,7 @@ def climb(view: TrafficView, at: LocatedSnapshot, height_m: float) -> Volume:
     x, y, z = at.position_enu_m
     run = (x + _RUN_M * math.cos(at.yaw_enu_rad), y + _RUN_M * math.sin(at.yaw_enu_rad), top_m)
     line, _ = densified(np.array([(x, y, z), run]), np.zeros(2))
-    corridor = Volume.along(view.footing.traffic(line), _PLANE_STRAYS_M, HEIGHT_ERROR_M)
+    corridor = Volume.along(view.traffic_frame.traffic(line), _PLANE_STRAYS_M, HEIGHT_ERROR_M)
     return joined(corridor, _circle(view, run, at))
 
 
@@ -99,7 +99,7 @@ def return_home(view: TrafficView, at: LocatedSnapshot, return_height_m: float) 
     line, _ = densified(np.array([(x, y, z), (home[0], home[1], z)]), np.zeros(2))
     middle, rise_m = 0.5 * (z + top_m), 0.5 * (top_m - z) + view.rise_m
     line[:, 2] = middle
-    corridor = Volume.along(view.footing.traffic(line), _STRAYS_M + view.radius_m, rise_m)
+    corridor = Volume.along(view.traffic_frame.traffic(line), _STRAYS_M + view.radius_m, rise_m)
     down = _upright(view, home, low_m, top_m)
     return joined(corridor, down, landing(view, at))
 
@@ -116,7 +116,7 @@ def route(view: TrafficView, at: LocatedSnapshot, targets_enu_m: Sequence[Vector
     if is_plane(at):
         # It turns on the far side of each waypoint.
         radius_m, rise_m = _PLANE_STRAYS_M + at.traits.circle_radius_m, HEIGHT_ERROR_M
-    path = Volume.along(view.footing.traffic(line), radius_m, rise_m)
+    path = Volume.along(view.traffic_frame.traffic(line), radius_m, rise_m)
     return joined(path, _circle(view, targets_enu_m[-1], at)) if is_plane(at) else path
 
 
@@ -124,7 +124,7 @@ def to_circle(view: TrafficView, at: LocatedSnapshot, target_enu_m: Vector3) -> 
     """Return the volume of a plane's leg to a target that it then circles."""
     start = np.array(at.position_enu_m)
     line, _ = densified(np.array([start, target_enu_m]), np.zeros(2))
-    path = Volume.along(view.footing.traffic(line), _PLANE_STRAYS_M, HEIGHT_ERROR_M)
+    path = Volume.along(view.traffic_frame.traffic(line), _PLANE_STRAYS_M, HEIGHT_ERROR_M)
     # It may have to turn round first.
     here = _disc(view, at.position_enu_m, 2.0 * at.traits.circle_radius_m + _PLANE_STRAYS_M)
     return joined(path, here, _circle(view, target_enu_m, at))
@@ -135,7 +135,7 @@ def _circle(view: TrafficView, centre_enu_m: Vector3, at: LocatedSnapshot) -> Vo
 
 
 def _disc(view: TrafficView, centre_enu_m: Vector3, radius_m: float) -> Volume:
-    placed = view.footing.traffic(np.array([centre_enu_m]))
+    placed = view.traffic_frame.traffic(np.array([centre_enu_m]))
     return Volume.along(placed, radius_m, HEIGHT_ERROR_M)
 
 
@@ -144,5 +144,5 @@ def _upright(view: TrafficView, place_enu_m: Vector3, low_m: float, high_m: floa
     points = np.empty((count, 3))
     points[:, :2] = place_enu_m[:2]
     points[:, 2] = np.linspace(low_m, high_m, count)
-    placed = view.footing.traffic(points)
+    placed = view.traffic_frame.traffic(points)
     return Volume.along(placed, _STRAYS_M, view.rise_m + 0.5 * _LEVEL_GAP_M)

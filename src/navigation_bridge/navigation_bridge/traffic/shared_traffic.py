@@ -1,4 +1,4 @@
-"""The traffic picture that the vehicles of one server share. No ROS."""
+"""The reservations that the vehicles of one server share. No ROS."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from navigation_bridge.traffic.other_traffic import OtherTraffic, Seen
 from navigation_bridge.traffic.own_echo import OwnTrack
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.traffic.negotiation import Negotiation
-from navigation_core.traffic.picture import TrafficPicture
-from navigation_core.traffic.view import Footing
+from navigation_core.traffic.reservations import TrafficReservations
+from navigation_core.traffic.traffic_view import TrafficFrame
 from navigation_core.traffic.volumes import Array, Separation, Volume
 
 __all__ = ["EarthFrame", "SharedTraffic"]
@@ -58,21 +58,21 @@ class EarthFrame:
     def _shrinking(self) -> float:
         return max(math.cos(math.radians(self.latitude_deg)), 0.01)
 
-    def footing(self, map_frame: MapFrame) -> Footing:
+    def traffic_frame(self, map_frame: MapFrame) -> TrafficFrame:
         """Return how a map, whose origin is known, lies in the frame."""
         origin = np.array(self.metres(map_frame.geodetic((0.0, 0.0, 0.0))))
         axes = [
             (np.array(self.metres(map_frame.geodetic(end))) - origin) / _AXIS_M
             for end in ((_AXIS_M, 0.0, 0.0), (0.0, _AXIS_M, 0.0), (0.0, 0.0, _AXIS_M))
         ]
-        return Footing(np.stack(axes, axis=1), origin)
+        return TrafficFrame(np.stack(axes, axis=1), origin)
 
 
 class SharedTraffic:
-    """The picture of one server, and the frame that it is in.
+    """The reservations of one server, and the frame that it is in.
 
     Attributes:
-        picture: the reservations.
+        reservations: the reservations.
         earth: the traffic frame; None until the first vehicle has a position.
         epoch_s: what makes times of one clock of the driver's times, for ranks among servers.
         negotiation: with other servers; None without any.
@@ -83,18 +83,18 @@ class SharedTraffic:
 
     def __init__(self, separation: Separation | None = None, epoch_s: float = 0.0) -> None:
         """Begin with nobody."""
-        self.picture = TrafficPicture(separation)
+        self.reservations = TrafficReservations(separation)
         self.earth: EarthFrame | None = None
         self.epoch_s = epoch_s
         self.negotiation: Negotiation | None = None
-        self.others = OtherTraffic(self.picture)
+        self.others = OtherTraffic(self.reservations)
         self.alone_of: dict[str, Callable[[], tuple[Volume, Volume] | None]] = {}
         self._looked_s = -math.inf
 
     @property
     def is_alone(self) -> bool:
         """Whether nobody else is known of."""
-        return len(self.picture.entries) < 2 and self.picture.agreement is None
+        return len(self.reservations.entries) < 2 and self.reservations.agreement is None
 
     @property
     def period_s(self) -> float:

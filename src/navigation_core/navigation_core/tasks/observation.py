@@ -11,7 +11,7 @@ from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.safety.fences import Fence
 from navigation_core.tasks.velocity_command import VelocityCommand
-from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.traffic_view import TrafficView
 
 
 class TaskOperation(Enum):

@@ -100,7 +100,7 @@ class PhasedTask(ABC, Generic[PhaseT]):
         """Resume after a pause."""
         self._pause_asked = False
 
-    def take_up(self, now: float) -> None:
+    def resume_control(self, now: float) -> None:
         """Nothing is past: the vehicle was held in a mode of its own."""
 
     def postpone(self, now: float) -> None:

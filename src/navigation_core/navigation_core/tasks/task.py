@@ -50,7 +50,7 @@ class Task(Protocol):
     def unpause(self, now: float) -> None:
         """Resume after a pause."""
 
-    def take_up(self, now: float) -> None:
+    def resume_control(self, now: float) -> None:
         """Resume with a vehicle that another station had stopped in another mode.
 
         Called before the next step; where the task was, and what it commanded, is past.

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from navigation_core.limits import Limits
-from navigation_core.traffic.picture import TrafficPicture
-from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.reservations import TrafficReservations
+from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import Array, Volume, densified
 
 __all__ = ["Detour", "DetourSearch"]
@@ -58,7 +58,7 @@ class DetourSearch:
         is_free: Callable[[Array], bool],
         now: float,
     ) -> None:
-        """Prepare; the picture of the view must not change meanwhile.
+        """Prepare; the reservations of the view must not change meanwhile.
 
         Args:
             view: the traffic.
@@ -70,8 +70,8 @@ class DetourSearch:
         self._limits = limits
         self._is_free = is_free
         self._now = now
-        self._picture: TrafficPicture = view.picture
-        separation = self._picture.separation
+        self._reservations: TrafficReservations = view.reservations
+        separation = self._reservations.separation
         self._beside_m = separation.horizontal_m + 2.0 * view.radius_m + _SPARE_M
         self._above_m = separation.vertical_m + 2.0 * view.rise_m + _SPARE_M
 
@@ -121,8 +121,8 @@ class DetourSearch:
             volume = self._view.volume(line)
             if ground_enu_m is not None and not self.may_land(place, ground_enu_m):
                 continue
-            if self._picture.free(self._view.name, volume)[-1] and (
-                self._picture.blocked_by(self._view.name, volume) is None
+            if self._reservations.free(self._view.name, volume)[-1] and (
+                self._reservations.blocked_by(self._view.name, volume) is None
             ):
                 time_s = self._time_s(np.array([start_enu_m, place]))
                 return Detour((_vector(place),), time_s, leads_aside=True)
@@ -135,9 +135,11 @@ class DetourSearch:
         column, _ = densified(ends, np.zeros(2))
         # The width that a landing reserves.
         volume = Volume.along(
-            self._view.footing.traffic(column), self._view.radius_m + 0.5, self._view.rise_m + 1.0
+            self._view.traffic_frame.traffic(column),
+            self._view.radius_m + 0.5,
+            self._view.rise_m + 1.0,
         )
-        return bool(self._picture.free(self._view.name, volume).all())
+        return bool(self._reservations.free(self._view.name, volume).all())
 
     def _shapes(self, start: Array, target: Array, stands: bool) -> Iterator[Array]:
         """Return the points of detours from a place to the next point, shape (2, 3) or (1, 3)."""
@@ -173,7 +175,7 @@ class DetourSearch:
             return None
         line, after_s = densified(legs, times, gaps)
         volume: Volume = self._view.volume(line)
-        delay_s = self._picture.delay_s(self._view.name, volume, after_s, self._now)
+        delay_s = self._reservations.delay_s(self._view.name, volume, after_s, self._now)
         if not math.isfinite(delay_s):
             return None
         cost_s = self._time_s(legs) + _DELAY_WEIGHT * delay_s

@@ -11,9 +11,9 @@ import numpy as np
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.traffic.intruders import HORIZON_S, Intruders
-from navigation_core.traffic.picture import wait_for
+from navigation_core.traffic.reservations import wait_for
 from navigation_core.traffic.right_of_way import TrafficWait
-from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import Array
 
 __all__ = ["AFTER_S", "ENOUGH", "TOO_NEAR", "AvoidingMotion", "EvasionSearch"]
@@ -112,7 +112,7 @@ class EvasionSearch:
 
     def _may_meet(self, motion_enu_m: Array) -> bool:
         """Whether a motion, shape (T, 3) at ``AFTER_S``, may come nearer than the separation."""
-        exact = self._intruders.without_errors(self._view.picture.separation)
+        exact = self._intruders.without_errors(self._view.reservations.separation)
         return bool(exact.passage(self._traffic(motion_enu_m[None]), AFTER_S).shares[0] < 1.0)
 
     def evasions(
@@ -218,5 +218,5 @@ class EvasionSearch:
 
     def _traffic(self, motions_enu_m: Array) -> Array:
         count, moments = motions_enu_m.shape[:2]
-        placed = self._view.footing.traffic(motions_enu_m.reshape(-1, 3))
+        placed = self._view.traffic_frame.traffic(motions_enu_m.reshape(-1, 3))
         return placed.reshape(count, moments, 3)

@@ -12,9 +12,9 @@ hold, with a number that counts changes, and the numbers of the others' states t
    continue with what both agree to.
 
 So of two volumes that are in each other's way at most one is ever agreed to by both servers,
-whatever is lost, delayed or doubled: whoever agreed second had the first in its picture. A server
-that is silent stays in the picture with what it said last, and what its vehicles may do without a
-link besides; it agrees to nothing meanwhile: the vehicles of others continue within what they have.
+whatever is lost, delayed or doubled: whoever agreed second had the first among its reservations. A
+server that is silent keeps the reservations that it sent last, and those that its vehicles need
+without a link; it agrees to nothing meanwhile: vehicles of others continue within what they have.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from navigation_core.traffic.picture import Entry, Intent, TrafficPicture, wait_for
+from navigation_core.traffic.reservations import Entry, Intent, TrafficReservations, wait_for
 from navigation_core.traffic.right_of_way import Rank
 from navigation_core.traffic.volumes import NOWHERE, Array, Volume, joined
 from navigation_core.traffic.way_out import first_blocked
@@ -111,11 +111,11 @@ class _Peer:
 
 
 class Negotiation:
-    """One server's part of the negotiation; it keeps the others' vehicles in the picture."""
+    """One server's part of the negotiation; it keeps the others' vehicles in the reservations."""
 
     def __init__(
         self,
-        picture: TrafficPicture,
+        reservations: TrafficReservations,
         server: str,
         epoch: int,
         expected: Iterable[str] = (),
@@ -124,13 +124,13 @@ class Negotiation:
         """Begin without having heard anybody.
 
         Args:
-            picture: of this server; it learns from here what must be agreed to.
+            reservations: of this server; it learns from here what must be agreed to.
             server: name of this server.
             epoch: of this start.
             expected: servers that must have been heard before anything is agreed.
             now: time in seconds; nothing is agreed before others had time to be heard.
         """
-        self._picture = picture
+        self._reservations = reservations
         self._server = server
         self._epoch = epoch
         self._expected = frozenset(expected) - {server}
@@ -140,7 +140,7 @@ class Negotiation:
         self._now = self._looked_s = now
         self._listened_s = 0.0
         self._found = 0
-        picture.agreement = self
+        reservations.agreement = self
 
     @property
     def peers(self) -> dict[str, float]:
@@ -152,7 +152,7 @@ class Negotiation:
         """The servers that are expected and were never heard."""
         return self._expected - set(self._peers)
 
-    # --- asked by the picture ------------------------------------------------------------------
+    # --- asked by the reservations -----------------------------------------------------------
 
     def is_given(self, name: str, number: int, volume: Volume) -> bool:
         """Whether all servers whose vehicles may ever get near a volume agree to a wish."""
@@ -167,14 +167,14 @@ class Negotiation:
 
     def missing_from(self, name: str) -> tuple[str, str]:
         """Return a server that has not agreed to a wish of a vehicle of ours, and why."""
-        number = self._picture.entry(name).number
+        number = self._reservations.entry(name).number
         late = [one for one, peer in self._peers.items() if peer.agrees.get(name, -1) < number]
         if not self.missing and not late:
             return "other servers", "which may not have been heard yet"
         return min([*self.missing, *late]), "which has not agreed yet"
 
     def _concerns(self, peer: _Peer, volume: Volume) -> bool:
-        separation = self._picture.separation
+        separation = self._reservations.separation
         return not peer.vehicles or any(
             not len(one.reach) or bool(volume.meets(one.reach, separation).any())
             for one in peer.vehicles.values()
@@ -194,7 +194,7 @@ class Negotiation:
         self._now = now
         self._own |= set(alone)
         vehicles = tuple(
-            _told(self._picture.entry(name), *volumes, now) for name, volumes in alone.items()
+            _told(self._reservations.entry(name), *volumes, now) for name, volumes in alone.items()
         )
         agreed = {
             name: (peer.state.epoch, dict(peer.agreed_to)) for name, peer in self._peers.items()
@@ -222,11 +222,11 @@ class Negotiation:
             peer.agreed_to.clear()
             peer.agrees.clear()
         if peer is None:
-            for name in self._picture.entries:
+            for name in self._reservations.entries:
                 if not any(name in other.vehicles for other in self._peers.values()):
-                    self._picture.renew(name)
+                    self._reservations.renew(name)
             peer = self._peers[state.server] = _Peer(state, now)
-            self._picture.agreement = self
+            self._reservations.agreement = self
         peer.state, peer.heard_s = state, now
         epoch, numbers = state.agreed.get(self._server, (0, {}))
         if epoch == self._epoch:
@@ -239,7 +239,7 @@ class Negotiation:
         """Take how many other servers the network knows of; one that is new is listened for."""
         if servers > self._found:
             self._listened_s = 0.0
-            self._picture.agreement = self
+            self._reservations.agreement = self
         self._found = servers
 
     def look(self, now: float) -> None:
@@ -248,18 +248,18 @@ class Negotiation:
         self._now = self._looked_s = now
         is_alone = not self._peers and not self._expected
         if is_alone and self._listened_s >= LISTEN_S:
-            self._picture.agreement = None
+            self._reservations.agreement = None
         for peer in self._peers.values():
             if now - peer.heard_s <= SILENT_S:
                 continue
             for vehicle in peer.vehicles.values():
-                entry = self._picture.entry(vehicle.name)
+                entry = self._reservations.entry(vehicle.name)
                 entry.kept, entry.moves = vehicle.alone, False
                 entry.intent = entry.waiting = None
 
     def _take(self, peer: _Peer, vehicle: PeerVehicle, now: float) -> None:
         peer.vehicles[vehicle.name] = vehicle
-        entry = self._picture.entry(vehicle.name)
+        entry = self._reservations.entry(vehicle.name)
         entry.rank, entry.heard_s, entry.moves = vehicle.rank, now, vehicle.moves
         entry.kept = NOWHERE
         entry.target = vehicle.target if len(vehicle.target) else None
@@ -280,19 +280,19 @@ class Negotiation:
         if not self._own:
             return False  # where our own vehicles are is not known yet
         for name in sorted(self._own):
-            own = self._picture.entry(name)
+            own = self._reservations.entry(name)
             if self._gets_into(vehicle, own.used, NOWHERE if own.keeps_by_wish else own.kept):
                 return False
             if not self._gets_into(vehicle, own.held, own.kept):
                 continue
             if own.rank < vehicle.rank:
                 return False
-            self._picture.give_up_wish(name)
+            self._reservations.give_up_wish(name)
         return True
 
     def _gets_into(self, vehicle: PeerVehicle, held: Volume, kept: Volume) -> bool:
         """Whether a volume gets into what one of ours holds and keeps."""
-        separation, count = self._picture.separation, _held_of_path(vehicle)
+        separation, count = self._reservations.separation, _held_of_path(vehicle)
         if not count:
             return bool(vehicle.held.meets(joined(held, kept), separation).any())
         found = (

@@ -10,7 +10,7 @@ from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.traffic.evasions import AFTER_S, EvasionSearch
 from navigation_core.traffic.intruders import Intruders
-from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import Array, Volume, densified, joined
 
 __all__ = ["PLANE_ROOM_M", "PlaneEvasionSearch"]
@@ -111,13 +111,13 @@ class PlaneEvasionSearch(EvasionSearch):
     def _is_unreserved(self, line: Array, end_enu_m: Array) -> bool:
         """Whether nobody holds its path or its circle."""
         level_m, rise_m = PLANE_ROOM_M
-        footing, view = self._view.footing, self._view
+        traffic_frame, view = self._view.traffic_frame, self._view
         path, _ = densified(line[: len(AFTER_S)], AFTER_S)
         circle = Volume.along(
-            footing.traffic(end_enu_m[None]), level_m + _CIRCLE_SHARE * self._radius_m, rise_m
+            traffic_frame.traffic(end_enu_m[None]), level_m + _CIRCLE_SHARE * self._radius_m, rise_m
         )
-        volume = joined(Volume.along(footing.traffic(path), level_m, rise_m), circle)
-        return view.picture.blocked_by(view.name, volume) is None
+        volume = joined(Volume.along(traffic_frame.traffic(path), level_m, rise_m), circle)
+        return view.reservations.blocked_by(view.name, volume) is None
 
     def _motions(self, state: KinematicState, ends_enu_m: Array) -> Array:
         """Return where it is at each moment on its way to some ends, (K, T, 3).

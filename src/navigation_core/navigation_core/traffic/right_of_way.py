@@ -28,7 +28,7 @@ class Rank:
 
     Attributes:
         claimant: what moves it.
-        since_s: when its goal was accepted, on the clock of the shared picture.
+        since_s: when its goal was accepted, on the clock of the shared reservations.
         name: of the vehicle; decides between equals.
     """
 

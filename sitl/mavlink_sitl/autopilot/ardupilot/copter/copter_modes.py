@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.array_ops import Ops
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.exchange import Guidance, Motors
-from mavlink_sitl.lanes import Ops
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.firmware import Firmware

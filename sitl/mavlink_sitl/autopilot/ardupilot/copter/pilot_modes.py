@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from mavlink_sitl.array_ops import Ops
 from mavlink_sitl.autopilot.ardupilot.copter import pilot_input
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.exchange import GRAVITY_M_S2, Guidance, Limits, Motors, Vector
-from mavlink_sitl.lanes import Ops
 
 STEP_S = 0.05
 LOITER_LEAN = 2.0 / 3.0

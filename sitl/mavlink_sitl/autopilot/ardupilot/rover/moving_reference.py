@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from mavlink_sitl.array_ops import Ops
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.exchange import Motors, YawMode
 from mavlink_sitl.guidance import DriveGuidance
-from mavlink_sitl.lanes import Ops
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover

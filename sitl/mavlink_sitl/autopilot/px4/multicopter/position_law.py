@@ -8,6 +8,7 @@ trajectory, which is slowed down while the vehicle lags behind it. Read in the f
 
 from __future__ import annotations
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.autopilot.control import controller
 from mavlink_sitl.autopilot.control.control_state import (
     Belief,
@@ -16,7 +17,6 @@ from mavlink_sitl.autopilot.control.control_state import (
     Targets,
 )
 from mavlink_sitl.exchange import GRAVITY_M_S2
-from mavlink_sitl.lanes import Lane, Ops
 
 UNSHAPED_M_S2 = 1e3
 """A limit of acceleration from here on means: no trajectory; see `CopterNavigator`"""

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from mavlink_sitl.array_ops import Lane, Ops
 from mavlink_sitl.autopilot.control.drive_controller import DriveBody, DriveTargets
 from mavlink_sitl.exchange import YawMode
-from mavlink_sitl.lanes import Lane, Ops
 
 
 class DriveLaw(NamedTuple):

@@ -14,7 +14,6 @@ from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.storage.waiting import STOPPED, Waiting
 from drone_navigation.storage_messages import REFERENCES, area_message, rally_message
 from mavlink_vehicle.mission_items import MissionType
-from navigation_bridge.storage.desk import ListAnswer
 from navigation_bridge.storage.geographic import (
     GeoArea,
     GeoFence,
@@ -22,6 +21,7 @@ from navigation_bridge.storage.geographic import (
     fence_problem,
     rally_problem,
 )
+from navigation_bridge.storage.storage_requests import ListAnswer
 
 # The transfer ends by itself before (ListOperation).
 _TIMEOUT_S = 120.0

@@ -19,8 +19,8 @@ from drone_navigation.qos import RESULT_TIMEOUT_S
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.storage.waiting import STOPPED, Waiting
 from mavlink_vehicle.events import Parameter, ParameterChange
-from navigation_bridge.storage.desk import ParametersAnswer, TakeParameters
 from navigation_bridge.storage.parameter_files import NAME
+from navigation_bridge.storage.storage_requests import ParametersAnswer, TakeParameters
 
 # Each step of the protocol ends by itself before.
 _TIMEOUT_S = 60.0

@@ -35,12 +35,12 @@ from navigation_core.tasks.intents import (
 )
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.caution import Caution
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.leading.path_in_traffic import PathInTraffic
 from navigation_core.tasks.leading.pursuit import Pursuit
-from navigation_core.tasks.leading.traffic_pace import TrafficPace
+from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.leading.turning_circle import Pursuer
 from navigation_core.tasks.measurement import can_move, is_located, measured_state
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
@@ -76,8 +76,10 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._avoider = None
         if terms.avoidance is not None:
             self._avoider = Avoider(terms.avoidance, self._follower)
-        self._caution = Caution(terms.avoidance, traits, self._follower.limits, terms.bounds)
-        self._pace = TrafficPace(traits, self._follower, terms.avoidance)
+        self._run_out_limiter = RunOutLimiter(
+            terms.avoidance, traits, self._follower.limits, terms.bounds
+        )
+        self._in_traffic = PathInTraffic(traits, self._follower, terms.avoidance)
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)
         parts = FlightParts(config, traits, self._requests, self._follower, self._arrival)
@@ -143,7 +145,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             except TrajectoryError as error:
                 self._thought_failed = error
 
-    def take_up(self, now: float) -> None:
+    def resume_control(self, now: float) -> None:
         """Take control again, and plan from where the vehicle is then."""
         if self._phase is GotoPhase.PREPARING or self._phase in _STOPPING:
             return
@@ -180,7 +182,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
         if self._phase is GotoPhase.NAVIGATING:
-            progress = self._pace.progress(progress)
+            progress = self._in_traffic.progress(progress)
         position = observation.position_enu_m
         return self._itinerary.total(progress, position, self._estimator.is_straight)
 
@@ -216,11 +218,13 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             self._doubted = True
         if self._follower.carrot is not None:
             self._follower.note(self._follower.carrot)
-        answer = replace(answer, setpoint=self._caution.tempered(answer.setpoint, observation))
+        answer = replace(
+            answer, setpoint=self._run_out_limiter.limited(answer.setpoint, observation)
+        )
         if self._phase is not GotoPhase.NAVIGATING:
-            self._pace.forget()
+            self._in_traffic.forget()
             return answer
-        setpoint = self._pace.tempered(answer.setpoint, observation)
+        setpoint = self._in_traffic.limited(answer.setpoint, observation)
         if setpoint is not answer.setpoint:
             self._pursuit.hold_back()
         return replace(answer, setpoint=setpoint)
@@ -346,21 +350,21 @@ class SetpointFlight(PhasedTask[GotoPhase]):
     def _navigate(self, observation: Observation, now: float) -> Step | None:
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
-        share = self._pace.step(observation, now)
+        share = self._in_traffic.step(observation, now)
         if self._follower.is_stale or self._follower.carrot is None:
             self._begin_flight(PhaseEvent.REPLAN, observation, now)
-            share = self._pace.step(observation, now)
+            share = self._in_traffic.step(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             return PhaseEvent.NO_WAY
         if self._phase is not GotoPhase.NAVIGATING:
             return None
-        if self._pace.is_over(observation, now):
-            assert self._pace.waiting is not None
-            return self._over(OutcomeCode.TRAFFIC, self._pace.waiting.text, observation)
+        if self._in_traffic.is_over(observation, now):
+            assert self._in_traffic.waiting is not None
+            return self._over(OutcomeCode.TRAFFIC, self._in_traffic.waiting.text, observation)
         path = self._walk(observation, share)
         carrot = self._follower.carrot
         assert carrot is not None
-        if self._pace.leads_elsewhere:
+        if self._in_traffic.leads_elsewhere:
             return Fly(self._setpoint(carrot, observation, path))
         if carrot.arrived if path is None else path.left_m <= self._arrival.radius_m:
             carrot.finish()
@@ -378,7 +382,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         here_enu_m = measured_state(observation).position_enu_m
         path = None
         if self._traits.flies:
-            share = min(share, self._caution.speed_share(carrot, observation))
+            share = min(share, self._run_out_limiter.speed_share(carrot, observation))
             self._follower.walk(here_enu_m, share)
         else:
             meet = self._itinerary.point_to_meet()
@@ -397,7 +401,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             return PhaseEvent.REPLAN
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
             return PhaseEvent.NO_WAY
-        if self._pace.gives_way(observation, now):
+        if self._in_traffic.gives_way(observation, now):
             # The follower has the path of the evasion; to begin the flight would plan another.
             self._take(PhaseEvent.REPLAN, now)
             return None
@@ -485,7 +489,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         """Brake and stand, but give way to what comes near."""
         if self._follower.is_stale or self._follower.carrot is None:
             self._follower.plan_stop(observation)
-        elif not self._pace.gives_way(observation, now) and self._avoider is not None:
+        elif not self._in_traffic.gives_way(observation, now) and self._avoider is not None:
             self._avoider.give_way(observation, now)
         self._follower.walk(None)
         return self._stopping.led(observation)

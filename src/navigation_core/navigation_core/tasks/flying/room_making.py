@@ -13,7 +13,7 @@ from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoGoal, fly_to
 from navigation_core.tasks.intents import Intent, Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.leading.traffic_pace import NO_DETOUR_RETRY_S, IsFree
+from navigation_core.tasks.leading.path_in_traffic import NO_DETOUR_RETRY_S, IsFree
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.progress import Progress
@@ -107,9 +107,9 @@ class RoomMaking:
     def unpause(self, now: float) -> None:
         """Nothing to continue with."""
 
-    def take_up(self, now: float) -> None:
+    def resume_control(self, now: float) -> None:
         """Resume with a vehicle that another station had stopped in another mode."""
-        self._current.take_up(now)
+        self._current.resume_control(now)
 
     def postpone(self, now: float) -> None:
         """Count the time of what was asked for last from now on; it waits."""
@@ -154,17 +154,17 @@ class RoomMaking:
         here = np.array(measured_state(observation).position_enu_m)
         is_free = IsFree(observation, _clearance_m(self._terms), self._terms.avoidance is not None)
         limits = config.limits
-        frozen = replace(view, picture=view.picture.snapshot())
+        frozen = replace(view, reservations=view.reservations.snapshot())
         search, ground_m = DetourSearch(frozen, limits, is_free, now), observation.ground_enu_m
         must_leave = self._leaves_parked and not search.may_land(here, ground_m)
-        if not must_leave and not view.picture.is_last_of_circle(view.name, now):
+        if not must_leave and not view.reservations.is_last_of_circle(view.name, now):
             return False
         found = search.aside(here, ground_m)
         if found is None:
-            view.picture.entry(view.name).stuck_until_s = now + NO_DETOUR_RETRY_S
+            view.reservations.entry(view.name).stuck_until_s = now + NO_DETOUR_RETRY_S
             return False
         self._asides += 1
-        view.picture.give_up_wish(view.name)
+        view.reservations.give_up_wish(view.name)
         self._waits_since_s = None
         self._aside = fly_to(GotoGoal(found.points_enu_m[-1]), self._terms)
         self._aside.start(observation, now)

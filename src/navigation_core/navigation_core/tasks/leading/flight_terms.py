@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from navigation_core.safety.room import Bounds
+from navigation_core.safety.speed_at_bounds import Bounds
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import NOTHING_SENT, Handover
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig

@@ -23,9 +23,9 @@ from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.evasions import AFTER_S, ENOUGH, TOO_NEAR, EvasionSearch
-from navigation_core.traffic.picture import wait_for
+from navigation_core.traffic.reservations import wait_for
 from navigation_core.traffic.right_of_way import TrafficWait
-from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import Array, densified
 from navigation_core.trajectories.trajectory import Trajectory, plan_to
 
@@ -218,7 +218,7 @@ class GivingWay:
             line, _ = densified(samples.positions_enu_m, samples.times_s)
             if not (view.admits(line, ends_where_asked=False) and is_free(line)):
                 continue  # the motion begins with the present velocity, beside the line
-            if view.picture.blocked_by(view.name, view.volume(line)) is not None:
+            if view.reservations.blocked_by(view.name, view.volume(line)) is not None:
                 continue
             follower.take(CheckedPath(trajectory, (), samples), leads_to_goal=False)
             self._evasion, self._taken_s, self._share = follower.carrot, now, 1.0

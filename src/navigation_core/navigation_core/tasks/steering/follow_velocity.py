@@ -86,7 +86,7 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         super().start(observation, now)
         self._last_step_s = self._command_s = now
 
-    def take_up(self, now: float) -> None:
+    def resume_control(self, now: float) -> None:
         """Take control again; setpoints sent before are past."""
         if self._phase not in (
             VelocityPhase.STOPPING,

@@ -20,13 +20,13 @@ from navigation_core.geometry import (
     scale,
 )
 from navigation_core.safety.lateness import speed_share
-from navigation_core.safety.room import Braking, Room
+from navigation_core.safety.speed_at_bounds import Braking, SpeedAtBounds
 from navigation_core.safety.target_checks import FlightVolume
 from navigation_core.tasks.intents import Fly, Intent, Wait
-from navigation_core.tasks.leading.caution import Caution
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import cruise_limits
 from navigation_core.tasks.leading.pursuit import without_turn
+from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.steering.driven_reference import DrivenReference
@@ -82,7 +82,7 @@ class Steersman:
         self._flown = FlownReference(flight.config, limits)
         self._driven = DrivenReference(traits, limits)
         self._obstructions = Obstructions(flight.avoidance, traits, limits)
-        self._caution = Caution(flight.avoidance, traits, limits)
+        self._run_out_limiter = RunOutLimiter(flight.avoidance, traits, limits)
         braking_m_s2 = limits.acceleration_horizontal_m_s2
         if not traits.flies:
             braking_m_s2 = min(traits.braking_m_s2, braking_m_s2)
@@ -172,7 +172,7 @@ class Steersman:
         rate = 0.0 if command is None else min(max(command.yaw_rate_rad_s, -most), most)
         self._flown.advance(dt_s, allowed, rate, here, yaw, factor)
         self._sent = self._flown.state
-        return Fly(self._caution.tempered(self._flown.setpoint, observation))
+        return Fly(self._run_out_limiter.limited(self._flown.setpoint, observation))
 
     # --- inside ------------------------------------------------------------------------
 
@@ -227,7 +227,7 @@ class Steersman:
         """Return the velocity, slower for obstacles, for late setpoints and near the bounds."""
         slowed = scale(wanted, self.obstruction.share * speed_share(observation.late_s))
         home, ground_m = observation.home_enu_m, observation.ground_enu_m
-        room = Room(
+        room = SpeedAtBounds(
             self._terms.volume,
             observation.fence,
             ground_m if home is None else home[2],

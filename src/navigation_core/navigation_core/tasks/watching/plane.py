@@ -132,7 +132,7 @@ class FlyPlane(PhasedTask[_Phase]):
         super().postpone(now)
         self._nearest_s = now
 
-    def take_up(self, now: float) -> None:
+    def resume_control(self, now: float) -> None:
         """Send it on to its place, which brings the mode; a speed is forgotten with a mode."""
         self._speed_told_m_s = self._sent_enu_m = None
         self._is_taken = self._was_sent = False

@@ -11,14 +11,14 @@ import math
 
 from navigation_core.geometry import Vector3, horizontal_norm
 from navigation_core.limits import Limits
-from navigation_core.tasks.leading.traffic_pace import IsFree
+from navigation_core.tasks.leading.path_in_traffic import IsFree
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.evasions import ENOUGH
 from navigation_core.traffic.plane_evasions import PLANE_ROOM_M, PlaneEvasionSearch
 from navigation_core.traffic.right_of_way import TrafficWait
-from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.traffic_view import TrafficView
 
 __all__ = ["PlaneGivingWay"]
 

@@ -12,7 +12,7 @@ from typing import Any
 import jsonschema
 import yaml
 
-from mavlink_sitl.recordings.aspects import ASPECTS, Difference
+from mavlink_sitl.recordings.compared_states import ASPECTS, Difference
 from mavlink_sitl.recordings.motion import why_position_is_not_compared
 from mavlink_sitl.recordings.replay import Conversation
 
@@ -22,7 +22,7 @@ FOR_INFORMATION = "text"
 
 
 @dataclass(frozen=True)
-class Meant:
+class ExpectedDifference:
     """One line of the file.
 
     Attributes:
@@ -81,7 +81,7 @@ class ComparisonVerdict:
         not_compared: why an aspect was not compared, by aspect.
     """
 
-    meant: Mapping[str, list[tuple[Difference, Meant]]]
+    meant: Mapping[str, list[tuple[Difference, ExpectedDifference]]]
     unlisted: Mapping[str, list[Difference]]
     not_compared: Mapping[str, str]
 
@@ -108,10 +108,10 @@ def schema() -> dict[str, Any]:
 
 
 @cache
-def lines() -> tuple[Meant, ...]:
+def lines() -> tuple[ExpectedDifference, ...]:
     """The file's differences."""
     return tuple(
-        Meant(
+        ExpectedDifference(
             line["aspect"],
             line["what"],
             line.get("recorded", ANY),
@@ -139,7 +139,7 @@ def set_up(name: str) -> SetUp | None:
 
 def judge(flight: Conversation, name: str) -> ComparisonVerdict:
     """Compare a conversation in all aspects, and hold the differences against the file."""
-    meant: dict[str, list[tuple[Difference, Meant]]] = {}
+    meant: dict[str, list[tuple[Difference, ExpectedDifference]]] = {}
     unlisted: dict[str, list[Difference]] = {}
     for aspect, (_, search) in ASPECTS.items():
         meant[aspect], unlisted[aspect] = [], []
@@ -153,7 +153,7 @@ def judge(flight: Conversation, name: str) -> ComparisonVerdict:
     return ComparisonVerdict(meant, unlisted, {"position": position} if position else {})
 
 
-def stale(name: str, verdicts: Sequence[ComparisonVerdict]) -> list[Meant]:
+def stale(name: str, verdicts: Sequence[ComparisonVerdict]) -> list[ExpectedDifference]:
     """Lines for a recording that nothing was found for, in any of its vehicles."""
     used = [line for v in verdicts for found in v.meant.values() for _, line in found]
     return [line for line in lines() if name in line.recordings and line not in used]

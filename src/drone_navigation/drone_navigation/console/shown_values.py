@@ -10,7 +10,7 @@ import threading
 from collections import deque
 from typing import Any, TypeAlias
 
-__all__ = ["Board", "Changes"]
+__all__ = ["Changes", "ShownValues"]
 
 Changes: TypeAlias = dict[str, dict[str, Any]]
 """Values by vehicle (its namespace, "/" without one) and name."""
@@ -19,7 +19,7 @@ _TRAIL_MAX = 600
 _TRAIL_STEP_M = 0.5
 
 
-class Board:
+class ShownValues:
     """Values that JSON can write."""
 
     def __init__(self) -> None:

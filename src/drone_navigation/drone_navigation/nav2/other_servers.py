@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from drone_navigation.steady_timer import steady_timer
 
-__all__ = ["ACTION", "Others"]
+__all__ = ["ACTION", "OtherServers"]
 
 ACTION = "navigate_to_pose"
 """The action whose servers are counted."""
@@ -24,7 +24,7 @@ _SILENT_S = 2.5
 _QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 
 
-class Others:
+class OtherServers:
     """Monitors the servers of the action, Nav2's own among them.
 
     Each of ours publishes its identifier, which begins with the time of its start, so that of

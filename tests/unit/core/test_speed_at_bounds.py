@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from navigation_core.geometry import Vector3, add, scale
 from navigation_core.safety.fences import CircleArea, Fence, PolygonArea
-from navigation_core.safety.room import Braking, Room
+from navigation_core.safety.speed_at_bounds import Braking, SpeedAtBounds
 from navigation_core.safety.target_checks import FlightVolume, MapBounds
 
 pytestmark = pytest.mark.wide_but_first
@@ -37,8 +37,8 @@ def room(
     flies: bool = True,
     volume: FlightVolume = VOLUME,
     home_z_enu_m: float = 0.0,
-) -> Room:
-    return Room(volume, fence, home_z_enu_m, 1.0, flies)
+) -> SpeedAtBounds:
+    return SpeedAtBounds(volume, fence, home_z_enu_m, 1.0, flies)
 
 
 def test_the_heights_of_a_fence_count_from_home_and_those_of_the_volume_from_the_ground() -> None:

@@ -22,7 +22,7 @@ from navigation_bridge.configuration.make_config import (
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_core.geometry import Vector3
 
-__all__ = ["Stage"]
+__all__ = ["RehearsedFlight"]
 
 TICK_S = 0.05
 READY_TIMEOUT_S = 20.0
@@ -32,7 +32,7 @@ _STATION, _BEAT_S = 255, 1.0
 """A ground station is there (MAV_GCS_SYSID): an ArduPilot's link failsafe is about its HEARTBEAT"""
 
 
-class Stage:
+class RehearsedFlight:
     """Both sides, and the link between them; from its loss on only the vehicle.
 
     Attributes:

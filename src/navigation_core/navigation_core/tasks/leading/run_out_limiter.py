@@ -17,12 +17,12 @@ from navigation_core.geometry import ZERO, KinematicState, Vector3, norm, scale
 from navigation_core.limits import Limits
 from navigation_core.planning.conflicts import clearance_at_m
 from navigation_core.safety.lateness import LATE_S, speed_share
-from navigation_core.safety.room import Bounds, Braking
 from navigation_core.safety.run_out import (
     run_out_is_clear,
     safe_speed_beside_m_s,
     safe_speed_m_s,
 )
+from navigation_core.safety.speed_at_bounds import Bounds, Braking
 from navigation_core.safety.unfollowed import held
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
@@ -31,7 +31,7 @@ from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 
-__all__ = ["Caution"]
+__all__ = ["RunOutLimiter"]
 
 # As slow as this, what flies follows positions alone well enough: it lags by a second's distance
 # (ArduCopter's PSC_POSXY_P is 1, PX4's MPC_XY_P 0.95).
@@ -41,7 +41,7 @@ _CREEP_M_S = 0.2
 _ROUNDING = 1.02
 
 
-class Caution:
+class RunOutLimiter:
     """The caution with which one goal is flown."""
 
     def __init__(
@@ -80,7 +80,7 @@ class Caution:
         """Return the share of its planned speed that a setpoint may have now."""
         share = speed_share(observation.late_s)
         if not self._traits.flies:
-            return share  # its setpoint is a velocity, see tempered
+            return share  # its setpoint is a velocity, see limited
         velocity = carrot.nominal.velocity_enu_m_s
         speed = norm(velocity)
         if share < 1.0 and self._is_approached(carrot, observation):
@@ -90,7 +90,7 @@ class Caution:
         safe_m_s = self._safe_m_s(replace(carrot.setpoint, velocity_enu_m_s=velocity), observation)
         return min(share, max(safe_m_s, self._least_m_s) / speed)
 
-    def tempered(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
+    def limited(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
         """Return a setpoint as it may be sent."""
         if observation.late_s > LATE_S:
             # An acceleration that is not taken back in time makes the vehicle faster and faster.

@@ -17,7 +17,7 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.caution import Caution
+from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.trajectory import plan_to
@@ -37,8 +37,8 @@ def observed(
     return replace(HOVERING, position_enu_m=HERE, obstacles=obstacles, moving=moving, late_s=late_s)
 
 
-def caution() -> Caution:
-    return Caution(AVOIDANCE, COPTER, LIMITS)
+def caution() -> RunOutLimiter:
+    return RunOutLimiter(AVOIDANCE, COPTER, LIMITS)
 
 
 def share(late_s: float, obstacles: Obstacles) -> float:
@@ -60,7 +60,7 @@ def test_who_is_late_gives_way_to_what_comes_near(late_s: float) -> None:
 
 def test_who_is_late_gives_way_without_an_acceleration() -> None:
     leaving = Setpoint((0.5, 0.0, 5.0), (0.8, 0.0, 0.0), (0.5, 0.0, 0.0), 0.0)
-    sent = caution().tempered(leaving, observed(1.9, NEAR))
+    sent = caution().limited(leaving, observed(1.9, NEAR))
     assert sent.velocity_enu_m_s == leaving.velocity_enu_m_s
     assert norm(sent.acceleration_enu_m_s2) == 0.0
 
@@ -72,8 +72,8 @@ def test_a_brake_that_nobody_ends_leads_to_a_standstill(
 ) -> None:
     braking = Setpoint((0.0, 0.0, 5.0), (0.9, 0.0, 0.0), (-2.0, 0.0, 0.0), 0.0)
     leaving = Moving(np.array([(0.0, 9.0, 5.0)]), 0.0, (0.0, 1.0))
-    careful = Caution(avoidance, COPTER, LIMITS)
-    sent = careful.tempered(braking, observed(0.0, obstacles, (leaving,)))
+    careful = RunOutLimiter(avoidance, COPTER, LIMITS)
+    sent = careful.limited(braking, observed(0.0, obstacles, (leaving,)))
     end_m_s = sent.velocity_enu_m_s[0] + sent.acceleration_enu_m_s2[0] * COPTER.setpoint_timeout_s
     assert end_m_s == pytest.approx(0.0, abs=1e-9)
     # The rest of the brake is in the position.
@@ -83,6 +83,6 @@ def test_a_brake_that_nobody_ends_leads_to_a_standstill(
 def test_what_will_cross_the_run_out_makes_a_setpoint_slower() -> None:
     setpoint = Setpoint((0.0, 0.0, 5.0), (2.0, 0.0, 0.0), ZERO, 0.0)
     crossing = Moving(np.array([(5.0, -3.0, 5.0)]), 0.0, (0.0, 1.0))
-    assert caution().tempered(setpoint, observed(0.0)).velocity_enu_m_s == (2.0, 0.0, 0.0)
-    sent = caution().tempered(setpoint, observed(0.0, moving=(crossing,)))
+    assert caution().limited(setpoint, observed(0.0)).velocity_enu_m_s == (2.0, 0.0, 0.0)
+    sent = caution().limited(setpoint, observed(0.0, moving=(crossing,)))
     assert norm(sent.velocity_enu_m_s) < 1.7

@@ -31,7 +31,7 @@ _CODES = {
 }
 
 
-class LogDesk:
+class LogRequests:
     """Serves one request about logs at a time."""
 
     def __init__(

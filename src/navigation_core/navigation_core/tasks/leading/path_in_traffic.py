@@ -1,6 +1,6 @@
 """Flies a path among other vehicles: as fast as what is reserved allows, or around them.
 
-At every step more of the path is reserved (:mod:`navigation_core.traffic.picture`), and the
+At every step more of the path is reserved (:mod:`navigation_core.traffic.reservations`), and the
 setpoint is only so fast that the vehicle stops within that, even if no other setpoint follows. If
 it would have to wait for long, or must give way, a detour is searched for. It gives way to
 intruders, which reserve nothing, in :mod:`navigation_core.tasks.leading.giving_way`.
@@ -41,14 +41,14 @@ from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.detours import Detour, DetourSearch
-from navigation_core.traffic.picture import Ask
+from navigation_core.traffic.reservations import Ask
 from navigation_core.traffic.right_of_way import TrafficWait
-from navigation_core.traffic.view import TrafficView
+from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Array, Volume, densified, joined
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import Trajectory, TrajectoryError
 
-__all__ = ["BRAKE_SHARE", "NO_DETOUR_RETRY_S", "REACTION_S", "IsFree", "TrafficPace"]
+__all__ = ["BRAKE_SHARE", "NO_DETOUR_RETRY_S", "REACTION_S", "IsFree", "PathInTraffic"]
 
 BRAKE_SHARE = 0.6
 """Share of the maximum acceleration that is planned for the stop at the end of the reservation"""
@@ -138,7 +138,7 @@ class _Looking:
     is_needed: bool
 
 
-class TrafficPace:
+class PathInTraffic:
     """The pace of one flight among others."""
 
     def __init__(
@@ -278,7 +278,7 @@ class TrafficPace:
             self._stood_s = now
         return share
 
-    def tempered(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
+    def limited(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
         """Return a setpoint that leads no further than the reservation if no other follows."""
         if observation.traffic is None or self._course is None or self._is_stop:
             return setpoint
@@ -312,12 +312,12 @@ class TrafficPace:
             self._behind(course, first, here),
             self._run_out(view, carrot, course, first),
         )
-        if view.picture.is_settled(view.name, course, now):
+        if view.reservations.is_settled(view.name, course, now):
             held = joined(*tail, course.volume.part(first, first + granted))
-            self._waiting = view.picture.follow(view.name, held, now)
+            self._waiting = view.reservations.follow(view.name, held, now)
         else:
             ask = self._ask(carrot, course, first, granted, self._speed_m_s(carrot, observation))
-            grant = view.picture.extend(view.name, ask, joined(*tail), now)
+            grant = view.reservations.extend(view.name, ask, joined(*tail), now)
             granted, self._waiting = grant.granted, grant.waiting
         self._granted = first + granted
         if self._granted >= count:
@@ -397,7 +397,7 @@ class TrafficPace:
         if not apart.any():
             return NOWHERE
         volume = view.volume(line)
-        count = view.picture.free_count(view.name, volume)
+        count = view.reservations.free_count(view.name, volume)
         if count < len(line):
             self._aside_m = float(away_m[max(count - 1, 0)])
         return volume.part(0, max(count, 1))
@@ -446,7 +446,7 @@ class TrafficPace:
         self._looked_s = now
         if not len(path):
             return
-        delay_s = view.picture.delay_s(view.name, path, after_s, now)
+        delay_s = view.reservations.delay_s(view.name, path, after_s, now)
         if delay_s < _DETOUR_DELAY_MIN_S and not is_needed:
             return
         self._begin(view, observation, carrot, delay_s, is_needed, now)
@@ -467,7 +467,7 @@ class TrafficPace:
             start = KinematicState(measured_state(observation).position_enu_m)
         points = self._follower.points
         left_s = carrot.time_remaining_s
-        frozen = replace(view, picture=view.picture.snapshot())
+        frozen = replace(view, reservations=view.reservations.snapshot())
         search = DetourSearch(frozen, self._follower.limits, self._clear(observation), now)
         limits = self._follower.limits
         may_step_aside = is_needed and self._asides < _ASIDES_MAX
@@ -537,7 +537,7 @@ class TrafficPace:
         needed_m = stopping_distance_m(speed, 0.0, self._braking_m_s2) + 0.5
         count = max(int(np.searchsorted(course.lengths_m, needed_m)) + 1, 2)
         begin = course.volume.part(0, count)
-        return view.picture.blocked_by(view.name, begin) is None
+        return view.reservations.blocked_by(view.name, begin) is None
 
     def _joins(self, path: CheckedPath, time_s: float) -> bool:
         commanded = self._follower.commanded
@@ -573,7 +573,7 @@ class IsFree:
 def _note_stuck(looking: _Looking, view: TrafficView, now: float) -> None:
     """Let the others in a wait cycle search for a detour if the vehicle that had to found none."""
     if looking.is_needed:
-        view.picture.entry(view.name).stuck_until_s = now + NO_DETOUR_RETRY_S
+        view.reservations.entry(view.name).stuck_until_s = now + NO_DETOUR_RETRY_S
 
 
 def _vector(point: Array) -> Vector3:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 
+from mavlink_sitl.array_ops import Ops
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.exchange import Limits
-from mavlink_sitl.lanes import Ops
 
 _SCALAR = Ops()
 
 
-class Pace:
+class TrackTimeScale:
     """The share of its speed with which one track is flown."""
 
     def __init__(self, limits: Limits) -> None:

@@ -1,4 +1,4 @@
-"""The traffic as one vehicle sees it: the shared picture, in its own map frame."""
+"""The traffic as one vehicle sees it: the shared reservations, in its own map frame."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 from navigation_core.geometry import Vector3
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.traffic.intruders import Intruders
-from navigation_core.traffic.picture import TrafficPicture
+from navigation_core.traffic.reservations import TrafficReservations
 from navigation_core.traffic.right_of_way import TrafficWait
 from navigation_core.traffic.volumes import Array, Volume
 
-__all__ = ["Footing", "TrafficView"]
+__all__ = ["TrafficFrame", "TrafficView"]
 
 
 @dataclass(frozen=True, eq=False)
-class Footing:
+class TrafficFrame:
     """How a map frame lies in the traffic frame.
 
     Attributes:
@@ -29,7 +29,7 @@ class Footing:
     origin_m: Array
 
     @classmethod
-    def level(cls, origin_m: Vector3 = (0.0, 0.0, 0.0)) -> Footing:
+    def level(cls, origin_m: Vector3 = (0.0, 0.0, 0.0)) -> TrafficFrame:
         """Return that of a map with the same axes, begun elsewhere."""
         return cls(np.eye(3), np.array(origin_m, dtype=np.float64))
 
@@ -47,9 +47,9 @@ class TrafficView:
     """The other traffic, as a task sees it.
 
     Attributes:
-        picture: shared by all vehicles of the server.
+        reservations: shared by all vehicles of the server.
         name: of the vehicle in it.
-        footing: how its map lies in the traffic frame.
+        traffic_frame: how its map lies in the traffic frame.
         radius_m: by how much it may stray from its path, level.
         rise_m: the same in height.
         heights_m: lowest and highest map z of a detour; None for what drives.
@@ -58,9 +58,9 @@ class TrafficView:
         searcher: looks for detours.
     """
 
-    picture: TrafficPicture
+    reservations: TrafficReservations
     name: str
-    footing: Footing
+    traffic_frame: TrafficFrame
     radius_m: float = 1.0
     rise_m: float = 0.5
     heights_m: tuple[float, float] | None = None
@@ -70,7 +70,7 @@ class TrafficView:
 
     def volume(self, points_enu_m: Array) -> Volume:
         """Return the volume that the vehicle occupies along points (N, 3) of the map."""
-        return Volume.along(self.footing.traffic(points_enu_m), self.radius_m, self.rise_m)
+        return Volume.along(self.traffic_frame.traffic(points_enu_m), self.radius_m, self.rise_m)
 
     def admits(self, line: Array, ends_where_asked: bool = True) -> bool:
         """Whether a line of points (N, 3) of the map keeps within allowed heights and reach.
@@ -105,17 +105,17 @@ class TrafficView:
             room_m: by how much it strays from its path, level and in height; None for the usual.
             with_standing: whether also those that stand.
         """
-        found = self.picture.intruders(self.name, with_standing)
-        here_m = self.footing.traffic(np.array([here_enu_m]))[0]
+        found = self.reservations.intruders(self.name, with_standing)
+        here_m = self.traffic_frame.traffic(np.array([here_enu_m]))[0]
         room_m = room_m or (self.radius_m, self.rise_m)
-        all_of_them = Intruders.of(found, self.picture.separation, room_m, now)
+        all_of_them = Intruders.of(found, self.reservations.separation, room_m, now)
         return all_of_them.near(here_m, speed_m_s)
 
     @property
     def waiting(self) -> TrafficWait | None:
         """The vehicle that this one waits for, and why; or None."""
-        return self.picture.entry(self.name).waiting
+        return self.reservations.entry(self.name).waiting
 
     def must_give_way(self, now: float) -> bool:
         """Whether it is the one to find another way."""
-        return self.picture.must_give_way(self.name, now)
+        return self.reservations.must_give_way(self.name, now)

@@ -15,7 +15,7 @@ from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
 from navigation_core.safety.stopping_distance import stopping_distance_m, stopping_speed_m_s
 from navigation_core.safety.target_checks import FlightVolume
 
-__all__ = ["Bounds", "Braking", "Room"]
+__all__ = ["Bounds", "Braking", "SpeedAtBounds"]
 
 # Room that is kept to the flight volume; over ground with what the estimate of a position is wrong
 # by (0.16 m by ground truth) and the last of a brake on top.
@@ -62,13 +62,13 @@ class Bounds:
     volume: FlightVolume
     fence_margin_m: float
 
-    def room(self, fence: Fence | None, home_z_enu_m: float, flies: bool) -> Room:
-        """Return the bounds with the fence as it is known now; the arguments are those of Room."""
-        return Room(self.volume, fence, home_z_enu_m, self.fence_margin_m, flies)
+    def room(self, fence: Fence | None, home_z_enu_m: float, flies: bool) -> SpeedAtBounds:
+        """Return the bounds with the fence as it is known now; arguments as for SpeedAtBounds."""
+        return SpeedAtBounds(self.volume, fence, home_z_enu_m, self.fence_margin_m, flies)
 
 
 @dataclass(frozen=True)
-class Room:
+class SpeedAtBounds:
     """The bounds of a flight.
 
     Attributes:

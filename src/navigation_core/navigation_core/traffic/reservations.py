@@ -17,7 +17,7 @@ This decides who goes first:
 Ranks are a total order, so the vehicle with the best rank is never kept waiting by anybody's plan,
 and by reservations only until their owners have left or stand. Around what stands, and out of a
 circle of vehicles that wait for each other, leads a detour, which the vehicle with the worst rank
-in the circle takes (:meth:`TrafficPicture.must_give_way`).
+in the circle takes (:meth:`TrafficReservations.must_give_way`).
 
 Intruders reserve nothing. Their positions and courses block no path: it is compared with
 their motion, moment by moment (:mod:`navigation_core.traffic.intruders`). A flight of an autopilot
@@ -45,7 +45,7 @@ from navigation_core.traffic.volumes import (
 )
 from navigation_core.traffic.way_out import first_blocked, leading
 
-__all__ = ["Agreement", "Ask", "Entry", "Grant", "Intent", "TrafficPicture", "wait_for"]
+__all__ = ["Agreement", "Ask", "Entry", "Grant", "Intent", "TrafficReservations", "wait_for"]
 
 # An owner, a volume, and when the owner is at each of its points, which counts for paths only.
 _Part: TypeAlias = tuple[str, Volume, Array | None]
@@ -98,7 +98,7 @@ class Agreement(Protocol):
 
 @dataclass
 class Entry:
-    """The picture of one vehicle: its reservation, its announced path, its rank.
+    """The reservations of one vehicle: its reservation, its announced path, its rank.
 
     Attributes:
         name: its name.
@@ -190,7 +190,7 @@ class Grant:
     waiting: TrafficWait | None = None
 
 
-class TrafficPicture:
+class TrafficReservations:
     """The reservations that the vehicles of one server know of.
 
     It is written and read on one thread, and has no lock. Times are seconds of one clock.
@@ -598,9 +598,9 @@ class TrafficPicture:
         mine, theirs = path.pairs(paths.volume, self.separation)
         return _first_gap(paths.arrival_s[theirs] - now - after_s[mine] - _PASS_BEFORE_MARGIN_S)
 
-    def snapshot(self) -> TrafficPicture:
+    def snapshot(self) -> TrafficReservations:
         """Return a copy for a search beside the flight; volumes are never changed, and shared."""
-        copy = TrafficPicture(self.separation)
+        copy = TrafficReservations(self.separation)
         copy.entries = {name: replace(entry) for name, entry in self.entries.items()}
         return copy
 

@@ -33,16 +33,16 @@ from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.searches import Searcher
 from navigation_core.tasks.intents import Fly, Perform, Setpoint
-from navigation_core.tasks.leading.traffic_pace import BRAKE_SHARE, REACTION_S
+from navigation_core.tasks.leading.path_in_traffic import BRAKE_SHARE, REACTION_S
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M
 from navigation_core.traffic.evasions import AFTER_S
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
-from navigation_core.traffic.view import Footing, TrafficView
+from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Volume, joined
 
-__all__ = ["TrafficConduct"]
+__all__ = ["VehicleSeparation"]
 
 # How far a vehicle strays from its path, level and in height, its estimate's errors included.
 _STRAYS_M, _RISES_M, _DRIVING_STRAYS_M = 1.0, 0.7, 1.5
@@ -74,7 +74,7 @@ _AT_TARGET_WITHIN_M = 30.0
 _SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
 
 
-class TrafficConduct:
+class VehicleSeparation:
     """The part of the traffic of one vehicle."""
 
     def __init__(
@@ -105,7 +105,7 @@ class TrafficConduct:
         self._searcher = searcher
         self._shared = shared
         self.name = name
-        self._footing: tuple[object, Footing] | None = None
+        self._traffic_frame: tuple[object, TrafficFrame] | None = None
         self._asked: Perform | None = None
         self._updated_s = -math.inf
         self._gate: TrafficWait | None = None
@@ -136,14 +136,14 @@ class TrafficConduct:
         profile = self._vehicle.profile
         if shared is None or frame is None or profile is None or not self._config.traffic.on:
             return None
-        if self._footing is None or self._footing[0] is not frame:
+        if self._traffic_frame is None or self._traffic_frame[0] is not frame:
             earth = shared.frame_about(frame.origin)
-            self._footing = (frame, earth.footing(self._map_frame))
+            self._traffic_frame = (frame, earth.traffic_frame(self._map_frame))
         on_ground = drives(profile)
         return TrafficView(
-            picture=shared.picture,
+            reservations=shared.reservations,
             name=self.name,
-            footing=self._footing[1],
+            traffic_frame=self._traffic_frame[1],
             radius_m=_DRIVING_STRAYS_M if on_ground else _STRAYS_M,
             rise_m=_RISES_M,
             heights_m=None if on_ground else self._heights_m(profile),
@@ -197,7 +197,7 @@ class TrafficConduct:
         if shared is None or shared.earth is None or now - self._announced_s < _ANNOUNCE_S:
             return
         self._announced_s = now
-        for other in shared.picture.others(self.name):
+        for other in shared.reservations.others(self.name):
             if len(other.held) and not is_by_adsb(other.name):
                 # An autopilot with a receiver reports it back.
                 shared.others.own_addresses.add(address_of(other.name))
@@ -209,7 +209,7 @@ class TrafficConduct:
         view, at = self._own_view(), self._look(self._now)
         if view is None or not isinstance(at, LocatedSnapshot):
             return None
-        centre = view.footing.traffic(np.zeros((1, 3)))
+        centre = view.traffic_frame.traffic(np.zeros((1, 3)))
         reach = Volume.along(centre, self._config.volume.radius_max_m, _ANY_HEIGHT_M)
         return self._silent(view, at), reach
 
@@ -221,12 +221,15 @@ class TrafficConduct:
         if view is None:
             return None
         place = view.volume(np.array([target_enu_m]))
-        for other in view.picture.others(self.name):
-            if other.target is not None and place.meets(other.target, view.picture.separation)[0]:
+        for other in view.reservations.others(self.name):
+            if (
+                other.target is not None
+                and place.meets(other.target, view.reservations.separation)[0]
+            ):
                 return TrafficWait(other.name, "whose target is too near", now)
             if other.moves or not len(other.whole):
                 continue
-            if place.meets(other.whole, view.picture.separation)[0]:
+            if place.meets(other.whole, view.reservations.separation)[0]:
                 return TrafficWait(other.name, "which stands there", now)
         return None
 
@@ -252,7 +255,7 @@ class TrafficConduct:
         view = self.view()
         assert view is not None
         x, y, z = target_enu_m
-        step_m = 0.5 * view.picture.separation.horizontal_m
+        step_m = 0.5 * view.reservations.separation.horizontal_m
         for ring in range(1, 9):
             for part in range(12):
                 angle = math.tau * part / 12
@@ -280,7 +283,7 @@ class TrafficConduct:
         before = self._gate
         # Only planes are sent to places; their task compares that with the motion of intruders.
         waits_for_intruders = intent.kind is not TaskOperation.REPOSITION
-        self._gate = view.picture.claim(self.name, volume, now, waits_for_intruders)
+        self._gate = view.reservations.claim(self.name, volume, now, waits_for_intruders)
         if self._gate is None:
             self._asked = intent
         elif before is not None:
@@ -314,7 +317,7 @@ class TrafficConduct:
             height_m = self._config.goto.takeoff_height_m
         return own_volumes.climb(view, at, height_m)
 
-    def tempered(self, goal: ActiveGoal, intent: Fly, snapshot: Snapshot) -> Fly:
+    def limited(self, goal: ActiveGoal, intent: Fly, snapshot: Snapshot) -> Fly:
         """Return a setpoint as fast as a run-out from it is free, for who follows commands."""
         view, now = snapshot.traffic, snapshot.time_s
         self._gate = None
@@ -334,8 +337,8 @@ class TrafficConduct:
                 velocity * (stop_m / max(speed, 1e-9))
             )
             volume = view.volume(line)
-            if view.picture.blocked_by(self.name, volume) is None:
-                view.picture.stand(self.name, volume, now, moves=True)
+            if view.reservations.blocked_by(self.name, volume) is None:
+                view.reservations.stand(self.name, volume, now, moves=True)
                 x, y, z = velocity.tolist()
                 return replace(intent, setpoint=replace(setpoint, velocity_enu_m_s=(x, y, z)))
         x, y, z = setpoint.velocity_enu_m_s
@@ -351,7 +354,7 @@ class TrafficConduct:
         shares = np.array([*_SHARES, 0.0])
         course = AFTER_S[:, None] * np.array(setpoint.velocity_enu_m_s)
         motions = np.array(setpoint.position_enu_m) + shares[:, None, None] * course
-        placed = view.footing.traffic(motions.reshape(-1, 3)).reshape(motions.shape)
+        placed = view.traffic_frame.traffic(motions.reshape(-1, 3)).reshape(motions.shape)
         penalties = intruders.passage(placed, AFTER_S).penalties
         return _SHARES[int(penalties.argmin()) :]
 
@@ -369,7 +372,7 @@ class TrafficConduct:
         view = self._own_view()
         if view is None:
             if not self._config.traffic.on:
-                self._shared.picture.forget(self.name)
+                self._shared.reservations.forget(self.name)
             return
         self._updated_s = self._now = now
         if goal is None or goal.ending:
@@ -384,10 +387,10 @@ class TrafficConduct:
             self._lose(view, snapshot)
             return
         at = snapshot
-        axes, velocity = view.footing.axes, np.array(at.velocity_enu_m_s)
-        position = view.footing.traffic(np.array([at.position_enu_m]))[0]
+        axes, velocity = view.traffic_frame.axes, np.array(at.velocity_enu_m_s)
+        position = view.traffic_frame.traffic(np.array([at.position_enu_m]))[0]
         self._shared.note_own(self.name, position, axes @ velocity, now)
-        entry = view.picture.entry(self.name)
+        entry = view.reservations.entry(self.name)
         entry.target = None
         if goal is not None and goal.target_enu_m is not None:
             entry.target = view.volume(np.array([goal.target_enu_m]))
@@ -402,17 +405,17 @@ class TrafficConduct:
         Once its link counts as lost it may be anywhere in what it held, on its way home, or on the
         ground below.
         """
-        entry = view.picture.entry(self.name)
+        entry = view.reservations.entry(self.name)
         entry.moves = False
         if snapshot.connected:
             return
         entry.intent = entry.waiting = None
         if isinstance(snapshot, LocatedSnapshot):
-            view.picture.keep(self.name, self._silent(view, snapshot))
+            view.reservations.keep(self.name, self._silent(view, snapshot))
 
     def _stand(self, view: TrafficView, at: LocatedSnapshot, goal: ActiveGoal | None) -> None:
         """Hold where the vehicle is and comes to rest."""
-        entry = view.picture.entry(self.name)
+        entry = view.reservations.entry(self.name)
         timeout_s, braking_m_s2 = _run_out(at)
         speed, stop_m = norm(at.velocity_enu_m_s), 0.0
         if not (at.parked or is_plane(at)):
@@ -424,7 +427,7 @@ class TrafficConduct:
             return
         entry.waiting = None
         moves = goal is not None and not self._is_held(goal)
-        view.picture.stand(self.name, held, at.time_s, moves or _flies_by_itself(at))
+        view.reservations.stand(self.name, held, at.time_s, moves or _flies_by_itself(at))
 
     def _keep(
         self, view: TrafficView, at: LocatedSnapshot, goal: ActiveGoal | None, led: bool
@@ -447,7 +450,7 @@ class TrafficConduct:
             kept = own_volumes.to_circle(view, at, at.position_enu_m)
         else:
             kept, self._asked = NOWHERE, None
-        view.picture.keep(self.name, kept)
+        view.reservations.keep(self.name, kept)
 
     def _silent(self, view: TrafficView, at: LocatedSnapshot) -> Volume:
         if at.parked:
@@ -459,7 +462,7 @@ class TrafficConduct:
 
     def _rank(self, goal: ActiveGoal | None, snapshot: Snapshot) -> None:
         assert self._shared is not None
-        entry = self._shared.picture.entry(self.name)
+        entry = self._shared.reservations.entry(self.name)
         claimant, since_s = Claimant.NOTHING, 0.0
         if goal is not None:
             claimant, since_s = Claimant.GOAL, goal.accepted_s + self._shared.epoch_s

@@ -12,8 +12,8 @@ from mavlink_vehicle.events import ParameterChange
 from mavlink_vehicle.mission_items import MissionType
 from navigation_bridge.goals.goal import LogLine
 from navigation_bridge.goals.requests import LandRequest
-from navigation_bridge.storage.desk import ListAnswer, ParametersAnswer
 from navigation_bridge.storage.geographic import Degrees, GeoArea, GeoFence, RallyPoint
+from navigation_bridge.storage.storage_requests import ListAnswer, ParametersAnswer
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from tests.support.flights.simulated_flight import SimulatedFlight

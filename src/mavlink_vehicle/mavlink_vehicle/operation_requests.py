@@ -9,7 +9,7 @@ from mavlink_vehicle.protocols.operations.operation_parts import Gate, Goal, Ope
 from mavlink_vehicle.vehicle_core import VehicleCore
 
 
-class OperationDesk:
+class OperationRequests:
     """Begins operations in the one place that the autopilot has for them; sans I/O."""
 
     def __init__(self, core: VehicleCore) -> None:

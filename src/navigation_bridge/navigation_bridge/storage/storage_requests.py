@@ -69,7 +69,7 @@ TakeList = Callable[[ListAnswer], object]
 TakeParameters = Callable[[ParametersAnswer], object]
 
 
-class StorageDesk:
+class StorageRequests:
     """Answers each request once, at once or when the vehicle has done it.
 
     Of lists and of parameters one request at a time is worked on; another is rejected.
