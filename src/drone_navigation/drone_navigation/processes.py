@@ -20,8 +20,8 @@ from types import FrameType
 _LOOPBACK = "127.0.0.1"
 _DOMAIN_MAX = 101
 # Where the first participant of a domain receives discovery traffic (DDSI-RTPS 2.3,
-# 9.6.1.1: port base 7400, domain gain 250, offset d1 10).
-_PORT_BASE, _DOMAIN_GAIN, _OFFSET = 7400, 250, 10
+# 9.6.1.1: port base 7400, domain gain 250, offset d1 10), and a port that no participant uses.
+_PORT_BASE, _DOMAIN_GAIN, _OFFSET, _RESERVING_OFFSET = 7400, 250, 10, 5
 _PORT_MIN, _PORT_MAX, _PORTS_TRIED = 61000, 65500, 100
 _READY_TIMEOUT_S = 60.0  # ten times what an idle machine needs
 _READER_S = 5.0
@@ -56,17 +56,25 @@ def free_udp_port() -> int:
 def free_domain(start: int) -> int:
     """Return a ROS domain that nobody on this machine uses, trying from ``start`` on.
 
+    It is reserved while this process lives: two programs that look at the same moment find
+    different ones, and one that starts nodes now and then meets no others in between.
+
     Raises:
         ProcessError: all domains are taken.
     """
     for offset in range(_DOMAIN_MAX):
         domain = 1 + (start + offset) % _DOMAIN_MAX
+        first_port = _PORT_BASE + _DOMAIN_GAIN * domain
+        reservation = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
-                probe.bind(("", _PORT_BASE + _DOMAIN_GAIN * domain + _OFFSET))
+                probe.bind(("", first_port + _OFFSET))
+                reservation.bind((_LOOPBACK, first_port + _RESERVING_OFFSET))
             except OSError:
+                reservation.close()
                 continue
-            return domain
+        atexit.register(reservation.close)
+        return domain
     raise ProcessError("No ROS domain from 1 to 101 is free; stop other ROS programs.")
 
 

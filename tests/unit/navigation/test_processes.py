@@ -10,7 +10,7 @@ import time
 import psutil
 import pytest
 
-from drone_navigation.processes import Process, ProcessGroup
+from drone_navigation.processes import Process, ProcessGroup, free_domain
 from tests.support.processes import patient_s
 
 _START = "import subprocess; c = subprocess.Popen(['sleep', '50']); print(c.pid, flush=True)"
@@ -102,3 +102,15 @@ def test_an_interrupt_while_a_process_is_started_is_seen_afterwards() -> None:
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
+
+
+_DOMAIN = "from drone_navigation.processes import free_domain; print(free_domain(40), flush=True)"
+
+
+def test_a_ros_domain_is_given_to_one_program_only() -> None:
+    """Nobody has a node in it yet: a demo that starts now would fly among a test's servers."""
+    mine = free_domain(40)
+    other = Process("other", ["python", "-c", _DOMAIN])
+    assert other.wait(patient_s(5.0)) == 0
+    assert mine != int(other.text)
+    assert free_domain(40) != mine
