@@ -137,6 +137,24 @@ def test_a_bad_link_is_not_one_way(autopilot: str, name: str) -> None:
     assert pair.vehicle.round_trip_s is not None
 
 
+@pytest.mark.parametrize("loss", [0.8, 0.9, 0.95])
+def test_answers_lost_among_much_else_are_not_one_way(loss: float) -> None:
+    """A flood on the port lets few packets through, whichever they are."""
+    flight = flight_of("ardupilot", "copter")
+    goal = under_way(flight, "copter", 100.0)
+    for _ in range(3):
+        flight.simulation.link.set_faults(LinkFaults(loss=loss))
+        flight.run_for(5.0)
+        flight.simulation.link.set_faults(None)
+        flight.run_for(1.0)
+    assert flight.run_to_end(goal).code is OutcomeCode.SUCCESS
+
+
+def test_a_lost_uplink_is_noticed_on_a_link_that_loses() -> None:
+    flight = flight_of("ardupilot", "copter", LinkFaults(loss=0.2))
+    loses_uplink(flight, under_way(flight, "copter"), within_s=4.0)
+
+
 def test_a_silence_and_a_standstill_are_not_one_way() -> None:
     flight = flight_of("ardupilot", "copter")
     goal = under_way(flight, "copter", 60.0)

@@ -147,7 +147,7 @@ class VehicleCore:
             lambda: self.slot.pending is not None,
         )
         self._answer_watch = AnswerWatch(
-            self._timesync, lambda: self.address, lambda: self._gap.heard_s
+            self._timesync, lambda: self.address, lambda: self._gap.heard_s, self._order
         )
         self._stations = StationObserver(lambda: self.address, lambda: self.profile)
         self._last_mission: MissionOperation | None = None

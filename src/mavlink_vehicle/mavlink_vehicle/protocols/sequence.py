@@ -15,11 +15,14 @@ class SequenceOrder:
 
     Attributes:
         last: place of the last packet in the order of sending.
+        arrived: number of packets that came.
+        missing: number of packets that did not come, or have not yet.
     """
 
     def __init__(self) -> None:
         """Begin with whatever comes first."""
         self.last = -1
+        self.arrived = self.missing = 0
         self._newest: int | None = None
         self._advanced_s = 0.0
 
@@ -30,6 +33,7 @@ class SequenceOrder:
         without progress any number is taken as a new one: the sender restarted, or half a circle
         or more was lost.
         """
+        self.arrived += 1
         newest = self._newest
         if newest is None:
             self.last = self._newest = sequence
@@ -38,8 +42,10 @@ class SequenceOrder:
         ahead = (sequence - newest) & 0xFF
         if ahead >= _HALF and now - self._advanced_s < _RESYNC_S:
             self.last = newest + ahead - 256
+            self.missing -= 1
             return self.last
         if ahead:
+            self.missing += ahead - 1
             self._newest = newest + ahead
             self._advanced_s = now
         self.last = newest + ahead

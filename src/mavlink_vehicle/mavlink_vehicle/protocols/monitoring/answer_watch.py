@@ -10,6 +10,9 @@ Only questions of a kind that this autopilot has answered count, and enough of t
 unanswered that losses like those measured before do not explain it. The count begins again
 after an answer, after a silence of the vehicle (a link that is down, or lags), and after we stood
 still. A link that lags is given twice its slowest recent round trip, and twice its last silence.
+Answers are lost as telemetry is: where the sequence numbers show that a smaller share of the
+vehicle's packets arrives than before, because of a flood on the port or a machine that is too slow,
+the expected share of answers falls with it.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
 from mavlink_vehicle.protocols.outbox import TimedOutbox
+from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -52,6 +56,7 @@ class AnswerWatch(TimedOutbox, VehicleService):
         timesync: Timesync,
         address: Callable[[], Address],
         heard_s: Callable[[], float],
+        order: SequenceOrder,
     ) -> None:
         """Prepare; nothing is asked before `expect`.
 
@@ -59,15 +64,18 @@ class AnswerWatch(TimedOutbox, VehicleService):
             timesync: asks by TIMESYNC.
             address: returns whom to ask.
             heard_s: returns when the vehicle was heard last, in seconds.
+            order: counts the vehicle's packets that arrive, and those that do not.
         """
         super().__init__()
         self._timesync = timesync
         self._address = address
         self._heard_s = heard_s
+        self._order = order
         self.one_way = False
         self._expected = False
         self._acks = self._commands = 0
         self._share = _SHARE_MAX
+        self._arrival_usual = 1.0
         self._ran_s = -math.inf
         self._silence: tuple[float, float] = (-math.inf, 0.0)
         self._begin(0.0)
@@ -86,6 +94,7 @@ class AnswerWatch(TimedOutbox, VehicleService):
         """Begin to count again: another autopilot, a restart, or a lost link."""
         self._acks = self._commands = 0
         self._share = _SHARE_MAX
+        self._arrival_usual = 1.0
         self.one_way = False
         self._begin(now)
 
@@ -118,10 +127,18 @@ class AnswerWatch(TimedOutbox, VehicleService):
 
     def _answered(self, now: float) -> None:
         self.one_way = False
+        self._arrival_usual += _SHARE_GAIN * (self._arrival() - self._arrival_usual)
         self._begin(now)
+
+    def _arrival(self) -> float:
+        """Return the share of the vehicle's packets that arrived since the count began."""
+        arrived = self._order.arrived - self._counted[0]
+        sent = arrived + max(self._order.missing - self._counted[1], 0)
+        return arrived / sent if sent else 1.0
 
     def _begin(self, now: float) -> None:
         self._since_s = now
+        self._counted = (self._order.arrived, self._order.missing)
         self._questions = 0
         self._answers = self._timesync.answers
 
@@ -162,6 +179,7 @@ class AnswerWatch(TimedOutbox, VehicleService):
         lag_s = self._silence[1] if self._is_kept(now) else 0.0
         allowed_s = max(_UNANSWERED_S, 1.0 + 2.0 * round_trip_s) + 2.0 * lag_s
         share = min(max(self._share, _SHARE_MIN), _SHARE_MAX) if by_timesync else _SHARE_MIN
+        share *= min(self._arrival() / self._arrival_usual, 1.0)
         chance = (1.0 - share) ** self._questions
         if self.unanswered_s(now) >= allowed_s and chance <= _CHANCE_MAX:
             self.one_way = True
