@@ -123,7 +123,7 @@ class VehicleNode:
         folder = Path(self.config.log_directory).expanduser()
         logs = self._logs = LogServers(node, lambda: bridge.logs, member, clock, folder)
         which_tf = self.config.publish_tf
-        topics = Topics(node, bridge, statistics, frames, stations, self.presence, which_tf)
+        topics = Topics(node, bridge, statistics, frames, stations, self.presence, which_tf, clock)
         self._application.attach(node, server, services, topics)
         self._application.attach_logs(logs)
         CorrectionTopic(access)

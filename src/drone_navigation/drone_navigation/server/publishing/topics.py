@@ -26,6 +26,7 @@ from drone_navigation.server.publishing.obstacle_grid import ObstacleGrid
 from drone_navigation.server.publishing.obstacle_markers import ObstacleMarkers
 from drone_navigation.server.publishing.scene_topics import SceneTopics
 from drone_navigation.server.publishing.transforms import Transforms, geoid_height_m, is_heard
+from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.state.telemetry import Battery
@@ -68,6 +69,7 @@ class Topics:
         stations: StationLinks | None = None,
         presence: Presence | None = None,
         publish_tf: PublishTf = PublishTf.ALL,
+        clock: Clock | None = None,
     ) -> None:
         """Advertise the topics; those without a slash are under the node's name.
 
@@ -80,7 +82,9 @@ class Topics:
                 one that reports them.
             presence: knows of other servers of the name; None in a bag.
             publish_tf: which transforms are published.
+            clock: of the driver; None in a bag, which is written at the time of a packet.
         """
+        self._clock = clock
         self._presence = presence
         self._node = node
         self._bridge = bridge
@@ -273,12 +277,16 @@ class Topics:
         return self._node.get_clock().now().to_msg()
 
     def _measured(self, time_boot_ms: int, now: float) -> Any:
-        """Return the stamp of a sample with the vehicle's own time."""
+        """Return the stamp of a sample with the vehicle's own time.
+
+        A thread that waits for the processor publishes late; the stamp does not become later.
+        """
+        late_s = 0.0 if self._clock is None else self._clock.now() - now
         age_s = max(
             self._times.age_s(time_boot_ms, now),
             self._bridge.vehicle.sample_age_s(time_boot_ms, now) or 0.0,
         )
-        return (self._node.get_clock().now() - Duration(seconds=age_s)).to_msg()
+        return (self._node.get_clock().now() - Duration(seconds=age_s + late_s)).to_msg()
 
 
 def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:

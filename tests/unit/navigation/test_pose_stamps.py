@@ -1,0 +1,72 @@
+"""Stamps of what is published: when the vehicle measured it, however late the thread runs."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from rclpy.time import Time
+
+from drone_navigation.server.publishing.topics import Topics
+from mavlink_vehicle.io.clock import ManualClock
+from mavlink_vehicle.io.endpoints import LinkStatistics
+from navigation_bridge.names import SERVER_NODE_NAME
+from tests.support.flights.simulated_flight import SimulatedFlight
+
+_BEGAN_S = 1_700_000_000
+
+
+class KeptTopic:
+    """A publisher that keeps what is published, with one subscriber."""
+
+    def __init__(self) -> None:
+        """Begin empty."""
+        self.messages: list[Any] = []
+        self.publish = self.messages.append
+
+    def get_subscription_count(self) -> int:
+        """Return that somebody listens."""
+        return 1
+
+
+class Node:
+    """A node whose clock goes with the driver's."""
+
+    def __init__(self, clock: ManualClock) -> None:
+        """Begin without publishers."""
+        self.topics: dict[str, KeptTopic] = {}
+        self._clock = clock
+
+    def create_publisher(self, _kind: Any, topic: str, _qos: Any) -> KeptTopic:
+        return self.topics.setdefault(topic, KeptTopic())
+
+    def get_fully_qualified_name(self) -> str:
+        return f"/{SERVER_NODE_NAME}"
+
+    def get_clock(self) -> Node:
+        return self
+
+    def now(self) -> Time:
+        return Time(nanoseconds=_BEGAN_S * 10**9 + round(self._clock.now() * 1e9))
+
+
+def test_a_thread_that_is_late_does_not_put_stamps_out_of_order() -> None:
+    flight = SimulatedFlight().ready()
+    clock = ManualClock()
+    node = Node(clock)
+    topics = Topics(node, flight.bridge, LinkStatistics, clock=clock)
+    measured_s = []
+    for step in range(60):
+        late_s = (0.4, 0.0, 0.15)[step % 3]
+        clock.advance_to(flight.now + late_s)
+        before = len(node.topics["~/pose"].messages)
+        topics.update(flight.now)
+        flight.run_for(late_s + 0.05)
+        if len(node.topics["~/pose"].messages) > before:
+            measured_s.append(flight.now - late_s - 0.05)
+    stamps = [message.header.stamp for message in node.topics["~/pose"].messages]
+    stamps_s = [stamp.sec - _BEGAN_S + stamp.nanosec * 1e-9 for stamp in stamps]
+    assert len(stamps_s) > 5
+    assert all(earlier < later for earlier, later in pairwise(stamps_s))
+    assert stamps_s == pytest.approx(measured_s, abs=0.1)
