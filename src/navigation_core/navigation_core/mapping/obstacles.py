@@ -12,21 +12,16 @@ distance.
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from navigation_core.geometry import Vector3
-from navigation_core.mapping.obstacle_outlines import (
-    in_boxes,
-    lines_to_boxes_m,
-    lines_to_posts_m,
-    outside,
-)
+from navigation_core.mapping.obstacle_columns import ROUNDING_M, ObstacleColumns
+from navigation_core.mapping.obstacle_outlines import in_boxes, outside
 from navigation_core.mapping.obstacle_shapes import Box, Cylinder, KnownObstacle, ObstacleError
-from navigation_core.mapping.obstacle_sweep import Indices, Sweep
+from navigation_core.mapping.obstacle_sweep import Indices
 
 __all__ = ["NOTHING", "Box", "Cylinder", "KnownObstacle", "ObstacleError", "Obstacles"]
 
@@ -35,20 +30,12 @@ Array: TypeAlias = NDArray[np.float64]
 # Columns of the two tables.
 POST_COLUMNS = 5
 BOX_COLUMNS = 7
-# Pairs of lines and obstacles that are looked at in one go, to bound the memory.
-_PAIRS_MAX = 200_000
-# With more pairs than this, most are left out by the order of the obstacles from west to east.
-_SWEEP_MIN = 3000
 # Points for which the few obstacles that can be nearest are looked up together. They come along
 # a path, so they are near each other; 400 points beside 2,000 posts take least time with this.
 _POINTS_TOGETHER = 32
 # A vehicle asks often about obstacles near it. With more obstacles than this, those of its vicinity
 # are kept for the next questions: all within this distance of the last one.
 _VICINITY_MIN, _VICINITY_M = 100, 12.0
-# A line that rises less than this is level.
-_LEVEL_M = 1e-9
-# Far above what sums of coordinates lose.
-_ROUNDING_M = 1e-6
 
 
 class Obstacles:
@@ -64,6 +51,7 @@ class Obstacles:
         """Take over two tables; they must not be changed afterwards."""
         self.posts = np.empty((0, POST_COLUMNS)) if posts is None else posts
         self.boxes = np.empty((0, BOX_COLUMNS)) if boxes is None else boxes
+        self._columns = ObstacleColumns(self.posts, self.boxes)
         # The last small cuboid that was asked about, widened, and what touches it.
         self._vicinity: tuple[Array, Array, Obstacles] | None = None
 
@@ -139,7 +127,7 @@ class Obstacles:
 
     def are_between(self, low_m: float, high_m: float) -> NDArray[np.bool_]:
         """Return of which some part is between two heights, shape (P + B,), the posts first."""
-        return np.asarray((self._bottom_m < high_m) & (self._top_m > low_m))
+        return np.asarray((self._columns.bottom_m < high_m) & (self._columns.top_m > low_m))
 
     def chosen(self, which: NDArray[np.bool_]) -> Obstacles:
         """Return some of them; a flag for each, the posts first."""
@@ -174,7 +162,7 @@ class Obstacles:
         reach_m = np.sqrt(((points - middle) ** 2).sum(axis=1).max())
         gap_m = self._all_m(middle[None])[0]
         # Not `<=`: each comparison with NaN is false, and with NaN all obstacles must stay.
-        keep = ~(gap_m > gap_m.min() + 2.0 * reach_m + _ROUNDING_M)
+        keep = ~(gap_m > gap_m.min() + 2.0 * reach_m + ROUNDING_M)
         count = len(self.posts)
         return Obstacles(self.posts[keep[:count]], self.boxes[keep[count:]])
 
@@ -185,8 +173,8 @@ class Obstacles:
         ]
         beside = gaps[0] if len(gaps) == 1 else np.concatenate(gaps, axis=1)
         height = points[:, 2:3]
-        np.maximum(beside, self._bottom_m - height, out=beside)
-        return np.maximum(beside, height - self._top_m, out=beside)
+        np.maximum(beside, self._columns.bottom_m - height, out=beside)
+        return np.maximum(beside, height - self._columns.top_m, out=beside)
 
     def is_clear(self, start_enu_m: Vector3, end_enu_m: Vector3, clearance_m: float) -> bool:
         """Whether a straight line keeps a clearance throughout."""
@@ -211,7 +199,7 @@ class Obstacles:
 
     def hits(
         self, starts_enu_m: Array, ends_enu_m: Array, clearance_m: float
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    ) -> tuple[Indices, Indices]:
         """Return which straight lines come nearer than a clearance to which obstacles.
 
         Args:
@@ -222,143 +210,7 @@ class Obstacles:
         Returns:
             Rows of the lines, and of the obstacles, posts first; both of shape (K,).
         """
-        starts = np.asarray(starts_enu_m, dtype=np.float64).reshape(-1, 3)
-        ends = np.asarray(ends_enu_m, dtype=np.float64).reshape(-1, 3)
-        step = max(_PAIRS_MAX // max(len(self), 1), 1)
-        lines = [np.empty(0, dtype=np.intp)]
-        obstacles = [np.empty(0, dtype=np.intp)]
-        for i in range(0, len(starts), step):
-            group = slice(i, i + step)
-            line, obstacle = self._may_meet(starts[group], ends[group], clearance_m)
-            hit = self._hits(starts[i + line], ends[i + line], obstacle, clearance_m)
-            lines.append(i + line[hit])
-            obstacles.append(obstacle[hit])
-        return np.concatenate(lines), np.concatenate(obstacles)
-
-    def _may_meet(self, starts: Array, ends: Array, clearance_m: float) -> tuple[Indices, Indices]:
-        """Return the pairs of a line and an obstacle that no straight line can part."""
-        middle = 0.5 * (starts[:, :2] + ends[:, :2])
-        span = 0.5 * (ends[:, :2] - starts[:, :2])
-        pairs = None
-        if len(starts) * len(self) > _SWEEP_MIN:
-            pairs = self._sweep.pairs(middle[:, 0], np.abs(span[:, 0]) + clearance_m)
-        line, obstacle = self._in_circles(middle, span, clearance_m) if pairs is None else pairs
-        # Parted along the line, or along a side of a box; what is not further away, rather than
-        # what is nearer: with NaN nothing is clear.
-        room = self._radius_m[obstacle] + (clearance_m + _ROUNDING_M)
-        east = self._east_m[obstacle] - middle[line, 0]
-        north = self._north_m[obstacle] - middle[line, 1]
-        along_east, along_north = span[line, 0], span[line, 1]
-        if len(self.boxes):
-            cosine, sine = self._cosine[obstacle], self._sine[obstacle]
-            east, north = east * cosine + north * sine, north * cosine - east * sine
-            along_east, along_north = (
-                along_east * cosine + along_north * sine,
-                along_north * cosine - along_east * sine,
-            )
-        half_x, half_y = self._half_x_m[obstacle], self._half_y_m[obstacle]
-        x, y = np.abs(along_east), np.abs(along_north)
-        length = np.maximum(np.sqrt(x * x + y * y), _ROUNDING_M)
-        aside = np.abs(along_east * north - along_north * east)
-        near = ~(aside > half_x * y + half_y * x + room * length)
-        near &= ~(np.abs(east) > half_x + x + room)
-        near &= ~(np.abs(north) > half_y + y + room)
-        return line[near], obstacle[near]
-
-    def _in_circles(
-        self, middle: Array, span: Array, clearance_m: float
-    ) -> tuple[Indices, Indices]:
-        """Return the pairs of a line and an obstacle that a circle about each cannot part."""
-        reach = self._reach_m + (np.hypot(span[:, 0], span[:, 1]) + clearance_m)[:, None]
-        east, north = self._east_m - middle[:, 0:1], self._north_m - middle[:, 1:2]
-        # In place: on large tables most of the time goes into new memory.
-        gap2 = np.multiply(east, east, out=east)
-        gap2 += np.multiply(north, north, out=north)
-        reach *= reach
-        line, obstacle = np.nonzero(~(gap2 > reach))
-        return line, obstacle
-
-    def _hits(
-        self, starts: Array, ends: Array, which: NDArray[np.intp], clearance_m: float
-    ) -> NDArray[np.bool_]:
-        """Whether lines come nearer than a clearance to an obstacle each, shape (K,)."""
-        hit, enter, leave = self._beside(starts, ends, which, clearance_m)
-        count = len(self.posts)
-        for table, chosen, nearest_m in (
-            (self.posts, hit & (which < count), lines_to_posts_m),
-            (self.boxes, hit & (which >= count), lines_to_boxes_m),
-        ):
-            if chosen.any():
-                rows = table[which[chosen] - (0 if table is self.posts else count)]
-                start, along = starts[chosen, :2], (ends - starts)[chosen, :2]
-                gap_m = nearest_m(start, along, enter[chosen], leave[chosen], rows)
-                hit[chosen] = ~(gap_m >= clearance_m)
-        return hit
-
-    def _beside(
-        self, starts: Array, ends: Array, which: Indices, clearance_m: float
-    ) -> tuple[NDArray[np.bool_], Array, Array]:
-        """Return the part of each line that is not above or below an obstacle each.
-
-        Returns:
-            Whether there is one, and where it begins and ends, as shares of the line.
-        """
-        low, high = self._bottom_m[which] - clearance_m, self._top_m[which] + clearance_m
-        begin, rise = starts[:, 2], ends[:, 2] - starts[:, 2]
-        level = np.abs(rise) < _LEVEL_M
-        beside = np.asarray((begin > low) & (begin < high))
-        if level.all():
-            return beside, np.zeros(len(begin)), np.ones(len(begin))
-        safe = np.where(level, 1.0, rise)
-        first, last = (low - begin) / safe, (high - begin) / safe
-        enter = np.where(level, 0.0, np.maximum(np.minimum(first, last), 0.0))
-        leave = np.where(level, 1.0, np.minimum(np.maximum(first, last), 1.0))
-        return np.where(level, beside, ~(enter >= leave)), enter, leave
-
-    @cached_property
-    def _east_m(self) -> Array:
-        return np.concatenate([self.posts[:, 0], self.boxes[:, 0]])
-
-    @cached_property
-    def _north_m(self) -> Array:
-        return np.concatenate([self.posts[:, 1], self.boxes[:, 1]])
-
-    @cached_property
-    def _reach_m(self) -> Array:
-        """How far their outlines are from their middles at most."""
-        return np.concatenate([self.posts[:, 2], np.hypot(self.boxes[:, 2], self.boxes[:, 3])])
-
-    @cached_property
-    def _radius_m(self) -> Array:
-        return np.concatenate([self.posts[:, 2], np.zeros(len(self.boxes))])
-
-    @cached_property
-    def _half_x_m(self) -> Array:
-        return np.concatenate([np.zeros(len(self.posts)), self.boxes[:, 2]])
-
-    @cached_property
-    def _half_y_m(self) -> Array:
-        return np.concatenate([np.zeros(len(self.posts)), self.boxes[:, 3]])
-
-    @cached_property
-    def _cosine(self) -> Array:
-        return np.concatenate([np.ones(len(self.posts)), np.cos(self.boxes[:, 4])])
-
-    @cached_property
-    def _sine(self) -> Array:
-        return np.concatenate([np.zeros(len(self.posts)), np.sin(self.boxes[:, 4])])
-
-    @cached_property
-    def _sweep(self) -> Sweep:
-        return Sweep(self._east_m, self._reach_m)
-
-    @cached_property
-    def _bottom_m(self) -> Array:
-        return np.concatenate([self.posts[:, 3], self.boxes[:, 5]])
-
-    @cached_property
-    def _top_m(self) -> Array:
-        return np.concatenate([self.posts[:, 4], self.boxes[:, 6]])
+        return self._columns.hits(starts_enu_m, ends_enu_m, clearance_m)
 
     def _to_posts_m(self, points: Array) -> Array:
         east = self.posts[:, 0] - points[:, 0:1]
