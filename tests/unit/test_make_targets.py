@@ -162,10 +162,13 @@ def test_what_is_written_into_the_repository_is_as_it_was(copy: Path) -> None:
 def started(copy: Path, request: pytest.FixtureRequest) -> Iterator[subprocess.Popen[str]]:
     """A target in a session of its own, as in a terminal: an interrupt reaches all processes."""
     words, _ = INTERRUPTED[request.param]
+    # A job in the background of a shell ignores interrupts, and would hand that down.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(
         make(request.param, *words), cwd=copy, env=environment(), start_new_session=True,
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
+    signal.signal(signal.SIGINT, before)
     try:
         yield process
     finally:
