@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -283,3 +284,22 @@ def test_the_path_after_a_stop_begins_at_the_setpoint_and_not_with_the_measured_
     assert speeds_m_s[-1] < 0.01, "it did not stop"
     stopped = next(n for n in range(60, 120) if speeds_m_s[n] < 0.01)
     assert max(speeds_m_s[stopped:]) < 0.1
+
+
+def test_who_is_too_near_to_one_that_stays_at_its_target_climbs_away_from_it() -> None:
+    """The beginning of such a path gets no farther away; only the whole of it leads out."""
+    made = reservations("a", "b")
+    made.stand("b", line((6.7, 0.0, 5.0)), 0.0)
+    view = TrafficView(made, "a", TrafficFrame.level(), 1.0, 0.5, (3.0, 40.0))
+    config = GotoConfig(limits=Limits(speed_horizontal_m_s=4.0), may_arm=True)
+    mass = PointMass((0.0, 0.0, 5.0), armed=True, in_control=True, airborne=True, now=0.0)
+    task = fly_to(GotoGoal((6.7, 0.0, 5.0)), FlightTerms(config, traits=Traits()))
+    task.start(replace(mass.observe(), traffic=view), 0.0)
+    highest_m = 0.0
+    for tick in range(100):
+        answer = task.step(replace(mass.observe(), traffic=view), 0.1 * tick)
+        assert not isinstance(answer, Outcome)
+        mass.obey(answer)
+        mass.advance(0.1)
+        highest_m = max(highest_m, mass.position[2])
+    assert highest_m > 9.0, "it did not make room"
