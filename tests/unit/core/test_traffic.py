@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from navigation_core.geometry import norm
+from navigation_core.geometry import add, norm, subtract
 from navigation_core.limits import Limits
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.progress import Status
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.detours import DetourSearch
+from navigation_core.traffic.intruders import Intruder
 from navigation_core.traffic.negotiation import Negotiation
 from navigation_core.traffic.reservations import Ask, TrafficReservations
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
@@ -283,3 +286,56 @@ def test_the_path_after_a_stop_begins_at_the_setpoint_and_not_with_the_measured_
     assert speeds_m_s[-1] < 0.01, "it did not stop"
     stopped = next(n for n in range(60, 120) if speeds_m_s[n] < 0.01)
     assert max(speeds_m_s[stopped:]) < 0.1
+
+
+def test_who_is_too_near_to_one_that_stays_at_its_target_climbs_away_from_it() -> None:
+    """The beginning of such a path gets no farther away; only the whole of it leads out."""
+    made = reservations("a", "b")
+    made.stand("b", line((6.7, 0.0, 5.0)), 0.0)
+    view = TrafficView(made, "a", TrafficFrame.level(), 1.0, 0.5, (3.0, 40.0))
+    config = GotoConfig(limits=Limits(speed_horizontal_m_s=4.0), may_arm=True)
+    mass = PointMass((0.0, 0.0, 5.0), armed=True, in_control=True, airborne=True, now=0.0)
+    task = fly_to(GotoGoal((6.7, 0.0, 5.0)), FlightTerms(config, traits=Traits()))
+    task.start(replace(mass.observe(), traffic=view), 0.0)
+    highest_m = 0.0
+    for tick in range(100):
+        answer = task.step(replace(mass.observe(), traffic=view), 0.1 * tick)
+        assert not isinstance(answer, Outcome)
+        mass.obey(answer)
+        mass.advance(0.1)
+        highest_m = max(highest_m, mass.position[2])
+    assert highest_m > 9.0, "it did not make room"
+
+
+def test_the_path_back_after_an_evasion_begins_at_the_setpoint() -> None:
+    """Setpoints flowed all the time: a measured velocity is off by the lag and the wind."""
+    made = reservations("a")
+    entry = made.entry("X")
+    entry.moves = True
+    view = TrafficView(made, "a", TrafficFrame.level(), 1.0, 0.5, (3.0, 40.0))
+    limits = Limits(speed_horizontal_m_s=4.0)
+    config = GotoConfig(limits=limits, may_arm=True)
+    mass = PointMass((0.0, 0.0, 5.0), armed=True, in_control=True, airborne=True, now=0.0)
+    task = fly_to(GotoGoal((60.0, 0.0, 5.0)), FlightTerms(config, traits=Traits()))
+    task.start(mass.observe(), 0.0)
+    paths, jumps_m_s, statuses = set(), [], set()
+    before: tuple[float, float, float] | None = None
+    for tick in range(300):
+        now = 0.1 * tick
+        place, velocity = np.array([90.0 - 8.0 * now, 0.0, 5.0]), np.array([-8.0, 0.0, 0.0])
+        entry.intruder = Intruder(place, velocity, now, 0.0, 0.0)
+        pushed = add(mass.velocity, (0.0, 1.0, 0.0))
+        observation = replace(mass.observe(), velocity_enu_m_s=pushed, traffic=view)
+        answer = task.step(observation, now)
+        if isinstance(answer, Outcome):
+            break
+        statuses.add(task.progress(observation, now).status)
+        paths.add(task.path_enu_m)
+        if task.commanded is not None and before is not None:
+            jumps_m_s.append(norm(subtract(task.commanded.velocity_enu_m_s, before)))
+        before = None if task.commanded is None else task.commanded.velocity_enu_m_s
+        mass.obey(answer)
+        mass.advance(0.1)
+    assert Status.WAITING_FOR_TRAFFIC in statuses
+    assert len(paths) > 1, "it did not evade"
+    assert max(jumps_m_s) < 0.15 * limits.acceleration_horizontal_m_s2

@@ -305,10 +305,17 @@ class TrafficReservations:
         assert self.agreement is not None
         return self.agreement.missing_from(name)
 
-    def blocked_by(self, name: str, volume: Volume) -> str | None:
-        """Return who holds something of a line that begins where the vehicle is, or None."""
-        found = self._first_held(self.entry(name), volume)
-        return None if found is None else found[1]
+    def blocked_by(self, name: str, line: Volume, count: int | None = None) -> str | None:
+        """Return who holds something of a line, or None.
+
+        Args:
+            name: of the vehicle that would fly it.
+            line: all of it, from where the vehicle is; only the whole shows whether it leads out of
+                what another one holds.
+            count: how many of its points are asked for; None for all.
+        """
+        found = self._first_held(self.entry(name), line)
+        return None if found is None or (count is not None and found[0] >= count) else found[1]
 
     def free_count(self, name: str, line: Volume) -> int:
         """Return how many points of a line, from its beginning, nobody else holds.

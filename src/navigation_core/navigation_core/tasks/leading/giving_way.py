@@ -86,7 +86,7 @@ class GivingWay:
     ) -> float:
         """Return the share of its speed that the setpoint may have.
 
-        The path may be changed: for an evasion, or, by making it stale, back to the goal.
+        The path may be changed: for an evasion, or forgotten, to be planned again to the goal.
 
         Args:
             view: the traffic.
@@ -168,7 +168,7 @@ class GivingWay:
     def _return(self, evades: bool) -> None:
         """Fly to the goal, as no intruder is near."""
         if evades:
-            self._follower.is_stale = True
+            self._follower.carrot = None  # the next path begins at the setpoint
         self._evasion, self.waiting, self._share = None, None, 1.0
 
     def _pace(self, of_allowed: float, who: str, now: float) -> None:

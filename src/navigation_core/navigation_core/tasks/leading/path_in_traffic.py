@@ -536,8 +536,7 @@ class PathInTraffic:
         speed = norm(path.trajectory.start.velocity_enu_m_s)
         needed_m = stopping_distance_m(speed, 0.0, self._braking_m_s2) + 0.5
         count = max(int(np.searchsorted(course.lengths_m, needed_m)) + 1, 2)
-        begin = course.volume.part(0, count)
-        return view.reservations.blocked_by(view.name, begin) is None
+        return view.reservations.blocked_by(view.name, course.volume, count) is None
 
     def _joins(self, path: CheckedPath, time_s: float) -> bool:
         commanded = self._follower.commanded
