@@ -26,15 +26,19 @@ from typing import NamedTuple
 CALLED = Path("out/called_sitl")
 _PACKAGE = Path(__file__).parents[1] / "sitl" / "mavlink_sitl"
 _RECORDER = """
-import ast, importlib.machinery, os, sys
+import ast, builtins, importlib.machinery, os, sys
 _to = os.open(os.environ["CALLED_SITL"], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
 
 class _Marks(ast.NodeTransformer):
+    def __init__(self, path):
+        self.path = path
+
     def visit_FunctionDef(self, node):
         self.generic_visit(node)
         first = min([node.lineno, *(each.lineno for each in node.decorator_list)])
         has_text = ast.get_docstring(node, clean=False) is not None
-        mark = ast.parse(f"{first} in _called_ or _call_({first})").body[0]
+        key = f"{self.path}:{first}"
+        mark = ast.parse(f"{key!r} in _called_ or _call_({key!r})").body[0]
         for each in ast.walk(mark):
             ast.copy_location(each, node)
         node.body.insert(int(has_text), mark)
@@ -42,16 +46,9 @@ class _Marks(ast.NodeTransformer):
 
 class _Loader(importlib.machinery.SourceFileLoader):
     def get_code(self, fullname):
-        tree = _Marks().visit(ast.parse(self.get_data(self.path)))
+        path = self.path.rpartition("/mavlink_sitl/")[2]
+        tree = _Marks(path).visit(ast.parse(self.get_data(self.path)))
         return compile(tree, self.path, "exec", dont_inherit=True)
-
-    def exec_module(self, module):
-        called, (_, _, path) = set(), self.path.rpartition("/mavlink_sitl/")
-        def call(line):
-            called.add(line)
-            os.write(_to, f"{path}:{line}\\n".encode())
-        module.__dict__.update(_called_=called, _call_=call)
-        super().exec_module(module)
 
 class _Finder(importlib.machinery.PathFinder):
     @classmethod
@@ -63,6 +60,13 @@ class _Finder(importlib.machinery.PathFinder):
             spec.loader = _Loader(spec.loader.name, spec.loader.path)
         return spec
 
+_called = set()
+def _call(key):
+    _called.add(key)
+    os.write(_to, f"{key}\\n".encode())
+
+# Of the builtins, since a package's __main__ is run without its loader.
+builtins._called_, builtins._call_ = _called, _call
 sys.meta_path.insert(0, _Finder)
 """
 """As sitecustomize.py, in each process"""

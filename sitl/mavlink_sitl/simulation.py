@@ -32,12 +32,12 @@ from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.links.tlog import TlogWriter
 from mavlink_sitl.physics.copter_pipeline import DT_S
 from mavlink_sitl.physics.fleets import make_fleets
-from mavlink_sitl.truth import Estimate, FleetState, Truth
+from mavlink_sitl.truth import FleetState, Truth
 from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import load_world
 from mavlink_sitl.world.model import World
 
-__all__ = ["Estimate", "SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
+__all__ = ["SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
 
 TICK_US = round(DT_S * 1e6)
 THINK_US = 50_000
@@ -92,30 +92,22 @@ class Simulation:
         self._now_us = 0
         self._tick = 0
         self.world = _world(world, wind_ned_m_s)
-        self._fleets = make_fleets(configs, seed, self.world.wind.velocity_ned_m_s, tick_s)
-        fleet_of_row = {row: fleet for fleet in self._fleets for row in fleet.rows}
+        fleets = make_fleets(configs, seed, self.world.wind.velocity_ned_m_s, tick_s)
+        fleet_of_row = {row: fleet for fleet in fleets for row in fleet.rows}
         log = None if tlog is None else TlogWriter(tlog)
         self.vehicles = [
             SimulatedVehicle(i, config, ids[i], fleet_of_row[i], seed, log, EPOCH_US)
             for i, config in enumerate(configs)
         ]
         frames = [vehicle.frame for vehicle in self.vehicles]
-        self._environments = [
-            Environment(self.world, fleet.physics, fleet.rows, frames, seed)
-            for fleet in self._fleets
+        self._kinds = [
+            (rows, physics, Environment(self.world, physics, rows, frames, seed))
+            for rows, physics in fleets
         ]
-        self._moving_worlds = [
-            (fleet.rows, environment)
-            for fleet, environment in zip(self._fleets, self._environments, strict=True)
-            if not environment.still
-        ]
-        self._fleet_of_row = [
-            (fleet.rows, fleet.physics, environment)
-            for fleet, environment in zip(self._fleets, self._environments, strict=True)
-        ]
-        self._encounters = Encounters([(rows, own) for rows, _, own in self._fleet_of_row], tick_s)
+        """Of each kind of vehicle the rows, the bodies and the world around them"""
+        self._encounters = Encounters([(rows, own) for rows, _, own in self._kinds], tick_s)
         self._collisions = collisions
-        for rows, _, environment in self._fleet_of_row:
+        for rows, _, environment in self._kinds:
             for row in rows:
                 self.vehicles[row].enter(environment)
 
@@ -139,19 +131,9 @@ class Simulation:
         """The true state of the vehicles now: a snapshot, which does not change with time."""
         fleets = [
             FleetState(rows, physics.body, physics.o.unpack, environment.collided)
-            for rows, physics, environment in self._fleet_of_row
+            for rows, physics, environment in self._kinds
         ]
         return Truth(fleets, [vehicle.offset_ned_m for vehicle in self.vehicles])
-
-    @property
-    def estimate(self) -> Estimate:
-        """The estimated state of the vehicles, in the same form; `collided` is still the truth."""
-        motions = np.array([vehicle.firmware.motion for vehicle in self.vehicles], dtype=np.float64)
-        offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
-        landed = np.array([vehicle.firmware.landed for vehicle in self.vehicles], dtype=np.bool_)
-        return Estimate(
-            motions[:, 0:3] + offsets, motions[:, 3:6], motions[:, 8], landed, self.truth.collided
-        )
 
     def run_for(self, seconds: float) -> None:
         """Let simulated time pass.
@@ -194,7 +176,7 @@ class Simulation:
     def _step(self) -> None:
         tick, now_us = self._tick, self._now_us
         think = tick % self._think_ticks == 0
-        for _, physics in self._fleets:
+        for _, physics, _ in self._kinds:
             physics.step()
             if tick % self._sensor_ticks == 0:
                 physics.step_sensors(now_us / 1e6)
@@ -202,8 +184,9 @@ class Simulation:
                 physics.step_batteries(1e-6 * THINK_US)
         if self._collisions:
             self._meet()
-        for rows, environment in self._moving_worlds:
-            self._step_world(rows, environment)
+        for rows, _, environment in self._kinds:
+            if not environment.still:
+                self._step_world(rows, environment)
         if tick % self._sensor_ticks == 0:
             self._step_receivers()
         for vehicle in self.vehicles:
@@ -218,7 +201,7 @@ class Simulation:
     def _meet(self) -> None:
         for meeting in self._encounters.step(self._tick):
             vehicle, other = self.vehicles[meeting.row], self.vehicles[meeting.other]
-            rows, _, environment = next(one for one in self._fleet_of_row if meeting.row in one[0])
+            rows, _, environment = next(one for one in self._kinds if meeting.row in one[0])
             environment.wreck(rows.index(meeting.row))
             vehicle.now_us = self._now_us
             vehicle.crash(f"vehicle {other.system_id}", meeting.speed_m_s)
@@ -230,7 +213,7 @@ class Simulation:
             vehicle.crash(hit.obstacle, hit.speed_m_s)
 
     def _step_receivers(self) -> None:
-        for rows, _, environment in self._fleet_of_row:
+        for rows, _, environment in self._kinds:
             for lane, fix in environment.gps_changes(self.time_s):
                 vehicle = self.vehicles[rows[lane]]
                 vehicle.now_us = self._now_us

@@ -1,4 +1,4 @@
-"""`python -m mavlink_sitl.compare` on recordings that it does not compare."""
+"""`python -m comparison` on recordings that it does not compare."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import sys
 
 import pytest
 
-from tests.support.logs.recordings import recording
+from tests.support.logs.recordings import ROOT, recording
 
+TESTS = ROOT / "sitl/tests"
 pytestmark = pytest.mark.wide
 
 
@@ -21,7 +22,9 @@ pytestmark = pytest.mark.wide
     ],
 )
 def test_recordings_that_are_not_compared_say_why(name: str, reason: str) -> None:
-    command = [sys.executable, "-m", "mavlink_sitl.compare", str(recording(name))]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    command = [sys.executable, "-m", "comparison", str(recording(name))]
+    done = subprocess.run(
+        command, cwd=TESTS, capture_output=True, text=True, timeout=60, check=False
+    )
     assert done.returncode == 2
     assert reason in done.stderr

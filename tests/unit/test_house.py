@@ -47,7 +47,15 @@ def test_a_class_name_has_one_meaning_in_src() -> None:
 # The simulator in sitl/ is a project of its own: it knows nothing of the bridge, and the bridge
 # uses what a user of the simulator would.
 OTHERS = {path.name for path in (ROOT / "src").iterdir()} | {"tests"}
-SITL = {"interop", "mavlink_sitl", "pytest_mavlink_sitl", "recordings", "sitl_support", "unit"}
+SITL = {
+    "comparison",
+    "interop",
+    "mavlink_sitl",
+    "pytest_mavlink_sitl",
+    "recordings",
+    "sitl_support",
+    "unit",
+}
 """Packages of its folder."""
 PUBLIC_MODULES = {"mavlink_sitl", "pytest_mavlink_sitl"}
 INNER_NAMES = {

@@ -243,7 +243,6 @@ def test_the_newest_changes_are_those_of_the_version() -> None:
         ("navigation_report", "flight_reports"),
         ("tlog_export", "flight_logs"),
         ("python -m mavlink_sitl", "mavlink_sitl"),
-        ("python -m mavlink_sitl.compare", "mavlink_sitl"),
         ("python -m flight_reports.flight_plot", "flight_reports"),
         ("python -m flight_reports.flight_video", "flight_reports"),
         ("python -m drone_navigation.demo", "drone_navigation"),

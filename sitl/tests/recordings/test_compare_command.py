@@ -1,4 +1,4 @@
-"""`python -m mavlink_sitl.compare` on recordings that nobody has seen, and on no recordings."""
+"""`python -m comparison` on recordings that nobody has seen, and on no recordings."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from mavlink_sitl.compare import main
+from comparison.__main__ import main
+from comparison.recording import read
+from comparison.start import start_of
 from mavlink_sitl.links.tlog import read_records
-from mavlink_sitl.recordings.recording import read
-from mavlink_sitl.recordings.start import start_of
 from sitl_support.recorded_flights import DATA
 
 pytestmark = pytest.mark.wide
@@ -129,7 +129,7 @@ def test_whatever_the_file_holds_it_ends_with_a_verdict_or_one_sentence(
     outcome = main([str(path)])
     captured = capsys.readouterr()
     if outcome == 2:
-        assert captured.err.startswith("mavlink_sitl.compare: ")
+        assert captured.err.startswith("comparison: ")
         assert captured.err.count("\n") == 1
     else:
         assert "result of each COMMAND_ACK" in captured.out

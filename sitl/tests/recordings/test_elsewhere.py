@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl.recordings import other_links
-from mavlink_sitl.recordings.recording import Recording, read
-from mavlink_sitl.recordings.start import start_of
+from comparison import other_links
+from comparison.recording import Recording, read
+from comparison.start import start_of
 from sitl_support.recorded_flights import DATA, PATHS
 
 

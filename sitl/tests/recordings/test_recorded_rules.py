@@ -7,8 +7,8 @@ import math
 
 import pytest
 
-from mavlink_sitl.recordings.motion import track
-from mavlink_sitl.recordings.recording import Timed
+from comparison.motion import track
+from comparison.recording import Timed
 from sitl_support.recorded_flights import each, flight, of, texts, values
 
 pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("recordings")]  # each is played once

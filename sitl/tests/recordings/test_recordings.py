@@ -1,6 +1,6 @@
 """Recorded conversations with real autopilots, played to the simulated ones.
 
-Intended differences stand in `recordings/differences.yaml`, each with its reason; nothing else may
+Intended differences stand in `comparison/differences.yaml`, each with its reason; nothing else may
 differ.
 """
 
@@ -9,8 +9,8 @@ from __future__ import annotations
 import jsonschema
 import pytest
 
-from mavlink_sitl.recordings.expected_differences import document, lines, schema, stale
-from mavlink_sitl.recordings.motion import rms_distance_m, track
+from comparison.expected_differences import document, lines, schema, stale
+from comparison.motion import rms_distance_m, track
 from sitl_support.recorded_flights import (
     PATHS,
     Place,

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from mavlink_sitl.compare import load, play
-from mavlink_sitl.recordings.expected_differences import ComparisonVerdict, judge, plain_name
-from mavlink_sitl.recordings.motion import track
-from mavlink_sitl.recordings.recording import Timed
-from mavlink_sitl.recordings.replay import Conversation
+from comparison.__main__ import load, play
+from comparison.expected_differences import ComparisonVerdict, judge, plain_name
+from comparison.motion import track
+from comparison.recording import Timed
+from comparison.replay import Conversation
 
 DATA = Path(__file__).resolve().parents[1] / "data/recordings"
 PATHS = {plain_name(path.stem): path for path in sorted(DATA.glob("*.tlog"))}

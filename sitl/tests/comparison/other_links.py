@@ -6,8 +6,8 @@ commands that came on it. In a replay the vehicle does not get the commands of t
 
 from __future__ import annotations
 
+from comparison.recording import Recording
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.recordings.recording import Recording
 
 NOTE = (
     "it was also commanded on a link that is not in the recording; most differences come from that"

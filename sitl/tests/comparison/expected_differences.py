@@ -12,9 +12,9 @@ from typing import Any
 import jsonschema
 import yaml
 
-from mavlink_sitl.recordings.compared_states import ASPECTS, Difference
-from mavlink_sitl.recordings.motion import why_position_is_not_compared
-from mavlink_sitl.recordings.replay import Conversation
+from comparison.compared_states import ASPECTS, Difference
+from comparison.motion import why_position_is_not_compared
+from comparison.replay import Conversation
 
 ANY = object()
 FOR_INFORMATION = "text"
@@ -94,7 +94,7 @@ class ComparisonVerdict:
 @cache
 def document() -> dict[str, Any]:
     """The file, held to its schema."""
-    here = resources.files("mavlink_sitl.recordings")
+    here = resources.files("comparison")
     loaded = yaml.safe_load(here.joinpath("differences.yaml").read_text("utf-8"))
     jsonschema.validate(loaded, schema())
     return dict(loaded)
@@ -103,7 +103,7 @@ def document() -> dict[str, Any]:
 @cache
 def schema() -> dict[str, Any]:
     """The JSON Schema of the file."""
-    here = resources.files("mavlink_sitl.recordings")
+    here = resources.files("comparison")
     return dict(json.loads(here.joinpath("differences.schema.json").read_text("utf-8")))
 
 

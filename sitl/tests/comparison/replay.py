@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from comparison.recording import Recording, Timed, decode_telemetry, sender_of
+from comparison.start import Start
 from mavlink_sitl.mavlink.codec import Decoder, Encoder, Message, dialect
 from mavlink_sitl.mavlink.missions.mission_items import identity
-from mavlink_sitl.recordings.recording import Recording, Timed, decode_telemetry, sender_of
-from mavlink_sitl.recordings.start import Start
 from mavlink_sitl.simulation import Simulation
 
 STEP_US = 50_000

@@ -12,14 +12,14 @@ import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from comparison.other_links import NOTE, commanded_elsewhere
+from comparison.recording import Recording, RecordingError, Timed
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.config import DEFAULT_HEADING_DEG, DEFAULT_HOME, PERSONALITIES, VehicleConfig
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.missions.mission_items import from_message
-from mavlink_sitl.recordings.other_links import NOTE, commanded_elsewhere
-from mavlink_sitl.recordings.recording import Recording, RecordingError, Timed
 
 KINDS = {1: "plane", 2: "copter", 10: "rover", 11: "boat", 13: "copter", 14: "copter", 15: "copter"}
 """By MAV_TYPE"""

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from comparison.recording import Timed
+from comparison.replay import GUIDED, OFFBOARD, Conversation
+from comparison.start import ARMED
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.mavlink.codec import Message, dialect
-from mavlink_sitl.recordings.recording import Timed
-from mavlink_sitl.recordings.replay import GUIDED, OFFBOARD, Conversation
-from mavlink_sitl.recordings.start import ARMED
 
 Place = tuple[float, float, float]
 Found = tuple[str, str | None, str | None, float]

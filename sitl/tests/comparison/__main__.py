@@ -1,9 +1,9 @@
-"""`python -m mavlink_sitl.compare RECORDING`: replays a recorded conversation and compares.
+"""`python -m comparison RECORDING`: replays a recorded conversation and compares.
 
 The messages of the ground station in a tlog are written to a simulated vehicle at the recorded
 times, and the answers of the two vehicles are compared: acknowledgements, modes, landed states,
 the times to targets and the way there. Intended differences are listed in
-`recordings/differences.yaml` and reported with their reason.
+`differences.yaml` and reported with their reason.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from mavlink_sitl.command_line.command_version import PrintVersion
-from mavlink_sitl.recordings.compared_states import ASPECTS
-from mavlink_sitl.recordings.expected_differences import (
+from comparison.compared_states import ASPECTS
+from comparison.expected_differences import (
     FOR_INFORMATION,
     ComparisonVerdict,
     judge,
@@ -24,10 +23,10 @@ from mavlink_sitl.recordings.expected_differences import (
     set_up,
     stale,
 )
-from mavlink_sitl.recordings.motion import rms_distance_m, spans
-from mavlink_sitl.recordings.recording import Recording, RecordingError, read
-from mavlink_sitl.recordings.replay import Conversation, replay
-from mavlink_sitl.recordings.start import start_of
+from comparison.motion import rms_distance_m, spans
+from comparison.recording import Recording, RecordingError, read
+from comparison.replay import Conversation, replay
+from comparison.start import start_of
 
 SAME, DIFFERENT, NOT_COMPARED = 0, 1, 2
 
@@ -88,13 +87,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         it cannot be compared.
     """
     parser = argparse.ArgumentParser(
-        prog="mavlink_sitl.compare",
+        prog="comparison",
         description="Replay a recorded ground station's messages to a simulated vehicle and "
         "compare the answers of the two vehicles.",
         epilog="Exit codes: 0 if there are no unexpected differences, 1 if there are, 2 if the "
         "recording cannot be replayed.",
     )
-    parser.add_argument("--version", action=PrintVersion, help="print the version and exit")
     parser.add_argument("recording", type=Path, help="a tlog with the messages of both directions")
     parser.add_argument(
         "--param",
@@ -107,7 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _compare(options.recording, dict(map(_parameter, options.param)))
     except (OSError, RecordingError) as error:
-        print(f"mavlink_sitl.compare: {error}", file=sys.stderr)
+        print(f"comparison: {error}", file=sys.stderr)
         return NOT_COMPARED
 
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from itertools import zip_longest
 
+from comparison.motion import position_differences, target_differences
+from comparison.recording import Timed
+from comparison.replay import Conversation
 from mavlink_sitl.mavlink.codec import Message, dialect
-from mavlink_sitl.recordings.motion import position_differences, target_differences
-from mavlink_sitl.recordings.recording import Timed
-from mavlink_sitl.recordings.replay import Conversation
 
 BETWEEN_BEATS_S = 1.2
 """A state that lasts less may fall between two heartbeats"""
