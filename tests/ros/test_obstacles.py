@@ -18,6 +18,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight
 
 pytestmark = pytest.mark.xdist_group("ros_actions")
@@ -109,6 +110,26 @@ def test_a_scan_is_turned_with_the_vehicle_and_its_sensor(
 
     seeing.wait(gone, 15.0, "the end of what has moved away")
     assert is_seen(arrays, -5.0, 0.0)
+
+
+def test_the_client_avoids_obstacles_by_default_and_is_warned_at_once_without(
+    seeing: Flight,
+) -> None:
+    # The mast of the yard is in the middle.
+    command = ["python", "-m", "drone_navigation.navigation_client", "--goal", "12", "24", "3"]
+    command += ["--cancel-after", "0.3", "--plain"]
+    default = Process("client", command, seeing.environment)
+    assert default.wait(60.0) == 4, default.text
+    assert "Obstacles are avoided" in default.text
+    assert "straight legs" not in default.text
+    straight = Process("client", [*command, "--straight"], seeing.environment)
+    assert straight.wait(60.0) == 4, straight.text
+    accepted, warned, ended = (
+        next(i for i, line in enumerate(straight.lines) if words in line)
+        for words in ("accepted", "straight legs hit known ones: 'mast'", "CANCELED: ")
+    )
+    assert accepted < ended
+    assert warned < ended
 
 
 def test_the_sensor_is_in_the_tree_where_its_parameter_puts_it(seeing: Flight) -> None:

@@ -217,7 +217,20 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed", type=float, default=0.0, metavar="M_S", help="max_speed (default: the server's)"
     )
-    parser.add_argument("--avoid", action="store_true", help="avoid obstacles")
+    avoidance = parser.add_mutually_exclusive_group()
+    avoidance.add_argument(
+        "--avoid",
+        action="store_true",
+        default=None,
+        help="avoid obstacles (default where the vehicle has sensors or known obstacles)",
+    )
+    avoidance.add_argument(
+        "--straight",
+        dest="avoid",
+        action="store_false",
+        default=None,
+        help="do not avoid obstacles: fly straight, through them",
+    )
 
 
 def _add_course(parser: argparse.ArgumentParser) -> None:
