@@ -84,6 +84,7 @@ def test_what_is_known_is_shown_from_the_start(arrays: list[MarkerArray]) -> Non
     assert first.action == Marker.DELETEALL
     known = [marker for marker in rest if marker.ns == "known"]
     assert [marker.type for marker in known] == [Marker.CYLINDER] + [Marker.CUBE] * 4
+    assert [marker.text for marker in known] == ["mast", "north wall", "east wall", "shed", "load"]
     mast = known[0].pose.position
     assert (mast.x, mast.y, mast.z) == pytest.approx((6.0, 12.0, 6.0))
     assert known[0].header.frame_id == "map"
