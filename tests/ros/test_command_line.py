@@ -99,6 +99,24 @@ def test_a_bad_parameter_file_is_one_sentence(tmp_path: Path, text: str, sentenc
     assert "Traceback" not in server.text
 
 
+@pytest.mark.parametrize("program", ["client", "console", "server"])
+@pytest.mark.parametrize("arguments", [["--check"], ["-p"]], ids=["unknown", "incomplete"])
+def test_a_bad_ros_argument_is_one_sentence(program: str, arguments: list[str]) -> None:
+    module = f"drone_navigation.navigation_{program}"
+    command = ["python", "-m", module, "--ros-args", *arguments]
+    wrong = Process(program, command, ros_environment(new_domain()))
+    assert wrong.wait(30.0) == 2
+    assert wrong.text.startswith(f"navigation_{program}: invalid ROS arguments: ")
+    assert "Traceback" not in wrong.text
+
+
+def test_a_port_that_is_none_is_one_sentence() -> None:
+    command = ["python", "-m", "drone_navigation.navigation_console", "--port", "abc"]
+    wrong = Process("console", command, ros_environment(new_domain()))
+    assert wrong.wait(30.0) == 2
+    assert "'abc' is not a port from 0 to 65535" in wrong.text
+
+
 def test_the_client_says_when_there_is_no_server() -> None:
     lonely = Process("client", [*CLIENT, "--server-timeout", "1"], ros_environment(new_domain()))
     assert lonely.wait(30.0) == 5

@@ -28,12 +28,12 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _main(argv: list[str]) -> int:
-    own = argv
+    own = argv[1:]
     if _ROS_ARGUMENTS in argv:
-        from rclpy.utilities import remove_ros_args  # noqa: PLC0415
+        from drone_navigation.process_control.ros_arguments import own_arguments  # noqa: PLC0415
 
-        own = remove_ros_args(argv)
-    options = parse_options(own[1:])
+        own = own_arguments(argv)
+    options = parse_options(own)
     if options.command in SERVICE_COMMANDS:
         from drone_navigation.client.commands import run_command  # noqa: PLC0415
 

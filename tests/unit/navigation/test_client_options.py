@@ -89,3 +89,21 @@ def test_the_help_names_every_command() -> None:
     width = max(map(len, COMMANDS))
     for command, what in COMMANDS.items():
         assert f"{command:<{width}} {what}" in text
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_options_of_all_commands_may_precede_them(command: str) -> None:
+    words = {"mode": ["MODE"], "parameters": ["list"]}.get(command, [])
+    options = parse_options(["--vehicle", "land", "--json", command, *words])
+    assert (options.command, options.vehicle, options.json) == (command, "land", True)
+
+
+def test_the_value_of_another_option_is_no_command() -> None:
+    assert parse_options(["--plan", "land"]).command == ""
+    assert parse_options(["--vehicle", "land", "--goal", "1", "2", "3"]).command == ""
+
+
+def test_obstacles_are_avoided_by_choice_or_as_the_vehicle_knows_any() -> None:
+    assert parse_options([]).avoid is None
+    assert parse_options(["--avoid"]).avoid is True
+    assert parse_options(["--straight"]).avoid is False

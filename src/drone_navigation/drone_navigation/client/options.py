@@ -279,8 +279,9 @@ def _add_server_timeout(parser: argparse.ArgumentParser) -> None:
 def parse_options(arguments: list[str]) -> argparse.Namespace:
     """Return the options; an error ends the program with a message and EXIT_USAGE.
 
-    A command, if there is one, comes first.
+    A command, if there is one, comes first, or after options that all commands have.
     """
+    arguments = _command_first(arguments)
     if arguments and arguments[0] in COMMANDS:
         parser = make_command_parser(arguments[0])
         options = parser.parse_args(arguments[1:])
@@ -306,6 +307,24 @@ def parse_options(arguments: list[str]) -> argparse.Namespace:
             parser.error(f"{flag} is {value:g}; give a number of seconds, 0 or more.")
     options.update.sort(key=lambda update: update.at_s)
     return options
+
+
+def _command_first(arguments: list[str]) -> list[str]:
+    """Return arguments with the command before options that precede it."""
+    before = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    _add_vehicle(before)
+    _add_following(before)
+    _add_output(before)
+    before.add_argument("rest", nargs=argparse.REMAINDER)
+    try:
+        known, others = before.parse_known_args(arguments)
+    except argparse.ArgumentError:
+        return arguments  # the command's own parser reports it
+    rest: list[str] = known.rest
+    # Another option may have the name of a command as its value.
+    if others or not rest or rest[0] not in COMMANDS:
+        return arguments
+    return [*rest[:1], *arguments[: len(arguments) - len(rest)], *rest[1:]]
 
 
 def _height(text: str) -> float:
