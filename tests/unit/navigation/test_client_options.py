@@ -26,7 +26,6 @@ def test_command_lines_without_a_command_still_work() -> None:
     options = parse_options(["--goal", "1", "2", "-3", "--update", "t=8: 5 5 2", "--avoid"])
     assert (options.command, options.goal, options.laps) == ("", [1.0, 2.0, -3.0], 1)
     assert len(options.update) == 1
-    assert parse_options([]).goal == (10.0, 5.0, 2.0)
     assert parse_options(["--plan", "a.plan", "--laps", "2", "--mission"]).laps == 2
 
 
@@ -103,7 +102,14 @@ def test_the_value_of_another_option_is_no_command() -> None:
     assert parse_options(["--vehicle", "land", "--goal", "1", "2", "3"]).command == ""
 
 
+@pytest.mark.parametrize("flight", [["--speed", "2"], ["--update", "t=9: 1 1 1"], ["--avoid"]])
+def test_no_target_is_guessed(flight: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert parse_options(["--vehicle", "a", "--json"]).goal is None
+    assert f"{flight[0]} needs a target; give --goal X Y Z" in refusal(capsys, *flight)
+
+
 def test_obstacles_are_avoided_by_choice_or_as_the_vehicle_knows_any() -> None:
     assert parse_options([]).avoid is None
-    assert parse_options(["--avoid"]).avoid is True
-    assert parse_options(["--straight"]).avoid is False
+    goal = ["--goal", "1", "2", "3"]
+    assert parse_options([*goal, "--avoid"]).avoid is True
+    assert parse_options([*goal, "--straight"]).avoid is False

@@ -48,9 +48,12 @@ COMMANDS = ACTION_COMMANDS | SERVICE_COMMANDS | STORAGE_COMMANDS | LOG_COMMANDS
 
 _DESCRIPTION = """\
 Send a goal to navigate_to_waypoint, or a route from a file to navigate_waypoints, show the
-progress and wait for the result. Ctrl-C cancels the goal and waits for the vehicle to stop; a
-second Ctrl-C stops waiting. Keys on a terminal: p pauses, r resumes, g enters another goal,
-which replaces the active one, c cancels, ? shows help.
+progress and wait for the result. Without a target nothing is sent: this help and the vehicle's
+state are shown, and on a terminal the goal of the course, 10 5 2, is offered.
+
+Ctrl-C cancels the goal and waits for the vehicle to stop; a second Ctrl-C stops waiting. Keys on a
+terminal: p pauses, r resumes, g enters another goal, which replaces the active one, c cancels,
+? shows help.
 """
 _EPILOG = """\
 commands (each has its own --help):
@@ -92,6 +95,9 @@ exit codes:
   3  rejected, with the reason
   4  canceled
   5  no server, or it did not answer"""
+COURSE_GOAL_M = (10.0, 5.0, 2.0)
+"""The goal that the client of the course flies to, in the map, ENU"""
+_FLIGHT = {"--update": "update", "--yaw": "yaw", "--speed": "speed", "--avoid": "avoid"}
 LATEST_LOG = 65535
 """DownloadLog.Goal.LATEST"""
 
@@ -188,8 +194,7 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         nargs=3,
         type=float,
         metavar=("X", "Y", "Z"),
-        default=(10.0, 5.0, 2.0),
-        help="target in metres (default: 10 5 2)",
+        help="target in metres",
     )
     what.add_argument(
         "--plan", type=Path, metavar="FILE", help="fly the route of a file: .plan or QGC WPL"
@@ -297,6 +302,9 @@ def parse_options(arguments: list[str]) -> argparse.Namespace:
         for name, given in (("--mission", options.mission), ("--laps", options.laps is not None)):
             if given and not is_route:
                 parser.error(f"{name} needs a route; give --plan or --waypoints as well.")
+        needs_target = [flag for flag, name in _FLIGHT.items() if getattr(options, name)]
+        if options.goal is None and not is_route and needs_target:
+            parser.error(f"{needs_target[0]} needs a target; give --goal X Y Z, or --plan FILE.")
         options.laps = 1 if options.laps is None else options.laps
         if not 0 <= options.laps <= LAPS_MAX:
             parser.error(f"--laps is {options.laps}; give 1 to {LAPS_MAX}.")
