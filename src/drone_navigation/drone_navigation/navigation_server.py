@@ -110,7 +110,8 @@ def _check(options: argparse.Namespace, file: ParameterFile) -> int:
         check_server_wide(name, own, file.server)
     if file.vehicles:
         configs = make_vehicle_configs({name: own | given for name, own in file.vehicles.items()})
-    return run_check(configs, options.timeout or CHECK_TIMEOUT_S, options.json)
+    set_up = "" if options.config is None else Path(options.config).stem
+    return run_check(configs, options.timeout or CHECK_TIMEOUT_S, options.json, set_up)
 
 
 def _shadow_goals(options: argparse.Namespace, file: ParameterFile) -> int:
