@@ -51,7 +51,7 @@ def _main(argv: list[str]) -> int:
         from drone_navigation.client.logs import run_log_command  # noqa: PLC0415
 
         return run_log_command(options, argv)
-    if options.goal is None and options.plan is None and options.waypoints is None:
+    if not (options.command or options.goal or options.plan or options.waypoints):
         code = _look(options, argv)
         if code != EXIT_SUCCESS or not _wants_course_goal():
             return code or EXIT_USAGE

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from drone_navigation.client.client_goal import make_point_client_goal
 from drone_navigation.client.options import (
     ACTION_COMMANDS,
     COMMANDS,
@@ -43,6 +44,9 @@ def test_goal_commands_take_the_options_of_goals(command: str) -> None:
     options = parse_options([command, "--cancel-after", "2", "--lost-timeout", "9"])
     assert (options.cancel_after, options.lost_timeout, options.update) == (2.0, 9.0, [])
     assert parse_options([command]).cancel_after == math.inf
+    # Another goal may be typed while it is under way.
+    goal = make_point_client_goal(options, (1.0, 2.0, 3.0)).goal
+    assert (goal.max_speed, goal.avoid_obstacles) == (0.0, False)
 
 
 @pytest.mark.parametrize("command", SERVICE_COMMANDS)

@@ -160,6 +160,8 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
             help="number of the log, as `logs` shows it (default: the newest)",
         )
     if is_action:
+        # Those of goals that are typed meanwhile.
+        parser.set_defaults(yaw=None, speed=0.0, avoid=None)
         _add_following(parser)
     else:
         _add_server_timeout(parser)

@@ -101,7 +101,7 @@ class NavigationClient:
         self._obstacles: Subscription | None = None
         self._knows_obstacles = False
         # Who says nothing about obstacles has them avoided wherever the vehicle may know any.
-        if isinstance(client_goal.goal, _AVOIDING) and options.avoid is None:
+        if options.avoid is None:
             topic = f"{SERVER_NODE_NAME}/obstacles"
             self._obstacles = node.create_subscription(
                 MarkerArray, topic, self._see_obstacles, LATCHED_QOS
@@ -152,7 +152,10 @@ class NavigationClient:
             self._wait(lambda: all(service.service_is_ready() for service in services), _SERVERS_S)
         for note in self._client_goal.notes:
             course.say(note)
-        self._choose_avoidance()
+        goal = self._client_goal.goal
+        if isinstance(goal, _AVOIDING) and self._chooses_avoidance():
+            goal.avoid_obstacles = True
+            course.say(_AVOIDED)
         course.send(self._client_goal)
         code = None
         while code is None:
@@ -163,18 +166,19 @@ class NavigationClient:
     def _see_obstacles(self, _message: MarkerArray) -> None:
         self._knows_obstacles = True
 
-    def _choose_avoidance(self) -> None:
-        """Avoid obstacles by default, if the server publishes some or may come to know some."""
+    def _chooses_avoidance(self) -> bool:
+        """Avoid obstacles by default, if the server publishes some or may come to know some.
+
+        Returns:
+            Whether that is so, and was not decided before.
+        """
         if self._obstacles is None:
-            return
+            return False
         self._wait(lambda: self._knows_obstacles, _LATCHED_S)
         self._node.destroy_subscription(self._obstacles)
         self._obstacles = None
         self._options.avoid = self._knows_obstacles
-        goal = self._client_goal.goal
-        if self._knows_obstacles and isinstance(goal, _AVOIDING):
-            goal.avoid_obstacles = True
-            self._course.say(_AVOIDED)
+        return self._knows_obstacles
 
     def _without_server(self) -> int:
         if self._interrupts:
@@ -291,6 +295,8 @@ class NavigationClient:
             self._course.say(str(error), bad=True)
             self._keys.typed = line  # to be put right
             return
+        if self._chooses_avoidance():
+            self._course.say(_AVOIDED)
         self._course.send(make_point_client_goal(self._options, position_m), typed=True)
 
     def _call(self, key: Key, now_s: float) -> None:
