@@ -32,6 +32,7 @@ class Result(IntEnum):
 class Severity(IntEnum):
     """The severity of a text; the numbers are MAV_SEVERITY's."""
 
+    EMERGENCY = 0
     CRITICAL = 2
     ERROR = 3
     WARNING = 4

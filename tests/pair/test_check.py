@@ -51,6 +51,7 @@ class Look:
         codec = Codec(1, 191)
         self.checker = Checker(make_config(values), lambda: LinkStatistics.of(codec.statistics))
         self.sent: list[bytes] = []
+        self.set_up = ""
         self.now = 0.0
         self._codec = codec
         self.checker.start(self.now)
@@ -80,7 +81,7 @@ class Look:
 
     def report(self) -> Report:
         """Report now."""
-        return make_report(self.checker, ADVICE, self.now)
+        return make_report(self.checker, ADVICE, self.now, self.set_up)
 
     def messages(self) -> list[Message]:
         """Return what the bytes that were sent say."""
@@ -456,3 +457,20 @@ def test_what_a_vehicle_lacks_to_know_of_other_aircraft_is_reported(
 ) -> None:
     report = look(firmware, parameters=parameters, separation=separation).run_to_end()
     assert words in value_of(report, "other aircraft")
+
+
+@pytest.mark.parametrize(
+    ("set_up", "right"),
+    [
+        ("px4_copter", "ardupilot_copter.yaml"),
+        ("ardupilot_rover", "ardupilot_copter.yaml"),
+        ("ardupilot_copter", None),
+        ("my_vehicle", None),
+    ],
+)
+def test_a_set_up_for_another_vehicle_is_warned_of(set_up: str, right: str | None) -> None:
+    seen = look()
+    seen.set_up = set_up
+    text = "\n".join(plain_lines(seen.run_to_end()))
+    assert ("It is for another vehicle" in text) == (right is not None)
+    assert right is None or f"take {right}" in text

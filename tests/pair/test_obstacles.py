@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mavlink_sitl import Obstacle, PlanItem, RangeSensor, Shapes, VehicleConfig, World
-from navigation_bridge.goals.goal import GoalFinished, LogLine
+from navigation_bridge.goals.goal import GoalFinished, GoalHappened, LogLine
 from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
 from navigation_bridge.obstacles.obstacle_feed import SensorScan
 from navigation_core.outcomes import OutcomeCode
@@ -159,6 +159,40 @@ def test_a_route_that_hits_obstacles_says_so_in_one_sentence(tmp_path: Path) -> 
     flight.bridge.cancel_goal(goal, flight.now)
     end = flight.run_to_end(goal)
     assert end.message.count("hit known ones") == 1
+
+
+def remarks(flight: SimulatedFlight) -> list[str]:
+    """What the goals' clients are told at once, as the status of a goal."""
+    return [each.message for each in flight.all(GoalHappened) if each.event == "STATUS"]
+
+
+def test_a_straight_path_too_near_to_a_known_obstacle_is_reported_at_once(tmp_path: Path) -> None:
+    flight = knowing(tmp_path, TREE)
+    flight.fly_up()
+    goal = flight.start(flight.request(20.0, 4.0, 3.0))
+    words = (
+        "straight legs pass nearer than 1.50 m (vehicle_radius_m + obstacle_margin_m) to: 'tree'"
+    )
+    assert any(words in text for text in remarks(flight))
+    assert words in log(flight)
+    flight.bridge.cancel_goal(goal, flight.now)
+    assert words in flight.run_to_end(goal).message
+    flight.start(flight.request(20.0, 8.0, 3.0))
+    assert sum(words in text for text in remarks(flight)) == 1
+
+
+def test_a_straight_path_through_what_a_sensor_sees_is_reported_at_once_and_its_crash_quoted() -> (
+    None
+):
+    world = World(obstacles=THINGS, range_sensor=RangeSensor(reach_m=20.0, noise_m=0.03))
+    flight = SimulatedFlight(world=world).ready()
+    flight.run_for(1.0)
+    goal = flight.start(flight.request(9.0, 16.0, 4.0))
+    (words,) = [text for text in remarks(flight) if "straight legs hit" in text]
+    assert "a sensed one at (5." in words
+    end = flight.run_to_end(goal)
+    assert end.code is OutcomeCode.DISARMED
+    assert "The autopilot reported: 'Crash: hit oak at" in end.message
 
 
 def test_a_path_above_a_known_obstacle_hits_nothing(tmp_path: Path) -> None:

@@ -162,19 +162,69 @@ def test_a_route_with_a_hold_is_rehearsed(name: str) -> None:
 
 
 def test_obstacles_are_flown_round_only_where_that_is_asked_for() -> None:
-    past = replace(COPTER, waypoints=(RehearsalWaypoint((20.0, 0.0, 5.0)),), posts=(POST,))
+    past = replace(
+        COPTER,
+        waypoints=(RehearsalWaypoint((20.0, 0.0, 5.0)),),
+        posts=(POST,),
+        post_names=("mast",),
+    )
     through = rehearse(past)
-    assert through.clearance_m == 0.0
+    hit = through.approach
+    assert hit is not None
+    assert (hit.clearance_m, hit.is_too_near, hit.obstacle) == (0.0, True, "'mast'")
+    # The post begins at 9 m, and the hull is half a metre.
+    assert hit.position_enu_m == pytest.approx((8.5, 0.0, 5.0), abs=0.3)
+    assert hit.along_m == pytest.approx(8.5, abs=0.4)
     round_it = rehearse(replace(past, avoid_obstacles=True))
     assert round_it.code == "SUCCESS", round_it.text
-    assert round_it.clearance_m is not None
-    assert round_it.clearance_m > 0.5
+    assert round_it.approach is not None
+    assert round_it.approach.clearance_m > 0.5
+    assert not round_it.approach.is_too_near
     assert round_it.duration_s > through.duration_s
     box = (10.0, 0.0, 1.0, 1.0, 0.3, 0.0, 20.0)
     boxed = rehearse(replace(past, posts=(), boxes=(box,), avoid_obstacles=True))
-    assert boxed.clearance_m is not None
-    assert boxed.clearance_m > 0.5
-    assert rehearse(COPTER).clearance_m is None
+    assert boxed.approach is not None
+    assert boxed.approach.clearance_m > 0.5
+    assert rehearse(COPTER).approach is None
+
+
+def test_a_path_that_passes_nearer_than_the_margin_is_too_near() -> None:
+    beside = replace(COPTER, waypoints=(RehearsalWaypoint((20.0, 0.0, 5.0)),))
+    near = rehearse(replace(beside, posts=((10.0, 2.0, 1.0, 0.0, 20.0),))).approach
+    assert near is not None
+    assert near.is_too_near
+    assert near.clearance_m == pytest.approx(0.5, abs=0.2)
+    assert near.along_m == pytest.approx(10.0, abs=0.5)
+    far = rehearse(replace(beside, posts=((10.0, 3.0, 1.0, 0.0, 20.0),))).approach
+    assert far is not None
+    assert not far.is_too_near
+
+
+def test_what_is_only_sensed_rejects_no_target_as_in_the_server() -> None:
+    """Such a goal is accepted, and then blocked."""
+    inside = replace(COPTER, waypoints=(RehearsalWaypoint((10.0, 0.0, 5.0)),), avoid_obstacles=True)
+    known = rehearse(replace(inside, posts=(POST,), post_names=("mast",)))
+    assert (known.accepted, known.code) == (False, "NO_PATH")
+    assert "the known obstacle 'mast'" in known.text
+    sensed = rehearse(replace(inside, sensed=(POST,)))
+    assert (sensed.accepted, sensed.code) == (True, "NO_PATH")
+    straight = rehearse(replace(inside, sensed=(POST,), avoid_obstacles=False)).approach
+    assert straight is not None
+    assert (straight.obstacle, straight.clearance_m) == ("a sensed obstacle", 0.0)
+
+
+def test_a_return_after_a_lost_link_may_hit_as_well() -> None:
+    far = (RehearsalWaypoint((80.0, 0.0, 5.0)),)
+    beside = replace(
+        COPTER, waypoints=far, position_enu_m=(30.0, 0.0, 5.0), autopilot="PX4 multicopter",
+        posts=((10.0, 0.0, 2.0, 0.0, 60.0),),
+    )  # fmt: skip
+    flown = rehearse(beside)
+    assert flown.approach is not None
+    assert not flown.approach.is_too_near
+    lost = lose_link(beside, 0.5 * flown.duration_s)
+    assert lost.approach is not None
+    assert lost.approach.clearance_m == 0.0
 
 
 def test_a_goal_from_the_ground_takes_off_and_one_that_may_not_is_rejected() -> None:

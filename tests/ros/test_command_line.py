@@ -11,9 +11,11 @@ import pytest
 from drone_navigation.processes import free_udp_port, ros_environment
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight, new_domain
+from tests.support.ros.terminal import Terminal
 
 pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_command_line")]
 CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
+HOME = ["--goal", "0", "0", "3"]
 SERVER = ["python", "-m", "drone_navigation.navigation_server"]
 
 
@@ -99,14 +101,36 @@ def test_a_bad_parameter_file_is_one_sentence(tmp_path: Path, text: str, sentenc
     assert "Traceback" not in server.text
 
 
+@pytest.mark.parametrize("program", ["client", "console", "server"])
+@pytest.mark.parametrize("arguments", [["--check"], ["-p"]], ids=["unknown", "incomplete"])
+def test_a_bad_ros_argument_is_one_sentence(program: str, arguments: list[str]) -> None:
+    module = f"drone_navigation.navigation_{program}"
+    command = ["python", "-m", module, "--ros-args", *arguments]
+    wrong = Process(program, command, ros_environment(new_domain()))
+    assert wrong.wait(30.0) == 2
+    assert wrong.text.startswith(f"navigation_{program}: invalid ROS arguments: ")
+    assert "Traceback" not in wrong.text
+
+
+def test_a_port_that_is_none_is_one_sentence() -> None:
+    command = ["python", "-m", "drone_navigation.navigation_console", "--port", "abc"]
+    wrong = Process("console", command, ros_environment(new_domain()))
+    assert wrong.wait(30.0) == 2
+    assert "'abc' is not a port from 0 to 65535" in wrong.text
+
+
 def test_the_client_says_when_there_is_no_server() -> None:
-    lonely = Process("client", [*CLIENT, "--server-timeout", "1"], ros_environment(new_domain()))
+    lonely = Process(
+        "client", [*CLIENT, *HOME, "--server-timeout", "1"], ros_environment(new_domain())
+    )
     assert lonely.wait(30.0) == 5
     assert "start navigation_server" in lonely.text
 
 
 def test_ctrl_c_ends_the_wait_for_a_server() -> None:
-    lonely = Process("client", [*CLIENT, "--server-timeout", "60"], ros_environment(new_domain()))
+    lonely = Process(
+        "client", [*CLIENT, *HOME, "--server-timeout", "60"], ros_environment(new_domain())
+    )
     try:
         lonely.wait_for("Waiting for a server", 30.0)
         lonely.signal(signal.SIGINT)
@@ -114,6 +138,28 @@ def test_ctrl_c_ends_the_wait_for_a_server() -> None:
     finally:
         lonely.stop()
     assert "Interrupted; no goal was sent." in lonely.text
+
+
+def test_without_a_target_the_vehicle_is_shown_and_nothing_is_sent(flight: Flight) -> None:
+    shown = client(flight)
+    assert shown.wait(30.0) == 2
+    assert "usage: navigation_client" in shown.text
+    assert "ArduCopter" in shown.text
+    assert shown.lines[-1] == "No target was given, and nothing was sent."
+    assert flight.server is not None
+    assert "accepted" not in flight.server.text
+
+
+def test_on_a_terminal_the_goal_of_the_course_is_offered(flight: Flight) -> None:
+    declined = Terminal(CLIENT[1:], flight.environment)
+    declined.wait_for("Fly to the goal of the course, (10, 5, 2) m? [y/N]", 30.0)
+    declined.type("\r")
+    assert declined.wait(30.0) == 2
+    taken = Terminal([*CLIENT[1:], "--cancel-after", "0.5"], flight.environment)
+    taken.wait_for("[y/N]", 30.0)
+    taken.type("y\r")
+    taken.wait_for("goal (10, 5, 2) m in frame map", 30.0)
+    assert taken.wait(60.0) == 4
 
 
 def test_the_client_shows_a_flight_and_exits_with_0(flight: Flight) -> None:

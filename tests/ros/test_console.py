@@ -508,7 +508,8 @@ def test_nothing_is_cut_off_and_hold_is_on_the_screen(page: Tab, width: int) -> 
     page.resize(width, 800)
     page.wait(f"innerWidth === {width}")
     assert page.value("document.documentElement.scrollWidth") == width
-    page.press("t", "KeyT")
+    page.drag(on_map(page, 4.0, 3.0))
+    page.press("g", "KeyG")
     page.press("?", "Slash")
     page.wait("document.getElementById('keys').open")
     page.wait("!document.getElementById('confirm').hidden")

@@ -67,6 +67,9 @@ def test_the_demo_goes_round_what_the_server_does_not_know_and_shows_it(
     assert code == 0, demo.text
     assert "SUCCESS: " in demo.text
     assert "Flown: 3 waypoints and 1 goal sent in flight" in demo.text
+    assert demo.lines[0].startswith("The demo takes about ")
+    assert demo.lines[-1].startswith("Next: make console ")
+    assert ("on the ground with its motors off" in demo.text) == (vehicle == "copter")
     assert (out / "flight.png").read_bytes().startswith(b"\x89PNG")
 
     flight = read_recording(out / "flight.tlog")

@@ -136,10 +136,12 @@ def test_settings_are_changed_on_a_vehicles_own_node(fleet: FleetFlight) -> None
 
 
 def test_a_client_that_names_no_vehicle_gets_their_names(fleet: FleetFlight) -> None:
-    nameless = fleet.run("drone_navigation.navigation_client", "--plain", "--server-timeout", "2")
+    goal = ("--goal", "0", "0", "200")
+    nameless = fleet.run(
+        "drone_navigation.navigation_client", "--plain", "--server-timeout", "2", *goal
+    )
     named = fleet.run(
-        "drone_navigation.navigation_client", "--plain", "--vehicle", "rover",
-        "--goal", "0", "0", "200",
+        "drone_navigation.navigation_client", "--plain", "--vehicle", "rover", *goal
     )  # fmt: skip
     assert named.wait(60.0) == 3  # refused by the rover: it cannot fly
     assert nameless.wait(60.0) == 5

@@ -18,6 +18,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight
 
 pytestmark = pytest.mark.xdist_group("ros_actions")
@@ -83,6 +84,7 @@ def test_what_is_known_is_shown_from_the_start(arrays: list[MarkerArray]) -> Non
     assert first.action == Marker.DELETEALL
     known = [marker for marker in rest if marker.ns == "known"]
     assert [marker.type for marker in known] == [Marker.CYLINDER] + [Marker.CUBE] * 4
+    assert [marker.text for marker in known] == ["mast", "north wall", "east wall", "shed", "load"]
     mast = known[0].pose.position
     assert (mast.x, mast.y, mast.z) == pytest.approx((6.0, 12.0, 6.0))
     assert known[0].header.frame_id == "map"
@@ -109,6 +111,26 @@ def test_a_scan_is_turned_with_the_vehicle_and_its_sensor(
 
     seeing.wait(gone, 15.0, "the end of what has moved away")
     assert is_seen(arrays, -5.0, 0.0)
+
+
+def test_the_client_avoids_obstacles_by_default_and_is_warned_at_once_without(
+    seeing: Flight,
+) -> None:
+    # The mast of the yard is in the middle.
+    command = ["python", "-m", "drone_navigation.navigation_client", "--goal", "12", "24", "3"]
+    command += ["--cancel-after", "0.3", "--plain"]
+    default = Process("client", command, seeing.environment)
+    assert default.wait(60.0) == 4, default.text
+    assert "Obstacles are avoided" in default.text
+    assert "straight legs" not in default.text
+    straight = Process("client", [*command, "--straight"], seeing.environment)
+    assert straight.wait(60.0) == 4, straight.text
+    accepted, warned, ended = (
+        next(i for i, line in enumerate(straight.lines) if words in line)
+        for words in ("accepted", "straight legs hit known ones: 'mast'", "CANCELED: ")
+    )
+    assert accepted < ended
+    assert warned < ended
 
 
 def test_the_sensor_is_in_the_tree_where_its_parameter_puts_it(seeing: Flight) -> None:

@@ -395,9 +395,12 @@ class SimulatedVehicle(VehicleBody):
     # Its world.
 
     def crash(self, obstacle: str, speed_m_s: float) -> None:
-        """It has hit something: the flight is over, and it says so."""
+        """It has hit something: the flight is over, and it says so.
+
+        The severity is that of ArduPilot's crash check ("Crash: Disarming").
+        """
         self.damage = f"Crashed into {obstacle}"
-        self.firmware.say(Severity.CRITICAL, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
+        self.firmware.say(Severity.EMERGENCY, f"Crash: hit {obstacle} at {speed_m_s:.1f} m/s")
         self.firmware.disarm(force=True)
 
     def set_further_battery(self, battery: FurtherBattery) -> None:

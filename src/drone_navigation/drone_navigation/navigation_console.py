@@ -19,7 +19,6 @@ from tempfile import TemporaryDirectory
 import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.options import TokenError, make_parser, token_of
@@ -27,6 +26,7 @@ from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.console.tiles.folder import TileError, Tiles
 from drone_navigation.console.tiles.source import open_tiles
 from drone_navigation.console.web import Web
+from drone_navigation.process_control.ros_arguments import own_arguments
 from drone_navigation.process_control.stop_signals import StopSignals
 
 _REDIRECT = '<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n'
@@ -42,7 +42,7 @@ def main(args: list[str] | None = None) -> int:
 
 def _main(argv: list[str]) -> int:
     parser = make_parser()
-    options = parser.parse_args(remove_ros_args(argv)[1:])
+    options = parser.parse_args(own_arguments(argv))
     try:
         token = token_of(options)
         tiles = open_tiles(options.tiles) if options.tiles else None

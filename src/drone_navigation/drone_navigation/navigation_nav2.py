@@ -11,8 +11,8 @@ import sys
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
+from drone_navigation.process_control.ros_arguments import own_arguments
 from drone_navigation.process_control.stop_signals import StopSignals
 from flight_logs.command_version import add_version
 
@@ -46,7 +46,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _main(argv: list[str]) -> int:
-    make_parser().parse_args(remove_ros_args(argv)[1:])
+    make_parser().parse_args(own_arguments(argv))
     if importlib.util.find_spec("nav2_msgs") is None:
         print(
             "nav2_msgs is not built: run scripts/setup.sh --with nav2_msgs, or install "

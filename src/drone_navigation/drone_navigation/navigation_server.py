@@ -14,8 +14,8 @@ import rclpy
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
+from drone_navigation.process_control.ros_arguments import own_arguments
 from drone_navigation.process_control.stop_signals import EXIT_HUNG, StopSignals
 from drone_navigation.server.options import CHECK_TIMEOUT_S, make_parser, overrides
 from drone_navigation.server.server import NavigationServer
@@ -51,10 +51,10 @@ def _main(argv: list[str]) -> int:
     except ConfigurationError as error:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
-    arguments = remove_ros_args(argv)
-    ros_arguments = len(arguments) < len(argv)
+    own = own_arguments(argv)
+    ros_arguments = len(own) < len(argv) - 1
     parser = make_parser()
-    options = parser.parse_args(arguments[1:])
+    options = parser.parse_args(own)
     _check_options(parser, options)
     try:
         if options.check or options.shadow_goals:
@@ -110,7 +110,8 @@ def _check(options: argparse.Namespace, file: ParameterFile) -> int:
         check_server_wide(name, own, file.server)
     if file.vehicles:
         configs = make_vehicle_configs({name: own | given for name, own in file.vehicles.items()})
-    return run_check(configs, options.timeout or CHECK_TIMEOUT_S, options.json)
+    set_up = "" if options.config is None else Path(options.config).stem
+    return run_check(configs, options.timeout or CHECK_TIMEOUT_S, options.json, set_up)
 
 
 def _shadow_goals(options: argparse.Namespace, file: ParameterFile) -> int:

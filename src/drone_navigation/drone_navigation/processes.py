@@ -23,7 +23,8 @@ _DOMAIN_MAX = 101
 # 9.6.1.1: port base 7400, domain gain 250, offset d1 10), and a port that no participant uses.
 _PORT_BASE, _DOMAIN_GAIN, _OFFSET, _RESERVING_OFFSET = 7400, 250, 10, 5
 _PORT_MIN, _PORT_MAX, _PORTS_TRIED = 61000, 65500, 100
-_READY_TIMEOUT_S = 60.0  # ten times what an idle machine needs
+# A hundred times what an idle machine needs, and how often the wait is told.
+_READY_TIMEOUT_S, _TELL_S = 600.0, 5.0
 _READER_S = 5.0
 _POLL_S = 0.05
 # A program that was interrupted ends within 5 s, and so does each that it has started.
@@ -281,6 +282,8 @@ class ProcessGroup:
     def start_vehicle(self, server: Sequence[str], simulator: Sequence[str]) -> dict[str, str]:
         """Start a navigation server and its simulator, on a link and in a ROS domain of their own.
 
+        Progress is printed.
+
         Args:
             server: arguments of the server, but for the link.
             simulator: those of the simulator.
@@ -291,6 +294,10 @@ class ProcessGroup:
         Raises:
             ProcessError: one of them failed.
         """
+        begin_s = time.monotonic()
+        print(
+            "Starting a simulated vehicle and a navigation server; wait some seconds.", flush=True
+        )
         environment = ros_environment(free_domain(os.getpid()))
         link = f"//127.0.0.1:{free_udp_port()}"
         words = ["python", "-m", "drone_navigation.navigation_server"]
@@ -298,8 +305,24 @@ class ProcessGroup:
         process = self.start("navigation_server", words, environment)
         words = ["python", "-m", "mavlink_sitl", "--link", f"udpout:{link}", *simulator]
         self.start("mavlink_sitl", words, environment)
-        process.wait_for("Position valid", _READY_TIMEOUT_S)
+        self._wait_until_ready(process, begin_s)
+        print(f"Ready after {time.monotonic() - begin_s:.1f} s", flush=True)
         return environment
+
+    @staticmethod
+    def _wait_until_ready(process: Process, begin_s: float) -> None:
+        """Wait for a server that is ready for goals, as long as it runs, and tell its last line."""
+        while True:
+            try:
+                process.wait_for("Position valid", _TELL_S)
+            except ProcessError:
+                waited_s = time.monotonic() - begin_s
+                if process.returncode is not None or waited_s > _READY_TIMEOUT_S:
+                    raise
+                last = process.lines[-1].rpartition("]: ")[2] if process.lines else "no output yet"
+                print(f"{waited_s:.0f} s, still starting: {last}", flush=True)
+            else:
+                return
 
     def run_in_terminal(
         self,
@@ -332,7 +355,8 @@ class ProcessGroup:
                 raise
             self._signal()
             try:
-                return child.wait(max(self._end_by_s - time.monotonic(), 0.0))
+                # Told twice, by the terminal and by this program, it may end by the signal itself.
+                return max(child.wait(max(self._end_by_s - time.monotonic(), 0.0)), 0)
             except subprocess.TimeoutExpired:
                 raise ProcessError(f"{arguments[0]} did not end after an interrupt") from None
 

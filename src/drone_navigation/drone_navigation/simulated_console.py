@@ -8,6 +8,7 @@ from pathlib import Path
 
 from drone_navigation.processes import ProcessError, ProcessGroup
 
+EXIT_OK = 0
 EXIT_FAILED = 1
 _CONSOLE = "drone_navigation.navigation_console"
 _SERVER = Path("bridge_config/simulated/ardupilot_copter.yaml")
@@ -33,7 +34,8 @@ def main(args: list[str] | None = None) -> int:
             print(f"The console was not started: {error}", file=sys.stderr)
             return EXIT_FAILED
         except KeyboardInterrupt:
-            return EXIT_FAILED
+            print("Ended; the simulated vehicle is gone, too.", flush=True)
+            return EXIT_OK
 
 
 if __name__ == "__main__":

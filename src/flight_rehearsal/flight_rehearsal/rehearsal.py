@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
+from flight_rehearsal.approaches import Approach
 from flight_rehearsal.rehearsed_flight import RehearsedFlight
 from flight_rehearsal.request import RehearsalRequest
 from navigation_bridge.goals.requests import (
@@ -16,7 +15,6 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_core.geometry import Vector3, distance
-from navigation_core.mapping.obstacles import Obstacles
 
 __all__ = ["Lost", "Rehearsal", "StoppedError", "lose_link", "rehearse"]
 
@@ -46,7 +44,7 @@ class Rehearsal:
         duration_s: from the goal to its end.
         battery: charge at the end, from 0 to 1; None if nothing supports a number: the vehicle's
             consumption was not measured, and it is no simulated PX4, whose own parameter has it.
-        clearance_m: least distance of its hull from an obstacle; None without obstacles.
+        approach: where its hull hits an obstacle, or comes nearest to one; None without obstacles.
     """
 
     code: str
@@ -55,7 +53,7 @@ class Rehearsal:
     path_enu_m: tuple[Vector3, ...] = ()
     duration_s: float = 0.0
     battery: float | None = None
-    clearance_m: float | None = None
+    approach: Approach | None = None
 
 
 @dataclass(frozen=True)
@@ -66,13 +64,15 @@ class Lost:
         mode: the last mode in which motors run.
         position_enu_m: where it would end.
         landed: whether it would be there with its motors off.
-        path_enu_m: the way there from where the link was lost.
+        path_enu_m: the path there from where the link was lost.
+        approach: as that of a `Rehearsal`, for this path.
     """
 
     mode: str
     position_enu_m: Vector3
     landed: bool
     path_enu_m: tuple[Vector3, ...]
+    approach: Approach | None = None
 
 
 def rehearse(order: RehearsalRequest, is_over: IsOver = lambda: False) -> Rehearsal:
@@ -95,17 +95,13 @@ def rehearse(order: RehearsalRequest, is_over: IsOver = lambda: False) -> Rehear
         _go_on(stage, is_over)
         _extend(path, stage)
     path.append(stage.position_enu_m)
-    known = Obstacles.of(stage.config.bridge.obstacles.known.placed(lambda place: place))
-    clearance_m = None
-    if len(known):
-        hull_m = stage.config.bridge.obstacles.vehicle_radius_m
-        clearance_m = max(float(known.clearance_m(np.array(path)).min()) - hull_m, 0.0)
+    approach = stage.surroundings.approach(path)
     code, text = "UNFINISHED", f"It would take longer than {FLIGHT_MAX_S:g} s."
     if stage.ends:
         code, text = stage.ends[0].code.value, stage.ends[0].message
     duration_s = stage.now - began_s
     battery = _battery_left(order, charged - stage.battery, duration_s)
-    return Rehearsal(code, text, True, tuple(path), duration_s, battery, clearance_m)
+    return Rehearsal(code, text, True, tuple(path), duration_s, battery, approach)
 
 
 def _battery_left(order: RehearsalRequest, used: float, duration_s: float) -> float | None:
@@ -152,7 +148,8 @@ def lose_link(order: RehearsalRequest, after_s: float, is_over: IsOver = lambda:
         if stage.speed_m_s > _STILL_M_S:
             still_s = stage.now
     path.append(stage.position_enu_m)
-    return Lost(mode, path[-1], not copter.armed, tuple(path))
+    approach = stage.surroundings.approach(path)
+    return Lost(mode, path[-1], not copter.armed, tuple(path), approach)
 
 
 def _go_on(stage: RehearsedFlight, is_over: IsOver) -> None:

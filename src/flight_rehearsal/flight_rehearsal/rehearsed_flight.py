@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from flight_rehearsal.approaches import Surroundings
 from flight_rehearsal.flight_parameters import KINDS
 from flight_rehearsal.request import RehearsalRequest, RequestError
 from flight_rehearsal.settings import home_point, origin_of, server_config, vehicle_config, world
@@ -19,8 +22,11 @@ from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import (
     ConfigurationError as ServerConfigurationError,
 )
+from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_core.geometry import Vector3
+from navigation_core.mapping.obstacles import POST_COLUMNS, Obstacles
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 
 __all__ = ["RehearsedFlight"]
 
@@ -43,6 +49,7 @@ class RehearsedFlight:
         now: time, s.
         link_up: whether they hear each other.
         ends: how the goal ended.
+        surroundings: the obstacles.
     """
 
     def __init__(self, order: RehearsalRequest) -> None:
@@ -68,6 +75,9 @@ class RehearsedFlight:
             raise RequestError(f"The vehicle's settings cannot be rehearsed: {error}") from error
         self.simulated = self.simulation.vehicles[0]
         self.bridge = Bridge(Vehicle(self.config.vehicle), self.config.bridge)
+        sensed = Obstacles(np.array(order.sensed).reshape(-1, POST_COLUMNS))
+        self.bridge.obstacles.assume(sensed)
+        self.surroundings = _surroundings(self.config.bridge.obstacles, sensed, order)
         self.now = 0.0
         self.link_up = True
         self.ends: list[GoalFinished] = []
@@ -137,3 +147,15 @@ class RehearsedFlight:
         if isinstance(copter, Px4Vehicle):
             return copter.battery.remaining
         return self.simulated.snapshot().battery.remaining_percent / 100.0
+
+
+def _surroundings(
+    config: ObstacleConfig, sensed: Obstacles, order: RehearsalRequest
+) -> Surroundings:
+    """Return the obstacles, and the margin: what a flight that avoids them keeps in the air."""
+    hull_m, margin_m = config.vehicle_radius_m, config.margin_m
+    if order.avoid_obstacles:
+        avoiding = AvoidanceConfig(vehicle_radius_m=hull_m, margin_m=margin_m)
+        margin_m = avoiding.conflict_clearance_m - hull_m
+    known = config.known.placed(lambda place: place)
+    return Surroundings(known, sensed, hull_m, margin_m)

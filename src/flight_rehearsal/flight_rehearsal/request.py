@@ -72,8 +72,11 @@ class RehearsalRequest:
         server: the server's parameters, by name; others have their defaults.
         parameters: those of the vehicle, by name; others have the simulator's defaults.
         wind_enu_m_s: velocity of the air.
-        posts: obstacles as rows of x, y, radius, bottom, top.
-        boxes: obstacles as rows of x, y, half length, half width, yaw (rad), bottom, top.
+        posts: known obstacles as rows of x, y, radius, bottom, top.
+        boxes: known obstacles as rows of x, y, half length, half width, yaw (rad), bottom, top.
+        post_names: names of the posts, as far as they have any.
+        box_names: names of the boxes, as far as they have any.
+        sensed: obstacles that sensors have seen, as rows like those of posts.
     """
 
     autopilot: str
@@ -94,6 +97,9 @@ class RehearsalRequest:
     wind_enu_m_s: Vector3 = (0.0, 0.0, 0.0)
     posts: tuple[tuple[float, ...], ...] = ()
     boxes: tuple[tuple[float, ...], ...] = ()
+    post_names: tuple[str, ...] = ()
+    box_names: tuple[str, ...] = ()
+    sensed: tuple[tuple[float, ...], ...] = ()
 
 
 def _home(
@@ -113,7 +119,7 @@ def _request(
     motion: dict[str, Any] | None = None,
     battery: float | None = None,
     consumption_per_s: float | None = None,
-    obstacles: dict[str, tuple[tuple[float, ...], ...]] | None = None,
+    obstacles: dict[str, Any] | None = None,
     parameters: dict[str, Any] | None = None,
     wind: Vector3 | None = None,
     **more: Any,
@@ -134,9 +140,11 @@ def _request(
         consumption_per_s=consumption_per_s if 0.0 < (consumption_per_s or 0.0) <= 1.0 else None,
         parameters=_finite(parameters or {}),
         wind_enu_m_s=wind or (0.0, 0.0, 0.0),
-        # Obstacles seen by sensors are posts in the bridge's map, too.
-        posts=(*seen.get("posts", ()), *seen.get("seen", ())),
+        posts=seen.get("posts", ()),
         boxes=seen.get("boxes", ()),
+        post_names=seen.get("post_names", ()),
+        box_names=seen.get("box_names", ()),
+        sensed=seen.get("seen", ()),
         **more,
     )
 
@@ -148,6 +156,7 @@ def _finite(values: Mapping[str, Any]) -> dict[str, float]:
 _VECTOR = row(number(), number(), number())
 _NUMBER, _POINT = RecordMember(maybe(number())), RecordMember(maybe(_VECTOR))
 _POSTS = RecordMember(items(row(*[number()] * 5)))
+_NAMES = RecordMember(items(TEXT))
 _STATUS: Kind[dict[str, Any]] = record(
     dict,
     is_open=True,
@@ -161,7 +170,13 @@ _HOME = record(
     _home, is_open=True, latitude=_NUMBER, longitude=_NUMBER, altitude=_NUMBER, at=_POINT
 )
 _OBSTACLES: Kind[dict[str, Any]] = record(
-    dict, is_open=True, posts=_POSTS, seen=_POSTS, boxes=RecordMember(items(row(*[number()] * 7)))
+    dict,
+    is_open=True,
+    posts=_POSTS,
+    seen=_POSTS,
+    boxes=RecordMember(items(row(*[number()] * 7))),
+    post_names=_NAMES,
+    box_names=_NAMES,
 )
 REQUEST = record(
     _request,

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain, repeat
 
 from flight_rehearsal.flight_parameters import SERVER_PARAMETERS
 from flight_rehearsal.request import RehearsalRequest
@@ -38,7 +40,7 @@ _POLYGONS = 4
 
 
 def server_config(order: RehearsalRequest) -> ServerConfig:
-    """Return the server's settings, with all obstacles as known ones, at low rates.
+    """Return the server's settings, with the known obstacles, at low rates.
 
     Raises:
         ConfigurationError: they cannot be used.
@@ -48,15 +50,21 @@ def server_config(order: RehearsalRequest) -> ServerConfig:
     config = make_config({**given, "setpoint_rate_hz": rate_hz, "feedback_rate_hz": 1.0})
     positions = {"GLOBAL_POSITION_INT": rate_hz, "LOCAL_POSITION_NED": rate_hz}
     posts = [
-        CylinderEntry(at_m=(x, y), radius_m=radius, bottom_m=bottom, height_m=top - bottom)
-        for x, y, radius, bottom, top in order.posts
+        CylinderEntry(
+            name=name, at_m=(x, y), radius_m=radius, bottom_m=bottom, height_m=top - bottom
+        )
+        for (x, y, radius, bottom, top), name in zip(
+            order.posts, _padded(order.post_names), strict=False
+        )
     ]
     boxes = [
         BoxEntry(
             at_m=(x, y), size_m=(2.0 * length, 2.0 * width), yaw_deg=math.degrees(yaw_rad),
-            bottom_m=bottom, height_m=top - bottom,
+            bottom_m=bottom, height_m=top - bottom, name=name,
         )
-        for x, y, length, width, yaw_rad, bottom, top in order.boxes
+        for (x, y, length, width, yaw_rad, bottom, top), name in zip(
+            order.boxes, _padded(order.box_names), strict=False
+        )
     ]  # fmt: skip
     obstacles = replace(config.bridge.obstacles, known=KnownObstacles(items=(*posts, *boxes)))
     return replace(
@@ -66,6 +74,11 @@ def server_config(order: RehearsalRequest) -> ServerConfig:
         ),
         bridge=replace(config.bridge, obstacles=obstacles),
     )
+
+
+def _padded(names: tuple[str, ...]) -> Iterator[str]:
+    """Return names, and then none for ever."""
+    return chain(names, repeat(""))
 
 
 def home_point(order: RehearsalRequest) -> GeoPoint | None:

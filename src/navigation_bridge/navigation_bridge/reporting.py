@@ -97,6 +97,8 @@ class Reporter:
             for target in route:
                 self.note(notes.goal_accepted(goal.short_id, target))
         for warning in goal.notes:
+            # Now, and not only with the result: clients show it while the goal can be cancelled.
+            self.remark(goal, warning)
             self.log(LogLevel.WARN, f"Goal {goal.short_id}: {warning}")
 
     def status(self, goal: ActiveGoal, progress: Progress) -> bool:

@@ -25,7 +25,7 @@ from navigation_bridge.vehicle.map_frame import MapFrame, MapPose, ground_z_enu_
 from navigation_bridge.vehicle.modes import vehicle_mode
 from navigation_bridge.vehicle.traits import drives, limits_of, traits_of
 from navigation_core.geometry import Vector3
-from navigation_core.mapping.obstacles import KnownObstacle
+from navigation_core.mapping.obstacles import KnownObstacle, Obstacles
 from navigation_core.safety.fences import Area, Fence
 from navigation_core.safety.speed_at_bounds import Bounds
 from navigation_core.searches import Searcher
@@ -85,6 +85,7 @@ class Snapshot(Observation):
         areas: areas of its own fence that were uploaded, as far as known.
         areas_known: whether the vehicle has reported them.
         known_obstacles: those of the configuration.
+        sensed_obstacles: those that a sensor has seen.
         has_sensor: whether any obstacle sensor has reported, or is configured.
         battery: consumption of its battery, and its last report.
         config: settings for goals.
@@ -107,6 +108,7 @@ class Snapshot(Observation):
     areas: tuple[Area, ...]
     areas_known: bool
     known_obstacles: tuple[KnownObstacle, ...]
+    sensed_obstacles: Obstacles
     has_sensor: bool
     battery: BatteryWatch
     config: BridgeConfig
@@ -306,6 +308,7 @@ class Observer:
             areas=self._areas.of(items, frame, self._map_frame.enu),
             areas_known=items is not None,
             known_obstacles=obstacles.standing.known_by_name,
+            sensed_obstacles=obstacles.sensed,
             has_sensor=obstacles.has_sensor,
             battery=self.battery,
             config=self._config,

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from drone_navigation.client.client_goal import make_point_client_goal
 from drone_navigation.client.options import (
     ACTION_COMMANDS,
     COMMANDS,
@@ -26,7 +27,6 @@ def test_command_lines_without_a_command_still_work() -> None:
     options = parse_options(["--goal", "1", "2", "-3", "--update", "t=8: 5 5 2", "--avoid"])
     assert (options.command, options.goal, options.laps) == ("", [1.0, 2.0, -3.0], 1)
     assert len(options.update) == 1
-    assert parse_options([]).goal == (10.0, 5.0, 2.0)
     assert parse_options(["--plan", "a.plan", "--laps", "2", "--mission"]).laps == 2
 
 
@@ -44,6 +44,9 @@ def test_goal_commands_take_the_options_of_goals(command: str) -> None:
     options = parse_options([command, "--cancel-after", "2", "--lost-timeout", "9"])
     assert (options.cancel_after, options.lost_timeout, options.update) == (2.0, 9.0, [])
     assert parse_options([command]).cancel_after == math.inf
+    # Another goal may be typed while it is under way.
+    goal = make_point_client_goal(options, (1.0, 2.0, 3.0)).goal
+    assert (goal.max_speed, goal.avoid_obstacles) == (0.0, False)
 
 
 @pytest.mark.parametrize("command", SERVICE_COMMANDS)
@@ -89,3 +92,28 @@ def test_the_help_names_every_command() -> None:
     width = max(map(len, COMMANDS))
     for command, what in COMMANDS.items():
         assert f"{command:<{width}} {what}" in text
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_options_of_all_commands_may_precede_them(command: str) -> None:
+    words = {"mode": ["MODE"], "parameters": ["list"]}.get(command, [])
+    options = parse_options(["--vehicle", "land", "--json", command, *words])
+    assert (options.command, options.vehicle, options.json) == (command, "land", True)
+
+
+def test_the_value_of_another_option_is_no_command() -> None:
+    assert parse_options(["--plan", "land"]).command == ""
+    assert parse_options(["--vehicle", "land", "--goal", "1", "2", "3"]).command == ""
+
+
+@pytest.mark.parametrize("flight", [["--speed", "2"], ["--update", "t=9: 1 1 1"], ["--avoid"]])
+def test_no_target_is_guessed(flight: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert parse_options(["--vehicle", "a", "--json"]).goal is None
+    assert f"{flight[0]} needs a target; give --goal X Y Z" in refusal(capsys, *flight)
+
+
+def test_obstacles_are_avoided_by_choice_or_as_the_vehicle_knows_any() -> None:
+    assert parse_options([]).avoid is None
+    goal = ["--goal", "1", "2", "3"]
+    assert parse_options([*goal, "--avoid"]).avoid is True
+    assert parse_options([*goal, "--straight"]).avoid is False

@@ -34,6 +34,7 @@ from navigation_bridge.configuration.parameter_table import (
     unknown_parameter,
 )
 from navigation_core.limits import Limits
+from navigation_core.safety.target_checks import check_target
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.traffic.volumes import Separation
 
@@ -104,6 +105,21 @@ def test_simulated_and_real_configurations_match(name: str) -> None:
     real, simulated = (parameters(CONFIG / place / name) for place in ("real", "simulated"))
     differing = {key for key in real | simulated if real.get(key) != simulated.get(key)}
     assert differing == {"link_url", "arming"}
+
+
+@pytest.mark.parametrize("place", ["real", "simulated"])
+@pytest.mark.parametrize(
+    ("kind", "height_m"), [("copter", 2.0), ("copter", 50.0), ("plane", 30.0), ("plane", 100.0)]
+)
+def test_round_heights_are_accepted_wherever_the_ground_is_measured(
+    place: str, kind: str, height_m: float
+) -> None:
+    """A vehicle that stands, or the home of a PX4, may be some decimetres off."""
+    for firmware in ("ardupilot", "px4"):
+        config = make_config(parameters(CONFIG / place / f"{firmware}_{kind}.yaml"))
+        for ground_enu_m in (-0.4, 0.0, 0.4):
+            target = (10.0, 5.0, height_m)
+            assert check_target(target, None, ground_enu_m, config.bridge.volume) is None
 
 
 @pytest.mark.parametrize("name", SET_UPS)

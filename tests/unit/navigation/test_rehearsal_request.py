@@ -48,6 +48,7 @@ def test_all_that_is_known_counts() -> None:
             "posts": [[1, 2, 0.5, 0, 9]],
             "boxes": [[1, 2, 3, 4, 0.1, 0, 9]],
             "seen": [[5, 6, 0.1, 0, 2]],
+            "post_names": ["mast"],
         },
         "server": {"arming": "auto"},
         "parameters": {"WPNAV_SPEED": 500.0, "RTL_ALT": None},
@@ -60,7 +61,9 @@ def test_all_that_is_known_counts() -> None:
     assert order.battery == pytest.approx(0.45)
     assert order.consumption_per_s == pytest.approx(0.002)
     assert order.home == HomePoint(47.0, 8.0, 500.0, (0.0, 0.0, -1.0))
-    assert order.posts == ((1.0, 2.0, 0.5, 0.0, 9.0), (5.0, 6.0, 0.1, 0.0, 2.0))
+    assert order.posts == ((1.0, 2.0, 0.5, 0.0, 9.0),)
+    assert order.sensed == ((5.0, 6.0, 0.1, 0.0, 2.0),)
+    assert (order.post_names, order.box_names) == (("mast",), ())
     assert order.boxes == ((1.0, 2.0, 3.0, 4.0, 0.1, 0.0, 9.0),)
     assert order.server == {"arming": "auto"}
     assert order.parameters == {"WPNAV_SPEED": 500.0}

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from mavlink_vehicle.events import LandedState
+from mavlink_vehicle.profiles import VehicleKind
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.vehicle.left_behind import what_is_left
 
@@ -69,7 +70,23 @@ def test_the_final_state_of_the_vehicle_is_reported(
         discovered=heard,
         connected=connected,
         mode_name="GUIDED",
+        profile=None,
         state=VehicleState(armed=armed, landed_state=landed),
     )
     left = what_is_left(vehicle)  # type: ignore[arg-type]
     assert left == (sentence, attention)
+
+
+@pytest.mark.parametrize("landed", [LandedState.UNDEFINED, LandedState.ON_GROUND])
+def test_of_a_vehicle_that_drives_no_height_is_told(landed: LandedState) -> None:
+    rover = SimpleNamespace(
+        discovered=True,
+        connected=True,
+        mode_name="GUIDED",
+        profile=SimpleNamespace(kind=VehicleKind.ROVER),
+        state=VehicleState(armed=True, landed_state=landed),
+    )
+    left = what_is_left(rover)  # type: ignore[arg-type]
+    assert left == ("Server stopped. Vehicle left armed, in mode GUIDED.", True)
+    recorded = what_is_left(rover, is_recorded=True)  # type: ignore[arg-type]
+    assert recorded == ("Server stopped. A recording was played; no vehicle is left.", False)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 
 from rich.console import Console
 
 from drone_navigation.check.examination import Checker
-from drone_navigation.check.report import Report, make_report
+from drone_navigation.check.other_links import links_with_mavlink, serial_devices
+from drone_navigation.check.report import Missing, Report, make_report
 from drone_navigation.check.report_output import as_json, show
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.links import LinkKind, LinkUrl, parse_url
@@ -32,12 +34,15 @@ _LINK_ADVICE = {
 }
 
 
-def run_check(configs: Mapping[str, ServerConfig], limit_s: float, json_output: bool) -> int:
+def run_check(
+    configs: Mapping[str, ServerConfig], limit_s: float, json_output: bool, set_up: str = ""
+) -> int:
     """Check the vehicles and print the findings; return the worst exit code.
 
     Args:
         configs: the settings of each vehicle by its name; empty for one without a name.
         limit_s: longest time to look; vehicles that are ready are done with sooner.
+        set_up: name of the configuration file without its suffix, empty without one.
         json_output: print the report as JSON (of several vehicles, an object with a report for
             each), and nothing else on standard output.
 
@@ -46,7 +51,14 @@ def run_check(configs: Mapping[str, ServerConfig], limit_s: float, json_output: 
         OSError: the recording cannot be written.
     """
     progress = Console(stderr=True)
-    reports = look(configs, limit_s, progress)
+    reports = look(configs, limit_s, progress, set_up)
+    if all(report.is_silent for report in reports.values()):
+        (config, *_) = configs.values()
+        elsewhere = _elsewhere(parse_url(config.link_url))
+        reports = {
+            name: replace(report, missing=(*report.missing, *elsewhere))
+            for name, report in reports.items()
+        }
     if json_output:
         print(as_json(reports))
     else:
@@ -59,7 +71,7 @@ def run_check(configs: Mapping[str, ServerConfig], limit_s: float, json_output: 
 
 
 def look(
-    configs: Mapping[str, ServerConfig], limit_s: float, progress: Console
+    configs: Mapping[str, ServerConfig], limit_s: float, progress: Console, set_up: str = ""
 ) -> dict[str, Report]:
     """Open the links, check until everything is known or the timeout, and report.
 
@@ -67,6 +79,7 @@ def look(
         configs: the settings of each vehicle by its name.
         limit_s: longest time to look.
         progress: where it says what it waits for.
+        set_up: name of the configuration file without its suffix, empty without one.
 
     Raises:
         LinkError: a link cannot be opened, or the file of the signing key holds none.
@@ -107,12 +120,31 @@ def look(
                     checker,
                     link_advice(parse_url(configs[name].link_url)),
                     clock.now(),
+                    set_up,
                 )
             )
             for name, checker in checkers.items()
         }
     finally:
         driver.stop()
+
+
+def _elsewhere(url: LinkUrl) -> tuple[Missing, ...]:
+    """Return where else a vehicle may be found, when nothing is heard on a link."""
+    if url.kind is LinkKind.TLOG:
+        return ()
+    found = [
+        Missing(f"MAVLink arrives on {link}.", f"Set link_url to {link}, or give --link {link}.")
+        for link in links_with_mavlink(url)
+    ]
+    devices = serial_devices()
+    if devices:
+        device = devices[0].partition(" ")[0]
+        advice = f"For a vehicle on one of them give --link serial://{device}:57600, or its baud."
+        found.append(Missing(f"Serial devices: {', '.join(devices)}.", advice))
+    elif url.kind is LinkKind.SERIAL:
+        found.append(Missing("This machine has no serial device.", "Check cable and power."))
+    return tuple(found)
 
 
 def link_advice(url: LinkUrl) -> str:

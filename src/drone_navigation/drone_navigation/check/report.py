@@ -50,6 +50,7 @@ class Report:
         sections: what was found.
         missing: what a goal lacks.
         yours: what is left to the pilot.
+        is_silent: whether nothing was received at all.
     """
 
     verdict: CheckVerdict
@@ -57,23 +58,27 @@ class Report:
     sections: tuple[CheckSection, ...] = ()
     missing: tuple[Missing, ...] = ()
     yours: tuple[str, ...] = ()
+    is_silent: bool = False
 
 
-def make_report(checker: Checker, link_advice: str, now: float) -> Report:
+def make_report(checker: Checker, link_advice: str, now: float, set_up: str = "") -> Report:
     """Summarise the current findings of a checker.
 
     Args:
         checker: what was looked at.
         link_advice: what to look for when nothing comes on such a link.
         now: time in seconds.
+        set_up: name of the configuration file without its suffix, empty without one.
     """
     profile = checker.vehicle.profile
     if profile is None:
-        what = _silence(checker, link_advice)
-        return Report(CheckVerdict.NO_VEHICLE, f"No vehicle was found: {what.what}", (), (what,))
+        heard = _heard_instead(checker)
+        what = heard or Missing(f"nothing received on {checker.config.link_url}.", link_advice)
+        sentence = f"No vehicle was found: {what.what}"
+        return Report(CheckVerdict.NO_VEHICLE, sentence, (), (what,), is_silent=heard is None)
     health = checker.link(now)
     sections = (
-        vehicle_section(checker, profile),
+        vehicle_section(checker, profile, set_up),
         position_section(checker.vehicle.state),
         battery_section(checker.vehicle.state),
         failsafes_section(checker, profile),
@@ -88,7 +93,8 @@ def make_report(checker: Checker, link_advice: str, now: float) -> Report:
     return Report(CheckVerdict.READY, sentence, sections, (), yours)
 
 
-def _silence(checker: Checker, link_advice: str) -> Missing:
+def _heard_instead(checker: Checker) -> Missing | None:
+    """Return what came that is no vehicle, None if nothing came."""
     statistics, url = checker.statistics(), checker.config.link_url
     if checker.heard:
         systems = ", ".join(checker.heard_besides())
@@ -114,7 +120,7 @@ def _silence(checker: Checker, link_advice: str) -> Missing:
             f"Bytes received on {url}, but they are not MAVLink.",
             "Check the baud rate, and that the autopilot's port is set to MAVLink.",
         )
-    return Missing(f"nothing received on {url}.", link_advice)
+    return None
 
 
 def _missing(checker: Checker, now: float) -> tuple[Missing, ...]:
@@ -138,7 +144,7 @@ def _missing(checker: Checker, now: float) -> tuple[Missing, ...]:
         found.append(
             Missing(
                 f"Pre-arm checks fail: {reasons or 'reason not reported'}.",
-                "The pre-arm checks must pass."
+                "Mend what the autopilot reports, then check again."
                 if reasons
                 else "A ground station shows the reasons; PX4 reports them to ground stations only "
                 "(set heartbeat_type: gcs).",

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drone_navigation.check.examination import Checker, RequestedRate
+from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.io.links import parse_url
-from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.profiles import Profile, VehicleKind
 from mavlink_vehicle.state.health import battery_is_low
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.configuration.settings import TrafficConfig
@@ -24,6 +25,11 @@ _MAVLINK_1 = (
     "SERIALn_PROTOCOL 2 (ArduPilot), MAV_PROTO_VER 2 (PX4)."
 )
 _TRAFFIC = "ADSB_VEHICLE"
+# The files of bridge_config/ are named by firmware (MAV_AUTOPILOT) and kind.
+_FIRMWARES = {
+    "ardupilot": mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
+    "px4": mavlink.MAV_AUTOPILOT_PX4,
+}
 # Only missions with heights above terrain look at it, and many vehicles have no terrain data.
 _DISPENSABLE = frozenset({"TERRAIN_REPORT"})
 
@@ -45,7 +51,7 @@ class CheckSection:
     lines: tuple[Line, ...]
 
 
-def vehicle_section(checker: Checker, profile: Profile) -> CheckSection:
+def vehicle_section(checker: Checker, profile: Profile, set_up: str = "") -> CheckSection:
     """Identity and state of the vehicle."""
     vehicle = checker.vehicle
     state = vehicle.state
@@ -57,6 +63,7 @@ def vehicle_section(checker: Checker, profile: Profile) -> CheckSection:
         (
             Line("firmware", f"{profile.name} {state.firmware_version or '(version unknown)'}"),
             Line("kind", profile.kind.value),
+            *_other_set_up(profile, state.autopilot, set_up),
             Line("system id", f"{state.system_id}, component {state.component_id}"),
             Line(
                 "protocol",
@@ -77,6 +84,18 @@ def vehicle_section(checker: Checker, profile: Profile) -> CheckSection:
             _traffic_receiver(checker, profile),
         ),
     )
+
+
+def _other_set_up(profile: Profile, autopilot: int, set_up: str) -> tuple[Line, ...]:
+    """Return a warning about a set-up of bridge_config/ that is for another vehicle, if it is."""
+    name, _, kind = set_up.partition("_")
+    if name not in _FIRMWARES or kind not in {each.value for each in VehicleKind}:
+        return ()  # a file of one's own
+    if (_FIRMWARES[name], kind) == (autopilot, profile.kind.value):
+        return ()
+    right = next((n for n, number in _FIRMWARES.items() if number == autopilot), name)
+    warning = f"It is for another vehicle; take {right}_{profile.kind.value}.yaml."
+    return (Line("configuration file", f"{set_up}.yaml", warning),)
 
 
 def _separation(traffic: TrafficConfig) -> Line:

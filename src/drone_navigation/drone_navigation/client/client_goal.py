@@ -94,7 +94,7 @@ def _point(options: argparse.Namespace, position_m: Vector3) -> Navigate.Goal:
         half_rad = math.radians(options.yaw) / 2.0
         orientation.z, orientation.w = math.sin(half_rad), math.cos(half_rad)
     goal.max_speed = options.speed
-    goal.avoid_obstacles = options.avoid
+    goal.avoid_obstacles = bool(options.avoid)
     return goal
 
 
@@ -115,7 +115,7 @@ def _route(route: PlannedRoute, options: argparse.Namespace) -> ClientGoal:
     goal.waypoints = [_message(waypoint) for waypoint in route.waypoints]
     goal.laps = options.laps
     goal.max_speed = options.speed
-    goal.avoid_obstacles = options.avoid
+    goal.avoid_obstacles = bool(options.avoid)
     executed = "as a mission" if options.mission else "by setpoints"
     description = f"a route of {len(route.waypoints)} waypoints, {executed}"
     return ClientGoal(

@@ -144,8 +144,7 @@ class Course:
     def numbered(self, text: str) -> str:
         """Replace goal ids in a sentence of the server by this client's numbers."""
         for goal in self._goals:
-            if goal.id:
-                text = text.replace(goal.id, str(goal.number))
+            text = text.replace(goal.id, str(goal.number))
         return text
 
     def tell(self, event: Event) -> None:

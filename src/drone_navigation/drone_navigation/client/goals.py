@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import uuid
 from collections.abc import Callable
 from enum import Enum, auto
 from typing import Any
@@ -11,6 +12,7 @@ from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
 from rclpy.task import Future
+from unique_identifier_msgs.msg import UUID
 
 from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Ended, Telemetry
@@ -44,6 +46,7 @@ class SentGoal:
         client_goal: what was sent.
         typed: whether a person typed it in flight.
         stage: as of the last :meth:`look`.
+        id: hexadecimal digits, as the server writes them.
         since_s: when the stage began.
     """
 
@@ -77,15 +80,13 @@ class SentGoal:
         self._cancel: Future | None = None
         self._cancelled_s = 0.0
         self._cancel_again_s = -math.inf
+        # Chosen here: the server may report about it before its answer is there.
+        self.id = uuid.uuid4().hex
         self._answer = client.send_goal_async(
             client_goal.goal,
             feedback_callback=lambda message: on_feedback(self, self._telemetry(message.feedback)),
+            goal_uuid=UUID(uuid=list(bytes.fromhex(self.id))),
         )
-
-    @property
-    def id(self) -> str:
-        """Hexadecimal digits, as the server writes them."""
-        return "" if self._handle is None else bytes(self._handle.goal_id.uuid).hex()
 
     def look(self, now_s: float) -> bool:
         """Process answers; True if the stage has changed."""

@@ -48,9 +48,12 @@ COMMANDS = ACTION_COMMANDS | SERVICE_COMMANDS | STORAGE_COMMANDS | LOG_COMMANDS
 
 _DESCRIPTION = """\
 Send a goal to navigate_to_waypoint, or a route from a file to navigate_waypoints, show the
-progress and wait for the result. Ctrl-C cancels the goal and waits for the vehicle to stop; a
-second Ctrl-C stops waiting. Keys on a terminal: p pauses, r resumes, g enters another goal,
-which replaces the active one, c cancels, ? shows help.
+progress and wait for the result. Without a target nothing is sent: this help and the vehicle's
+state are shown, and on a terminal the goal of the course, 10 5 2, is offered.
+
+Ctrl-C cancels the goal and waits for the vehicle to stop; a second Ctrl-C stops waiting. Keys on a
+terminal: p pauses, r resumes, g enters another goal, which replaces the active one, c cancels,
+? shows help.
 """
 _EPILOG = """\
 commands (each has its own --help):
@@ -92,6 +95,9 @@ exit codes:
   3  rejected, with the reason
   4  canceled
   5  no server, or it did not answer"""
+COURSE_GOAL_M = (10.0, 5.0, 2.0)
+"""The goal that the client of the course flies to, in the map, ENU"""
+_FLIGHT = {"--update": "update", "--yaw": "yaw", "--speed": "speed", "--avoid": "avoid"}
 LATEST_LOG = 65535
 """DownloadLog.Goal.LATEST"""
 
@@ -154,6 +160,8 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
             help="number of the log, as `logs` shows it (default: the newest)",
         )
     if is_action:
+        # Those of goals that are typed meanwhile.
+        parser.set_defaults(yaw=None, speed=0.0, avoid=None)
         _add_following(parser)
     else:
         _add_server_timeout(parser)
@@ -188,8 +196,7 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         nargs=3,
         type=float,
         metavar=("X", "Y", "Z"),
-        default=(10.0, 5.0, 2.0),
-        help="target in metres (default: 10 5 2)",
+        help="target in metres",
     )
     what.add_argument(
         "--plan", type=Path, metavar="FILE", help="fly the route of a file: .plan or QGC WPL"
@@ -217,7 +224,20 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed", type=float, default=0.0, metavar="M_S", help="max_speed (default: the server's)"
     )
-    parser.add_argument("--avoid", action="store_true", help="avoid obstacles")
+    avoidance = parser.add_mutually_exclusive_group()
+    avoidance.add_argument(
+        "--avoid",
+        action="store_true",
+        default=None,
+        help="avoid obstacles (default where the vehicle has sensors or known obstacles)",
+    )
+    avoidance.add_argument(
+        "--straight",
+        dest="avoid",
+        action="store_false",
+        default=None,
+        help="do not avoid obstacles: fly straight, through them",
+    )
 
 
 def _add_course(parser: argparse.ArgumentParser) -> None:
@@ -266,8 +286,9 @@ def _add_server_timeout(parser: argparse.ArgumentParser) -> None:
 def parse_options(arguments: list[str]) -> argparse.Namespace:
     """Return the options; an error ends the program with a message and EXIT_USAGE.
 
-    A command, if there is one, comes first.
+    A command, if there is one, comes first, or after options that all commands have.
     """
+    arguments = _command_first(arguments)
     if arguments and arguments[0] in COMMANDS:
         parser = make_command_parser(arguments[0])
         options = parser.parse_args(arguments[1:])
@@ -283,6 +304,9 @@ def parse_options(arguments: list[str]) -> argparse.Namespace:
         for name, given in (("--mission", options.mission), ("--laps", options.laps is not None)):
             if given and not is_route:
                 parser.error(f"{name} needs a route; give --plan or --waypoints as well.")
+        needs_target = [flag for flag, name in _FLIGHT.items() if getattr(options, name)]
+        if options.goal is None and not is_route and needs_target:
+            parser.error(f"{needs_target[0]} needs a target; give --goal X Y Z, or --plan FILE.")
         options.laps = 1 if options.laps is None else options.laps
         if not 0 <= options.laps <= LAPS_MAX:
             parser.error(f"--laps is {options.laps}; give 1 to {LAPS_MAX}.")
@@ -293,6 +317,24 @@ def parse_options(arguments: list[str]) -> argparse.Namespace:
             parser.error(f"{flag} is {value:g}; give a number of seconds, 0 or more.")
     options.update.sort(key=lambda update: update.at_s)
     return options
+
+
+def _command_first(arguments: list[str]) -> list[str]:
+    """Return arguments with the command before options that precede it."""
+    before = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    _add_vehicle(before)
+    _add_following(before)
+    _add_output(before)
+    before.add_argument("rest", nargs=argparse.REMAINDER)
+    try:
+        known, others = before.parse_known_args(arguments)
+    except argparse.ArgumentError:
+        return arguments  # the command's own parser reports it
+    rest: list[str] = known.rest
+    # Another option may have the name of a command as its value.
+    if others or not rest or rest[0] not in COMMANDS:
+        return arguments
+    return [*rest[:1], *arguments[: len(arguments) - len(rest)], *rest[1:]]
 
 
 def _height(text: str) -> float:

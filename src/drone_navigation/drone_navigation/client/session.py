@@ -14,9 +14,12 @@ from types import FrameType
 
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from rclpy.task import Future
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 
+from custom_interfaces.action import Navigate, NavigateWaypoints
 from drone_navigation.client.client_goal import ClientGoal, make_client_goal, make_point_client_goal
 from drone_navigation.client.course import Course
 from drone_navigation.client.events import Exit
@@ -34,6 +37,7 @@ from drone_navigation.client.terminal.keys import HELP, Key, Keyboard, Keys, Pre
 from drone_navigation.client.terminal.output import ClientView, make_view
 from drone_navigation.client.updates import Update, UpdateError, parse_point
 from drone_navigation.presence import duplicate
+from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 
 # Two processes that run already find each other in less.
@@ -45,6 +49,11 @@ _SERVERS_S = 1.5
 # A server without a status is not ours, but ours may be beside it, not discovered yet: DDS repeats
 # the announcement of a participant every 3 s. Two of these periods, as one may be lost.
 _STRANGER_S = 6.5
+_AVOIDING = (Navigate.Goal, NavigateWaypoints.Goal)
+_AVOIDED = (
+    "Obstacles are avoided, because the vehicle has sensors or known obstacles; "
+    "--straight flies straight."
+)
 # DECTCEM, past what holds back output: the process ends in the middle of whatever it draws.
 _SHOW_CURSOR = b"\n\x1b[?25h"
 
@@ -89,6 +98,14 @@ class NavigationClient:
         self._suspended = False
         self._cancelling = False
         self._waiting = False
+        self._obstacles: Subscription | None = None
+        self._knows_obstacles = False
+        # Who says nothing about obstacles has them avoided wherever the vehicle may know any.
+        if options.avoid is None:
+            topic = f"{SERVER_NODE_NAME}/obstacles"
+            self._obstacles = node.create_subscription(
+                MarkerArray, topic, self._see_obstacles, LATCHED_QOS
+            )
 
     def interrupt(self) -> None:
         """Cancel the goal (first call) or give up waiting (second call)."""
@@ -135,12 +152,33 @@ class NavigationClient:
             self._wait(lambda: all(service.service_is_ready() for service in services), _SERVERS_S)
         for note in self._client_goal.notes:
             course.say(note)
+        goal = self._client_goal.goal
+        if isinstance(goal, _AVOIDING) and self._chooses_avoidance():
+            goal.avoid_obstacles = True
+            course.say(_AVOIDED)
         course.send(self._client_goal)
         code = None
         while code is None:
             self._spin_once()
             code = self._step(time.monotonic())
         return code
+
+    def _see_obstacles(self, _message: MarkerArray) -> None:
+        self._knows_obstacles = True
+
+    def _chooses_avoidance(self) -> bool:
+        """Avoid obstacles by default, if the server publishes some or may come to know some.
+
+        Returns:
+            Whether that is so, and was not decided before.
+        """
+        if self._obstacles is None:
+            return False
+        self._wait(lambda: self._knows_obstacles, _LATCHED_S)
+        self._node.destroy_subscription(self._obstacles)
+        self._obstacles = None
+        self._options.avoid = self._knows_obstacles
+        return self._knows_obstacles
 
     def _without_server(self) -> int:
         if self._interrupts:
@@ -257,6 +295,8 @@ class NavigationClient:
             self._course.say(str(error), bad=True)
             self._keys.typed = line  # to be put right
             return
+        if self._chooses_avoidance():
+            self._course.say(_AVOIDED)
         self._course.send(make_point_client_goal(self._options, position_m), typed=True)
 
     def _call(self, key: Key, now_s: float) -> None:

@@ -34,6 +34,7 @@ _SEARCH_S = 1.0
 # A rehearsal waits this many periods for the parameters that decide the flight.
 _TRIES = 50
 _CALLBACKS_MAX = 2000
+_UNKNOWN = "the server has not reported its parameters yet; they are asked for again."
 
 
 class Fleet:
@@ -135,12 +136,17 @@ class Fleet:
         if vehicle is None:
             return
         self._rehearsals.warm_up()
-        known, complete = vehicle.known_for(self._rehearsals)
-        if complete or not tries:
-            self._rehearsals.begin(by, order, known, tell)
-            self._unready.pop(by, None)
-        else:
+        known = vehicle.known_for(self._rehearsals)
+        if tries and not (known.server and known.vehicle):
             self._unready[by] = partial(self._rehearse, order, by, tell, tries - 1)
+            return
+        self._unready.pop(by, None)
+        if known.server:
+            self._rehearsals.begin(by, order, known.values, tell, known.lacks)
+        else:
+            # With the defaults it would claim rejections that the server does not make.
+            about = {"vehicle": order.vehicle, "number": order.number}
+            tell({"type": "rehearsal", **about, "error": _UNKNOWN})
 
     def _run(self) -> None:
         while not self._stopping:

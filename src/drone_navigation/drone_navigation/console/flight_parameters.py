@@ -39,9 +39,19 @@ class FlightParameters:
         self._wind: list[float] | None = None
 
     @property
-    def complete(self) -> bool:
-        """Whether the server's own are known, and some of the vehicle's, which may lack others."""
-        return bool(self._server and self._parameters)
+    def server_is_known(self) -> bool:
+        """Whether the server's own are known."""
+        return bool(self._server)
+
+    @property
+    def vehicle_is_known(self) -> bool:
+        """Whether some of the vehicle's are known, which may lack others."""
+        return bool(self._parameters)
+
+    def forget(self) -> None:
+        """Know nothing: the server is another one."""
+        self._asked_s = -math.inf
+        self._server, self._parameters, self._wind = {}, {}, None
 
     def values(self) -> dict[str, Any]:
         """Return the members of an order for the rehearsal: `server`, `parameters`, `wind`."""

@@ -16,6 +16,9 @@ _ANY = ("0.0.0.0", "::", "")
 _READABLE_BY_OTHERS = 0o077
 
 
+_PORT_MAX = 65535
+
+
 class TokenError(ValueError):
     """There is no token to use; the text says why."""
 
@@ -59,10 +62,9 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def _port(text: str) -> int:
-    number = int(text)
-    if not 0 <= number <= 65535:
-        raise ValueError
-    return number
+    if not text.isdecimal() or int(text) > _PORT_MAX:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a port from 0 to {_PORT_MAX}")
+    return int(text)
 
 
 def is_loopback(host: str) -> bool:

@@ -217,12 +217,19 @@ def replay(message: ReplayStatus) -> dict[str, Any]:
     }
 
 
-def obstacles(message: MarkerArray) -> dict[str, list[list[float]]]:
-    """Return obstacles as rows of rounded numbers, at most this many of each kind."""
-    return {
+def obstacles(message: MarkerArray) -> dict[str, Any]:
+    """Return obstacles as rows of rounded numbers, at most this many of each kind.
+
+    Beside the rows: the names of posts and boxes, in their order.
+    """
+    shown: dict[str, Any] = {
         kind: [[round(value, 2) for value in row] for row in rows[:OBSTACLES_MAX]]
         for kind, rows in obstacle_rows(message).items()
     }
+    for kind, name in ((Marker.CYLINDER, "post_names"), (Marker.CUBE, "box_names")):
+        named = [m.text for m in message.markers if m.action == Marker.ADD and m.type == kind]
+        shown[name] = named[:OBSTACLES_MAX]
+    return shown
 
 
 def obstacle_rows(message: MarkerArray) -> dict[str, list[list[float]]]:

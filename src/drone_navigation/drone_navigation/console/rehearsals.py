@@ -38,8 +38,11 @@ class _Order:
     order: Rehearse
     document: dict[str, Any]
     tell: Tell
+    lacks: tuple[str, ...] = ()
 
     def answer(self, **result: Any) -> None:
+        if "rehearsal" in result:
+            result["lacks"] = self.lacks
         about = {"vehicle": self.order.vehicle, "number": self.order.number}
         self.tell({"type": "rehearsal", **about, **result})
 
@@ -130,7 +133,14 @@ class Rehearsals:
             with contextlib.suppress(OSError):
                 self._program = self._start()
 
-    def begin(self, by: str, order: Rehearse, known: dict[str, Any], tell: Tell) -> None:
+    def begin(
+        self,
+        by: str,
+        order: Rehearse,
+        known: dict[str, Any],
+        tell: Tell,
+        lacks: tuple[str, ...] = (),
+    ) -> None:
         """Rehearse a goal; an older one of the same page is given up.
 
         Args:
@@ -138,6 +148,7 @@ class Rehearsals:
             order: the goal.
             known: what is known of the vehicle, the server and the obstacles.
             tell: called with the results, one after the other.
+            lacks: what it does not consider, for people.
         """
         document = {
             **known,
@@ -147,7 +158,7 @@ class Rehearsals:
             "avoid": order.avoid_obstacles,
         }
         self._waiting.pop(by, None)
-        new = _Order(by, order, document, tell)
+        new = _Order(by, order, document, tell, lacks)
         if self._current is None or self._current.by == by:
             self._send(new)
         else:

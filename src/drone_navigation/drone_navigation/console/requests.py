@@ -49,6 +49,8 @@ ACTIONS = {
 _ANSWER_TIMEOUT_S = 25.0
 # A server that has been silent since does not answer any more.
 _SILENT_TIMEOUT_S = 5.0
+# The reason of a rejection comes on its own topic, usually before the answer.
+_REASON_S = 1.0
 _ROUTES_MAX = 50
 _CALLS_MAX = 100
 _TRIGGERS = ("start", "pause", "resume")
@@ -89,11 +91,15 @@ class VehicleRequests:
         self._clients: dict[str, Any] = {}
         self._calls: list[_Call] = []
         self._player = ""
+        # The number of rejections heard, the last reason, and answers that wait for theirs.
+        self._heard, self._reason = 0, ""
+        self._reasons: list[tuple[float, int, Answer]] = []
         self.routes: dict[str, dict[str, Any]] = {}
 
     def tick(self, now: float) -> None:
         """Take answers, at a time in s."""
         self._now = now
+        self._give_reasons()
         for call in list(self._calls):
             if call.future.done():
                 self._calls.remove(call)
@@ -102,6 +108,22 @@ class VehicleRequests:
                 self._calls.remove(call)
                 call.future.cancel()
                 call.late()
+
+    def hear_rejection(self, reason: str) -> None:
+        """Take the reason of a rejection, which comes by a topic."""
+        self._heard += 1
+        self._reason = reason
+
+    def _give_reasons(self) -> None:
+        """Answer what was rejected with its reason, or without one that does not come."""
+        for each in list(self._reasons):
+            until_s, heard, answer = each
+            if self._heard > heard:
+                self._reasons.remove(each)
+                answer(False, f"Rejected: {self._reason}")
+            elif self._now > until_s:
+                self._reasons.remove(each)
+                answer(False, "The server rejected the goal and published no reason.")
 
     def _is_lost(self, call: _Call, now: float) -> bool:
         asked_s = call.deadline_s - _ANSWER_TIMEOUT_S
@@ -306,13 +328,14 @@ class VehicleRequests:
         while len(self.routes) >= _ROUTES_MAX:
             self.routes.pop(next(iter(self.routes)))
         self.routes[number.hex] = {"by": by, "action": action, "waypoints": points}
+        heard = self._heard
 
         def take(response: Any) -> None:
             if response.accepted:
                 answer(True, "The server accepted the goal.")
             else:
                 self.routes.pop(number.hex, None)
-                answer(False, "The server rejected the goal; the messages have the reason.")
+                self._reasons.append((self._now + _REASON_S, heard, answer))
 
         def late() -> None:
             answer(False, "The server did not answer the goal request; the goal may be active.")

@@ -6,6 +6,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -48,6 +49,23 @@ _SILENT_S = 2.5
 _STILL_M_S = 0.5
 _EVENTS = 40
 _PLANS = 5
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What is known for a rehearsal.
+
+    Attributes:
+        values: members of its request.
+        server: whether the server's parameters are among them.
+        vehicle: whether any of the vehicle's are.
+        lacks: what it does not consider, for people.
+    """
+
+    values: dict[str, Any]
+    server: bool
+    vehicle: bool
+    lacks: tuple[str, ...]
 
 
 class VehicleClient:
@@ -145,6 +163,7 @@ class VehicleClient:
         if self._server_id and message.server_id != self._server_id:
             self._tell(message.header.stamp, "server", "The server was restarted.")
             self._end_goal()
+            self._parameters.forget()
         self._server_id = message.server_id
         self._heard_s = self._now
         self._board.put(self._name, "status", page_values.status(message))
@@ -181,6 +200,8 @@ class VehicleClient:
             text = f"Accepted from {by or 'another client'}. {text}".strip()
         elif message.event == GoalEvent.ENDED and message.goal_id == self._active:
             self._end_goal()
+        if message.event == GoalEvent.REJECTED:
+            self.requests.hear_rejection(message.message)
         if message.event in (GoalEvent.REJECTED, GoalEvent.ENDED):
             text = f"{message.what}: {text.removeprefix(f'{message.what}: ')}"
             end = {"event": message.event, "code": message.what, "text": text}
@@ -220,8 +241,8 @@ class VehicleClient:
         if motion is not None:
             self._board.pass_through(self._name, motion["at"])
 
-    def known_for(self, rehearsals: Rehearsals) -> tuple[dict[str, Any], bool]:
-        """Return what decides how a goal goes, and whether that is all; asks for the rest."""
+    def known_for(self, rehearsals: Rehearsals) -> Knowledge:
+        """Return what decides how a goal goes, as far as it is known; asks for the rest."""
         known = {
             name: self._board.get(self._name, name)
             for name in ("status", "motion", "home", "obstacles")
@@ -234,7 +255,17 @@ class VehicleClient:
         self._parameters.look(rehearsals.server_names, names, self._now)
         known["battery"] = battery.get("percent")
         known["consumption"] = self._consumption.measured_rate_per_s
-        return {**known, **self._parameters.values()}, self._parameters.complete
+        parameters = self._parameters
+        values = {**known, **parameters.values()}
+        lacks = [] if parameters.vehicle_is_known else ["the vehicle's parameters"]
+        if values["wind"] is None:
+            lacks.append("the wind")
+        fence = self._board.get(self._name, "fence") or {}
+        if any(area["in_force"] and area["stored"] for area in fence.get("areas", ())):
+            lacks.append("the areas of the vehicle's fence")
+        return Knowledge(
+            values, parameters.server_is_known, parameters.vehicle_is_known, tuple(lacks)
+        )
 
     def _obstacles(self, message: MarkerArray) -> None:
         self._board.put(self._name, "obstacles", page_values.obstacles(message))

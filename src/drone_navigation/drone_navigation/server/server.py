@@ -200,7 +200,7 @@ class NavigationServer:
             self._driver.stop(_DRIVER_S)
         finally:
             for vehicle in self._vehicles:
-                vehicle.tell_what_is_left()
+                vehicle.tell_what_is_left(isinstance(self._driver, ReplayDriver))
 
     def _stop_goals(self) -> bool:
         """Stop the vehicles and end their goals; return whether there were any."""

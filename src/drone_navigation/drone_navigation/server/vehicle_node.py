@@ -155,9 +155,9 @@ class VehicleNode:
         self.node.get_logger().info(f"Navigation server ready on {self.config.link_url}; {arming}")
         self.told_ready = True
 
-    def tell_what_is_left(self) -> None:
-        """Log the final state of the vehicle after the server has stopped."""
-        left = what_is_left(self._bridge.vehicle)
+    def tell_what_is_left(self, is_recorded: bool) -> None:
+        """Log the final state of the vehicle, or of a recorded one, at the server's end."""
+        left = what_is_left(self._bridge.vehicle, is_recorded)
         logger = self.node.get_logger()
         if left.needs_attention:
             logger.warning(left.sentence)

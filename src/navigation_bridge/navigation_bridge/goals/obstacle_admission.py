@@ -68,28 +68,61 @@ def _check_targets(
 def _straight(
     targets_enu_m: tuple[Vector3, ...], known: tuple[KnownObstacle, ...], snapshot: Snapshot
 ) -> tuple[str, ...]:
-    """Return one sentence about all known obstacles on the straight legs, if any."""
-    if snapshot.pose is None or not known or not targets_enu_m:
+    """Return sentences about the obstacles on the straight legs, or too near to them, if any."""
+    sensed = snapshot.sensed_obstacles
+    if snapshot.pose is None or not targets_enu_m or not (known or len(sensed)):
         return ()
     x, y, z = snapshot.pose.position_enu_m
     if snapshot.traits.flies and not snapshot.flies:
         # It climbs vertically, at least to the take-off height.
         highest_m = snapshot.ground_enu_m + snapshot.config.goto.takeoff_height_m
         z = max(z, min(highest_m, targets_enu_m[0][2]))
-    radius_m = snapshot.config.obstacles.vehicle_radius_m
-    hits: dict[str, list[str]] = {}
+    config = snapshot.config.obstacles
+    hull_m, kept_m = config.vehicle_radius_m, config.vehicle_radius_m + config.margin_m
+    hit: dict[str, list[str]] = {}
+    near: dict[str, list[str]] = {}
     for start, end in dict.fromkeys(itertools.pairwise([(x, y, z), *targets_enu_m])):
+        leg = _level(start, snapshot), _level(end, snapshot)
         for obstacle in known:
-            if not Obstacles.of((obstacle,)).is_clear(
-                _level(start, snapshot), _level(end, snapshot), radius_m
-            ):
-                hits.setdefault(_named(obstacle), []).append(_told(end))
-    if not hits:
-        return ()
+            rows = Obstacles.of((obstacle,))
+            if not rows.is_clear(*leg, hull_m):
+                hit.setdefault(_named(obstacle), []).append(_told(end))
+            elif not rows.is_clear(*leg, kept_m):
+                near.setdefault(_named(obstacle), []).append(_told(end))
+        # What was seen are hundreds of cells: the first of them is named.
+        if (cell := _first_on(leg, sensed, hull_m)) is not None:
+            hit.setdefault(f"a sensed one at {cell}", []).append(_told(end))
+    sentences = []
+    if hit:
+        sentences.append(
+            f"Obstacles are not avoided, and straight legs hit known ones: {_on(hit)}."
+        )
+    if near:
+        passed = "Obstacles are not avoided, and straight legs pass nearer than"
+        sentences.append(
+            f"{passed} {kept_m:.2f} m (vehicle_radius_m + obstacle_margin_m) to: {_on(near)}."
+        )
+    return tuple(sentences)
+
+
+def _first_on(leg: tuple[Vector3, Vector3], sensed: Obstacles, clearance_m: float) -> str | None:
+    """Return the place of the first sensed obstacle that a leg meets, or None."""
+    start, end = np.array(leg[0]), np.array(leg[1])
+    _, rows = sensed.hits(start[None], end[None], clearance_m)
+    if not len(rows):
+        return None
+    # All that is sensed are posts.
+    cells = sensed.posts[rows, :2]
+    east, north = cells[np.argmin(((cells - start[:2]) ** 2).sum(axis=1))]
+    return f"({east:.1f}, {north:.1f}) m"
+
+
+def _on(found: dict[str, list[str]]) -> str:
     named = [
-        f"{name} on the path to {_listed(list(dict.fromkeys(ends)))}" for name, ends in hits.items()
+        f"{name} on the path to {_listed(list(dict.fromkeys(ends)))}"
+        for name, ends in found.items()
     ]
-    return (f"Obstacles are not avoided, and straight legs hit known ones: {_listed(named)}.",)
+    return _listed(named)
 
 
 def _listed(words: list[str]) -> str:

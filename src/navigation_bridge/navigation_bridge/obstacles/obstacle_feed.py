@@ -106,6 +106,7 @@ class ObstacleFeed:
         self._taken_s: dict[str, float] = {}
         self._scans_until_s = -math.inf
         self._reach_m = math.inf
+        self._assumed = NOTHING
         self._sensed, self._seen = _Kept(), _Kept()
         self._all, self._all_seen = _Kept(), _Kept()
 
@@ -123,6 +124,10 @@ class ObstacleFeed:
         self._config = config
         self._standing.configure(config)
 
+    def assume(self, sensed: Obstacles) -> None:
+        """Count obstacles as sensed that no sensor here has seen: those of a rehearsal."""
+        self._assumed = sensed
+
     # --- the obstacles ---------------------------------------------------------------
 
     @property
@@ -133,7 +138,8 @@ class ObstacleFeed:
     @property
     def seen(self) -> Obstacles:
         """All obstacles where they are, without where something that moves is about to be."""
-        sensed = self._seen.joined(self._map.seen(), endless=drives(self._vehicle.profile))
+        endless = drives(self._vehicle.profile)
+        sensed = self._seen.joined(self._map.seen(), self._assumed, endless=endless)
         return self._all_seen.joined(self._standing.known, sensed, self._standing.walls)
 
     @property
@@ -144,7 +150,8 @@ class ObstacleFeed:
     @property
     def sensed(self) -> Obstacles:
         """Sensed obstacles."""
-        return self._sensed.joined(self._map.obstacles(), endless=drives(self._vehicle.profile))
+        endless = drives(self._vehicle.profile)
+        return self._sensed.joined(self._map.obstacles(), self._assumed, endless=endless)
 
     @property
     def moving(self) -> tuple[Moving, ...]:

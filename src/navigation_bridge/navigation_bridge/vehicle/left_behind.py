@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.vehicle.traits import drives
 
 __all__ = ["WhatIsLeft", "what_is_left"]
 
@@ -24,18 +25,25 @@ class WhatIsLeft(NamedTuple):
     needs_attention: bool
 
 
-def what_is_left(vehicle: Vehicle) -> WhatIsLeft:
+def what_is_left(vehicle: Vehicle, is_recorded: bool = False) -> WhatIsLeft:
     """Return the state of a vehicle when its server stops, as far as known.
 
-    A vehicle that is not heard always needs attention.
+    A vehicle that is not heard always needs attention, one of a recording never.
+
+    Args:
+        vehicle: the vehicle.
+        is_recorded: whether a recording was played in its place.
     """
+    if is_recorded:
+        return WhatIsLeft("Server stopped. A recording was played; no vehicle is left.", False)
     if not vehicle.discovered:
         return WhatIsLeft("Server stopped. No vehicle was found.", False)
     state = vehicle.state
-    place = _PLACES.get(state.landed_state)
-    where = place or "airborne or on the ground (unknown)"
     armed = "armed" if state.armed else "disarmed"
-    facts = f"{where}, {armed}, in mode {vehicle.mode_name}"
+    facts = f"{armed}, in mode {vehicle.mode_name}"
+    if not drives(vehicle.profile):
+        place = _PLACES.get(state.landed_state, "airborne or on the ground (unknown)")
+        facts = f"{place}, {facts}"
     if not vehicle.connected:
         text = f"Server stopped. The vehicle is silent; last known state: {facts}."
         return WhatIsLeft(text, True)

@@ -19,9 +19,11 @@ export class Confirm {
     addEventListener("blur", () => this.release());
   }
 
-  ask(text, act) {
+  // `danger`: a question of its own, in another colour, before the usual one.
+  ask(text, act, danger = false) {
     this.release();
     this.act = act;
+    this.box.classList.toggle("danger", danger);
     this.text.textContent = text;
     this.box.hidden = false;
     // A focused button would take the space bar for a click.

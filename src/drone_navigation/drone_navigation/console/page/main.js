@@ -1,10 +1,11 @@
 // Joins the socket, the map, the route and the keys.
 
+import { Alerts } from "./alerts.js";
 import { Confirm } from "./confirm.js";
 import { Heights } from "./heights.js";
 import { Link } from "./link.js";
 import { Map2D } from "./map.js";
-import { setText, showPanel } from "./panel.js";
+import { setText, showPanel, unreachable } from "./panel.js";
 import { Rehearsal } from "./rehearsal.js";
 import { Replay } from "./replay.js";
 import { Route } from "./route.js";
@@ -29,6 +30,12 @@ const replay = new Replay((message) => send({ type: "replay", vehicle: chosen, .
 const vehicle = () => link.vehicles[chosen];
 const mine = () => link.control[chosen] === link.page && link.open;
 const label = (name) => (name === "/" ? "vehicle" : name.slice(1));
+const alerts = new Alerts(label);
+// Vehicles for which a person has chosen whether obstacles are avoided.
+const avoidance = {};
+// The question that stands now is about this flight, and whether its danger was asked about.
+let asked = null;
+const ends = {};
 
 // --- what is drawn
 
@@ -101,7 +108,13 @@ function show() {
   $("control").classList.toggle("mine", mine());
   setText($("take").firstChild.parentElement.querySelector("span") ?? wrapTake(), mine() ? "Give control" : holder ? "Take over" : "Take control");
   $("take").disabled = !link.open || !v;
-  for (const id of ["takeoff", "land", "return", "pause", "resume"]) $(id).disabled = !mine();
+  for (const id of Object.keys(COMMANDS)) $(id).disabled = !mine() || Boolean(senseless(id));
+  // Nothing is published about obstacles where none are known and no sensor reports.
+  $("avoid").checked = avoidance[chosen] ?? Boolean(v?.obstacles);
+  const why = unreachable(link, v);
+  $("hold-note").hidden = !why;
+  setText($("hold-note"), why && "cannot reach the vehicle");
+  showEnd(v);
   replay.show(link.open ? v?.replay : null);
   $("fly").disabled = !mine() || !route.points.length;
   $("undo").disabled = !route.past.length;
@@ -112,11 +125,30 @@ function show() {
   $("route-hint").hidden = route.points.length > 0;
   document.body.dataset.ready = String(Boolean(link.open && v?.alive && v.status?.position_valid));
   document.body.dataset.goal = v?.goal ?? "";
+  alerts.look(link.vehicles);
   document.body.dataset.control = mine() ? "mine" : String(holder ?? "");
   showPanel(link, v);
   showScene(v);
   rehearsal.look();
   draw();
+}
+
+// The last word about a goal is its end, not that it was accepted.
+function showEnd(v) {
+  const number = v?.end?.number ?? 0;
+  if (ends[chosen] !== undefined && number > ends[chosen]) say(v.end.text, v.end.code !== "SUCCESS");
+  if (v) ends[chosen] = number;
+}
+
+// Why a command would make no sense now; "" if it does.
+function senseless(id) {
+  const { status, feedback, goal } = vehicle() ?? {};
+  const paused = feedback?.status === "PAUSED";
+  if (id === "takeoff" && status?.landed !== "on the ground") return "The vehicle is not on the ground.";
+  if (id === "land" && status?.landed === "on the ground") return "The vehicle is on the ground.";
+  if (id === "pause" && (!goal || paused)) return goal ? "The goal is paused already." : "There is no goal to pause.";
+  if (id === "resume" && !paused) return "There is no paused goal.";
+  return "";
 }
 
 function wrapTake() {
@@ -125,6 +157,17 @@ function wrapTake() {
   button.firstChild.remove();
   button.prepend(text, " ");
   return text;
+}
+
+// What went wrong is also told beside the button that caused it.
+const BESIDE = { fly: "fly-answer", command: "command-answer" };
+
+function sayBeside(kind, text) {
+  for (const [id, element] of Object.entries(BESIDE)) {
+    const own = id === kind ? text : "";
+    $(element).hidden = !own;
+    setText($(element), own, true);
+  }
 }
 
 function say(text, bad = false) {
@@ -137,7 +180,10 @@ function say(text, bad = false) {
 const send = (message) => link.send(message) || say("Not sent: there is no connection to the console.", true);
 const stop = (type) => {
   confirm.close();
-  send({ type, vehicle: chosen });
+  const why = unreachable(link, vehicle());
+  // Tried all the same.
+  const sent = link.send({ type, vehicle: chosen });
+  if (why || !sent) say(`${type.toUpperCase()} cannot reach the vehicle: ${why || "there is no connection to the console."}`, true);
 };
 
 function takeControl() {
@@ -146,6 +192,7 @@ function takeControl() {
   else if (!link.control[chosen]) send({ type: "take", vehicle: chosen, over: false });
   else {
     const name = chosen;
+    asked = null;
     confirm.ask(`Take control of ${label(name)} from page ${link.control[name]}?`, () => {
       send({ type: "take", vehicle: name, over: true });
     });
@@ -173,13 +220,33 @@ function fly() {
   const first = waypoints[0];
   const what = waypoints.length > 1 ? `the route of ${waypoints.length} waypoints` : `to east ${first.x}, north ${first.y}, up ${first.z} m`;
   const ground = vehicle()?.status?.landed === "on the ground" ? " It may arm and take off." : "";
-  return confirm.ask(`${label(name)}: fly ${what}?${ground}`, (confirmed) => {
+  const untried = rehearsal.pending ? " It is not rehearsed yet." : "";
+  const danger = rehearsal.danger;
+  const usual = () => confirm.ask(`${label(name)}: fly ${what}?${ground}${untried}`, (confirmed) => {
+    sayBeside("", "");
     send({ type: "fly", vehicle: name, confirmed, ...order });
   });
+  asked = { key: JSON.stringify(order), danger };
+  if (!danger) return usual();
+  return confirm.ask(`${danger} Fly into this danger all the same?`, usual, true);
+}
+
+// The result of the rehearsal may come, or change, while the usual question stands.
+function askAboutDanger() {
+  if (!confirm.asking || !asked || asked.danger || !rehearsal.danger) return;
+  if (asked.key === JSON.stringify(drawn())) fly();
 }
 
 function command(id, text) {
   if (!needsControl()) return;
+  asked = null;
+  const why = senseless(id);
+  if (why) {
+    say(why, true);
+    sayBeside("command", why);
+    return;
+  }
+  sayBeside("", "");
   const name = chosen;
   const message = { type: "command", vehicle: name, name: id };
   if (id === "takeoff") message.height = Math.max($("height").valueAsNumber || 0, 0);
@@ -188,7 +255,7 @@ function command(id, text) {
 }
 
 const COMMANDS = {
-  takeoff: (m) => `Take off to ${m.height || "the server's"} m with`,
+  takeoff: (m) => `Take off to ${m.height ? `${m.height} m` : "the default height"} with`,
   land: () => "Land",
   return: () => "Return to launch with",
   pause: () => "Pause",
@@ -221,6 +288,7 @@ link.addEventListener("plan_file", ({ detail }) => {
 });
 link.addEventListener("answer", ({ detail }) => {
   say(detail.text, !detail.success);
+  sayBeside(detail.to, detail.success ? "" : detail.text);
   // From now on it is the vehicle's; a rejected one stays, to be mended.
   if (detail.to === "fly" && detail.success) route.replace([]);
 });
@@ -261,6 +329,7 @@ const KEYS = [
   ["+", "Zoom in", () => map.zoom(1.3)],
   ["-", "Zoom out", () => map.zoom(1 / 1.3)],
   ["f", "Follow the vehicle", () => map.setFollowing(!map.following)],
+  ["a", "Acknowledge the alerts", () => alerts.acknowledge()],
   ["d", "Day or night", theme],
   ...replay.keys,
   ["?", "Show the keys", help],
@@ -330,5 +399,9 @@ map.addEventListener("adopt", (event) => {
 });
 route.addEventListener("change", () => { confirm.close(); show(); });
 link.addEventListener("state", show);
+link.addEventListener("rehearsal", askAboutDanger);
+$("avoid").onchange = () => { avoidance[chosen] = $("avoid").checked; show(); };
+// Ages grow also while nothing arrives.
+setInterval(show, 1000);
 addEventListener("resize", draw);
 show();

@@ -102,7 +102,32 @@ export function banner(link, v) {
   return "";
 }
 
+// Why nothing that is sent reaches the vehicle, "" if it does.
+export function unreachable(link, v) {
+  if (!link.open) return "there is no connection to the console.";
+  if (!v || v.replay) return "";
+  if (!v.alive) return "the navigation server is silent.";
+  return v.status?.connected ? "" : "the server has no link to the vehicle.";
+}
+
+// How old what is shown is, in s; null while it is up to date, NaN if it never was.
+function age(link, v) {
+  if (!v || v.replay) return null;
+  if (!unreachable(link, v)) v.freshAt = Date.now();
+  else return (Date.now() - (v.freshAt ?? NaN)) / 1000;
+  return null;
+}
+
+function showAge(link, v) {
+  const old = age(link, v);
+  document.querySelector("aside").classList.toggle("old", old !== null);
+  $("age").hidden = old === null;
+  const text = Number.isNaN(old) ? "age unknown" : `${Math.round(old ?? 0)} s old`;
+  setText($("age"), old === null ? "" : text, old !== null);
+}
+
 export function showPanel(link, v) {
+  showAge(link, v);
   const text = banner(link, v);
   $("banner").hidden = !text;
   setText($("banner"), text);

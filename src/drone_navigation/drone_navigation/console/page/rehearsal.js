@@ -49,10 +49,10 @@ export class Rehearsal {
     this.link.send({ type: "rehearse", number: this.number, ...order });
   }
 
-  take({ number, rehearsal, lost, error }) {
+  take({ number, rehearsal, lost, error, lacks }) {
     if (number !== this.sent || number !== this.number) return;
     if (lost) this.result = { ...this.result, lost };
-    else this.result = { rehearsal, error };
+    else this.result = { rehearsal, error, lacks };
     if (lost || !rehearsal?.accepted) this.late = 0;
     this.show();
     this.draw();
@@ -66,37 +66,66 @@ export class Rehearsal {
     if (!flown.accepted) return [`It would be rejected. ${flown.code}: ${flown.text}`];
     const left = flown.battery === null ? "battery unknown" : `battery ${(100 * flown.battery).toFixed(0)} %`;
     const parts = [`${flown.duration_s.toFixed(0)} s`, `${left} at the end`];
-    if (flown.clearance_m !== null) parts.push(`least clearance ${flown.clearance_m.toFixed(1)} m`);
+    if (flown.approach) parts.push(`least clearance ${flown.approach.clearance_m.toFixed(1)} m`);
     const end = flown.code === "SUCCESS" ? "Rehearsed" : `Would end with ${flown.text}`;
-    const lines = [`${end}: ${parts.join(", ")}.`];
+    const lines = [this.danger, `${end}: ${parts.join(", ")}.`].filter(Boolean);
     if (lost) {
       const [x, y, z] = lost.position_enu_m;
       const where = `east ${x.toFixed(0)}, north ${y.toFixed(0)}`;
       const how = lost.landed ? `stopped, motors off, at ${where}` : `staying at ${where}, up ${z.toFixed(0)} m`;
-      lines.push(`Link lost half way: ${lost.mode}, ${how}.`);
+      const hits = lost.approach?.clearance_m === 0 ? `, and it would hit ${met(lost.approach)}` : "";
+      lines.push(`Link lost half way: ${lost.mode}, ${how}${hits}.`);
     }
+    const lacks = this.result.lacks ?? [];
+    if (lacks.length) lines.push(`Not considered: ${lacks.join(", ")}.`);
     return lines;
+  }
+
+  // What the rehearsal hits, or passes too near to; "" for nothing.
+  get danger() {
+    const near = this.result?.rehearsal?.approach;
+    if (!near?.is_too_near) return "";
+    if (near.clearance_m === 0) return `DANGER: it would hit ${met(near)}.`;
+    return `DANGER: only ${near.clearance_m.toFixed(1)} m from ${met(near)}; ${near.margin_m.toFixed(1)} m are to be kept.`;
+  }
+
+  // Whether nothing is known yet of what is drawn now.
+  get pending() {
+    return Boolean(this.asked) && !this.result;
   }
 
   show() {
     const lines = this.lines();
     const flown = this.result?.rehearsal;
     this.element.hidden = !lines.length;
-    setText(this.element, lines.join(" "), Boolean(this.result?.error) || Boolean(flown) && flown.code !== "SUCCESS");
+    const bad = this.danger || this.result?.error || flown && flown.code !== "SUCCESS";
+    setText(this.element, lines.join(" "), Boolean(bad));
+    this.element.dataset.danger = this.danger;
     this.element.dataset.code = flown?.code ?? "";
     this.element.dataset.lost = this.result?.lost?.mode ?? "";
   }
 }
 
+// Which obstacle, and at which metre of the path.
+function met({ obstacle, along_m, position_enu_m: [x, y, z] }) {
+  return `${obstacle} after ${along_m.toFixed(0)} m, at east ${x.toFixed(0)}, north ${y.toFixed(0)}, up ${z.toFixed(0)} m`;
+}
+
+function cross(map, context, place, c, colour, text) {
+  const [px, py] = map.toScreen(place[0], place[1]);
+  context.lineWidth = 2.5;
+  map.stroke(context, [[px - 6, py - 6], [px + 6, py + 6]], colour);
+  map.stroke(context, [[px - 6, py + 6], [px + 6, py - 6]], colour);
+  label(context, text, px + 9, py - 8, c.ink, c.halo);
+}
+
 export function drawRehearsal(map, context, result, c) {
   if (!result?.rehearsal) return;
   const { rehearsal, lost } = result;
-  map.line(context, rehearsal.path_enu_m, c.rehearsed, 4, [3, 6]);
+  const near = rehearsal.approach;
+  map.line(context, rehearsal.path_enu_m, near?.is_too_near ? c.known : c.rehearsed, 4, [3, 6]);
+  if (near?.is_too_near) cross(map, context, near.position_enu_m, c, c.known, near.clearance_m ? "too near" : "hit");
   if (!lost) return;
   map.line(context, lost.path_enu_m, c.rehearsed, 1.5, [2, 8]);
-  const [px, py] = map.toScreen(lost.position_enu_m[0], lost.position_enu_m[1]);
-  context.lineWidth = 2.5;
-  map.stroke(context, [[px - 6, py - 6], [px + 6, py + 6]], c.rehearsed);
-  map.stroke(context, [[px - 6, py + 6], [px + 6, py - 6]], c.rehearsed);
-  label(context, "link lost", px + 9, py - 8, c.ink, c.halo);
+  cross(map, context, lost.position_enu_m, c, c.rehearsed, "link lost");
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.names import FRAME_MAP
-from navigation_core.mapping.obstacles import Array, Obstacles
+from navigation_core.mapping.obstacles import Array, Box, Cylinder, KnownObstacle, Obstacles
 
 __all__ = ["KNOWN", "SENSED", "ObstacleMarkers", "obstacle_markers"]
 
@@ -51,10 +51,11 @@ class ObstacleMarkers:
             return
         self._next_s = now + _PERIOD_S
         feed, shown = self._bridge.obstacles, self._shown
-        known, sensed = feed.standing.known, feed.sensed
+        named, known, sensed = feed.standing.known_by_name, feed.standing.known, feed.sensed
         if shown is not None and shown[0] is known and shown[1] is sensed:
             return
-        if shown is None and not len(known) and not len(sensed):
+        # One that may come to know some is told from one that never will.
+        if shown is None and not (len(known) or len(sensed) or feed.has_sensor):
             return
         self._shown = (known, sensed)
         pose = self._bridge.pose
@@ -62,7 +63,7 @@ class ObstacleMarkers:
         high_m = (math.floor(max(height_m, 0.0) / _ABOVE_M) + 2.0) * _ABOVE_M
         self._publisher.publish(
             obstacle_markers(
-                known, sensed, min(height_m - 1.0, 0.0), high_m, stamp(), self._map_frame
+                known, sensed, min(height_m - 1.0, 0.0), high_m, stamp(), self._map_frame, named
             )
         )
 
@@ -74,6 +75,7 @@ def obstacle_markers(
     high_m: float,
     stamp: Any,
     map_frame: str = FRAME_MAP,
+    named: Sequence[KnownObstacle] = (),
 ) -> MarkerArray:
     """Return markers in the map, the first of which deletes those before.
 
@@ -84,10 +86,16 @@ def obstacle_markers(
         high_m: map z up to which what has no top is drawn.
         stamp: time of the markers.
         map_frame: name of the map.
+        named: the known ones with their names, which their markers then have as text.
     """
     array = MarkerArray()
     array.markers.append(Marker(action=Marker.DELETEALL))
-    array.markers += _known(known, low_m, high_m)
+    shown = list(_known(known, low_m, high_m))
+    # In the order of the tables: posts, then boxes.
+    names = [o.name for kind in (Cylinder, Box) for o in named if isinstance(o, kind)]
+    for marker, name in zip(shown, names, strict=False):
+        marker.text = name
+    array.markers += shown
     array.markers += _sensed(sensed, low_m, high_m)
     for number, marker in enumerate(array.markers):
         marker.header.frame_id = map_frame
