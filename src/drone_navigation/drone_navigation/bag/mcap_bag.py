@@ -42,7 +42,7 @@ class Channel:
         self._writer = writer
         self._number = number
 
-    def write(self, message: Any, unix_ns: int) -> None:
+    def write(self, message: object, unix_ns: int) -> None:
         """Add a message of the topic's type, at a time since 1970 in nanoseconds."""
         self.count += 1
         self._writer.add_message(
@@ -65,7 +65,7 @@ class Bag:
         """
         with extra("mcap", "A bag"):
             from mcap.writer import Writer  # noqa: PLC0415 an extra
-        self._writer: Any = Writer(stream)  # has methods without types
+        self._writer: Any = Writer(stream)  # has a method without types
         self._writer.start(profile=_PROFILE, library=_LIBRARY)
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, Channel] = {}
@@ -75,7 +75,7 @@ class Bag:
         """Number of messages of each topic."""
         return Counter({channel.topic: channel.count for channel in self._channels.values()})
 
-    def channel(self, message_type: Any, topic: str, qos: QoSProfile) -> Channel:
+    def channel(self, message_type: type, topic: str, qos: QoSProfile) -> Channel:
         """Return the channel of a topic, made at the first call.
 
         Raises:
@@ -95,7 +95,7 @@ class Bag:
         """Write the index."""
         self._writer.finish()
 
-    def _schema(self, message_type: Any) -> int:
+    def _schema(self, message_type: type) -> int:
         name = type_name(message_type)
         if name not in self._schemas:
             text = definition(message_type).encode()

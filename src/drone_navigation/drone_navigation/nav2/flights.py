@@ -11,7 +11,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import Any
 
 from rclpy.action import ActionClient
 from rclpy.node import Node
@@ -80,7 +79,7 @@ class Flights:
         """
         self._node = node
         self._vehicle = vehicle
-        self._clients: dict[str, Any] = {
+        self._clients: dict[str, ActionClient] = {
             ACTION_NAME: ActionClient(node, Navigate, ACTION_NAME),
             WAYPOINTS_ACTION_NAME: ActionClient(node, NavigateWaypoints, WAYPOINTS_ACTION_NAME),
         }

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+
+from pymavlink.DFReader import DFMessage
 
 from mavlink_vehicle.codec import mavlink
 
@@ -57,7 +58,7 @@ class VehicleFacts:
         self._parameters: dict[str, float] = {}
         self._armed_first: bool | None = None
 
-    def take(self, record: Any) -> None:
+    def take(self, record: DFMessage) -> None:
         """Take a record of any kind."""
         kind = record.get_type()
         if kind == "VER":
@@ -93,7 +94,7 @@ class VehicleFacts:
         return not self._parameters.get("LOG_DISARMED", 0.0)
 
 
-def arming_of(record: Any) -> bool | None:
+def arming_of(record: DFMessage) -> bool | None:
     """Return whether the motors are armed after an ARM or EV; None for other events."""
     if record.get_type() == "EV":
         return _ARMING_EVENTS.get(record.Id)

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from flight_logs.autopilot.telling import OwnLog, Place, Telling, Told, credible
 from flight_logs.errors import LogError
 from flight_logs.extras import extra
 from mavlink_vehicle.codec import mavlink
+
+if TYPE_CHECKING:
+    from pyulog import ULog
 
 __all__ = ["MAGIC", "read_ulog"]
 
@@ -107,7 +110,7 @@ def _remarks(topics: dict[str, Topic]) -> tuple[str, ...]:
     return ("The log has no valid horizontal position; what it has of one is shown.",)
 
 
-def _told(log: Any, topics: dict[str, Topic]) -> list[Told]:
+def _told(log: ULog, topics: dict[str, Topic]) -> list[Told]:
     begun_s = _boot_unix_s(topics)
     telling = Telling(mavlink.MAV_AUTOPILOT_PX4)
     version = log.msg_info_dict.get("ver_sw_release")
@@ -260,7 +263,7 @@ def _battery(row: dict[str, float]) -> Tell:
     return tell
 
 
-def _text(text: Any) -> Tell:
+def _text(text: ULog.MessageLogging) -> Tell:
     def tell(telling: Telling, time_s: float, _boot_s: float) -> None:
         severity = min(max(int(text.log_level) - ord("0"), 0), mavlink.MAV_SEVERITY_DEBUG)
         telling.text(time_s, severity, text.message)
