@@ -17,8 +17,6 @@ from flight_logs.extras import extra
 if TYPE_CHECKING:
     from mcap.writer import Writer
 
-__all__ = ["Bag", "Channel", "open_bag"]
-
 _PROFILE = "ros2"
 _LIBRARY = "drone_navigation tlog2mcap"
 _PARTIAL = ".part"

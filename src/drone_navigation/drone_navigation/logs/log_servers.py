@@ -33,8 +33,6 @@ from navigation_bridge.log_requests import LogRequests
 from navigation_bridge.names import DOWNLOAD_LOG_ACTION_NAME
 from navigation_core.outcomes import OutcomeCode
 
-__all__ = ["LogServers"]
-
 _LOOK_S = 0.2
 _FEEDBACK_S = 0.5
 # The protocols give up sooner; this is for a driver thread that has ended.

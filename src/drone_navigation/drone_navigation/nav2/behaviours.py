@@ -22,8 +22,6 @@ from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_core.geometry import distance, wrap_angle
 
-__all__ = ["Behaviours"]
-
 _SPIN_MAX_RAD = 20.0 * math.pi
 # The server rejects slower goals.
 _SPEED_MIN_M_S = 0.05

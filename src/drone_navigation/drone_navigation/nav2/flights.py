@@ -29,8 +29,6 @@ from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.steady_timer import steady_timer
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME, WAYPOINTS_ACTION_NAME
 
-__all__ = ["FlightRequest", "Flights"]
-
 _PERIOD_S = 0.05
 # The reason of a rejection comes on its own topic, usually before the rejection itself.
 _REASON_TIMEOUT_S = 1.0

@@ -36,8 +36,6 @@ from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_bridge.goals.point_requests import yaw_enu_rad
 from navigation_bridge.names import ACTION_NAME, FRAME_MAP, WAYPOINTS_ACTION_NAME
 
-__all__ = ["Navigators", "Preferences", "point_client_goal"]
-
 F = TypeVar("F", NavigateToPose.Feedback, NavigateThroughPoses.Feedback)
 # Laps of a route are written out.
 _WAYPOINTS_MAX = 5000

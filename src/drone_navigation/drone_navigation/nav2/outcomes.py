@@ -11,16 +11,6 @@ from action_msgs.msg import GoalStatus
 from custom_interfaces.msg import GoalCode
 from drone_navigation.client.events import Ended
 
-__all__ = [
-    "PREEMPTED",
-    "SUCCEEDED",
-    "Nav2Outcome",
-    "Nav2Result",
-    "aborted",
-    "ended",
-    "result",
-]
-
 
 class Nav2Result(Protocol):
     """The fields that the result of each action has."""

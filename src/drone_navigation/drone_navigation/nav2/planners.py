@@ -32,8 +32,6 @@ from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_core.geometry import Vector3
 from navigation_core.planning.planner import NoPath, PlanLimits, plan
 
-__all__ = ["Planners"]
-
 # Side and cell of the cost maps, m.
 _GLOBAL_M, _LOCAL_M = (100.0, 0.5), (20.0, 0.25)
 _NAMES = (

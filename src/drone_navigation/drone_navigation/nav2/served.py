@@ -16,8 +16,6 @@ from drone_navigation.nav2.outcomes import Nav2Outcome, Nav2Result, aborted, res
 from drone_navigation.nav2.targets import TargetError
 from drone_navigation.qos import RESULT_TIMEOUT_S
 
-__all__ = ["GoalEnd", "Nav2Action", "Run", "duration", "serve"]
-
 GoalEnd: TypeAlias = tuple[Nav2Outcome, Nav2Result | None]
 """The end of a goal, and its result message or None for one with nothing more"""
 Run: TypeAlias = Callable[[ServerGoalHandle], Awaitable[GoalEnd]]

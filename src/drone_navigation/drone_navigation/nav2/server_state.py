@@ -21,8 +21,6 @@ from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_bridge.goals.point_requests import yaw_enu_rad
 from navigation_bridge.names import SERVER_NODE_NAME
 
-__all__ = ["ServerState"]
-
 M = TypeVar("M")
 
 # A status comes once a second; the slowest odometry of a server is as slow.

@@ -26,8 +26,6 @@ from drone_navigation.nav2.outcomes import aborted
 from drone_navigation.nav2.served import GoalEnd, Nav2Action, serve
 from drone_navigation.nav2.server_state import ServerState
 
-__all__ = ["LifeCycle", "offer_clearing", "reject_the_rest"]
-
 M = TypeVar("M")
 
 _NOT_OFFERED: tuple[tuple[Nav2Action, str, str], ...] = (

@@ -8,8 +8,6 @@ from pymavlink.DFReader import DFMessage
 
 from mavlink_vehicle.codec import mavlink
 
-__all__ = ["VehicleFacts", "arming_of"]
-
 _TYPES = {
     1: mavlink.MAV_TYPE_GROUND_ROVER,
     2: mavlink.MAV_TYPE_QUADROTOR,

@@ -21,8 +21,6 @@ from mavlink_vehicle.codec import mavlink
 if TYPE_CHECKING:
     from pyulog import ULog
 
-__all__ = ["MAGIC", "read_ulog"]
-
 MAGIC = b"ULog\x01\x12\x35"
 Topic: TypeAlias = dict[str, NDArray[Any]]
 

@@ -12,28 +12,6 @@ from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Generic, TypeAlias, TypeVar, overload
 
-__all__ = [
-    "FLAG",
-    "OBJECT",
-    "TEXT",
-    "InvalidValueError",
-    "Kind",
-    "RecordMember",
-    "either",
-    "items",
-    "maybe",
-    "member",
-    "number",
-    "one_of",
-    "pair",
-    "record",
-    "row",
-    "suggestion",
-    "text",
-    "whole",
-    "words",
-]
-
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 D = TypeVar("D")

@@ -9,8 +9,6 @@ import yaml
 
 from navigation_bridge.configuration.checked_values import InvalidValueError, Kind
 
-__all__ = ["load_yaml", "read_yaml"]
-
 T = TypeVar("T")
 
 

@@ -26,18 +26,6 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
     from typing_extensions import Unpack
 
-__all__ = [
-    "ParameterSpec",
-    "also",
-    "group",
-    "inside",
-    "make",
-    "of_core",
-    "parameter",
-    "specs_of",
-    "words_of",
-]
-
 T = TypeVar("T")
 D = TypeVar("D", bound="DataclassInstance")
 E = TypeVar("E", bound=Enum)
@@ -224,32 +212,6 @@ def parameter(
     return field(default=spec.read(default), metadata={_KEY: spec})
 
 
-@overload
-def of_core(
-    name: str,
-    text: str,
-    minimum: float | None = ...,
-    maximum: float | None = ...,
-    *,
-    default: V,
-    read: Callable[[V], object],
-    **marks: Unpack[_Marks],
-) -> Callable[[object], ParameterSpec]: ...
-
-
-@overload
-def of_core(
-    name: str,
-    text: str,
-    minimum: float | None = ...,
-    maximum: float | None = ...,
-    *,
-    default: ParameterValue | None = ...,
-    words: Mapping[str, object] | None = ...,
-    **marks: Unpack[_Marks],
-) -> Callable[[object], ParameterSpec]: ...
-
-
 def of_core(
     name: str,
     text: str,
@@ -270,7 +232,7 @@ def of_core(
         text: its meaning, in sentences of Markdown.
         minimum: smallest legal number.
         maximum: largest legal number.
-        default: the parameter's default where it is not the field's.
+        default: the parameter's default where it is not the field's; always with ``read``.
         words: the legal strings, each with the field's value.
         read: makes the field's value from the parameter's; raises ConfigurationError.
         marks: ``fixed``, ``server_wide``, ``rehearsed`` and ``schema`` of :class:`ParameterSpec`.

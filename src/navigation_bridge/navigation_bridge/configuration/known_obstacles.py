@@ -24,17 +24,6 @@ from navigation_bridge.configuration.checked_yaml import read_yaml
 from navigation_bridge.configuration.text_files import read_text
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle
 
-__all__ = [
-    "FILE",
-    "BoxEntry",
-    "CylinderEntry",
-    "KnownObstacles",
-    "ObstaclesError",
-    "WallEntry",
-    "parse_obstacles",
-    "read_obstacles",
-]
-
 _MAP, _WGS84 = "map", "wgs84"
 _UNITS = {_MAP: "m", _WGS84: "deg"}
 _Point: TypeAlias = tuple[float, float]

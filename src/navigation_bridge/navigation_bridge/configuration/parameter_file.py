@@ -14,8 +14,6 @@ from navigation_bridge.configuration.parameter_table import ParameterValue, chec
 from navigation_bridge.configuration.parameter_values import ConfigurationError, texts
 from navigation_bridge.configuration.text_files import read_text
 
-__all__ = ["ParameterFile", "check_keys", "check_parameter_files", "read_parameter_file"]
-
 _OF_ROS = frozenset({"use_sim_time", "start_type_description_service"})
 _PARAMETERS_KEY = "ros__parameters"
 
