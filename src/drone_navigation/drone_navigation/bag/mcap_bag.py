@@ -13,13 +13,13 @@ from rclpy.serialization import serialize_message
 
 from drone_navigation.bag.message_definitions import ENCODING, definition, type_name
 from flight_logs.extras import extra
+from flight_logs.whole_file import whole_file
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
 
 _PROFILE = "ros2"
 _LIBRARY = "drone_navigation tlog2mcap"
-_PARTIAL = ".part"
 # The deadline, lifespan or lease of an endpoint that was given none.
 _INFINITE = {"sec": 9223372036, "nsec": 854775807}
 _LIVELINESS_AUTOMATIC = 1
@@ -128,13 +128,8 @@ def open_bag(path: Path) -> Iterator[Bag]:
         OSError: it can't be written.
         MissingPackageError: the package that writes MCAP is not installed.
     """
-    partial = path.with_name(path.name + _PARTIAL)
     path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        with partial.open("wb") as stream:
-            bag = Bag(stream)
-            yield bag
-            bag.finish()
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(path) as draft, draft.open("wb") as stream:
+        bag = Bag(stream)
+        yield bag
+        bag.finish()

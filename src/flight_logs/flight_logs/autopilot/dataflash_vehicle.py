@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-
-from pymavlink.DFReader import DFMessage
+from typing import Any
 
 from mavlink_vehicle.codec import mavlink
 
@@ -56,7 +55,7 @@ class VehicleFacts:
         self._parameters: dict[str, float] = {}
         self._armed_first: bool | None = None
 
-    def take(self, record: DFMessage) -> None:
+    def take(self, record: Any) -> None:
         """Take a record of any kind."""
         kind = record.get_type()
         if kind == "VER":
@@ -92,7 +91,7 @@ class VehicleFacts:
         return not self._parameters.get("LOG_DISARMED", 0.0)
 
 
-def arming_of(record: DFMessage) -> bool | None:
+def arming_of(record: Any) -> bool | None:
     """Return whether the motors are armed after an ARM or EV; None for other events."""
     if record.get_type() == "EV":
         return _ARMING_EVENTS.get(record.Id)
