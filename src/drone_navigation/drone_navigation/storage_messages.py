@@ -7,8 +7,6 @@ from custom_interfaces.msg import RallyPoint as RallyPointMessage
 from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.storage.geographic import GeoArea, RallyPoint
 
-__all__ = ["REFERENCES", "area_message", "rally_message"]
-
 REFERENCES = {
     RallyPointMessage.ABOVE_HOME: AltitudeReference.HOME,
     RallyPointMessage.ABOVE_MEAN_SEA_LEVEL: AltitudeReference.AMSL,

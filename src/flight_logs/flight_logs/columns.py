@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -37,7 +36,7 @@ def to_table(records: Records, message: MessageTable, enum_names: bool = False) 
 
 def flattened(table: pa.Table) -> pa.Table:
     """Return the table with a column for each element of a list, `name_0` and so on."""
-    columns: dict[str, Any] = {}
+    columns: dict[str, pa.Array] = {}
     for field in table.schema:
         column = table.column(field.name)
         if not pa.types.is_fixed_size_list(field.type):
@@ -65,7 +64,9 @@ def fields_table(names: Iterable[str]) -> pa.Table:
     return pa.Table.from_pylist(rows)
 
 
-def _column(values: NDArray[Any], message: MessageTable, name: str, enum_names: bool) -> pa.Array:
+def _column(
+    values: NDArray[np.generic], message: MessageTable, name: str, enum_names: bool
+) -> pa.Array:
     if values.dtype.kind == "S":
         return pa.array([_text(value) for value in values.tolist()], type=pa.string())
     if values.ndim > 1:
@@ -80,7 +81,7 @@ def _text(value: bytes) -> str:
     return value.split(b"\x00", 1)[0].decode("utf-8", "replace")
 
 
-def _names(values: NDArray[Any], enum: str, bitmask: bool) -> pa.Array:
+def _names(values: NDArray[np.generic], enum: str, bitmask: bool) -> pa.Array:
     entries = enum_entries(enum)
     different, places = np.unique(values, return_inverse=True)
     # A NaN or a fraction, in a field of another kind than integer, stays what it is.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from typing import Any
 
 
 class _PrintVersion(argparse.Action):
@@ -14,7 +13,7 @@ class _PrintVersion(argparse.Action):
         super().__init__(option_strings, dest, nargs=0, help="print the version and exit")
         self._package = package
 
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         """Print it; argparse calls this when the option is given."""
         from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 - slow
 

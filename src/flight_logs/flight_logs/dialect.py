@@ -104,7 +104,7 @@ def _message(cls: Any) -> MessageTable:
     )
 
 
-def _format(c_type: str, length: int) -> Any:
+def _format(c_type: str, length: int) -> str | tuple[str, tuple[int]]:
     if c_type == "char":
         return f"S{max(length, 1)}"
     return (_FORMATS[c_type], (length,)) if length else _FORMATS[c_type]

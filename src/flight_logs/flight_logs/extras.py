@@ -7,8 +7,6 @@ from contextlib import contextmanager
 
 from flight_logs.errors import MissingPackageError
 
-__all__ = ["extra", "missing"]
-
 
 @contextmanager
 def extra(package: str, what: str) -> Iterator[None]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,6 +11,7 @@ from flight_logs.command_version import add_version
 from flight_logs.errors import LogError
 from flight_logs.exit_codes import EXIT_BAD_INPUT, EXIT_FAILED, EXIT_OK
 from flight_logs.progress import bytes_bar
+from flight_logs.whole_file import whole_file
 from flight_reports.analysis.flight import Flight, read_flights
 from flight_reports.contents.log_reader import read_log
 from flight_reports.page.comparison import comparison_page
@@ -59,7 +58,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if any(out.resolve() == log.resolve() for log in logs):
             raise LogError(f"{out} is the log itself; give another file with --out.")
         flights = [_read(log, options.system) for log in logs]
-        _write(out, report_page(flights[0]) if len(logs) == 1 else _comparison(*flights))
+        text = report_page(flights[0]) if len(logs) == 1 else _comparison(*flights)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(out) as draft:
+            draft.write_text(text, "utf-8")
     except LogError as error:
         print(f"navigation_report: {error}", file=sys.stderr)
         return EXIT_BAD_INPUT
@@ -103,21 +105,6 @@ def _comparison(first: list[Flight], second: list[Flight]) -> str:
                 f"{flights[0].path} contains several vehicles ({systems}); give --system."
             )
     return comparison_page(first[0], second[0])
-
-
-def _write(out: Path, text: str) -> None:
-    """Write the complete page or nothing."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=out.parent, prefix=f".{out.name}.")
-    draft = Path(name)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        draft.chmod(0o644)
-        draft.replace(out)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
 
 
 if __name__ == "__main__":

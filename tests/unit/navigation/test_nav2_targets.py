@@ -162,11 +162,10 @@ def test_a_rejection_has_the_code_of_its_sentence_or_one_of_nav2() -> None:
 
 
 def test_a_result_carries_code_and_sentence() -> None:
-    class Kind:
-        class Result:
-            error_code, error_msg, success = 0, "", True
+    class Result:
+        error_code, error_msg, success = 0, "", True
 
-    message = result(Kind, aborted("BUSY", "Busy."))
+    message = result(Result, aborted("BUSY", "Busy."))
     assert (message.error_code, message.error_msg) == (GoalCode.BUSY, "BUSY: Busy.")
     assert not message.success
     assert not hasattr(Navigate.Result(), "error_msg"), "the server's own is called message"

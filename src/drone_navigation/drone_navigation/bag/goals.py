@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from action_msgs.msg import GoalStatus, GoalStatusArray
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
@@ -91,7 +90,7 @@ class BagGoals:
         )
 
     def _publish(
-        self, kind: ActionKind, topic: str, message_type: Any, message: Any, qos: QoSProfile
+        self, kind: ActionKind, topic: str, message_type: type, message: object, qos: QoSProfile
     ) -> None:
         name = f"{kind.name}/_action/{topic}"
         self._node.create_publisher(message_type, name, qos).publish(message)

@@ -13,15 +13,13 @@ from rclpy.serialization import serialize_message
 
 from drone_navigation.bag.message_definitions import ENCODING, definition, type_name
 from flight_logs.extras import extra
+from flight_logs.whole_file import whole_file
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
 
-__all__ = ["Bag", "Channel", "open_bag"]
-
 _PROFILE = "ros2"
 _LIBRARY = "drone_navigation tlog2mcap"
-_PARTIAL = ".part"
 # The deadline, lifespan or lease of an endpoint that was given none.
 _INFINITE = {"sec": 9223372036, "nsec": 854775807}
 _LIVELINESS_AUTOMATIC = 1
@@ -42,7 +40,7 @@ class Channel:
         self._writer = writer
         self._number = number
 
-    def write(self, message: Any, unix_ns: int) -> None:
+    def write(self, message: object, unix_ns: int) -> None:
         """Add a message of the topic's type, at a time since 1970 in nanoseconds."""
         self.count += 1
         self._writer.add_message(
@@ -65,7 +63,7 @@ class Bag:
         """
         with extra("mcap", "A bag"):
             from mcap.writer import Writer  # noqa: PLC0415 an extra
-        self._writer: Any = Writer(stream)  # has methods without types
+        self._writer: Any = Writer(stream)  # has a method without types
         self._writer.start(profile=_PROFILE, library=_LIBRARY)
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, Channel] = {}
@@ -75,7 +73,7 @@ class Bag:
         """Number of messages of each topic."""
         return Counter({channel.topic: channel.count for channel in self._channels.values()})
 
-    def channel(self, message_type: Any, topic: str, qos: QoSProfile) -> Channel:
+    def channel(self, message_type: type, topic: str, qos: QoSProfile) -> Channel:
         """Return the channel of a topic, made at the first call.
 
         Raises:
@@ -95,7 +93,7 @@ class Bag:
         """Write the index."""
         self._writer.finish()
 
-    def _schema(self, message_type: Any) -> int:
+    def _schema(self, message_type: type) -> int:
         name = type_name(message_type)
         if name not in self._schemas:
             text = definition(message_type).encode()
@@ -130,13 +128,8 @@ def open_bag(path: Path) -> Iterator[Bag]:
         OSError: it can't be written.
         MissingPackageError: the package that writes MCAP is not installed.
     """
-    partial = path.with_name(path.name + _PARTIAL)
     path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        with partial.open("wb") as stream:
-            bag = Bag(stream)
-            yield bag
-            bag.finish()
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(path) as draft, draft.open("wb") as stream:
+        bag = Bag(stream)
+        yield bag
+        bag.finish()

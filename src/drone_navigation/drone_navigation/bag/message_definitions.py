@@ -11,7 +11,6 @@ from __future__ import annotations
 import re
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 
@@ -30,14 +29,14 @@ class DefinitionError(RuntimeError):
     """A message definition is not installed; the text names it."""
 
 
-def type_name(message_type: Any) -> str:
+def type_name(message_type: type) -> str:
     """Return the name of a generated type, such as "geometry_msgs/msg/PoseStamped"."""
     package, kind, *_ = message_type.__module__.split(".")
     return f"{package}/{kind}/{message_type.__name__}"
 
 
 @cache
-def definition(message_type: Any) -> str:
+def definition(message_type: type) -> str:
     """Return the definition of a message's type, with those of all types that it uses.
 
     Raises:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from nav_msgs.msg import OccupancyGrid
 from rclpy.qos import QoSProfile
@@ -87,7 +86,7 @@ class BagPublisher:
         self._clock = clock
         self._readers = 0 if on_demand else 1
 
-    def publish(self, message: Any) -> None:
+    def publish(self, message: object) -> None:
         """Write a message."""
         self._channel.write(message, self._clock.unix_ns)
 
@@ -111,7 +110,9 @@ class BagNode:
         self._clock = clock
         self._namespace = f"/{namespace}".rstrip("/")
 
-    def create_publisher(self, message_type: Any, topic: str, qos: QoSProfile | int) -> Any:
+    def create_publisher(
+        self, message_type: type, topic: str, qos: QoSProfile | int
+    ) -> BagPublisher:
         """Return a publisher of a topic, named as for a node."""
         profile = QoSProfile(depth=qos) if isinstance(qos, int) else qos
         name = topic

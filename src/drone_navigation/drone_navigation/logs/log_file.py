@@ -8,8 +8,6 @@ from typing import BinaryIO
 
 from mavlink_vehicle.events import StoredLog
 
-__all__ = ["LogFile", "log_path"]
-
 # The last bytes on disk are downloaded again, this many, to see whether it is the same log: numbers
 # are given again when logs are erased.
 _CHECKED_BYTES = 4096

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any
+from collections.abc import Callable
 
 from nav2_msgs.action import BackUp, DriveOnHeading, Spin
 from rclpy.action.server import ServerGoalHandle
@@ -15,14 +15,12 @@ from drone_navigation.client.events import Telemetry
 from drone_navigation.nav2.flights import FlightRequest, Flights
 from drone_navigation.nav2.navigators import Navigators, Preferences, point_client_goal
 from drone_navigation.nav2.outcomes import Nav2Outcome, aborted, result
-from drone_navigation.nav2.served import duration, serve
+from drone_navigation.nav2.served import GoalEnd, duration, serve
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import Target, TargetError, turns
 from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_core.geometry import distance, wrap_angle
-
-__all__ = ["Behaviours"]
 
 _SPIN_MAX_RAD = 20.0 * math.pi
 # The server rejects slower goals.
@@ -64,7 +62,7 @@ class Behaviours:
                 "NOT_FLYING", "The vehicle is not in the air; send it to a pose first."
             )
 
-    async def _spin(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+    async def _spin(self, handle: ServerGoalHandle) -> GoalEnd:
         turn_rad = handle.request.target_yaw
         self._check("turn on the spot", (VehicleKind.COPTER,))
         if not math.isfinite(turn_rad) or abs(turn_rad) > _SPIN_MAX_RAD:
@@ -89,13 +87,13 @@ class Behaviours:
                 break
         return outcome, _timed(Spin, outcome, started_s)
 
-    async def _back_up(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+    async def _back_up(self, handle: ServerGoalHandle) -> GoalEnd:
         # As Nav2 does: backwards, whatever the signs are.
         self._check("reverse", (VehicleKind.COPTER,))
         request = handle.request
         return await self._straight(handle, BackUp, -abs(request.target.x), abs(request.speed))
 
-    async def _drive_on_heading(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+    async def _drive_on_heading(self, handle: ServerGoalHandle) -> GoalEnd:
         request = handle.request
         kinds = [VehicleKind.COPTER]
         if request.target.x > 0.0:
@@ -107,8 +105,12 @@ class Behaviours:
         return await self._straight(handle, DriveOnHeading, request.target.x, abs(request.speed))
 
     async def _straight(
-        self, handle: ServerGoalHandle, kind: Any, forward_m: float, speed_m_s: float
-    ) -> tuple[Nav2Outcome, Any]:
+        self,
+        handle: ServerGoalHandle,
+        kind: type[BackUp | DriveOnHeading],
+        forward_m: float,
+        speed_m_s: float,
+    ) -> GoalEnd:
         target = handle.request.target
         if target.y or target.z or not math.isfinite(forward_m) or not math.isfinite(speed_m_s):
             text = "Only target.x may be set, to a finite number."
@@ -135,7 +137,7 @@ class Behaviours:
         target: Target,
         speed_m_s: float,
         started_s: float,
-        tell: Any,
+        tell: Callable[[Telemetry], None],
     ) -> Nav2Outcome:
         client_goal = point_client_goal(
             target, speed_m_s, avoid_obstacles=self._preferences.avoid_obstacles
@@ -155,8 +157,10 @@ class Behaviours:
         )
 
 
-def _timed(kind: Any, outcome: Nav2Outcome, started_s: float) -> Any:
-    message = result(kind, outcome)
+def _timed(
+    kind: type[Spin | BackUp | DriveOnHeading], outcome: Nav2Outcome, started_s: float
+) -> Spin.Result | BackUp.Result | DriveOnHeading.Result:
+    message = result(kind.Result, outcome)
     message.total_elapsed_time = duration(time.monotonic() - started_s)
     if outcome.code == GoalCode.TIMEOUT:
         message.error_code = kind.Result.TIMEOUT

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import TypeAlias
 
 import rclpy
 from action_msgs.msg import GoalStatus
@@ -12,9 +12,11 @@ from nav2_msgs.action import FollowWaypoints, NavigateToPose
 from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
 from drone_navigation.processes import ProcessError
 
+_Feedback: TypeAlias = NavigateToPose.Impl.FeedbackMessage | FollowWaypoints.Impl.FeedbackMessage
 _READY_TIMEOUT_S = 20.0
 _GOAL_TIMEOUT_S = 180.0
 _SPIN_S = 0.2
@@ -45,21 +47,26 @@ def _pose(place: tuple[float, float]) -> PoseStamped:
     return pose
 
 
-def _spin(node: Node, future: Any, timeout_s: float) -> None:
+def _spin(node: Node, future: Future, timeout_s: float) -> None:
     """Spin until an answer is there; an interrupt is seen after a short wait."""
     until_s = time.monotonic() + timeout_s
     while not future.done() and time.monotonic() < until_s:
         rclpy.spin_once(node, timeout_sec=_SPIN_S)
 
 
-def _send(node: Node, kind: Any, name: str, goal: Any) -> bool:
+def _send(
+    node: Node,
+    kind: type[NavigateToPose | FollowWaypoints],
+    name: str,
+    goal: NavigateToPose.Goal | FollowWaypoints.Goal,
+) -> bool:
     """Send a goal, print its feedback once a second, and return whether it succeeds."""
     client = ActionClient(node, kind, name)
     if not client.wait_for_server(_READY_TIMEOUT_S):
         raise ProcessError(f"Nobody offers {name}.")
     printed_s = 0.0
 
-    def tell(message: Any) -> None:
+    def tell(message: _Feedback) -> None:
         nonlocal printed_s
         now_s, feedback = time.monotonic(), message.feedback
         if now_s < printed_s + 1.0:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import Any
 
 from rclpy.action import ActionClient
 from rclpy.node import Node
@@ -29,8 +28,6 @@ from drone_navigation.nav2.targets import Refusal
 from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.steady_timer import steady_timer
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME, WAYPOINTS_ACTION_NAME
-
-__all__ = ["FlightRequest", "Flights"]
 
 _PERIOD_S = 0.05
 # The reason of a rejection comes on its own topic, usually before the rejection itself.
@@ -80,7 +77,7 @@ class Flights:
         """
         self._node = node
         self._vehicle = vehicle
-        self._clients: dict[str, Any] = {
+        self._clients: dict[str, ActionClient] = {
             ACTION_NAME: ActionClient(node, Navigate, ACTION_NAME),
             WAYPOINTS_ACTION_NAME: ActionClient(node, NavigateWaypoints, WAYPOINTS_ACTION_NAME),
         }

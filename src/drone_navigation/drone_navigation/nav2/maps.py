@@ -18,8 +18,6 @@ from mavlink_vehicle.positions import frames
 from navigation_core.geometry import Vector3, distance
 from navigation_core.mapping.obstacles import BOX_COLUMNS, POST_COLUMNS, Obstacles
 
-__all__ = ["FREE", "INSCRIBED", "LETHAL", "Costs", "costs", "obstacles_of", "path"]
-
 # Values of costmap_2d: in an obstacle, nearer to one than the vehicle's radius, free.
 LETHAL, INSCRIBED, FREE = 254, 253, 0
 # Obstacles within this above and below the vehicle count.

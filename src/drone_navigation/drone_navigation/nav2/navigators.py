@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypeVar
 
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import (
@@ -27,7 +27,7 @@ from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Telemetry
 from drone_navigation.nav2.flights import FlightRequest, Flights
 from drone_navigation.nav2.outcomes import Nav2Outcome, aborted, result
-from drone_navigation.nav2.served import duration, serve
+from drone_navigation.nav2.served import GoalEnd, duration, serve
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import HeightRule, Present, Target, TargetError, map_target
 from drone_navigation.server.frame_names import FrameNames
@@ -36,8 +36,7 @@ from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_bridge.goals.point_requests import yaw_enu_rad
 from navigation_bridge.names import ACTION_NAME, FRAME_MAP, WAYPOINTS_ACTION_NAME
 
-__all__ = ["Navigators", "Preferences", "point_client_goal"]
-
+F = TypeVar("F", NavigateToPose.Feedback, NavigateThroughPoses.Feedback)
 # Laps of a route are written out.
 _WAYPOINTS_MAX = 5000
 # Nav2 takes a pose as passed within 0.7 m, horizontally (RemovePassedGoals of its default behavior
@@ -136,7 +135,7 @@ class Navigators:
 
     # --- one pose -------------------------------------------------------------------------
 
-    async def _to_pose(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+    async def _to_pose(self, handle: ServerGoalHandle) -> GoalEnd:
         (target,) = self.targets([handle.request.pose], self.present())
         client_goal = point_client_goal(
             target,
@@ -146,15 +145,15 @@ class Navigators:
         started_s = time.monotonic()
 
         def tell(telemetry: Telemetry) -> None:
-            handle.publish_feedback(self._feedback(NavigateToPose, telemetry, started_s))
+            handle.publish_feedback(self._feedback(NavigateToPose.Feedback, telemetry, started_s))
 
         order = FlightRequest(
             client_goal, target.position_enu_m[2], lambda: handle.is_cancel_requested, tell
         )
         return await self._flights.fly(order), None
 
-    def _feedback(self, kind: Any, telemetry: Telemetry, started_s: float) -> Any:
-        message = kind.Feedback()
+    def _feedback(self, make: Callable[[], F], telemetry: Telemetry, started_s: float) -> F:
+        message = make()
         message.current_pose = self._vehicle.pose()
         message.navigation_time = duration(time.monotonic() - started_s)
         if math.isfinite(telemetry.time_left_s):
@@ -164,12 +163,12 @@ class Navigators:
 
     # --- routes ---------------------------------------------------------------------------
 
-    async def _through_poses(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+    async def _through_poses(self, handle: ServerGoalHandle) -> GoalEnd:
         targets = self.targets(handle.request.poses, self.present())
         started_s = time.monotonic()
 
         def tell(telemetry: Telemetry) -> None:
-            feedback = self._feedback(NavigateThroughPoses, telemetry, started_s)
+            feedback = self._feedback(NavigateThroughPoses.Feedback, telemetry, started_s)
             done = (telemetry.waypoint or 1) - 1
             feedback.number_of_poses_remaining = len(targets) - done
             handle.publish_feedback(feedback)
@@ -179,12 +178,12 @@ class Navigators:
             waypoint.acceptance_radius = _PASS_M
         return await self._route(handle, waypoints, targets, tell), None
 
-    async def _follow_waypoints(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+    async def _follow_waypoints(self, handle: ServerGoalHandle) -> GoalEnd:
         targets = self.targets(handle.request.poses, self.present())
         waypoints = [self._waypoint(t, self._pause_s()) for t in targets]
         return await self._follow(handle, FollowWaypoints, waypoints, targets)
 
-    async def _follow_gps_waypoints(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+    async def _follow_gps_waypoints(self, handle: ServerGoalHandle) -> GoalEnd:
         present = self.present()
         targets: list[Target] = []
         waypoints: list[Waypoint] = []
@@ -235,10 +234,10 @@ class Navigators:
     async def _follow(
         self,
         handle: ServerGoalHandle,
-        kind: Any,
+        kind: type[FollowWaypoints | FollowGPSWaypoints],
         waypoints: Sequence[Waypoint],
         targets: Sequence[Target],
-    ) -> tuple[Nav2Outcome, Any]:
+    ) -> GoalEnd:
         """Fly laps, the first from `goal_index` on, as Nav2's waypoint follower does."""
         request = handle.request
         count = len(waypoints)
@@ -262,7 +261,7 @@ class Navigators:
             handle.publish_feedback(kind.Feedback(current_waypoint=index))
 
         outcome = await self._route(handle, route, targets, tell)
-        message = result(kind, outcome)
+        message = result(kind.Result, outcome)
         for missed in outcome.missed:
             index = order[missed]
             waypoint = MissedWaypoint(index=index, error_code=outcome.code)

@@ -18,8 +18,6 @@ from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the_rest
 from drone_navigation.process_control.stop_signals import StopSignals
 
-__all__ = ["StartError", "run"]
-
 # Once it is cancelled the server stops the vehicle, whether or not a client waits for that.
 _STOP_TIMEOUT_S = 3.5
 _SPIN_S = 0.2

@@ -14,8 +14,6 @@ from std_msgs.msg import String
 
 from drone_navigation.steady_timer import steady_timer
 
-__all__ = ["ACTION", "OtherServers"]
-
 ACTION = "navigate_to_pose"
 """The action whose servers are counted."""
 

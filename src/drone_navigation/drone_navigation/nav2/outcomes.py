@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Protocol, TypeVar
 
 from action_msgs.msg import GoalStatus
 
 from custom_interfaces.msg import GoalCode
 from drone_navigation.client.events import Ended
 
-__all__ = ["PREEMPTED", "SUCCEEDED", "Nav2Outcome", "aborted", "ended", "result"]
+
+class Nav2Result(Protocol):
+    """The fields that the result of each action has."""
+
+    error_code: int
+    error_msg: str
+
+
+R = TypeVar("R", bound=Nav2Result)
 
 
 @dataclass(frozen=True)
@@ -67,9 +76,9 @@ def ended(end: Ended, *, cancelled: bool) -> Nav2Outcome:
     return Nav2Outcome(GoalStatus.STATUS_ABORTED, code, end.message, missed)
 
 
-def result(kind: Any, outcome: Nav2Outcome) -> Any:
-    """Return the result message of an action's type for an end."""
-    message = kind.Result()
+def result(make: Callable[[], R], outcome: Nav2Outcome) -> R:
+    """Return the result message of an action for an end."""
+    message = make()
     message.error_code = outcome.code
     message.error_msg = outcome.message
     if hasattr(message, "success"):

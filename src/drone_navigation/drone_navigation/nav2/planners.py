@@ -10,7 +10,6 @@ import itertools
 import math
 import time
 from collections.abc import Sequence
-from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import ComputePathThroughPoses, ComputePathToPose
@@ -19,20 +18,19 @@ from nav2_msgs.srv import GetCostmap
 from rcl_interfaces.srv import GetParameters
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
+from rclpy.task import Future
 from visualization_msgs.msg import MarkerArray
 
 from drone_navigation.nav2.maps import costs, obstacles_of, path
 from drone_navigation.nav2.navigators import Navigators
-from drone_navigation.nav2.outcomes import SUCCEEDED, Nav2Outcome, aborted, result
-from drone_navigation.nav2.served import duration, serve
+from drone_navigation.nav2.outcomes import SUCCEEDED, aborted, result
+from drone_navigation.nav2.served import GoalEnd, duration, serve
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.steady_timer import steady_timer
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_core.geometry import Vector3
 from navigation_core.planning.planner import NoPath, PlanLimits, plan
-
-__all__ = ["Planners"]
 
 # Side and cell of the cost maps, m.
 _GLOBAL_M, _LOCAL_M = (100.0, 0.5), (20.0, 0.25)
@@ -55,7 +53,7 @@ class Planners:
         self._navigators = navigators
         self._markers: MarkerArray | None = None
         self._settings: dict[str, float] = {}
-        self._asked: Any = None
+        self._asked: Future | None = None
         self._parameters = node.create_client(GetParameters, f"{SERVER_NODE_NAME}/get_parameters")
         node.create_subscription(
             MarkerArray, f"{SERVER_NODE_NAME}/obstacles", self._take_obstacles, LATCHED_QOS
@@ -86,10 +84,10 @@ class Planners:
 
     # --- paths ----------------------------------------------------------------------------
 
-    async def _to_pose(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+    async def _to_pose(self, handle: ServerGoalHandle) -> GoalEnd:
         return self._compute(ComputePathToPose, handle.request, [handle.request.goal])
 
-    async def _through_poses(self, handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+    async def _through_poses(self, handle: ServerGoalHandle) -> GoalEnd:
         goals = handle.request.goals
         if not goals:
             code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
@@ -97,8 +95,11 @@ class Planners:
         return self._compute(ComputePathThroughPoses, handle.request, goals)
 
     def _compute(
-        self, kind: Any, request: Any, goals: Sequence[PoseStamped]
-    ) -> tuple[Nav2Outcome, Any]:
+        self,
+        kind: type[ComputePathToPose | ComputePathThroughPoses],
+        request: ComputePathToPose.Goal | ComputePathThroughPoses.Goal,
+        goals: Sequence[PoseStamped],
+    ) -> GoalEnd:
         began_s = time.monotonic()
         present = self._navigators.present()
         codes = kind.Result
@@ -132,7 +133,7 @@ class Planners:
             if isinstance(found, NoPath):
                 return aborted("NO_PATH", found.reason, codes.NO_VALID_PATH), None
             corners += found.points_enu_m[1:]
-        message = result(kind, SUCCEEDED)
+        message = result(kind.Result, SUCCEEDED)
         message.path = path(corners, self._vehicle.pose().header)
         message.planning_time = duration(time.monotonic() - began_s)
         return SUCCEEDED, message

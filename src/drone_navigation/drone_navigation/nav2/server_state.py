@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from functools import cache
-from typing import Any
+from typing import TypeVar
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
@@ -13,7 +13,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import NavSatFix
 
 from custom_interfaces.msg import Fence, HomePosition, VehicleStatus
-from drone_navigation.nav2.targets import Present, Refusal
+from drone_navigation.nav2.targets import Present, Refusal, TargetError
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.profiles import profile_for
@@ -21,10 +21,11 @@ from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_bridge.goals.point_requests import yaw_enu_rad
 from navigation_bridge.names import SERVER_NODE_NAME
 
-__all__ = ["ServerState"]
+M = TypeVar("M")
 
 # A status comes once a second; the slowest odometry of a server is as slow.
 _SILENT_S = 3.0
+_NO_POSITION = Refusal("NO_POSITION", "The navigation server has no valid position of the vehicle.")
 _FIRMWARES = (mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4)
 # Clients wait for one pose; more often is of no use to them.
 _POSE_PERIOD_S = 0.5
@@ -50,7 +51,7 @@ class ServerState:
         """Listen."""
         self.target_m: float | None = None
         self._heard_s: dict[type, float] = {}
-        self._messages: dict[Any, Any] = {}
+        self._messages: dict[type, object] = {}
         self._published_s = -math.inf
         self._amcl_pose = node.create_publisher(PoseWithCovarianceStamped, "amcl_pose", LATCHED_QOS)
         for kind, name, qos in (
@@ -62,10 +63,10 @@ class ServerState:
         ):
             node.create_subscription(kind, f"{SERVER_NODE_NAME}/{name}", self._take, qos)
 
-    def _take(self, message: Any) -> None:
+    def _take(self, message: object) -> None:
         kind = type(message)
         self._messages[kind], self._heard_s[kind] = message, time.monotonic()
-        if kind is Odometry:
+        if isinstance(message, Odometry):
             self._publish_pose(message)
 
     def _publish_pose(self, odometry: Odometry) -> None:
@@ -77,11 +78,12 @@ class ServerState:
             PoseWithCovarianceStamped(header=odometry.header, pose=odometry.pose)
         )
 
-    def last(self, kind: Any) -> Any:
+    def last(self, kind: type[M]) -> M | None:
         """Return the last message of a type, or None."""
-        return self._messages.get(kind)
+        found = self._messages.get(kind)
+        return found if isinstance(found, kind) else None
 
-    def _is_fresh(self, kind: Any) -> bool:
+    def _is_fresh(self, kind: type) -> bool:
         return time.monotonic() - self._heard_s.get(kind, -math.inf) < _SILENT_S
 
     @property
@@ -99,8 +101,7 @@ class ServerState:
             text = "The navigation server receives no HEARTBEAT from a vehicle."
             return Refusal("NO_VEHICLE", text)
         if not status.position_valid or not self._is_fresh(Odometry):
-            text = "The navigation server has no valid position of the vehicle."
-            return Refusal("NO_POSITION", text)
+            return _NO_POSITION
         return None
 
     @property
@@ -122,8 +123,8 @@ class ServerState:
         return "" if status is None else str(status.active_goal)
 
     def present(self) -> Present:
-        """Return the vehicle's pose; only if :meth:`why_not` is None."""
-        pose, home = self.last(Odometry).pose.pose, self.last(HomePosition)
+        """Return the vehicle as a goal finds it; raises as :meth:`pose` does."""
+        pose, home = self.pose().pose, self.last(HomePosition)
         position, q = pose.position, pose.orientation
         ground_m = 0.0 if home is None else home.position.z
         return Present(
@@ -134,6 +135,12 @@ class ServerState:
         )
 
     def pose(self) -> PoseStamped:
-        """Return the vehicle's pose in the map."""
+        """Return the vehicle's pose in the map.
+
+        Raises:
+            TargetError: it is not known.
+        """
         odometry = self.last(Odometry)
+        if odometry is None:
+            raise TargetError(*_NO_POSITION)
         return PoseStamped(header=odometry.header, pose=odometry.pose.pose)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TypeVar
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from lifecycle_msgs.msg import State
@@ -22,13 +22,13 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from drone_navigation.nav2.flights import Flights
-from drone_navigation.nav2.outcomes import Nav2Outcome, aborted
-from drone_navigation.nav2.served import serve
+from drone_navigation.nav2.outcomes import aborted
+from drone_navigation.nav2.served import GoalEnd, Nav2Action, serve
 from drone_navigation.nav2.server_state import ServerState
 
-__all__ = ["LifeCycle", "offer_clearing", "reject_the_rest"]
+M = TypeVar("M")
 
-_NOT_OFFERED = (
+_NOT_OFFERED: tuple[tuple[Nav2Action, str, str], ...] = (
     (FollowPath, "follow_path", "External paths are not followed; send poses."),
     (SmoothPath, "smooth_path", "Paths are not smoothed; the server smooths its own."),
     (AssistedTeleop, "assisted_teleop", "Use the action follow_velocity and its topic cmd_vel."),
@@ -50,11 +50,11 @@ _POSE_OFF_MAX_M = 3.0
 def reject_the_rest(node: Node) -> None:
     """Offer what is not served, and answer at once: clients of Nav2 wait for servers forever."""
 
-    def reject(kind: Any, name: str, why: str) -> None:
+    def reject(kind: Nav2Action, name: str, why: str) -> None:
         code = getattr(kind.Result, "UNKNOWN", 0)
         outcome = aborted("UNSUPPORTED", f"{name} is not offered. {why}", code)
 
-        async def run(_handle: ServerGoalHandle) -> tuple[Nav2Outcome, Any]:
+        async def run(_handle: ServerGoalHandle) -> GoalEnd:
             return outcome, None
 
         serve(node, kind, name, run)
@@ -76,7 +76,7 @@ def reject_the_rest(node: Node) -> None:
 def offer_clearing(node: Node) -> None:
     """Offer the services that clear cost maps; they change nothing."""
 
-    def clear(_request: Any, response: Any) -> Any:
+    def clear(_request: object, response: M) -> M:
         node.get_logger().info(
             "Nothing is cleared: the server's map forgets what its sensors no longer detect."
         )

@@ -16,17 +16,6 @@ from navigation_bridge.goals.point_requests import yaw_enu_rad
 from navigation_bridge.names import FRAME_BASE_LINK, FRAME_MAP
 from navigation_core.geometry import Vector3
 
-__all__ = [
-    "LEAST_HEIGHTS_M",
-    "HeightRule",
-    "Present",
-    "Refusal",
-    "Target",
-    "TargetError",
-    "map_target",
-    "turns",
-]
-
 LEAST_HEIGHTS_M = {VehicleKind.COPTER: 3.0, VehicleKind.PLANE: 30.0}
 """Least heights above the ground where none is configured; the server's own is 20 m for planes"""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TypeVar
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
@@ -33,6 +33,8 @@ from navigation_bridge.goals.requests import (
 from navigation_bridge.names import FRAME_MAP
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.outcomes import OutcomeCode
+
+M = TypeVar("M")
 
 _REFERENCES = {
     Waypoint.FRAME_GEODETIC_AMSL: AltitudeReference.AMSL,
@@ -131,79 +133,90 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
-    """Return a feedback with the fields that all have; an unknown battery is NaN."""
-    message = make()
-    message.current_pose = pose_stamped(feedback.pose, stamp)
+def _common_feedback(feedback: GoalFeedback, stamp: Time) -> dict[str, object]:
+    """Return the fields that all feedbacks have; an unknown battery is NaN."""
     remaining = feedback.battery_remaining
-    message.battery_percentage = math.nan if remaining is None else 100.0 * remaining
-    message.current_status = feedback.status.value
-    return message
+    return {
+        "current_pose": pose_stamped(feedback.pose, stamp),
+        "battery_percentage": math.nan if remaining is None else 100.0 * remaining,
+        "current_status": feedback.status.value,
+    }
 
 
-def _feedback_to_end(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
-    """Return the feedback of a goal that has a target or an end."""
-    message = _feedback(make, feedback, stamp)
-    message.distance_remaining = feedback.distance_remaining_m
-    message.estimated_time_remaining = feedback.time_remaining_s
-    return message
+def _feedback_to_end(feedback: GoalFeedback, stamp: Time) -> dict[str, object]:
+    """Return the fields of a goal that has a target or an end."""
+    return {
+        **_common_feedback(feedback, stamp),
+        "distance_remaining": feedback.distance_remaining_m,
+        "estimated_time_remaining": feedback.time_remaining_s,
+    }
 
 
-def velocity_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+def velocity_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
     """Return the feedback of a goal that follows velocity commands."""
-    message = _feedback(make, feedback, stamp)
-    message.height = _or_nan(feedback.height_m)
-    message.setpoint_delay = feedback.late_s
-    return message
+    return make(
+        **_common_feedback(feedback, stamp),
+        height=_or_nan(feedback.height_m),
+        setpoint_delay=feedback.late_s,
+    )
 
 
-def flown_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
-    """Return the feedback of a flight that is led."""
-    message = _feedback_to_end(make, feedback, stamp)
-    message.replans = feedback.replans
-    message.setpoint_delay = feedback.late_s
-    return message
+def flown_feedback(
+    make: Callable[..., M], feedback: GoalFeedback, stamp: Time, **more: object
+) -> M:
+    """Return the feedback of a flight that is led, with more fields."""
+    return make(
+        **_feedback_to_end(feedback, stamp),
+        replans=feedback.replans,
+        setpoint_delay=feedback.late_s,
+        **more,
+    )
 
 
-def height_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+def height_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
     """Return the feedback of a climb or descent."""
-    message = _feedback_to_end(make, feedback, stamp)
-    message.height = _or_nan(feedback.height_m)
-    return message
+    return make(**_feedback_to_end(feedback, stamp), height=_or_nan(feedback.height_m))
 
 
-def waypoints_feedback(make: Callable[[], Any], feedback: GoalFeedback, stamp: Time) -> Any:
+def waypoints_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
     """Return the feedback of a route."""
-    message = flown_feedback(make, feedback, stamp)
     route = feedback.route
-    if route is not None:
-        message.current_waypoint = route.current
-        message.current_lap = route.lap
-        message.waypoints_remaining = route.remaining
-    return message
+    if route is None:
+        return flown_feedback(make, feedback, stamp)
+    return flown_feedback(
+        make,
+        feedback,
+        stamp,
+        current_waypoint=route.current,
+        current_lap=route.lap,
+        waypoints_remaining=route.remaining,
+    )
 
 
-def result_of(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
-    """Return a result with the fields that all have."""
-    message = make()
-    message.success = finished.state is GoalState.SUCCEEDED
-    message.error_code = code_number(finished.code)
-    message.message = finished.message
-    message.final_pose = pose_stamped(finished.pose, stamp)
-    message.total_elapsed_time = finished.elapsed_s
-    return message
+def result_of(make: Callable[..., M], finished: GoalFinished, stamp: Time, **more: object) -> M:
+    """Return a result with the fields that all have, and more."""
+    return make(
+        success=finished.state is GoalState.SUCCEEDED,
+        error_code=code_number(finished.code),
+        message=finished.message,
+        final_pose=pose_stamped(finished.pose, stamp),
+        total_elapsed_time=finished.elapsed_s,
+        **more,
+    )
 
 
-def flown_result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
-    """Return the result of a flight to a target."""
-    message = result_of(make, finished, stamp)
-    message.final_error = _or_nan(finished.final_error_m)
-    return message
+def flown_result(make: Callable[..., M], finished: GoalFinished, stamp: Time, **more: object) -> M:
+    """Return the result of a flight to a target, with more fields."""
+    final_error = _or_nan(finished.final_error_m)
+    return result_of(make, finished, stamp, final_error=final_error, **more)
 
 
-def waypoints_result(make: Callable[[], Any], finished: GoalFinished, stamp: Time) -> Any:
+def waypoints_result(make: Callable[..., M], finished: GoalFinished, stamp: Time) -> M:
     """Return the result of a route."""
-    message = flown_result(make, finished, stamp)
-    message.waypoints_reached = finished.waypoints_reached
-    message.waypoints_missed = finished.waypoints_missed
-    return message
+    return flown_result(
+        make,
+        finished,
+        stamp,
+        waypoints_reached=finished.waypoints_reached,
+        waypoints_missed=finished.waypoints_missed,
+    )

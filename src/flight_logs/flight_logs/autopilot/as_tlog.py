@@ -11,8 +11,6 @@ from flight_logs.autopilot.telling import OwnLog
 from flight_logs.errors import EmptyLogError, LogError
 from mavlink_vehicle.codec import Codec
 
-__all__ = ["is_autopilot_log", "write_as_tlog"]
-
 _SYSTEM, _AUTOPILOT = 1, 1
 _STAMP = struct.Struct(">Q")
 _APART = 128

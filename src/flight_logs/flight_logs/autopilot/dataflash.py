@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-from pymavlink.DFReader import DFReader_binary, DFReaderClock_usec
+from pymavlink.DFReader import DFMessage, DFReader_binary, DFReaderClock_usec
 
 from flight_logs.autopilot.dataflash_records import MAGIC, IntactRecords, find_records
 from flight_logs.autopilot.dataflash_vehicle import VehicleFacts, arming_of
-from flight_logs.autopilot.telling import OwnLog, Telling, credible
+from flight_logs.autopilot.telling import OwnLog, Telling, Told, credible
 from flight_logs.errors import LogError
 from mavlink_vehicle.codec import mavlink
 
@@ -29,7 +29,7 @@ _ESTIMATORS = ("XKF1", "NKF1", "EKF1")
 _ESTIMATOR_BY_PARAMETER = {1: "EKF1", 2: "NKF1", 3: "XKF1"}
 """AHRS_EKF_TYPE"""
 
-Handler: TypeAlias = Callable[[float, Any], None]
+Handler: TypeAlias = Callable[[float, DFMessage], None]
 
 
 def read_dataflash(path: Path, progress: Callable[[float], object]) -> OwnLog:
@@ -75,7 +75,7 @@ def _read(
 class _Reader:
     """Retells the records of one log."""
 
-    def __init__(self, reader: Any, records: IntactRecords) -> None:
+    def __init__(self, reader: DFReader_binary, records: IntactRecords) -> None:
         self._reader = reader
         self._telling = Telling(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
         self._begun_s = -math.inf
@@ -95,7 +95,7 @@ class _Reader:
             if len(reader.offsets[kind])
         }
 
-    def read(self, progress: Callable[[float], object]) -> list[Any]:
+    def read(self, progress: Callable[[float], object]) -> list[Told]:
         """Return the messages."""
         self._learn()
         handlers = self._handlers()
@@ -117,7 +117,7 @@ class _Reader:
 
     def _records(
         self, wanted: list[str] | None, progress: Callable[[float], object]
-    ) -> Iterator[tuple[float, Any]]:
+    ) -> Iterator[tuple[float, DFMessage]]:
         count = 0
         while (record := self._reader.recv_match(type=wanted)) is not None:
             if record.get_type() != "FMT":  # has no time
@@ -177,30 +177,30 @@ class _Reader:
         telling.vehicle_type = facts.vehicle_type
         telling.armed = facts.armed_at_first
 
-    def _text(self, time_s: float, record: Any) -> None:
+    def _text(self, time_s: float, record: DFMessage) -> None:
         # DataFlash keeps no severity.
         self._telling.text(time_s, mavlink.MAV_SEVERITY_INFO, str(record.Message))
 
-    def _mode(self, time_s: float, record: Any) -> None:
+    def _mode(self, time_s: float, record: DFMessage) -> None:
         # Up to ArduCopter 3.2, Mode is the number, and there is no ModeNum.
         self._telling.mode = int(getattr(record, "ModeNum", record.Mode))
         self._telling.beat(time_s)
 
-    def _arm(self, time_s: float, record: Any) -> None:
+    def _arm(self, time_s: float, record: DFMessage) -> None:
         armed = arming_of(record)
         if armed is not None:
             self._telling.armed = armed
             self._telling.beat(time_s)
 
-    def _error(self, time_s: float, record: Any) -> None:
+    def _error(self, time_s: float, record: DFMessage) -> None:
         if record.ECode:
             text = f"ERR subsystem {record.Subsys}, code {record.ECode}"
             self._telling.text(time_s, mavlink.MAV_SEVERITY_WARNING, text)
 
-    def _attitude(self, _time_s: float, record: Any) -> None:
+    def _attitude(self, _time_s: float, record: DFMessage) -> None:
         self._telling.heading_deg = float(record.Yaw)
 
-    def _velocity(self, _time_s: float, record: Any) -> None:
+    def _velocity(self, _time_s: float, record: DFMessage) -> None:
         if getattr(record, "C", 0) == 0:
             self._set_velocity(float(record.VN), float(record.VE), float(record.VD))
 
@@ -209,14 +209,14 @@ class _Reader:
             north, east, down = velocity_ned_m_s
             self._telling.velocity_ned_m_s = (north, east, down)
 
-    def _origin(self, time_s: float, record: Any) -> None:
+    def _origin(self, time_s: float, record: DFMessage) -> None:
         place = (float(record.Lat), float(record.Lng), float(record.Alt))
         if record.Type == _ORIGIN:
             self._telling.origin(time_s, place)
         elif record.Type == _HOME:
             self._telling.home(time_s, place)
 
-    def _position(self, time_s: float, record: Any) -> None:
+    def _position(self, time_s: float, record: DFMessage) -> None:
         if time_s - self._position_s < 0.9 * _POSITION_S:
             return
         self._position_s = time_s
@@ -224,7 +224,7 @@ class _Reader:
         above_home_m = getattr(record, "RelHomeAlt", getattr(record, "RelAlt", None))
         self._telling.position(time_s, time_s - self._begun_s, place, above_home_m)
 
-    def _gps(self, time_s: float, record: Any) -> None:
+    def _gps(self, time_s: float, record: DFMessage) -> None:
         """Take the position of the receiver that is in use, where the log has no POS."""
         if record.Status < _FIX_3D:
             return
@@ -243,7 +243,7 @@ class _Reader:
         above_home_m = getattr(record, "RelAlt", getattr(record, "RAlt", None))
         self._telling.position(time_s, time_s - self._begun_s, place, above_home_m)
 
-    def _battery(self, time_s: float, record: Any) -> None:
+    def _battery(self, time_s: float, record: DFMessage) -> None:
         first = getattr(record, "Inst", getattr(record, "Instance", 0)) == 0
         if not first or time_s - self._battery_s < 0.9 * _BATTERY_S:
             return
@@ -258,7 +258,7 @@ class _Reader:
         )
         self._telling.battery(time_s, voltage_v, current_a, percent)
 
-    def _version(self, time_s: float, record: Any) -> None:
+    def _version(self, time_s: float, record: DFMessage) -> None:
         number = record.Maj << 24 | record.Min << 16 | record.Pat << 8 | record.FWT
         self._telling.firmware(time_s, number)
 
@@ -267,9 +267,9 @@ _CENTI = frozenset("hHiI")
 """Letters of numbers without a unit: CURR had hundredths in these up to ArduCopter 3.3"""
 
 
-def _credible(records: Iterator[tuple[float, Any]]) -> Iterator[tuple[float, Any]]:
+def _credible(records: Iterator[tuple[float, DFMessage]]) -> Iterator[tuple[float, DFMessage]]:
     """Pass on the records but those whose time lies far ahead of the one after them."""
-    before: tuple[float, Any] | None = None
+    before: tuple[float, DFMessage] | None = None
     for now in records:
         if before is not None and credible(before[0], now[0]):
             yield before
@@ -278,6 +278,6 @@ def _credible(records: Iterator[tuple[float, Any]]) -> Iterator[tuple[float, Any
         yield before
 
 
-def _has_time(record: Any) -> bool:
+def _has_time(record: DFMessage) -> bool:
     names = record._fieldnames
     return names[:1] in (["TimeUS"], ["TimeMS"]) or (record.get_type() == "GPS" and "T" in names)

@@ -8,8 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from mmap import mmap
 
-__all__ = ["MAGIC", "IntactRecords", "find_records"]
-
 MAGIC = b"\xa3\x95"
 _HEAD_SIZE = 3
 _FMT, _FMT_SIZE = 128, 89

@@ -7,8 +7,6 @@ from typing import Any
 
 from mavlink_vehicle.codec import mavlink
 
-__all__ = ["VehicleFacts", "arming_of"]
-
 _TYPES = {
     1: mavlink.MAV_TYPE_GROUND_ROVER,
     2: mavlink.MAV_TYPE_QUADROTOR,

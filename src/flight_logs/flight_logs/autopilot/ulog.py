@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,8 @@ from flight_logs.errors import LogError
 from flight_logs.extras import extra
 from mavlink_vehicle.codec import mavlink
 
-__all__ = ["MAGIC", "read_ulog"]
+if TYPE_CHECKING:
+    from pyulog import ULog
 
 MAGIC = b"ULog\x01\x12\x35"
 Topic: TypeAlias = dict[str, NDArray[Any]]
@@ -107,7 +108,7 @@ def _remarks(topics: dict[str, Topic]) -> tuple[str, ...]:
     return ("The log has no valid horizontal position; what it has of one is shown.",)
 
 
-def _told(log: Any, topics: dict[str, Topic]) -> list[Told]:
+def _told(log: ULog, topics: dict[str, Topic]) -> list[Told]:
     begun_s = _boot_unix_s(topics)
     telling = Telling(mavlink.MAV_AUTOPILOT_PX4)
     version = log.msg_info_dict.get("ver_sw_release")
@@ -260,7 +261,7 @@ def _battery(row: dict[str, float]) -> Tell:
     return tell
 
 
-def _text(text: Any) -> Tell:
+def _text(text: ULog.MessageLogging) -> Tell:
     def tell(telling: Telling, time_s: float, _boot_s: float) -> None:
         severity = min(max(int(text.log_level) - ord("0"), 0), mavlink.MAV_SEVERITY_DEBUG)
         telling.text(time_s, severity, text.message)

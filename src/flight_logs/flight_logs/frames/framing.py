@@ -162,7 +162,7 @@ def _numbers_and_sources(heads: NDArray[np.uint8]) -> tuple[NDArray[Any], NDArra
 
 def _candidates_of_block(
     data: NDArray[np.uint8], first: int, last: int, end: int
-) -> tuple[NDArray[Any], ...]:
+) -> tuple[NDArray[np.generic], ...]:
     # In arithmetic of one byte, 0xFD + 3 is 0 and 0xFE + 3 is 1.
     start = first + np.flatnonzero(data[first:last] + np.uint8(3) < np.uint8(2))
     heads = _heads(data, start)

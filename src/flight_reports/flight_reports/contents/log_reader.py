@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,7 @@ _RETOLD = (
 KEPT = frozenset(
     {*_RETOLD, *SETPOINTS, *ESTIMATORS, "GPS_GLOBAL_ORIGIN", "OBSTACLE_DISTANCE"},
 )
-_CLASSES: dict[str, Any] = {cls.msgname: cls for cls in mavlink.mavlink_map.values()}
+_CLASSES: dict[str, type[Message]] = {cls.msgname: cls for cls in mavlink.mavlink_map.values()}
 # A time that is this much later than two of the next few, or this far from what is usual in the
 # log, is damaged.
 _SPIKE_S = 60.0
@@ -134,7 +134,7 @@ class LogContents:
         Messages are renumbered for each sender, as much is left out.
         """
         times, kinds = [], []
-        fields: list[tuple[Any, Records]] = []
+        fields: list[tuple[type[Message], Records]] = []
         for name in _RETOLD:
             if (records := self.records.get(name)) is not None:
                 chosen = records[_retold(name, records)]
@@ -265,5 +265,5 @@ def _names(name: str) -> list[str]:
     return list(_CLASSES[name].fieldnames)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray) else value

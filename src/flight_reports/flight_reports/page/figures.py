@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import html
 import itertools
-from collections.abc import Sequence
-from typing import Any, TypeAlias
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,16 @@ from flight_reports.contents.log_reader import Floats
 from flight_reports.contents.track import Track
 from flight_reports.recorded_events import EventSeverity, Moment
 
-Figure: TypeAlias = dict[str, Any]
-Trace: TypeAlias = dict[str, Any]
+Trace: TypeAlias = dict[str, object]
+Layout: TypeAlias = dict[str, object]
+
+
+class Figure(TypedDict):
+    """A figure of Plotly."""
+
+    data: list[Trace]
+    layout: Layout
+
 
 _POINTS_MAX = 4000
 _PLANS_MAX = 60
@@ -35,26 +43,23 @@ def shown(text: str) -> str:
 
 
 def line(
-    x: Floats, y: Floats, name: str, colour: str, time_s: Floats | None = None, **more: Any
+    x: Floats, y: Floats, name: str, colour: str, look: Mapping[str, object] | None = None
 ) -> Trace:
     """Return a line that is broken where no value came, thinned to what can be seen.
 
     Args:
-        x: shape (n,).
+        x: times, shape (n,).
         y: shape (n,).
         name: for the legend.
         colour: of the page.
-        time_s: times of the points; x if not given.
-        more: of Plotly's trace.
+        look: of Plotly's line.
     """
-    times = x if time_s is None else time_s
-    chosen = _visible(y if time_s is None else None, len(x))
-    x, y, times = x[chosen], y[chosen], times[chosen]
+    chosen = _visible(y, len(x))
+    x, y = x[chosen], y[chosen]
     return {
-        **_line_with_breaks(x, y, name, _breaks(times)),
-        "line": {"color": colour, "width": 2} | more.pop("line", {}),
-        "hovertemplate": more.pop("hovertemplate", f"%{{y:.2f}}<extra>{name}</extra>"),
-        **more,
+        **_line_with_breaks(x, y, name, _breaks(x)),
+        "line": {"color": colour, "width": 2, **(look or {})},
+        "hovertemplate": f"%{{y:.2f}}<extra>{name}</extra>",
     }
 
 
@@ -97,7 +102,7 @@ def _visible(values: Floats | None, count: int) -> NDArray[np.int64]:
 
 
 def markers(
-    places: Sequence[Sequence[float]], texts: Sequence[str], name: str, **look: Any
+    places: Sequence[Sequence[float]], texts: Sequence[str], name: str, **look: object
 ) -> Trace:
     """Return marked places on the map.
 
@@ -157,7 +162,7 @@ def cursor() -> Trace:
     return {**markers([], [], "cursor", **look), "showlegend": False, "hoverinfo": "skip"}
 
 
-def map_layout() -> Figure:
+def map_layout() -> Layout:
     """Return the layout of a map: metres are as long to the east as to the north."""
     return {
         "height": 560,
@@ -222,7 +227,9 @@ def _worth_a_look(flight: Flight) -> list[Trace]:
     return _at_times(flight, told, "warnings", symbol="triangle-up", color="@bad")
 
 
-def _at_times(flight: Flight, told: list[tuple[float, str]], name: str, **look: Any) -> list[Trace]:
+def _at_times(
+    flight: Flight, told: list[tuple[float, str]], name: str, **look: object
+) -> list[Trace]:
     placed = [(flight.track.at(time_s), time_s, text) for time_s, text in told]
     known = [(place, time_s, text) for place, time_s, text in placed if place is not None]
     if not known:

@@ -6,7 +6,6 @@ import base64
 import hashlib
 import json
 from importlib.resources import files
-from typing import Any
 
 from flight_reports.analysis.flight import Flight
 from flight_reports.analysis.sensed_obstacles import obstacles_left_out
@@ -139,5 +138,5 @@ def _asset(name: str) -> str:
 
 
 def _digest(script: str) -> str:
-    digest: Any = hashlib.sha256(script.encode("utf-8")).digest()
+    digest = hashlib.sha256(script.encode("utf-8")).digest()
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from flight_reports.analysis.flight import Flight
 from flight_reports.analysis.warnings import warnings
 from flight_reports.contents.log_reader import Floats
-from flight_reports.page.figures import Figure, Trace, line, moment_colour, numbers, shown
+from flight_reports.page.figures import Figure, Layout, Trace, line, moment_colour, numbers, shown
 
 _ROW_PX = 150
 _STRIP_PX = 92
@@ -40,8 +41,8 @@ class Row:
     right_title: str = ""
     right: list[Trace] = field(default_factory=list)
     height_px: int = _ROW_PX
-    axis: Figure = field(default_factory=dict)
-    right_axis: Figure = field(default_factory=dict)
+    axis: Mapping[str, object] = field(default_factory=dict)
+    right_axis: Mapping[str, object] = field(default_factory=dict)
 
 
 def series_figure(flight: Flight) -> Figure:
@@ -56,7 +57,7 @@ def series_figure(flight: Flight) -> Figure:
 def stacked(rows: list[Row], end_s: float, begin_s: float = 0.0, title: str = "") -> Figure:
     """Return plots one under the other, which are zoomed in time together."""
     total_px = sum(row.height_px + _SPACE_PX for row in rows)
-    layout: Figure = {
+    layout: Layout = {
         "height": total_px + _BOTTOM_PX,
         "hovermode": "x unified",
         "margin": {"l": 64, "r": 72, "t": 24, "b": _BOTTOM_PX - 6},
@@ -143,7 +144,7 @@ def _strip(flight: Flight) -> Row:
     return Row("", [trace], height_px=_STRIP_PX, axis=axis)
 
 
-def _mode_bars(flight: Flight) -> list[Figure]:
+def _mode_bars(flight: Flight) -> list[Layout]:
     modes = flight.retold.modes
     ends = [time_s for time_s, _ in modes[1:]] + [flight.contents.duration_s]
     tints: dict[str, str] = {}
@@ -161,7 +162,7 @@ def _mode_bars(flight: Flight) -> list[Figure]:
     return bars
 
 
-def _event_lines(flight: Flight) -> list[Figure]:
+def _event_lines(flight: Flight) -> list[Layout]:
     times: list[tuple[float, str]] = []
     for goal in flight.retold.noted.goals:
         times.append((goal.accepted_s, "@goal"))
@@ -192,7 +193,7 @@ def _height_and_speed(flight: Flight) -> list[Row]:
         wanted = -flight.setpoints.vectors_ned[:, 2]
         look = {"dash": "dot", "width": 1.5}
         heights.append(
-            line(flight.setpoints.time_s, wanted, "altitude setpoint (m)", "@goal", line=look)
+            line(flight.setpoints.time_s, wanted, "altitude setpoint (m)", "@goal", look=look)
         )
     altitudes = Row("altitude (m)", heights)
     if not track.has_velocity:
@@ -200,7 +201,7 @@ def _height_and_speed(flight: Flight) -> list[Row]:
     climb = -track.velocity_ned_m_s[:, 2]
     speeds = [
         line(track.time_s, track.ground_speed_m_s, "ground speed (m/s)", "@track"),
-        line(track.time_s, climb, "climb (m/s)", "@second", line={"width": 1.5}),
+        line(track.time_s, climb, "climb (m/s)", "@second", look={"width": 1.5}),
     ]
     return [altitudes, Row("speed (m/s)", speeds)]
 
@@ -210,7 +211,7 @@ def _errors(flight: Flight) -> list[Row]:
     if told is None:
         return []
     across = line(told.time_s, told.horizontal, "horizontal error (m)", "@track")
-    above = line(told.time_s, told.vertical, "vertical error (m)", "@second", line={"width": 1.5})
+    above = line(told.time_s, told.vertical, "vertical error (m)", "@second", look={"width": 1.5})
     return [Row("tracking error (m)", [across, above])]
 
 
@@ -231,7 +232,7 @@ def _battery(flight: Flight) -> list[Row]:
     volts = []
     if retold.voltage:
         look = {"width": 1.5, "dash": "dot"}
-        volts.append(line(*points(retold.voltage), "voltage (V)", "@second", line=look))
+        volts.append(line(*points(retold.voltage), "voltage (V)", "@second", look=look))
     if not traces and not volts:
         return []
     low = min((percent for _, percent in retold.battery), default=0.0)

@@ -8,33 +8,15 @@ from __future__ import annotations
 
 import reprlib
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
-from typing import Any, Generic, TypeVar
-
-__all__ = [
-    "FLAG",
-    "OBJECT",
-    "TEXT",
-    "InvalidValueError",
-    "Kind",
-    "RecordMember",
-    "either",
-    "items",
-    "maybe",
-    "member",
-    "number",
-    "one_of",
-    "record",
-    "row",
-    "suggestion",
-    "text",
-    "whole",
-    "words",
-]
+from typing import Generic, TypeAlias, TypeVar, overload
 
 T = TypeVar("T")
-Schema = dict[str, Any]
+T_co = TypeVar("T_co", covariant=True)
+D = TypeVar("D")
+H = TypeVar("H", bound=Hashable)
+Schema: TypeAlias = dict[str, object]
 _KEY = "member"
 _LARGEST = sys.float_info.max
 # A value from outside may be huge, or contain itself.
@@ -79,7 +61,7 @@ def shown(value: object) -> str:
 
 
 @dataclass(frozen=True)
-class Kind(Generic[T]):
+class Kind(Generic[T_co]):
     """A kind of values.
 
     Attributes:
@@ -87,7 +69,7 @@ class Kind(Generic[T]):
         schema: its JSON Schema.
     """
 
-    read: Callable[[object], T]
+    read: Callable[[object], T_co]
     schema: Schema
 
 
@@ -157,7 +139,7 @@ def text(longest: int | None = None) -> Kind[str]:
 TEXT = text()
 
 
-def words(meanings: Mapping[Any, T]) -> Kind[T]:
+def words(meanings: Mapping[H, T]) -> Kind[T]:
     """Return words or numbers, each with its meaning."""
 
     def read(value: object) -> T:
@@ -211,6 +193,17 @@ def row(*kinds: Kind[T]) -> Kind[tuple[T, ...]]:
     return Kind(read, {"type": "array", "minItems": count, "maxItems": count, **inner})
 
 
+def pair(first: Kind[T], second: Kind[T]) -> Kind[tuple[T, T]]:
+    """Return lists of two values, each of a kind of its own."""
+    both = row(first, second)
+
+    def read(value: object) -> tuple[T, T]:
+        one, other = both.read(value)
+        return one, other
+
+    return Kind(read, both.schema)
+
+
 def maybe(kind: Kind[T]) -> Kind[T | None]:
     """Return values of one kind, and null for an unknown one."""
 
@@ -220,7 +213,7 @@ def maybe(kind: Kind[T]) -> Kind[T | None]:
     return Kind(read, {"anyOf": [kind.schema, {"type": "null"}]})
 
 
-def _object(value: object) -> dict[str, Any]:
+def _object(value: object) -> dict[object, object]:
     if not isinstance(value, dict):
         raise InvalidValueError(f"must be an object, not {shown(value)}.")
     return value
@@ -231,7 +224,7 @@ OBJECT = Kind(_object, {"type": "object"})
 
 
 @dataclass(frozen=True)
-class RecordMember(Generic[T]):
+class RecordMember(Generic[T_co]):
     """One member of a record.
 
     Attributes:
@@ -242,7 +235,7 @@ class RecordMember(Generic[T]):
         default: its default, for the schema.
     """
 
-    kind: Kind[T]
+    kind: Kind[T_co]
     required: bool = False
     name: str = ""
     text: str = ""
@@ -256,9 +249,24 @@ class RecordMember(Generic[T]):
         return {**found, **self.kind.schema, **default}
 
 
+@overload
+def member(kind: Kind[T], name: str = ..., text: str = ...) -> T: ...
+
+
+@overload
 def member(
-    kind: Kind[T], name: str = "", text: str = "", *, default: Any = MISSING, required: bool = False
-) -> Any:
+    kind: Kind[T], name: str = ..., text: str = ..., *, default: D, required: bool = ...
+) -> T | D: ...
+
+
+def member(
+    kind: Kind[object],
+    name: str = "",
+    text: str = "",
+    *,
+    default: object = MISSING,
+    required: bool = False,
+) -> object:
     """Declare a member of a record at the field of a dataclass that it sets.
 
     Args:
@@ -277,11 +285,11 @@ def member(
 
 def record(
     make: Callable[..., T],
-    checks: Mapping[str, Kind[Any]] | None = None,
+    checks: Mapping[str, Kind[object]] | None = None,
     fixed: Mapping[str, object] | None = None,
     *,
     is_open: bool = False,
-    **members: RecordMember[Any],
+    **members: RecordMember[object],
 ) -> Kind[T]:
     """Return objects with named members.
 
@@ -328,7 +336,7 @@ def record(
     return Kind(read, {**schema, "properties": {n: each.schema for n, (_, each) in found.items()}})
 
 
-def one_of(tag: str, kinds: Mapping[str, Kind[Any]], label: str | None = None) -> Kind[Any]:
+def one_of(tag: str, kinds: Mapping[str, Kind[T]], label: str | None = None) -> Kind[T]:
     """Return objects whose member `tag` decides their kind.
 
     Args:
@@ -338,7 +346,7 @@ def one_of(tag: str, kinds: Mapping[str, Kind[Any]], label: str | None = None) -
     """
     tags = either(*kinds)
 
-    def read(given: object) -> Any:
+    def read(given: object) -> T:
         value = _object(given)
         if tag not in value:
             raise InvalidValueError(f"is missing; give one of {', '.join(kinds)}.", tag)
@@ -354,11 +362,12 @@ def one_of(tag: str, kinds: Mapping[str, Kind[Any]], label: str | None = None) -
 
 def _tagged(schema: Schema, tag: str, value: str) -> Schema:
     """Return the schema of an object, or of one of several, with one more member."""
-    if "oneOf" in schema:
-        return {"oneOf": [_tagged(each, tag, value) for each in schema["oneOf"]]}
-    required = [tag, *schema.get("required", ())]
-    properties = {tag: {"const": value}, **schema["properties"]}
-    return {**schema, "required": required, "properties": properties}
+    kinds, required, members = map(schema.get, ("oneOf", "required", "properties"))
+    if isinstance(kinds, list):
+        return {"oneOf": [_tagged(each, tag, value) for each in kinds]}
+    required = [tag, *(required if isinstance(required, list) else ())]
+    members = {tag: {"const": value}, **(members if isinstance(members, dict) else {})}
+    return {**schema, "required": required, "properties": members}
 
 
 def _read_at(where: str, kind: Kind[T], value: object) -> T:

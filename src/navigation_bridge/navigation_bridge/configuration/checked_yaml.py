@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import yaml
 
 from navigation_bridge.configuration.checked_values import InvalidValueError, Kind
-
-__all__ = ["load_yaml", "read_yaml"]
 
 T = TypeVar("T")
 
@@ -29,7 +27,7 @@ def read_yaml(text: str, name: str, kind: Kind[T], error_type: type[ValueError])
         raise error_type(f"{name}: {error}") from None
 
 
-def load_yaml(text: str, name: str, error_type: type[ValueError]) -> Any:
+def load_yaml(text: str, name: str, error_type: type[ValueError]) -> object:
     """Parse YAML.
 
     Args:
@@ -51,7 +49,9 @@ def load_yaml(text: str, name: str, error_type: type[ValueError]) -> Any:
 class _Loader(yaml.SafeLoader):
     """Rejects duplicate keys, which YAML would drop silently."""
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+    def construct_mapping(
+        self, node: yaml.MappingNode, deep: bool = False
+    ) -> dict[Hashable, object]:
         seen = set()
         for key, _ in node.value:
             if key.value in seen:

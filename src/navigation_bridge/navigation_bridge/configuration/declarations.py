@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from enum import Enum
-from typing import Any, Protocol, TypeVar, overload
+from typing import TYPE_CHECKING, Generic, Protocol, TypedDict, TypeVar, overload
 
 from navigation_bridge.configuration.checked_values import (
     TEXT,
@@ -22,27 +22,26 @@ from navigation_bridge.configuration.checked_values import (
 )
 from navigation_bridge.configuration.parameter_values import ConfigurationError, ParameterValue
 
-__all__ = [
-    "ParameterSpec",
-    "also",
-    "group",
-    "inside",
-    "make",
-    "of_core",
-    "parameter",
-    "specs_of",
-    "words_of",
-]
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+    from typing_extensions import Unpack
 
 T = TypeVar("T")
+D = TypeVar("D", bound="DataclassInstance")
 E = TypeVar("E", bound=Enum)
+V = TypeVar("V", bound=ParameterValue)
 Values = Mapping[str, ParameterValue]
 _KEY = "parameter"
 _LINK = re.compile(r"\[([^]]+)\]\([^)]+\)")
 
 
-def _same(value: T) -> T:
-    return value
+class _Marks(TypedDict, total=False):
+    """Further attributes of a :class:`ParameterSpec`."""
+
+    fixed: bool
+    server_wide: bool
+    rehearsed: bool
+    schema: Mapping[str, object]
 
 
 class _Source(Protocol):
@@ -51,7 +50,7 @@ class _Source(Protocol):
     def specs(self) -> Iterator[ParameterSpec]:
         """Yield the parameters that are declared at the field."""
 
-    def made(self, values: Values) -> Any:
+    def made(self, values: Values) -> object:
         """Return the field's value.
 
         Raises:
@@ -81,14 +80,14 @@ class ParameterSpec:
     name: str
     default: ParameterValue
     text: str
-    minimum: float | None = None
-    maximum: float | None = None
-    choices: tuple[str, ...] | None = None
-    read: Callable[[Any], Any] = _same
+    minimum: float | None
+    maximum: float | None
+    choices: tuple[str, ...] | None
+    read: Callable[[ParameterValue], object]
     fixed: bool = False
     server_wide: bool = False
     rehearsed: bool = False
-    schema: Mapping[str, Any] = field(default_factory=dict)
+    schema: Mapping[str, object] = field(default_factory=dict)
 
     @property
     def description(self) -> str:
@@ -99,21 +98,18 @@ class ParameterSpec:
         """Yield itself."""
         yield self
 
-    def made(self, values: Values) -> Any:
+    def made(self, values: Values) -> object:
         """Return the field's value."""
-        value = values[self.name]
-        if isinstance(value, int) and isinstance(self.default, float):
-            value = float(value)
-        return self.read(value)
+        return self.read(values[self.name])
 
     @property
-    def kind(self) -> Kind[Any]:
+    def kind(self) -> Kind[object]:
         """The kind of its values: the type of its default, with its range or its choices."""
         if isinstance(self.default, list):
             return items(TEXT)
         if isinstance(self.default, str):
             return TEXT if self.choices is None else either(*self.choices)
-        limits = () if self.minimum is None else (self.minimum, self.maximum)
+        limits = [limit for limit in (self.minimum, self.maximum) if limit is not None]
         return (whole if isinstance(self.default, int) else number)(*limits)
 
     def check(self, value: ParameterValue) -> None:
@@ -132,72 +128,74 @@ class ParameterSpec:
 
 @dataclass(frozen=True)
 class _Also:
-    """One more field that follows from a parameter, which is declared at another."""
+    """One more field that follows from a parameter with words, which is declared at another."""
 
     name: str
-    read: Callable[[Any], Any]
+    read: Callable[[str], object]
 
     def specs(self) -> Iterator[ParameterSpec]:
         yield from ()
 
-    def made(self, values: Values) -> Any:
-        return self.read(values[self.name])
+    def made(self, values: Values) -> object:
+        return self.read(str(values[self.name]))
 
 
 @dataclass(frozen=True)
-class _Group:
+class _Group(Generic[T]):
     """Fields of one dataclass that parameters set; its other fields keep their defaults."""
 
-    kind: type
+    kind: Callable[..., T]
     sources: Mapping[str, _Source]
 
     def specs(self) -> Iterator[ParameterSpec]:
         for source in self.sources.values():
             yield from source.specs()
 
-    def made(self, values: Values) -> Any:
+    def made(self, values: Values) -> T:
         return self.kind(**{name: source.made(values) for name, source in self.sources.items()})
 
 
 @overload
 def parameter(
     name: str,
-    default: ParameterValue,
+    default: V,
     text: str,
     minimum: float | None = ...,
     maximum: float | None = ...,
     *,
-    read: Callable[[Any], T],
-    **more: Any,
+    read: Callable[[V], T],
+    **marks: Unpack[_Marks],
 ) -> T: ...
 
 
 @overload
-def parameter(name: str, default: str, text: str, *, words: Mapping[str, T], **more: Any) -> T: ...
+def parameter(
+    name: str, default: str, text: str, *, words: Mapping[str, T], **marks: Unpack[_Marks]
+) -> T: ...
 
 
 @overload
 def parameter(
     name: str,
-    default: T,
+    default: V,
     text: str,
     minimum: float | None = ...,
     maximum: float | None = ...,
-    **more: Any,
-) -> T: ...
+    **marks: Unpack[_Marks],
+) -> V: ...
 
 
 def parameter(
     name: str,
-    default: Any,
+    default: V,
     text: str,
     minimum: float | None = None,
     maximum: float | None = None,
     *,
-    words: Mapping[str, Any] | None = None,
-    read: Callable[[Any], Any] | None = None,
-    **more: Any,
-) -> Any:
+    words: Mapping[str, object] | None = None,
+    read: Callable[[V], object] | None = None,
+    **marks: Unpack[_Marks],
+) -> object:
     """Declare a parameter at the field of a dataclass that it sets.
 
     Args:
@@ -208,9 +206,9 @@ def parameter(
         maximum: largest legal number.
         words: the legal strings, each with the field's value.
         read: makes the field's value from the parameter's; raises ConfigurationError.
-        more: ``fixed``, ``server_wide``, ``rehearsed`` and ``schema`` of :class:`ParameterSpec`.
+        marks: ``fixed``, ``server_wide``, ``rehearsed`` and ``schema`` of :class:`ParameterSpec`.
     """
-    spec = _spec(name, default, text, minimum, maximum, words, read, **more)
+    spec = _spec(name, default, text, minimum, maximum, words, read, **marks)
     return field(default=spec.read(default), metadata={_KEY: spec})
 
 
@@ -220,12 +218,11 @@ def of_core(
     minimum: float | None = None,
     maximum: float | None = None,
     *,
-    words: Mapping[str, Any] | None = None,
-    read: Callable[[Any], Any] | None = None,
-    write: Callable[[Any], ParameterValue] = lambda value: value,
-    default: ParameterValue | None = None,
-    **more: Any,
-) -> Callable[[Any], ParameterSpec]:
+    default: V | None = None,
+    words: Mapping[str, object] | None = None,
+    read: Callable[[V], object] | None = None,
+    **marks: Unpack[_Marks],
+) -> Callable[[object], ParameterSpec]:
     """Declare a parameter for a field of a dataclass that does not know parameters.
 
     The field's default is the parameter's.
@@ -235,35 +232,38 @@ def of_core(
         text: its meaning, in sentences of Markdown.
         minimum: smallest legal number.
         maximum: largest legal number.
+        default: the parameter's default where it is not the field's; always with ``read``.
         words: the legal strings, each with the field's value.
         read: makes the field's value from the parameter's; raises ConfigurationError.
-        write: makes the parameter's default from the field's, the inverse of ``read``.
-        default: the parameter's default where the field has none.
-        more: ``fixed``, ``server_wide``, ``rehearsed`` and ``schema`` of :class:`ParameterSpec`.
+        marks: ``fixed``, ``server_wide``, ``rehearsed`` and ``schema`` of :class:`ParameterSpec`.
     """
 
-    def declared(of_field: Any) -> ParameterSpec:
-        own = default
-        if own is None and words is not None:
+    def declared(of_field: object) -> ParameterSpec:
+        if default is not None:
+            return _spec(name, default, text, minimum, maximum, words, read, **marks)
+        own = of_field
+        if words is not None:
             own = next(word for word, value in words.items() if value == of_field)
-        elif own is None:
-            own = write(of_field)
-        return _spec(name, own, text, minimum, maximum, words, read, **more)
+        if not isinstance(own, (int, float, str)):
+            raise TypeError(f"The field of parameter {name} has no default for it: {own!r}.")
+        return _spec(name, own, text, minimum, maximum, words, None, **marks)
 
     return declared
 
 
-def also(name: str, read: Callable[[Any], Any]) -> Callable[[Any], _Source]:
+def also(name: str, read: Callable[[str], object]) -> Callable[[object], _Source]:
     """Return what sets one more field from a parameter, which is declared at another one."""
     return lambda _: _Also(name, read)
 
 
-def inside(kind: type, **of_fields: Callable[[Any], _Source]) -> Callable[[Any], _Source]:
+def inside(
+    kind: type[D], **of_fields: Callable[[object], _Source]
+) -> Callable[[object], _Group[D]]:
     """Declare the parameters of a dataclass inside another one that declares none."""
     return lambda _: _group(kind, of_fields)
 
 
-def group(kind: type[T], **of_fields: Callable[[Any], _Source]) -> T:
+def group(kind: type[D], **of_fields: Callable[[object], _Source]) -> D:
     """Declare a field that is itself a dataclass of parameters.
 
     Args:
@@ -271,23 +271,22 @@ def group(kind: type[T], **of_fields: Callable[[Any], _Source]) -> T:
         of_fields: the parameters of a dataclass that declares none, by its fields.
     """
     # It may need parameters that are declared elsewhere, so it has no default.
-    result: T = field(kw_only=True, metadata={_KEY: _group(kind, of_fields)})
+    result: D = field(kw_only=True, metadata={_KEY: _group(kind, of_fields)})
     return result
 
 
-def specs_of(kind: type) -> tuple[ParameterSpec, ...]:
+def specs_of(kind: type[DataclassInstance]) -> tuple[ParameterSpec, ...]:
     """Return all parameters that are declared in a dataclass and those inside it."""
     return tuple(_group(kind, {}).specs())
 
 
-def make(kind: type[T], values: Values) -> T:
+def make(kind: type[D], values: Values) -> D:
     """Return a dataclass of settings made from the values of all its parameters.
 
     Raises:
         ConfigurationError: a value cannot be used.
     """
-    made: T = _group(kind, {}).made(values)
-    return made
+    return _group(kind, {}).made(values)
 
 
 def words_of(kind: type[E]) -> dict[str, E]:
@@ -295,9 +294,11 @@ def words_of(kind: type[E]) -> dict[str, E]:
     return {str(member.value): member for member in kind}
 
 
-def _group(kind: type, of_fields: Mapping[str, Callable[[Any], _Source]]) -> _Group:
-    found: dict[str, Field[Any]] = {each.name: each for each in fields(kind)}
-    sources = {name: each.metadata[_KEY] for name, each in found.items() if _KEY in each.metadata}
+def _group(kind: type[D], of_fields: Mapping[str, Callable[[object], _Source]]) -> _Group[D]:
+    found = {each.name: each for each in fields(kind)}
+    sources: dict[str, _Source] = {
+        name: each.metadata[_KEY] for name, each in found.items() if _KEY in each.metadata
+    }
     for name, declared in of_fields.items():
         factory = found[name].default_factory
         sources[name] = declared(found[name].default if factory is MISSING else factory())
@@ -306,14 +307,23 @@ def _group(kind: type, of_fields: Mapping[str, Callable[[Any], _Source]]) -> _Gr
 
 def _spec(
     name: str,
-    default: Any,
+    default: V,
     text: str,
     minimum: float | None,
     maximum: float | None,
-    words: Mapping[str, Any] | None,
-    read: Callable[[Any], Any] | None,
-    **more: Any,
+    words: Mapping[str, object] | None,
+    read: Callable[[V], object] | None,
+    **marks: Unpack[_Marks],
 ) -> ParameterSpec:
-    choices = None if words is None else tuple(words)
-    read = read if words is None else words.__getitem__
-    return ParameterSpec(name, default, text, minimum, maximum, choices, read or _same, **more)
+    kind, choices = type(default), None if words is None else tuple(words)
+
+    def read_value(value: ParameterValue) -> object:
+        if isinstance(value, int) and kind is float:
+            value = float(value)
+        if not isinstance(value, kind):
+            raise ConfigurationError(f"Parameter {name} is {value!r}, no {kind.__name__}.")
+        if words is not None:
+            return words[str(value)]
+        return value if read is None else read(value)
+
+    return ParameterSpec(name, default, text, minimum, maximum, choices, read_value, **marks)

@@ -9,8 +9,6 @@ from navigation_bridge.configuration.parameter_table import SERVER_WIDE, Paramet
 from navigation_bridge.configuration.parameter_values import ConfigurationError
 from navigation_bridge.configuration.station_links import check_links_apart
 
-__all__ = ["check_fleet", "check_server_wide", "make_vehicle_config", "make_vehicle_configs"]
-
 
 def make_vehicle_configs(
     vehicles: Mapping[str, Mapping[str, ParameterValue]],

@@ -17,23 +17,12 @@ from navigation_bridge.configuration.checked_values import (
     member,
     number,
     one_of,
+    pair,
     record,
-    row,
 )
 from navigation_bridge.configuration.checked_yaml import read_yaml
 from navigation_bridge.configuration.text_files import read_text
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle
-
-__all__ = [
-    "FILE",
-    "BoxEntry",
-    "CylinderEntry",
-    "KnownObstacles",
-    "ObstaclesError",
-    "WallEntry",
-    "parse_obstacles",
-    "read_obstacles",
-]
 
 _MAP, _WGS84 = "map", "wgs84"
 _UNITS = {_MAP: "m", _WGS84: "deg"}
@@ -42,8 +31,8 @@ ToMap = Callable[[tuple[float, float, float]], tuple[float, float, float]]
 _Place = Callable[[str], _Point]
 
 _SIZE = number(0, 10_000, exclusive=True)
-_EAST_NORTH = row(*[number(-100_000, 100_000)] * 2)
-_LATITUDE_LONGITUDE = row(number(-90, 90), number(-180, 180))
+_EAST_NORTH = pair(number(-100_000, 100_000), number(-100_000, 100_000))
+_LATITUDE_LONGITUDE = pair(number(-90, 90), number(-180, 180))
 _IN_MAP = "East and north of the map origin, in metres."
 _GEODETIC = "Latitude and longitude in degrees (WGS-84)."
 
@@ -114,7 +103,7 @@ class BoxEntry(_OnePlaceEntry):
     KIND = "box"
 
     size_m: _Point = member(
-        row(_SIZE, _SIZE), text="Along the obstacle's own x axis (east by default) and y axis."
+        pair(_SIZE, _SIZE), text="Along the obstacle's own x axis (east by default) and y axis."
     )
     yaw_deg: float = member(number(-360, 360), text="Counter-clockwise from east.", default=0.0)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping
-from typing import Any
 
 from navigation_bridge.configuration.declarations import make
 from navigation_bridge.configuration.parameter_table import (
@@ -20,14 +19,13 @@ __all__ = ["ConfigurationError", "ServerConfig", "check_value", "make_config"]
 
 # The first of each is compared with the last. With a shorter time than heartbeat_timeout_s, silence
 # would be attributed to something other than a lost link.
-_COMPARED: tuple[tuple[str, Callable[[Any, Any], bool], str], ...] = (
-    ("volume_altitude_min_m", operator.lt, "volume_altitude_max_m"),
-    ("takeoff_height_min_m", operator.le, "takeoff_height_m"),
-    ("speed_default_m_s", operator.le, "speed_max_m_s"),
-    ("link_lost_abort_s", operator.gt, "heartbeat_timeout_s"),
-    ("position_timeout_s", operator.gt, "heartbeat_timeout_s"),
+_COMPARED: tuple[tuple[str, Callable[[float, float], bool], str, str], ...] = (
+    ("volume_altitude_min_m", operator.lt, "below", "volume_altitude_max_m"),
+    ("takeoff_height_min_m", operator.le, "not above", "takeoff_height_m"),
+    ("speed_default_m_s", operator.le, "not above", "speed_max_m_s"),
+    ("link_lost_abort_s", operator.gt, "above", "heartbeat_timeout_s"),
+    ("position_timeout_s", operator.gt, "above", "heartbeat_timeout_s"),
 )
-_WORDS = {operator.lt: "below", operator.le: "not above", operator.gt: "above"}
 
 
 def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
@@ -40,9 +38,10 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
         check_value(given, value)
     merged = {spec.name: spec.default for spec in PARAMETERS}
     merged.update(values)
-    for name, holds, other in _COMPARED:
-        if not holds(merged[name], merged[other]):
-            raise ConfigurationError(f"Parameter {name} must be {_WORDS[holds]} {other}.")
+    numbers = {name: value for name, value in merged.items() if isinstance(value, (int, float))}
+    for name, holds, words, other in _COMPARED:
+        if not holds(numbers[name], numbers[other]):
+            raise ConfigurationError(f"Parameter {name} must be {words} {other}.")
     if not merged["log_directory"]:
         raise ConfigurationError("Parameter log_directory must name a folder.")
     if merged["external_origin"] and not merged["external_odometry_topic"]:

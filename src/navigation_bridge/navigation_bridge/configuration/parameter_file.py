@@ -8,14 +8,11 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from navigation_bridge.configuration.checked_yaml import load_yaml
 from navigation_bridge.configuration.parameter_table import ParameterValue, check_value
 from navigation_bridge.configuration.parameter_values import ConfigurationError, texts
 from navigation_bridge.configuration.text_files import read_text
-
-__all__ = ["ParameterFile", "check_keys", "check_parameter_files", "read_parameter_file"]
 
 _OF_ROS = frozenset({"use_sim_time", "start_type_description_service"})
 _PARAMETERS_KEY = "ros__parameters"
@@ -113,7 +110,7 @@ def _matches(key: str, node: str) -> bool:
     return re.fullmatch(pattern, f"/{node}") is not None
 
 
-def _document(path: Path) -> Any:
+def _document(path: Path) -> object:
     return load_yaml(read_text(path, ConfigurationError), str(path), ConfigurationError)
 
 
@@ -145,7 +142,7 @@ def _parameter_files(arguments: Sequence[str]) -> list[str]:
     return [name for flag, name in itertools.pairwise(arguments) if flag == "--params-file"]
 
 
-def _nodes(tree: Any, above: str) -> Iterator[tuple[str, dict[str, ParameterValue]]]:
+def _nodes(tree: object, above: str) -> Iterator[tuple[str, dict[str, ParameterValue]]]:
     """Yield the nodes, whose names may be full or nested namespaces."""
     if not isinstance(tree, dict):
         return

@@ -14,8 +14,6 @@ from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
 
-__all__ = ["Carrier", "SensorPose", "SensorPoseError", "carrier_at", "turn"]
-
 Array: TypeAlias = NDArray[np.float64]
 
 # Limit for extrapolating position and attitude; with older ones the sensor's present pose is

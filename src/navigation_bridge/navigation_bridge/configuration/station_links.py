@@ -12,8 +12,6 @@ from navigation_bridge.configuration.parameter_values import (
     texts,
 )
 
-__all__ = ["check_links_apart", "read_station_links"]
-
 
 def read_station_links(value: ParameterValue) -> tuple[str, ...]:
     """Return the links of ``gcs_links``.

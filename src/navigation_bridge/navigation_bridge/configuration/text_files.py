@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["read_text"]
-
 _SIZE_MAX_BYTES = 10_000_000
 
 

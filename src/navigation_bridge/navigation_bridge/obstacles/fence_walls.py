@@ -13,8 +13,6 @@ from collections.abc import Iterator
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle
 from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
 
-__all__ = ["fence_walls"]
-
 # Largest distance of a polygon's corners from the circle that it approximates.
 _SAGITTA_M = 0.25
 _SIDES_MAX = 180

@@ -29,8 +29,6 @@ from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 
-__all__ = ["LASER_SCAN", "POINT_CLOUD", "ObstacleFeed", "SensorPoints", "SensorScan"]
-
 Array: TypeAlias = NDArray[np.float64]
 
 LASER_SCAN, POINT_CLOUD = "LaserScan", "PointCloud2"

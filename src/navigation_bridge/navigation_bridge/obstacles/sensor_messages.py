@@ -10,8 +10,6 @@ import numpy as np
 from navigation_bridge.names import FRAME_MAP
 from navigation_bridge.obstacles.obstacle_feed import SensorPoints, SensorScan
 
-__all__ = ["POINTS_MAX", "SensorMessageError", "points_of", "scan_of"]
-
 POINTS_MAX = 20_000
 """A larger cloud is thinned to this number of points."""
 
@@ -82,7 +80,7 @@ def points_of(message: Any) -> SensorPoints:
     return SensorPoints(in_map, points[(np.abs(points) < _FAR_M).all(axis=1)])
 
 
-def _layout(message: Any) -> np.dtype[Any]:
+def _layout(message: Any) -> np.dtype[np.void]:
     order = ">" if message.is_bigendian else "<"
     formats, offsets = [], []
     if message.point_step > _POINT_STEP_MAX:

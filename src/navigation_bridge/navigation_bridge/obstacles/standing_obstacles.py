@@ -14,8 +14,6 @@ from navigation_core.mapping.obstacles import NOTHING, KnownObstacle, Obstacles
 from navigation_core.safety.fences import CircleArea, Fence
 from navigation_core.safety.target_checks import FlightVolume
 
-__all__ = ["HEADROOM_M", "StandingObstacles"]
-
 HEADROOM_M = 2.0
 """Height above its base from which a rover or boat passes below an obstacle."""
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
 
 from mavlink_vehicle.codec import mavlink
 from navigation_bridge.plan_files.items import PlanError, PlanItem
@@ -22,36 +21,39 @@ def is_json(text: str) -> bool:
     return text.lstrip().startswith(("{", "["))
 
 
-def plan_document(text: str) -> dict[str, Any]:
+def members_of(value: object) -> Mapping[str, object]:
+    """Return the members of a JSON object; anything else has none."""
+    return value if isinstance(value, dict) else {}
+
+
+def plan_document(text: str) -> Mapping[str, object]:
     """Return the JSON object of a `.plan` file's text.
 
     Raises:
         PlanError: it is not one.
     """
     try:
-        document = json.loads(text)
+        document = members_of(json.loads(text))
     except (ValueError, RecursionError) as error:  # also a number with thousands of digits
         line = f"line {error.lineno}: " if isinstance(error, json.JSONDecodeError) else ""
         raise PlanError(f"{line}not valid JSON.") from None
-    if isinstance(document, dict) and "MAV_AUTOPILOT" in document:
+    if "MAV_AUTOPILOT" in document:
         raise PlanError(
             "a mission file of QGroundControl 3.0 or older; open it in QGroundControl and save it "
             "as a plan."
         )
-    mission = document.get("mission") if isinstance(document, dict) else None
-    if not isinstance(mission, dict) or document.get("fileType") != "Plan":
+    if not isinstance(document.get("mission"), dict) or document.get("fileType") != "Plan":
         raise PlanError("not a QGroundControl plan (fileType 'Plan' with a mission).")
-    assert isinstance(document, dict)
     return document
 
 
-def plan_items(document: dict[str, Any]) -> tuple[list[PlanItem], list[str], bool]:
+def plan_items(document: Mapping[str, object]) -> tuple[list[PlanItem], list[str], bool]:
     """Return the items of a plan, notes, and whether a heading of 0 is meant as such.
 
     Raises:
         PlanError: an item is none, or lacks its waypoints.
     """
-    mission = document["mission"]
+    mission = members_of(document["mission"])
     entries = mission.get("items")
     if not isinstance(entries, list):
         raise PlanError("the mission has no item list.")
@@ -60,8 +62,7 @@ def plan_items(document: dict[str, Any]) -> tuple[list[PlanItem], list[str], boo
         ("geoFence", ("polygons", "circles", "polygon"), "fence"),
         ("rallyPoints", ("points",), "rally"),
     ):
-        part = document.get(key)
-        if isinstance(part, dict) and any(part.get(name) for name in what):
+        if any(members_of(document.get(key)).get(name) for name in what):
             text = f"The plan's {key} is not sent to the vehicle; the command {command} does that."
             notes.append(text)
     items: list[PlanItem] = []
@@ -70,7 +71,7 @@ def plan_items(document: dict[str, Any]) -> tuple[list[PlanItem], list[str], boo
     return items, notes, mission.get("firmwareType") == _PX4
 
 
-def _entry(entry: Any, where: str) -> Iterator[PlanItem]:
+def _entry(entry: object, where: str) -> Iterator[PlanItem]:
     if not isinstance(entry, dict):
         raise PlanError(f"{where} is not an object.")
     if entry.get("type") == "SimpleItem":
@@ -79,8 +80,7 @@ def _entry(entry: Any, where: str) -> Iterator[PlanItem]:
     if entry.get("type") != "ComplexItem":
         raise PlanError(f"{where} is a {entry.get('type')!r}; only SimpleItem is supported.")
     name = entry.get("complexItemType")
-    transects = entry.get("TransectStyleComplexItem")
-    inner = transects.get("Items") if isinstance(transects, dict) else None
+    inner = members_of(entry.get("TransectStyleComplexItem")).get("Items")
     if not isinstance(inner, list) or not inner:
         raise PlanError(
             f"{where} is a complex item ({name}) without its waypoints; open the plan in "
@@ -93,7 +93,7 @@ def _entry(entry: Any, where: str) -> Iterator[PlanItem]:
         yield _simple(item, inside)
 
 
-def _simple(entry: dict[str, Any], where: str) -> PlanItem:
+def _simple(entry: Mapping[str, object], where: str) -> PlanItem:
     command, frame, params = entry.get("command"), entry.get("frame"), entry.get("params")
     if type(command) is not int or type(frame) is not int:
         raise PlanError(f"{where}: command and frame must be integers.")

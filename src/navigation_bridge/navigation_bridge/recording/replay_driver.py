@@ -123,10 +123,10 @@ class ReplayDriver:
         self._paused = False
         self._seek_s: float | None = None
         self._jumps = 0
-        self._application: ReplayedApplication | None = None
+        self._application: ReplayedApplication  # by play_to, as the player is
+        self._player: Player
         self.codec = Codec(1, own_component)
         self._begin_s = 0.0
-        self._player: Player | None = None
         self._anchor = (0.0, 0.0)
 
     def play_to(self, application: ReplayedApplication) -> None:
@@ -141,7 +141,7 @@ class ReplayDriver:
 
     def start(self) -> None:
         """Start to play."""
-        self._set_anchor(self._playing().now)
+        self._set_anchor(self._player.now)
         self._thread.start()
         threading.Thread(target=self._measure, name="replay duration", daemon=True).start()
 
@@ -188,7 +188,7 @@ class ReplayDriver:
 
     def position(self) -> ReplayPosition:
         """Return the progress; on the thread, or by :meth:`call`."""
-        player = self._playing()
+        player = self._player
         time = player.time
         recording_s = player.now - self._begin_s
         return ReplayPosition(
@@ -218,12 +218,11 @@ class ReplayDriver:
 
     def _turn(self) -> None:
         application = self._application
-        assert application is not None
         while self._mailbox:
             self._mailbox.do_next()
             application.messages_to_send()  # the request reports its own effect
         self.on_look()
-        player = self._playing()
+        player = self._player
         if self._seek_s is not None:
             self._seek_on(application, player, self._seek_s)
             return
@@ -285,10 +284,9 @@ class ReplayDriver:
     def _change(self, speed: float, paused: bool) -> None:
         self._speed, self._paused = speed, paused
         self.changes += 1
-        self._set_anchor(self._playing().now)
+        self._set_anchor(self._player.now)
 
     def _rewind(self, play: bool) -> None:
-        assert self._application is not None
         self._begin_again(self._application)
         if self._seek_s is not None:
             self._seek_s = None
@@ -302,7 +300,6 @@ class ReplayDriver:
         self._make_player()
 
     def _seek(self, position_s: float) -> None:
-        assert self._application is not None
         if self._seek_s is None:
             self._application.mute(True, self.clock.now())
         if position_s < self.clock.now() - self._begin_s:
@@ -312,15 +309,10 @@ class ReplayDriver:
         self.changes += 1
 
     def _make_player(self) -> None:
-        assert self._application is not None
         self.codec = Codec(1, self._own_component)
         records: Iterable[tuple[float, bytes]] = self._reader
         time = RecordedTime(now=self._begin_s)
         self._player = Player(records, self._application, self.codec, time, self._own_component)
-
-    def _playing(self) -> Player:
-        assert self._player is not None, "play_to comes first"
-        return self._player
 
     def _set_anchor(self, played_s: float) -> None:
         self._anchor = (self._wall.now(), played_s)

@@ -6,7 +6,6 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -84,7 +83,7 @@ def show(results: Sequence[ShadowResult], console: Console) -> None:
     console.print(table, markup=False)
 
 
-def as_dict(result: ShadowResult) -> dict[str, Any]:
+def as_dict(result: ShadowResult) -> dict[str, object]:
     """Return a result for JSON; unknown values are null."""
     return {
         "at_s": result.goal.at_s,

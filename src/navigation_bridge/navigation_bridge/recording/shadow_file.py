@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from navigation_bridge.configuration.checked_values import (
     FLAG,
@@ -108,9 +107,10 @@ def _navigate(
 
 
 def _waypoint(
-    position: Vector3, use_yaw: bool = False, yaw_enu_rad: float = 0.0, **more: Any
+    position: Vector3, use_yaw: bool = False, yaw_enu_rad: float = 0.0, **more: object
 ) -> WaypointRequest:
-    return WaypointRequest(position, yaw_enu_rad=yaw_enu_rad if use_yaw else None, **more)
+    make: Callable[..., WaypointRequest] = WaypointRequest
+    return make(position, yaw_enu_rad=yaw_enu_rad if use_yaw else None, **more)
 
 
 _IDENTITY = _quaternion()
@@ -150,7 +150,7 @@ _WAYPOINT = record(
     yaw_enu_rad=RecordMember(number(), name="yaw"),
     max_speed_m_s=_SPEED_M_S,
 )
-_GOALS: Mapping[str, Kind[Any]] = {
+_GOALS: Mapping[str, Kind[Request]] = {
     ACTION_NAME: record(
         _navigate,
         target_pose=RecordMember(_TARGET, required=True),
@@ -177,9 +177,10 @@ _WITH_TARGETS = (ACTION_NAME, WAYPOINTS_ACTION_NAME)
 
 
 def _entry(action: str) -> Kind[ShadowGoal]:
-    def made(at_s: float, request: Request | None = None, **more: Any) -> ShadowGoal:
-        request = request or _GOALS[action].read({})
-        return ShadowGoal(at_s, action, request, **more)
+    def made(
+        at_s: float, request: Request | None = None, cancel_at_s: float | None = None
+    ) -> ShadowGoal:
+        return ShadowGoal(at_s, action, request or _GOALS[action].read({}), cancel_at_s)
 
     return record(
         made,

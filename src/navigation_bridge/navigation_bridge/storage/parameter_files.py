@@ -12,13 +12,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from flight_logs.whole_file import whole_file
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import Parameter
 from navigation_bridge.configuration.text_files import read_text
+from navigation_bridge.plan_files.waypoint_lists import content_lines
 
 QGROUNDCONTROL, MAVPROXY = ".params", ".parm"
 _SUFFIXES = {QGROUNDCONTROL: QGROUNDCONTROL, MAVPROXY: MAVPROXY, ".param": MAVPROXY}
@@ -90,13 +91,10 @@ def write_parameters(path: Path, text: str) -> None:
     Raises:
         ParameterFileError: it could not be written.
     """
-    new = path.with_name(f".{path.name}.new")
     try:
-        new.write_text(text, encoding="utf-8")
-        new.replace(path)
+        with whole_file(path) as draft:
+            draft.write_text(text, encoding="utf-8")
     except OSError as error:
-        with suppress(OSError):
-            new.unlink(missing_ok=True)
         raise ParameterFileError(f"{path}: {error.strerror or error}.") from None
 
 
@@ -110,18 +108,7 @@ def read_parameters(path: Path) -> VehicleParameterFile:
     """
     reading = _Reading(path.resolve().parent)
     reading.add_file(path)
-    return reading.result(f"{path}: ")
-
-
-def parse_parameters(text: str) -> VehicleParameterFile:
-    """Return the parameters of a file's text, which includes no others.
-
-    Raises:
-        ParameterFileError: it has none, or a line is not a parameter.
-    """
-    reading = _Reading(None)
-    reading.add_text(text, None)
-    return reading.result("")
+    return reading.result(path)
 
 
 @dataclass
@@ -129,7 +116,7 @@ class _Reading:
     """Parameters of a file and of those that it includes.
 
     Attributes:
-        folder: those included must be in it or below; None where there is no file.
+        folder: those included must be in it or below.
         values: by name.
         others: rows about other components.
         read_only: names with @READONLY.
@@ -137,17 +124,17 @@ class _Reading:
         files: how many were read.
     """
 
-    folder: Path | None
+    folder: Path
     values: dict[str, float] = field(default_factory=dict)
     others: int = 0
     read_only: set[str] = field(default_factory=set)
     opened: list[Path] = field(default_factory=list)
     files: int = 0
 
-    def result(self, where: str) -> VehicleParameterFile:
-        """Return all that was read; `where` begins a sentence."""
+    def result(self, path: Path) -> VehicleParameterFile:
+        """Return all that was read from a file."""
         if not self.values:
-            raise ParameterFileError(f"{where}it contains no parameters of the autopilot.")
+            raise ParameterFileError(f"{path}: it contains no parameters of the autopilot.")
         notes = []
         if self.others:
             notes.append(f"{self.others} parameters of other components are left out.")
@@ -166,12 +153,12 @@ class _Reading:
         text = read_text(path, ParameterFileError, "utf-8-sig")
         self.opened.append(path.resolve())
         try:
-            self.add_text(text, path)
+            self._add_text(text, path)
         except _LineError as error:
             raise ParameterFileError(f"{path}: {error}") from None
         self.opened.pop()
 
-    def add_text(self, text: str, path: Path | None) -> None:
+    def _add_text(self, text: str, path: Path) -> None:
         """Read a file's text; `path` is its file."""
         own: dict[str, float] = {}
         for number, cells in _rows(text):
@@ -180,8 +167,8 @@ class _Reading:
             else:
                 self._add_row(cells, own, f"line {number}")
 
-    def _included(self, names: list[str], path: Path | None, where: str) -> Path:
-        if path is None or self.folder is None or len(names) != 1:
+    def _included(self, names: list[str], path: Path, where: str) -> Path:
+        if len(names) != 1:
             raise _LineError(f"{where}: {_INCLUDE} needs the name of one file.")
         included = path.parent / names[0]
         real = included.resolve()
@@ -225,11 +212,10 @@ class _LineError(ParameterFileError):
 
 
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    for number, line in enumerate(text.splitlines(), start=1):
-        content = line.split("#", 1)[0].strip()
+    for number, content in content_lines(text):
         if content.startswith(_INCLUDE):
             yield number, content.split()
-        elif content:
+        else:
             yield number, [cell for cell in re.split(r"[\s,=]+", content) if cell]
 
 

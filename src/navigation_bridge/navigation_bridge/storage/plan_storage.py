@@ -6,15 +6,16 @@ and "Rally Points". Rally points are above home.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
 
 from navigation_bridge.plan_files.items import PlanError
+from navigation_bridge.plan_files.qgroundcontrol import members_of
 from navigation_bridge.storage.geographic import Degrees, GeoArea, GeoFence, RallyPoint
 
 _VERSION = 2
 
 
-def plan_fence(document: dict[str, Any]) -> GeoFence:
+def plan_fence(document: Mapping[str, object]) -> GeoFence:
     """Return the fence of a plan.
 
     Raises:
@@ -33,7 +34,7 @@ def plan_fence(document: dict[str, Any]) -> GeoFence:
     return GeoFence(tuple(areas), return_point_deg)
 
 
-def plan_rally(document: dict[str, Any]) -> tuple[RallyPoint, ...]:
+def plan_rally(document: Mapping[str, object]) -> tuple[RallyPoint, ...]:
     """Return the rally points of a plan.
 
     Raises:
@@ -43,10 +44,10 @@ def plan_rally(document: dict[str, Any]) -> tuple[RallyPoint, ...]:
     points = []
     try:
         for entry in _list(part, "points"):
-            place_deg = _place(entry, "a rally point", 3)
-            if len(entry) != 3:
+            latitude_deg, longitude_deg, *altitudes_m = _numbers(entry, "a rally point", 3)
+            if not altitudes_m:
                 raise PlanError("a rally point has no altitude.")
-            points.append(RallyPoint(place_deg, float(entry[2])))
+            points.append(RallyPoint((latitude_deg, longitude_deg), altitudes_m[0]))
     except PlanError as error:
         raise PlanError(f"rallyPoints: {error}") from None
     if not points:
@@ -54,7 +55,7 @@ def plan_rally(document: dict[str, Any]) -> tuple[RallyPoint, ...]:
     return tuple(points)
 
 
-def _part(document: dict[str, Any], key: str) -> dict[str, Any]:
+def _part(document: Mapping[str, object], key: str) -> Mapping[str, object]:
     part = document.get(key, {})
     if not isinstance(part, dict):
         raise PlanError(f"{key} is not an object.")
@@ -67,47 +68,54 @@ def _part(document: dict[str, Any], key: str) -> dict[str, Any]:
     return part
 
 
-def _list(part: dict[str, Any], key: str) -> list[Any]:
+def _list(part: Mapping[str, object], key: str) -> list[object]:
     entries = part.get(key, [])
     if not isinstance(entries, list):
         raise PlanError(f"{key} is not a list.")
     return entries
 
 
-def _polygon(entry: Any) -> GeoArea:
-    corners = entry.get("polygon") if isinstance(entry, dict) else None
+def _polygon(entry: object) -> GeoArea:
+    corners = members_of(entry).get("polygon")
     if not isinstance(corners, list):
         raise PlanError("a polygon has no corners.")
     places_deg = tuple(_place(corner, "a corner", 2) for corner in corners)
     return GeoArea(places_deg, None, _inclusion(entry))
 
 
-def _circle(entry: Any) -> GeoArea:
-    circle = entry.get("circle") if isinstance(entry, dict) else None
+def _circle(entry: object) -> GeoArea:
+    circle = members_of(entry).get("circle")
     if not isinstance(circle, dict):
         raise PlanError("a circle has no centre.")
-    radius_m = circle.get("radius")
-    if not isinstance(radius_m, (int, float)) or not _is_number(radius_m):
-        raise PlanError(f"the radius {radius_m!r} is not a number.")
+    radius_m = _number(circle.get("radius"))
+    if radius_m is None:
+        raise PlanError(f"the radius {circle.get('radius')!r} is not a number.")
     place_deg = _place(circle.get("center"), "the centre of a circle", 2)
-    return GeoArea((place_deg,), float(radius_m), _inclusion(entry))
+    return GeoArea((place_deg,), radius_m, _inclusion(entry))
 
 
-def _inclusion(entry: dict[str, Any]) -> bool:
-    inclusion = entry.get("inclusion")
+def _inclusion(entry: object) -> bool:
+    inclusion = members_of(entry).get("inclusion")
     if not isinstance(inclusion, bool):
         raise PlanError("an area does not say whether it is an inclusion.")
     return inclusion
 
 
-def _place(value: Any, what: str, most: int) -> Degrees:
-    fits = isinstance(value, list) and 2 <= len(value) <= most
-    if not fits or not all(_is_number(number) for number in value):
+def _place(value: object, what: str, most: int) -> Degrees:
+    latitude_deg, longitude_deg, *_ = _numbers(value, what, most)
+    return latitude_deg, longitude_deg
+
+
+def _numbers(value: object, what: str, most: int) -> list[float]:
+    """Return the numbers of a list of two, or up to `most`."""
+    found = [_number(each) for each in value] if isinstance(value, list) else []
+    numbers = [number for number in found if number is not None]
+    if not 2 <= len(numbers) == len(found) <= most:
         raise PlanError(f"{what}, {value!r}, is not a latitude and a longitude.")
-    return float(value[0]), float(value[1])
+    return numbers
 
 
-def _is_number(value: Any) -> bool:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return False
-    return abs(value) < 1e300
+def _number(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e300:
+        return None
+    return float(value)
