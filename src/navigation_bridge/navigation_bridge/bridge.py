@@ -1,8 +1,9 @@
 """One vehicle of the server: goals and services in, MAVLink out, feedback back. No ROS.
 
 The bridge puts the parts together and is what driver and clients talk to. It does no I/O and reads
-no clock; the driver thread calls it with ``now`` and collects :meth:`Bridge.messages_to_send` and
-:meth:`Bridge.next_output`. A goal's turn is on one page, :mod:`navigation_bridge.engine`.
+no clock; the driver thread calls it with ``now`` and collects :meth:`Bridge.messages_to_send`. Its
+:class:`Front` publishes :meth:`Bridge.next_output`. A goal's turn is on one page,
+:mod:`navigation_bridge.engine`.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from navigation_bridge.goals.goal import LogLevel, Output
 from navigation_bridge.goals.requests import Request, VelocityRequest
 from navigation_bridge.goals.velocity_commands import VelocityCommands
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
-from navigation_bridge.reporting import Reporter
+from navigation_bridge.reporting import Front, Reporter
 from navigation_bridge.scene import Scene
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.snapshot import LocatedSnapshot, Observer
@@ -50,10 +51,11 @@ from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.velocity_command import VelocityCommand
 
-__all__ = ["Bridge", "BridgeConfig"]
+__all__ = ["Bridge", "BridgeConfig", "Front"]
 
 _GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _LOCAL_POSITION = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
+_ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
 
 class Bridge:
@@ -66,6 +68,7 @@ class Bridge:
         storage: requests about fence, rally points and parameters of the autopilot.
         scene: fence, flight volume, mission and rally points in the map frame.
         obstacles: obstacles; accepts readings of ROS sensors.
+        front: publishes the outputs.
     """
 
     def __init__(
@@ -92,6 +95,7 @@ class Bridge:
         self._tasks = tasks
         self._refusal: Rejection | None = None
         self._searcher = searcher
+        self.front = Front()
         self._compose(vehicle, config)
 
     def _compose(self, vehicle: Vehicle, config: BridgeConfig) -> None:
@@ -340,11 +344,18 @@ class Bridge:
         else:
             self._engine.end(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
 
-    def fail(self, text: str, now: float) -> None:
+    def fail(self, error: Exception, now: float) -> None:
         """End the active goal after an internal error; the vehicle holds."""
+        self.front.fail(error)
         goal = self._engine.goal
         if goal is not None:
+            text = f"Internal server error ({error}); hold was commanded."
             self._engine.end(goal, Outcome(OutcomeCode.INTERNAL_ERROR, text, None), now)
+        self.front.put_out()
+
+    def give_up(self, error: Exception) -> None:
+        """Have the goals ended by the front: the bridge is not called again."""
+        self.front.give_up(error)
 
     # --- called by the driver -------------------------------------------------------
 
@@ -365,17 +376,26 @@ class Bridge:
         """Process a message of a ground station from another link; it is never telemetry."""
         self._vehicle.overhear(message, now)
         self._events.handle(now)
+        self.front.put_out()
 
     def intakes(self, system: int, component: int) -> dict[int, Intake]:
         """Return what takes measurements of a sender straight from their frames, by number."""
         intakes = self._vehicle.intakes(system, component)
-        take_position = intakes.get(_GLOBAL_POSITION)
-        if take_position is not None:
-            intakes[_GLOBAL_POSITION] = partial(self._take_position, take_position)
-        take_local = intakes.get(_LOCAL_POSITION)
-        if take_local is not None:
-            intakes[_LOCAL_POSITION] = partial(self._take_local, take_local)
+        for number, take in (
+            (_GLOBAL_POSITION, self._take_position),
+            (_LOCAL_POSITION, self._take_local),
+            (_ATTITUDE, self._take_attitude),
+        ):
+            if number in intakes:
+                intakes[number] = partial(take, intakes[number])
         return intakes
+
+    def _take_attitude(self, take: Intake, data: bytes, now: float) -> bool:
+        """Do what `receive` does for an attitude, which is published with the next position."""
+        if not take(data, now):
+            return False
+        self.front.update(now)
+        return True
 
     def _take_local(self, take: Intake, data: bytes, now: float) -> bool:
         """Do what `receive` does for a local position."""
@@ -407,6 +427,7 @@ class Bridge:
             self._report.position()
         self._positions.follow(before, live.known, here, now)
         self._engine.position_came(now)
+        self.front.update(now)
         return True
 
     def receive(self, message: Message, now: float) -> None:
@@ -431,6 +452,7 @@ class Bridge:
             self._engine.position_came(now)
         elif message.get_type() == "ADSB_VEHICLE":
             self._traffic.hear(message, now)
+        self.front.update(now)
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
@@ -439,6 +461,7 @@ class Bridge:
         self._events.handle(now)
         self._parking.handle_timer(now)
         self._engine.turn(now)
+        self.front.update(now)
 
     def next_deadline(self) -> float | None:
         """Return the time of the next call of :meth:`handle_timer`."""
@@ -446,11 +469,13 @@ class Bridge:
             self._vehicle.next_deadline(),
             self._parking.next_deadline(),
             self._engine.next_deadline(),
+            self.front.next_deadline(),
         )
         return min((time for time in deadlines if time is not None), default=None)
 
     def messages_to_send(self) -> list[Message]:
-        """Return the MAVLink messages to send now."""
+        """Return the MAVLink messages to send now, after publishing what a request put out."""
+        self.front.put_out()
         messages = self._vehicle.messages_to_send()
         for message in self._traffic.announcements():
             address = self._vehicle.address

@@ -51,6 +51,29 @@ from navigation_core.tasks.progress import Progress
 _MAV_SEVERITY_WARNING = 4
 
 
+class Front:
+    """Publishes what a bridge puts out; this one leaves all of it in `Bridge.next_output`.
+
+    All is called on the driver's thread, at the end of what the bridge was called for.
+    """
+
+    def put_out(self) -> None:
+        """Publish the outputs."""
+
+    def update(self, now: float) -> None:
+        """Publish the outputs, and what has changed of the vehicle's state."""
+
+    def next_deadline(self) -> float | None:
+        """Return the latest time of the next call of :meth:`update`."""
+        return None
+
+    def fail(self, error: Exception) -> None:
+        """Log an internal error."""
+
+    def give_up(self, error: Exception) -> None:
+        """Log an error, and end all goals without the bridge, which is not called again."""
+
+
 class Reporter:
     """Output queue between bridge and driver thread."""
 

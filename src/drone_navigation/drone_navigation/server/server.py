@@ -117,16 +117,15 @@ class NavigationServer:
             VehicleNode(node, own, made, network.recorder, clock, searcher, traffic)
             for node, own, made in settings
         ]
-        members = [vehicle.member for vehicle in self._vehicles]
         self._driver: Driver | ReplayDriver
         if isinstance(network, ReplayNetwork):
             self._driver = network.driver
-            fleet = ReplayFleet(members, clock)
+            fleet = ReplayFleet(self._vehicles, clock)
             network.driver.play_to(fleet)
             self._fleet: FleetApplication = fleet
             self._replay = ReplayNode(root, self._vehicles, network.driver)
         else:
-            self._fleet = FleetApplication(members, clock)
+            self._fleet = FleetApplication([vehicle.member for vehicle in self._vehicles], clock)
             self._driver = network.drive(self._fleet, clock)
         self._fleet.attach(self._driver)
         self._traffic_topic: TrafficTopic | None = None

@@ -24,7 +24,7 @@ from drone_navigation.server.subscribing.correction_topic import CorrectionTopic
 from drone_navigation.server.subscribing.external_odometry import ExternalOdometry
 from drone_navigation.server.subscribing.sensor_topics import SensorTopics
 from drone_navigation.server.subscribing.velocity_topic import VelocityTopic
-from drone_navigation.server.vehicle_application import VehicleApplication
+from drone_navigation.server.vehicle_outputs import VehicleOutputs
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.tlog import TlogWriter
@@ -55,6 +55,7 @@ class VehicleNode:
         node: the ROS node, named ``navigation_server`` in the vehicle's namespace.
         config: the settings at the start.
         member: what a fleet runs; takes work for the bridge.
+        outputs: publishes what the bridge puts out.
         presence: knows of other servers of the vehicle's name; there from :meth:`serve` on.
         told_ready: whether it was said that the vehicle's link is open.
     """
@@ -89,8 +90,8 @@ class VehicleNode:
         name = node.get_namespace().strip("/") or node.get_name()
         vehicle = Vehicle(config.vehicle)
         self._bridge = Bridge(vehicle, config.bridge, searcher, traffic=traffic, name=name)
-        self._application = VehicleApplication(self._bridge, recorder, clock)
-        self.member = Member(name, config.vehicle.target_system, self._application)
+        self.outputs = VehicleOutputs(self._bridge, recorder)
+        self.member = Member(name, config.vehicle.target_system, self._bridge)
         self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
         self._server: GoalServers | None = None
         self._closed = False
@@ -124,8 +125,8 @@ class VehicleNode:
         logs = self._logs = LogServers(node, lambda: bridge.logs, member, clock, folder)
         which_tf = self.config.publish_tf
         topics = Topics(node, bridge, statistics, frames, stations, self.presence, which_tf)
-        self._application.attach(node, server, services, topics)
-        self._application.attach_logs(logs)
+        self.outputs.attach(node, server, services, topics)
+        self.outputs.attach_logs(logs)
         CorrectionTopic(access)
         ExternalOdometry(access, self.config.external_odometry_topic)
         sensors, add_frame = self.config.bridge.obstacles, topics.transforms.add_sensor
