@@ -53,7 +53,7 @@ class _Server:
         link = open_link(f"udpin://127.0.0.1:{port}")
         router = Router([link], lambda: Codec(1, 191))
         self.driver = Driver(self.bridge, router, clock)
-        access = BridgeAccess(self.node, self.bridge, self.driver, clock)
+        access = BridgeAccess(self.node, self.bridge, self.driver, clock, config)
         self.server = GoalServers(access)
         services = ServiceServers(access)
         topics = Topics(self.node, self.bridge, lambda: router.statistics.of_system(0))

@@ -21,11 +21,13 @@ from navigation_bridge.client_services import ClientServices
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.effects import Effects
 from navigation_bridge.engine import Engine, Parts
+from navigation_bridge.features import FEATURES
 from navigation_bridge.goals.goal import LogLevel, Output
 from navigation_bridge.goals.requests import Request, VelocityRequest
 from navigation_bridge.goals.velocity_commands import VelocityCommands
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.reporting import Front, Reporter
+from navigation_bridge.requests.feature import Feature, FeatureParts, Features, FeatureT
 from navigation_bridge.scene import Scene
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.snapshot import LocatedSnapshot, Observer
@@ -64,7 +66,6 @@ class Bridge:
     Attributes:
         recorded_goal_id: in a replay, the goal of the server that was recorded, or None.
         services: answers services of clients.
-        logs: the autopilot's own logs; takes requests.
         storage: requests about fence, rally points and parameters of the autopilot.
         scene: fence, flight volume, mission and rally points in the map frame.
         obstacles: obstacles; accepts readings of ROS sensors.
@@ -77,6 +78,7 @@ class Bridge:
         config: BridgeConfig,
         searcher: Searcher = AT_ONCE,
         tasks: Sequence[TaskKind[Any]] = TASKS,
+        features: Sequence[type[Feature]] = FEATURES,
         traffic: SharedTraffic | None = None,
         name: str = "",
     ) -> None:
@@ -87,12 +89,14 @@ class Bridge:
             config: settings for goals.
             searcher: runs the path searches.
             tasks: what goals may ask for.
+            features: what is answered beside goals.
             traffic: shared with the other vehicles of the server; None: there are none.
             name: of the vehicle among them.
         """
         self._shared_traffic = traffic
         self._name = name
         self._tasks = tasks
+        self._kinds = features
         self._refusal: Rejection | None = None
         self._searcher = searcher
         self.front = Front()
@@ -135,19 +139,37 @@ class Bridge:
         )
         self._engine = Engine(parts, config)
         self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
+        self._features = Features(
+            self._kinds,
+            FeatureParts(
+                vehicle,
+                self._map_frame,
+                self._report,
+                refusal=lambda: self._refusal,
+                occupied=lambda: self.services.occupied,
+            ),
+        )
         self.services = ClientServices(
-            self._engine, vehicle, self._report, self._parking, self._desk, self._refusal
+            self._engine,
+            vehicle,
+            self._report,
+            self._parking,
+            self._desk,
+            self._features,
+            self._refusal,
         )
         self.storage = StorageRequests(
-            vehicle, self._map_frame, self._report, lambda: self.services.occupied
+            vehicle,
+            self._map_frame,
+            self._report,
+            lambda: self.services.occupied and self.services.occupied.message,
         )
         self.scene = Scene(vehicle, self._map_frame, config)
         self._admission = Admission(
             self._tasks, self._engine, vehicle, self._traffic, self._positions, self.storage
         )
-        self.logs = self.services.logs
         self._events = VehicleEvents(
-            self._engine, parts, self.obstacles, self._desk, self.storage, self.services.logs
+            self._engine, parts, self.obstacles, self._desk, self.storage, self._features
         )
         self.recorded_goal_id: str | None = None
 
@@ -156,6 +178,10 @@ class Bridge:
         """UUID of the active goal, live or in the recording, as hexadecimal digits."""
         goal = self._engine.goal
         return self.recorded_goal_id if goal is None else goal.goal_id
+
+    def feature(self, kind: type[FeatureT]) -> FeatureT:
+        """Return the feature of a kind; another one after :meth:`begin_again`."""
+        return self._features.of(kind)
 
     @property
     def command_timeout_s(self) -> float:
@@ -260,7 +286,7 @@ class Bridge:
             action = task_of(request, self._tasks).action
             self._report.rejected_at_start(goal_id, action, admitted)
             return
-        self.services.logs.give_way("A goal was started.")
+        self._features.give_way("A goal was started.")
         previous, goal = self._engine.begin(goal_id, admitted, now)
         self._desk.give_up("A new goal was started.", now)
         if previous is not None:

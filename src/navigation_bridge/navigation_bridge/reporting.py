@@ -196,10 +196,6 @@ class Reporter:
         """Answer a service request."""
         self._outputs.append(ServiceDone(number, success, message))
 
-    def put_out(self, output: Output) -> None:
-        """Add an output."""
-        self._outputs.append(output)
-
     @property
     def height_m(self) -> float | None:
         """The vehicle's height above the ground, or None while it is not known."""

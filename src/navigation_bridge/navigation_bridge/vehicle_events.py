@@ -15,8 +15,8 @@ from mavlink_vehicle.ranges import RangesMeasured
 from navigation_bridge import notes
 from navigation_bridge.engine import Engine, Parts
 from navigation_bridge.goals.goal import LogLevel
-from navigation_bridge.log_requests import LogRequests
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
+from navigation_bridge.requests.feature import Feature
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.supervision.station_rules import takes_vehicle
@@ -42,7 +42,7 @@ class VehicleEvents:
         obstacles: ObstacleFeed,
         desk: ServiceDesk,
         storage: StorageRequests,
-        logs: LogRequests,
+        features: Feature,
     ) -> None:
         """Hand them to these."""
         self._engine = engine
@@ -52,7 +52,7 @@ class VehicleEvents:
         self._obstacles = obstacles
         self._desk = desk
         self._storage = storage
-        self._logs = logs
+        self._features = features
 
     def handle(self, now: float) -> None:
         """Process all events that have come."""
@@ -80,7 +80,7 @@ class VehicleEvents:
             self._report.log(LogLevel.WARN, "The autopilot restarted")
             self._parts.commands.lose_vehicle()
             self._give_up_restarted(now)
-        elif not (self._storage.take(event) or self._logs.take(event)):
+        elif not (self._storage.take(event) or self._features.take(event)):
             self._report.vehicle(event)
 
     def _take_act(self, acted: StationActed, now: float) -> None:

@@ -10,6 +10,7 @@ from rclpy.node import Node
 from drone_navigation.server.frame_names import PLAIN, FrameNames
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import ServerConfig
 from navigation_bridge.fleet import DriverThread
 
 
@@ -22,6 +23,7 @@ class BridgeAccess:
         bridge: who flies; used on the driver's thread only, unless it says otherwise.
         driver: takes work for that thread.
         clock: the bridge's time.
+        config: settings of the vehicle at the start.
         frames: names of the vehicle's frames.
         is_closed: returns whether the server is stopping.
     """
@@ -30,5 +32,6 @@ class BridgeAccess:
     bridge: Bridge
     driver: DriverThread
     clock: Clock
+    config: ServerConfig
     frames: FrameNames = PLAIN
     is_closed: Callable[[], bool] = lambda: False

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
-from drone_navigation.logs.log_servers import LogServers
 from drone_navigation.presence import SERVER_ID, Presence
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.features import FEATURE_SERVERS
 from drone_navigation.server.frame_names import FrameNames
 from drone_navigation.server.parameters import follow_changes
 from drone_navigation.server.publishing.topics import StationLinks, Topics
@@ -95,7 +94,7 @@ class VehicleNode:
         self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
         self._server: GoalServers | None = None
         self._closed = False
-        self._logs: LogServers | None = None
+        self._servers: list[object] = []
         self.told_ready = False
 
     def serve(
@@ -110,7 +109,8 @@ class VehicleNode:
         """
         node, bridge, member, clock = self.node, self._bridge, self.member, self._clock
         frames = FrameNames.of(node.get_namespace())
-        access = BridgeAccess(node, bridge, member, clock, frames, lambda: self._closed)
+        config = self.config
+        access = BridgeAccess(node, bridge, member, clock, config, frames, lambda: self._closed)
         self.presence = Presence(node, SERVER_ID)
         server = self._server = GoalServers(access, self.presence)
         follow_changes(
@@ -121,12 +121,10 @@ class VehicleNode:
         services = ServiceServers(access)
         ListServers(access)
         ParameterServers(access)
-        folder = Path(self.config.log_directory).expanduser()
-        logs = self._logs = LogServers(node, lambda: bridge.logs, member, clock, folder)
         which_tf = self.config.publish_tf
         topics = Topics(node, bridge, statistics, frames, stations, self.presence, which_tf)
         self.outputs.attach(node, server, services, topics)
-        self.outputs.attach_logs(logs)
+        self._servers = [make(access) for make in FEATURE_SERVERS]
         CorrectionTopic(access)
         ExternalOdometry(access, self.config.external_odometry_topic)
         sensors, add_frame = self.config.bridge.obstacles, topics.transforms.add_sensor
@@ -171,8 +169,6 @@ class VehicleNode:
 
     def shut_down(self) -> None:
         """Reject what is requested from now on, stop the vehicle and end its goal."""
-        if self._logs is not None:
-            self._logs.close()
         stopping = Rejection(OutcomeCode.SHUTTING_DOWN, STOPPED)
         self.member.post(lambda: self._bridge.refuse(stopping))
         self.member.post(lambda: self._bridge.shut_down(self._clock.now()))

@@ -11,7 +11,6 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 
-from drone_navigation.logs.log_servers import LogServers
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.publishing.topics import Topics
 from drone_navigation.server.service_servers import ServiceServers
@@ -20,14 +19,11 @@ from mavlink_vehicle.io.tlog import TlogWriter
 from navigation_bridge import notes
 from navigation_bridge.bridge import Bridge, Front
 from navigation_bridge.goals import goal as outputs
-from navigation_bridge.goals import log_outputs
 from navigation_bridge.goals.goal import LogLevel, LogLine, Output
 from navigation_bridge.recording.noted_outputs import NotedOutputs
 from navigation_core.outcomes import OutcomeCode
 
 _SEVERITIES = {LogLevel.ERROR: LoggingSeverity.ERROR, LogLevel.WARN: LoggingSeverity.WARN}
-# Outputs that a client waits for, so they come also while a recording is played.
-_ANSWERS = (outputs.ServiceDone, log_outputs.LogRequestDone)
 
 
 class VehicleOutputs(Front):
@@ -61,11 +57,6 @@ class VehicleOutputs(Front):
             LogLine: partial(_log, node.get_logger().name),
         }
         self.attach_topics(topics)
-
-    def attach_logs(self, logs: LogServers) -> None:
-        """Set the sink of outputs about the autopilot's own logs."""
-        for kind in (log_outputs.LogsFound, log_outputs.LogBytes, log_outputs.LogRequestDone):
-            self._sinks[kind] = logs.take
 
     def attach_topics(self, topics: Topics) -> None:
         """Set the sink of what is published."""
@@ -132,7 +123,8 @@ class VehicleOutputs(Front):
     def _put_out(self, output: Output) -> None:
         if isinstance(output, outputs.PlanChanged):
             self._plan = output
-        if self._muted and not isinstance(output, _ANSWERS):
+        # A client waits for an answer, also while a recording is played.
+        if self._muted and not isinstance(output, outputs.ServiceDone):
             return
         sink = self._sinks.get(type(output))
         if sink is not None:
