@@ -31,7 +31,6 @@ from navigation_bridge.requests.feature import Feature, FeatureParts, Features, 
 from navigation_bridge.scene import Scene
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.snapshot import LocatedSnapshot, Observer
-from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.supervision.battery_forecast import share_for_return
 from navigation_bridge.supervision.lateness_watch import LatenessWatch
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
@@ -66,7 +65,6 @@ class Bridge:
     Attributes:
         recorded_goal_id: in a replay, the goal of the server that was recorded, or None.
         services: answers services of clients.
-        storage: requests about fence, rally points and parameters of the autopilot.
         scene: fence, flight volume, mission and rally points in the map frame.
         obstacles: obstacles; accepts readings of ROS sensors.
         front: publishes the outputs.
@@ -158,18 +156,12 @@ class Bridge:
             self._features,
             self._refusal,
         )
-        self.storage = StorageRequests(
-            vehicle,
-            self._map_frame,
-            self._report,
-            lambda: self.services.occupied and self.services.occupied.message,
-        )
         self.scene = Scene(vehicle, self._map_frame, config)
         self._admission = Admission(
-            self._tasks, self._engine, vehicle, self._traffic, self._positions, self.storage
+            self._tasks, self._engine, vehicle, self._traffic, self._positions, self._features
         )
         self._events = VehicleEvents(
-            self._engine, parts, self.obstacles, self._desk, self.storage, self._features
+            self._engine, parts, self.obstacles, self._desk, self._features
         )
         self.recorded_goal_id: str | None = None
 
@@ -192,6 +184,11 @@ class Bridge:
     def is_idle(self) -> bool:
         """True without an active goal, those that commands have started included."""
         return self._engine.goal is None
+
+    @property
+    def is_writing(self) -> bool:
+        """True while the autopilot would keep half of something if the server ended."""
+        return self._features.is_writing
 
     @property
     def is_parking(self) -> bool:

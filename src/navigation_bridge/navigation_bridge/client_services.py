@@ -1,4 +1,4 @@
-"""Services that clients call beside a goal: hold, mode, pause, parameters, corrections. No ROS."""
+"""Services that clients call beside a goal: hold, mode, pause, parameters. No ROS."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ import math
 import re
 from collections.abc import Sequence
 
-from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
-from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.engine import Engine
 from navigation_bridge.goals.active_goal import ActiveGoal
@@ -130,40 +128,3 @@ class ClientServices:
             raise ValueError(f"Give at most {_PARAMETERS_MAX} names such as WPNAV_SPEED.")
         values = self._vehicle.read_parameters(names, now)
         return [math.nan if value is None else value for value in values]
-
-    def correct_gps(self, data: bytes, now: float) -> None:
-        """Send RTCM corrections to the vehicle.
-
-        Args:
-            data: whole RTCM 3 messages, one after the other.
-            now: time in seconds.
-
-        Raises:
-            RtcmError: they are not sent, and why.
-        """
-        unreached = self._unreached
-        if unreached:
-            raise RtcmError(unreached)
-        self._vehicle.rtcm.offer(data, now)
-
-    def take_external_pose(self, pose: ExternalPose, now: float) -> None:
-        """Send a pose from outside, such as a camera's, to the autopilot's estimator.
-
-        Args:
-            pose: of the vehicle, in the local frame.
-            now: time in seconds.
-
-        Raises:
-            ExternalPositionError: it is not sent, and why.
-        """
-        unreached = self._unreached
-        if unreached:
-            raise ExternalPositionError(unreached)
-        self._vehicle.send_external_pose(pose, now)
-
-    @property
-    def _unreached(self) -> str:
-        """Why nothing reaches the vehicle, a sentence; empty while it is reached."""
-        if self.refusal is not None:
-            return self.refusal.message
-        return "" if self._vehicle.connected else "There is no connection to a vehicle."

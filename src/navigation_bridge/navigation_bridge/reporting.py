@@ -9,8 +9,6 @@ from functools import partial
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import (
-    ExternalPosesResumed,
-    ExternalPosesStopped,
     HeartbeatLost,
     HeartbeatRegained,
     OperationFinished,
@@ -277,11 +275,3 @@ class Reporter:
             self.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
         elif isinstance(event, HeartbeatRegained):
             self.log(LogLevel.INFO, "HEARTBEAT received again")
-        elif isinstance(event, ExternalPosesStopped):
-            self.log(
-                LogLevel.WARN,
-                f"No external pose for {event.silent_s:.1f} s; a vehicle without GPS loses its "
-                "position. Check the source of external_odometry_topic",
-            )
-        elif isinstance(event, ExternalPosesResumed):
-            self.log(LogLevel.INFO, f"External poses again, after {event.silent_s:.1f} s")

@@ -18,7 +18,6 @@ from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.services import ServiceDesk
-from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.supervision.station_rules import takes_vehicle
 from navigation_bridge.vehicle.modes import vehicle_mode
 from navigation_core.outcomes import OutcomeCode
@@ -41,7 +40,6 @@ class VehicleEvents:
         parts: Parts,
         obstacles: ObstacleFeed,
         desk: ServiceDesk,
-        storage: StorageRequests,
         features: Feature,
     ) -> None:
         """Hand them to these."""
@@ -51,7 +49,6 @@ class VehicleEvents:
         self._vehicle = parts.vehicle
         self._obstacles = obstacles
         self._desk = desk
-        self._storage = storage
         self._features = features
 
     def handle(self, now: float) -> None:
@@ -80,7 +77,7 @@ class VehicleEvents:
             self._report.log(LogLevel.WARN, "The autopilot restarted")
             self._parts.commands.lose_vehicle()
             self._give_up_restarted(now)
-        elif not (self._storage.take(event) or self._features.take(event)):
+        elif not self._features.take(event):
             self._report.vehicle(event)
 
     def _take_act(self, acted: StationActed, now: float) -> None:

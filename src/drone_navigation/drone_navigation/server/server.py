@@ -22,7 +22,7 @@ from drone_navigation.server.parameters import (
 )
 from drone_navigation.server.replay_node import ReplayFleet, ReplayNetwork, ReplayNode, recording_of
 from drone_navigation.server.spinning import Spinner
-from drone_navigation.server.traffic_topic import TrafficTopic
+from drone_navigation.server.traffic.traffic_topic import TrafficTopic
 from drone_navigation.server.vehicle_node import VehicleNode
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import Driver

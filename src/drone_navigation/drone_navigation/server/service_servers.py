@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 
 from custom_interfaces.srv import GetVehicleParameters, SetMode
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.storage.waiting import STOPPED, Waiting
+from drone_navigation.server.waiting import STOPPED, Waiting
 from mavlink_vehicle.errors import DriverError
 from navigation_bridge.goals.goal import ServiceDone
 from navigation_bridge.services import Service

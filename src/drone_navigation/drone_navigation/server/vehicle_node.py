@@ -16,14 +16,8 @@ from drone_navigation.server.parameters import follow_changes
 from drone_navigation.server.publishing.topics import StationLinks, Topics
 from drone_navigation.server.service_servers import ServiceServers
 from drone_navigation.server.spinning import Spinner
-from drone_navigation.server.storage.list_servers import ListServers
-from drone_navigation.server.storage.parameter_servers import ParameterServers
-from drone_navigation.server.storage.waiting import STOPPED
-from drone_navigation.server.subscribing.correction_topic import CorrectionTopic
-from drone_navigation.server.subscribing.external_odometry import ExternalOdometry
-from drone_navigation.server.subscribing.sensor_topics import SensorTopics
-from drone_navigation.server.subscribing.velocity_topic import VelocityTopic
 from drone_navigation.server.vehicle_outputs import VehicleOutputs
+from drone_navigation.server.waiting import STOPPED
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.tlog import TlogWriter
@@ -108,28 +102,21 @@ class VehicleNode:
                 the one that reports them.
         """
         node, bridge, member, clock = self.node, self._bridge, self.member, self._clock
-        frames = FrameNames.of(node.get_namespace())
-        config = self.config
-        access = BridgeAccess(node, bridge, member, clock, config, frames, lambda: self._closed)
+        frames, config = FrameNames.of(node.get_namespace()), self.config
         self.presence = Presence(node, SERVER_ID)
+        which_tf = config.publish_tf
+        topics = Topics(node, bridge, statistics, frames, stations, self.presence, which_tf)
+        access = BridgeAccess(
+            node, bridge, member, clock, config, topics, frames, lambda: self._closed
+        )
         server = self._server = GoalServers(access, self.presence)
         follow_changes(
             node,
             self._values,
             lambda changed: member.post(lambda: bridge.configure(changed.bridge)),
         )
-        services = ServiceServers(access)
-        ListServers(access)
-        ParameterServers(access)
-        which_tf = self.config.publish_tf
-        topics = Topics(node, bridge, statistics, frames, stations, self.presence, which_tf)
-        self.outputs.attach(node, server, services, topics)
+        self.outputs.attach(node, server, ServiceServers(access), topics)
         self._servers = [make(access) for make in FEATURE_SERVERS]
-        CorrectionTopic(access)
-        ExternalOdometry(access, self.config.external_odometry_topic)
-        sensors, add_frame = self.config.bridge.obstacles, topics.transforms.add_sensor
-        SensorTopics(node, bridge.obstacles, member, clock, sensors, frames, add_frame)
-        VelocityTopic(access, self.config.bridge.commands)
 
     def start(self, is_open: bool) -> None:
         """Start to accept requests.
@@ -184,7 +171,7 @@ class VehicleNode:
     def is_idle(self) -> bool:
         """True if no goal is open, no list half written, or none can still end in order."""
         bridge = self._bridge
-        works = bridge.storage.writes_list or bridge.is_parking or not bridge.is_idle
+        works = bridge.is_writing or bridge.is_parking or not bridge.is_idle
         if works and not self.member.given_up:
             return False
         return self._server is None or self._server.is_idle()

@@ -33,6 +33,14 @@ class FeatureParts:
     refusal: Callable[[], Rejection | None]
     occupied: Callable[[], Rejection | None]
 
+    @property
+    def unreached(self) -> str:
+        """Why nothing reaches the vehicle, a sentence; empty while it is reached."""
+        refusal = self.refusal()
+        if refusal is not None:
+            return refusal.message
+        return "" if self.vehicle.connected else "There is no connection to a vehicle."
+
 
 class Feature:
     """One feature; what it does not care about it leaves as it is here."""

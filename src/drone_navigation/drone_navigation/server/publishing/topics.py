@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Protocol, TypeAlias
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geographic_msgs.msg import GeoPoseStamped
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
@@ -57,7 +57,13 @@ class PublishingNode(Protocol):
 
 
 class Topics:
-    """Publishers of the server; used by the driver thread only."""
+    """Publishers of the server; used by the driver thread only.
+
+    Attributes:
+        transforms: the tree of frames.
+        diagnostics: return the state of a feature, or None without one, for a name, a hardware id
+            and a time.
+    """
 
     def __init__(
         self,
@@ -118,6 +124,7 @@ class Topics:
         self._grid = ObstacleGrid(grid, bridge, frames.map)
         self.transforms = Transforms(node, frames, publish_tf)
         self._times = SampleTimes()
+        self.diagnostics: list[Callable[[str, str, float], DiagnosticStatus | None]] = []
 
     def begin_again(self) -> None:
         """Reset: the recording is played from its start."""
@@ -260,9 +267,8 @@ class Topics:
             messages.estimator_diagnostic(self._bridge, self._name, hardware),
             messages.battery_diagnostic(vehicle.state, self._name, hardware),
         ]
-        external = messages.external_diagnostic(self._bridge, self._name, hardware, now)
-        if external is not None:
-            message.status.append(external)
+        further = (state_of(self._name, hardware, now) for state_of in self.diagnostics)
+        message.status += [status for status in further if status is not None]
         for url, statistics in self._stations() if self._stations else ():
             health = self._station_health.setdefault(url, StationHealth())
             health.update(statistics)

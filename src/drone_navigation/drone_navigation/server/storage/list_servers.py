@@ -11,7 +11,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from custom_interfaces.msg import FenceArea
 from custom_interfaces.srv import GetFence, GetRallyPoints, SetFence, SetRallyPoints
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.storage.waiting import STOPPED, Waiting
+from drone_navigation.server.waiting import STOPPED, Waiting
 from drone_navigation.storage_messages import REFERENCES, area_message, rally_message
 from mavlink_vehicle.mission_items import MissionType
 from navigation_bridge.storage.geographic import (
@@ -21,7 +21,7 @@ from navigation_bridge.storage.geographic import (
     fence_problem,
     rally_problem,
 )
-from navigation_bridge.storage.storage_requests import ListAnswer
+from navigation_bridge.storage.storage_requests import ListAnswer, StorageRequests
 
 # The transfer ends by itself before (ListOperation).
 _TIMEOUT_S = 120.0
@@ -39,8 +39,7 @@ class ListServers:
 
     def __init__(self, access: BridgeAccess) -> None:
         """Offer the services."""
-        self._desk = access.bridge.storage
-        self._driver, self._clock = access.driver, access.clock
+        self._bridge, self._driver, self._clock = access.bridge, access.driver, access.clock
         self._closed = access.is_closed
         group = ReentrantCallbackGroup()
         for kind, name, callback in (
@@ -98,16 +97,20 @@ class ListServers:
 
     # --- driver thread -----------------------------------------------------------------
 
+    @property
+    def _requests(self) -> StorageRequests:
+        return self._bridge.feature(StorageRequests)
+
     def _read(self, kind: MissionType, take: Callable[[ListAnswer], None]) -> None:
-        self._desk.read_list(kind, take, self._clock.now())
+        self._requests.read_list(kind, take, self._clock.now())
 
     def _write_fence(self, fence: GeoFence, take: Callable[[ListAnswer], None]) -> None:
-        self._desk.write_fence(fence, take, self._clock.now())
+        self._requests.write_fence(fence, take, self._clock.now())
 
     def _write_rally(
         self, points: tuple[RallyPoint, ...], take: Callable[[ListAnswer], None]
     ) -> None:
-        self._desk.write_rally(points, take, self._clock.now())
+        self._requests.write_rally(points, take, self._clock.now())
 
 
 def fence_of(request: Any) -> GeoFence:

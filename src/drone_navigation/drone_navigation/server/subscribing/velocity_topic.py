@@ -12,7 +12,6 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.sensor_topics import Newest
-from navigation_bridge.configuration.settings import CommandConfig
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 
 __all__ = ["TOPIC", "VelocityTopic", "command_of"]
@@ -69,16 +68,17 @@ class StampDelays:
 class VelocityTopic:
     """Subscribes to the velocity commands of one vehicle."""
 
-    def __init__(self, access: BridgeAccess, config: CommandConfig) -> None:
-        """Subscribe; ``config`` has the type of the topic."""
+    def __init__(self, access: BridgeAccess) -> None:
+        """Subscribe."""
+        stamped = access.config.bridge.commands.stamped
         self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
         self._clock = access.clock
         self._delays = StampDelays()
         self._newest: Newest[VelocityCommand | str] = Newest(access.driver.post, self._take)
         self._node.create_subscription(
-            TwistStamped if config.stamped else Twist,
+            TwistStamped if stamped else Twist,
             TOPIC,
-            self._hear_stamped if config.stamped else self._hear,
+            self._hear_stamped if stamped else self._hear,
             _QOS,
             callback_group=MutuallyExclusiveCallbackGroup(),
         )
