@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 from builtin_interfaces.msg import Time
 from rclpy.action import ActionServer, CancelResponse
@@ -78,7 +77,7 @@ class LogServers:
 
     # --- executor threads ----------------------------------------------------------------
 
-    def _list(self, _request: Any, response: Any) -> Any:
+    def _list(self, _request: ListLogs.Request, response: ListLogs.Response) -> ListLogs.Response:
         if not self._one.acquire(blocking=False):
             response.message = "Another log list or download is in progress; try again later."
             return response
@@ -94,7 +93,7 @@ class LogServers:
         response.logs = [_message(log) for log in found.logs]
         return response
 
-    def _execute(self, handle: ServerGoalHandle) -> Any:
+    def _execute(self, handle: ServerGoalHandle) -> DownloadLog.Result:
         result = DownloadLog.Result()
         if not self._one.acquire(blocking=False):
             text = "Another log list or download is in progress; try again later."
@@ -112,7 +111,9 @@ class LogServers:
         text = f"Stored {result.size} bytes as {result.path}."
         return self._end(handle, result, OutcomeCode.SUCCESS, text)
 
-    def _end(self, handle: ServerGoalHandle, result: Any, code: OutcomeCode, text: str) -> Any:
+    def _end(
+        self, handle: ServerGoalHandle, result: DownloadLog.Result, code: OutcomeCode, text: str
+    ) -> DownloadLog.Result:
         result.error_code = getattr(GoalCode, code.value)
         result.message = f"{code.value}: {text}"
         result.success = code is OutcomeCode.SUCCESS
@@ -125,7 +126,7 @@ class LogServers:
         self._node.get_logger().info(f"Log download ended: {result.message}")
         return result
 
-    def _download(self, handle: ServerGoalHandle, result: Any) -> None:
+    def _download(self, handle: ServerGoalHandle, result: DownloadLog.Result) -> None:
         found = self._find(lambda: handle.is_cancel_requested)
         log = _chosen(found, handle.request.log_id)
         path = log_path(self._folder, log, found.system_id, found.suffix)
@@ -146,7 +147,7 @@ class LogServers:
         result.path = str(path.resolve())
 
     def _receive(
-        self, handle: ServerGoalHandle, log: StoredLog, file: LogFile, result: Any
+        self, handle: ServerGoalHandle, log: StoredLog, file: LogFile, result: DownloadLog.Result
     ) -> None:
         """Store what comes until the log is complete, or turns out to be another one.
 

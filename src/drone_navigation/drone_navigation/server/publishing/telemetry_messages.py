@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -296,7 +295,7 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
 def diagnostic_status(
     name: str,
     hardware_id: str,
-    judged: tuple[Any, str],
+    judged: tuple[bytes, str],
     values: Mapping[str, str] | None = None,
 ) -> DiagnosticStatus:
     """Return a diagnostic: level and sentence, and what they were judged by."""
@@ -420,7 +419,7 @@ def _or_unknown(value: float | None, form: str, unit: str = "") -> str:
     return "unknown" if value is None else f"{value:{form}}{unit}"
 
 
-def _level(bridge: Bridge, health: LinkHealth) -> tuple[Any, str]:
+def _level(bridge: Bridge, health: LinkHealth) -> tuple[bytes, str]:
     if not bridge.vehicle.discovered:
         return DiagnosticStatus.ERROR, "No autopilot found yet"
     if not bridge.vehicle.connected:

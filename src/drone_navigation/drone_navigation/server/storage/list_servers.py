@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import TypeAlias
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 
@@ -27,6 +27,9 @@ from navigation_bridge.storage.storage_requests import ListAnswer, StorageReques
 _TIMEOUT_S = 120.0
 _TIMEOUT_PER_ITEM_S = 1.0
 
+ListResponse: TypeAlias = (
+    GetFence.Response | GetRallyPoints.Response | SetFence.Response | SetRallyPoints.Response
+)
 Request = Callable[[Callable[[ListAnswer], None]], object]
 
 
@@ -52,7 +55,9 @@ class ListServers:
 
     # --- executor threads --------------------------------------------------------------
 
-    def _get_fence(self, _request: Any, response: Any) -> Any:
+    def _get_fence(
+        self, _request: GetFence.Request, response: GetFence.Response
+    ) -> GetFence.Response:
         answer = self._ask(partial(self._read, MissionType.FENCE), response)
         if answer.fence is not None:
             response.areas = [area_message(area) for area in answer.fence.areas]
@@ -61,12 +66,16 @@ class ListServers:
             response.return_point = list(answer.fence.return_point_deg or ())
         return response
 
-    def _get_rally_points(self, _request: Any, response: Any) -> Any:
+    def _get_rally_points(
+        self, _request: GetRallyPoints.Request, response: GetRallyPoints.Response
+    ) -> GetRallyPoints.Response:
         answer = self._ask(partial(self._read, MissionType.RALLY), response)
         response.points = [rally_message(point) for point in answer.points]
         return response
 
-    def _set_fence(self, request: Any, response: Any) -> Any:
+    def _set_fence(
+        self, request: SetFence.Request, response: SetFence.Response
+    ) -> SetFence.Response:
         try:
             fence = fence_of(request)
         except ValueError as error:
@@ -75,7 +84,9 @@ class ListServers:
         self._ask(partial(self._write_fence, fence), response, len(request.areas))
         return response
 
-    def _set_rally_points(self, request: Any, response: Any) -> Any:
+    def _set_rally_points(
+        self, request: SetRallyPoints.Request, response: SetRallyPoints.Response
+    ) -> SetRallyPoints.Response:
         try:
             points = rally_of(request)
         except ValueError as error:
@@ -84,7 +95,7 @@ class ListServers:
         self._ask(partial(self._write_rally, points), response, len(points))
         return response
 
-    def _ask(self, request: Request, response: Any, items: int = 0) -> ListAnswer:
+    def _ask(self, request: Request, response: ListResponse, items: int = 0) -> ListAnswer:
         waiting: Waiting[ListAnswer] = Waiting()
         self._driver.post(lambda: request(waiting.take))
         timeout_s = _TIMEOUT_S + _TIMEOUT_PER_ITEM_S * items
@@ -113,7 +124,7 @@ class ListServers:
         self._requests.write_rally(points, take, self._clock.now())
 
 
-def fence_of(request: Any) -> GeoFence:
+def fence_of(request: SetFence.Request) -> GeoFence:
     """Return the fence of a SetFence request.
 
     Raises:
@@ -130,7 +141,7 @@ def fence_of(request: Any) -> GeoFence:
     return fence
 
 
-def _area(message: Any, number: int) -> GeoArea:
+def _area(message: FenceArea, number: int) -> GeoArea:
     if len(message.latitudes) != len(message.longitudes):
         raise ValueError(
             f"Area {number}: {len(message.latitudes)} latitudes and {len(message.longitudes)} "
@@ -149,7 +160,7 @@ def _area(message: Any, number: int) -> GeoArea:
     )
 
 
-def rally_of(request: Any) -> tuple[RallyPoint, ...]:
+def rally_of(request: SetRallyPoints.Request) -> tuple[RallyPoint, ...]:
     """Return the rally points of a SetRallyPoints request.
 
     Raises:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
@@ -67,7 +66,9 @@ class ParameterServers:
 
     # --- executor threads --------------------------------------------------------------
 
-    def _get(self, request: Any, response: Any) -> Any:
+    def _get(
+        self, request: GetVehicleParameter.Request, response: GetVehicleParameter.Response
+    ) -> GetVehicleParameter.Response:
         problem = _problem([request.name])
         if problem is not None:
             response.message = problem
@@ -79,7 +80,9 @@ class ParameterServers:
                 response.parameter = _message(outcome.new)
         return response
 
-    def _set(self, request: Any, response: Any) -> Any:
+    def _set(
+        self, request: SetVehicleParameter.Request, response: SetVehicleParameter.Response
+    ) -> SetVehicleParameter.Response:
         response.old_value = response.new_value = math.nan
         problem = _problem([request.name], [request.value])
         if problem is not None:
@@ -96,7 +99,7 @@ class ParameterServers:
             response.new_value = math.nan if outcome.new is None else outcome.new.value
         return response
 
-    def _list(self, handle: ServerGoalHandle) -> Any:
+    def _list(self, handle: ServerGoalHandle) -> ListVehicleParameters.Result:
         def look(_changing: bool, done: int, total: int) -> None:
             handle.publish_feedback(ListVehicleParameters.Feedback(received=done, total=total))
 
@@ -106,7 +109,7 @@ class ParameterServers:
         result.parameters = [_message(parameter) for parameter in answer.parameters]
         return result
 
-    def _load(self, handle: ServerGoalHandle) -> Any:
+    def _load(self, handle: ServerGoalHandle) -> LoadVehicleParameters.Result:
         def look(changing: bool, done: int, total: int) -> None:
             feedback = LoadVehicleParameters.Feedback(changing=changing, done=done, total=total)
             handle.publish_feedback(feedback)

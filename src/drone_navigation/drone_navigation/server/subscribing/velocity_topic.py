@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import uuid
 from collections import deque
-from typing import Any
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -83,10 +83,10 @@ class VelocityTopic:
             callback_group=MutuallyExclusiveCallbackGroup(),
         )
 
-    def _hear(self, message: Any) -> None:
+    def _hear(self, message: Twist) -> None:
         self._newest.put(command_of(message, "", self._clock.now()))
 
-    def _hear_stamped(self, message: Any) -> None:
+    def _hear_stamped(self, message: TwistStamped) -> None:
         delay_s = self._delay_s(message.header.stamp)
         if delay_s > self._bridge.command_timeout_s:
             self._newest.put(
@@ -97,7 +97,7 @@ class VelocityTopic:
         frame_id = self._frames.plain(message.header.frame_id)
         self._newest.put(command_of(message.twist, frame_id, self._clock.now()))
 
-    def _delay_s(self, stamp: Any) -> float:
+    def _delay_s(self, stamp: Time) -> float:
         """Return the delay of a message; 0 without a stamp, as some publishers leave it."""
         if stamp.sec == 0 and stamp.nanosec == 0:
             return 0.0
