@@ -1,4 +1,4 @@
-"""What a server offers of the features of its bridges: one line each."""
+"""The ROS side of the features of a bridge: one line each."""
 
 from __future__ import annotations
 

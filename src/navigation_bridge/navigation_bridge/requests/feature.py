@@ -17,14 +17,14 @@ __all__ = ["Feature", "FeatureParts", "Features"]
 
 @dataclass(frozen=True)
 class FeatureParts:
-    """What features work with.
+    """The parts of a bridge that features work with.
 
     Attributes:
         vehicle: the vehicle.
         map_frame: its map frame.
         report: takes log lines.
         refusal: returns why nothing is accepted: there is no vehicle to execute it; or None.
-        occupied: returns why the vehicle is left alone: the refusal, or an active goal; or None.
+        occupied: returns why the vehicle is left alone: the same, or an active goal; or None.
     """
 
     vehicle: Vehicle

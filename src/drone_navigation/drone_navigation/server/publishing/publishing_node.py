@@ -1,4 +1,4 @@
-"""What publishing needs of a node: a node of ROS has it, and a bag."""
+"""The interface of a node that publishes: of ROS, or of a bag."""
 
 from __future__ import annotations
 
