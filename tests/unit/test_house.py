@@ -106,6 +106,7 @@ def test_the_simulator_is_used_by_its_public_names() -> None:
 # The protocols of stored parameters and lists are folders of their own.
 SERVER_PACKAGES = (
     "mavlink_vehicle",
+    "navigation_core",
     "navigation_bridge",
     "drone_navigation/drone_navigation/server",
 )
@@ -113,6 +114,7 @@ FEATURES = {
     "logs": (r"/logs/|log_requests", 3),
     "RTCM": (r"rtcm|correction", 3),
     "external position": (r"external_(?!traffic)", 3),
+    "velocity": (r"velocity_(commands|following|topic)|follow_velocity|tasks/steering", 5),
     "storage": (r"storage|parameter_service|list_operation", 5),
 }
 SHELLS = (

@@ -22,9 +22,9 @@ from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.effects import Effects
 from navigation_bridge.engine import Engine, Parts
 from navigation_bridge.features import FEATURES
+from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel, Output
-from navigation_bridge.goals.requests import Request, VelocityRequest
-from navigation_bridge.goals.velocity_commands import VelocityCommands
+from navigation_bridge.goals.requests import Request
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.reporting import Front, Reporter
 from navigation_bridge.requests.feature import Feature, FeatureParts, Features, FeatureT
@@ -50,7 +50,6 @@ from navigation_core.safety.lateness import Lateness
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.intents import Outcome
-from navigation_core.tasks.velocity_command import VelocityCommand
 
 __all__ = ["Bridge", "BridgeConfig", "Front"]
 
@@ -106,6 +105,18 @@ class Bridge:
         self._map_frame = MapFrame()
         self.obstacles = ObstacleFeed(vehicle, self._map_frame, config.obstacles)
         self._report = Reporter(vehicle, self._map_frame)
+        self._features = Features(
+            self._kinds,
+            FeatureParts(
+                vehicle,
+                self._map_frame,
+                self._report,
+                goals=self,
+                config=lambda: self._config,
+                refusal=lambda: self._refusal,
+                occupied=lambda: self.services.occupied,
+            ),
+        )
         self._observer = Observer(vehicle, self._map_frame, self.obstacles, config, self._searcher)
         self._traffic = VehicleSeparation(
             vehicle,
@@ -117,7 +128,6 @@ class Bridge:
             self._observer.look,
         )
         self._positions = PositionWatch()
-        self._commands = VelocityCommands()
         self._lateness = LatenessWatch(vehicle, self._report)
         self._parking = Parking(vehicle, config.setpoint_period_s)
         self._effects = Effects(vehicle, self._map_frame, self._parking, self._report)
@@ -129,7 +139,7 @@ class Bridge:
             effects=self._effects,
             lateness=self._lateness,
             positions=self._positions,
-            commands=self._commands,
+            features=self._features,
             parking=self._parking,
             overtaken=OvertakenMode(vehicle, self._report),
             stations=Stations(vehicle, self._report, self._parking),
@@ -137,16 +147,6 @@ class Bridge:
         )
         self._engine = Engine(parts, config)
         self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
-        self._features = Features(
-            self._kinds,
-            FeatureParts(
-                vehicle,
-                self._map_frame,
-                self._report,
-                refusal=lambda: self._refusal,
-                occupied=lambda: self.services.occupied,
-            ),
-        )
         self.services = ClientServices(
             self._engine,
             vehicle,
@@ -160,10 +160,13 @@ class Bridge:
         self._admission = Admission(
             self._tasks, self._engine, vehicle, self._traffic, self._positions, self._features
         )
-        self._events = VehicleEvents(
-            self._engine, parts, self.obstacles, self._desk, self._features
-        )
+        self._events = VehicleEvents(self._engine, parts, self.obstacles, self._desk)
         self.recorded_goal_id: str | None = None
+
+    @property
+    def active_goal(self) -> ActiveGoal | None:
+        """The active goal; read only."""
+        return self._engine.goal
 
     @property
     def active_goal_id(self) -> str | None:
@@ -174,11 +177,6 @@ class Bridge:
     def feature(self, kind: type[FeatureT]) -> FeatureT:
         """Return the feature of a kind; another one after :meth:`begin_again`."""
         return self._features.of(kind)
-
-    @property
-    def command_timeout_s(self) -> float:
-        """Age from which a velocity command counts no more."""
-        return self._config.commands.timeout_s
 
     @property
     def is_idle(self) -> bool:
@@ -307,49 +305,9 @@ class Bridge:
             self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: cancel requested")
         return True
 
-    def command_velocity(self, command: VelocityCommand, goal_id: str, now: float) -> None:
-        """Process a velocity command of a client.
-
-        It is followed by a goal that follows commands; without a goal it may start one.
-
-        Args:
-            command: the command; its numbers need not be finite.
-            goal_id: UUID of the goal that it starts, if it does.
-            now: time in seconds.
-        """
-        fault = self._commands.take(command, self._config.commands.timeout_s)
-        if fault:
-            self._ignored(f"A velocity command cannot be used: {fault}", now)
-            return
-        goal = self._engine.goal
-        if goal is not None and goal.follows_commands:
-            return
-        active = "" if goal is None else f"goal {goal.short_id} ({goal.kind})"
-        may_start = self._config.commands.start_goal
-        starts, why = self._commands.starts_goal(active, self._vehicle.in_control_mode, may_start)
-        if why:
-            self._ignored(f"Velocity commands are ignored: {why}.", now)
-        request = VelocityRequest()
-        if starts and self.check(request, now) is None:
-            self.start_goal(goal_id, request, now)
-
-    def reject_command(self, fault: str, now: float) -> None:
-        """Process a velocity command that cannot be used; the vehicle stops.
-
-        Args:
-            fault: why, as a sentence.
-            now: time in seconds.
-        """
-        self._commands.drop()
-        self._ignored(f"A velocity command cannot be used: {fault}", now)
-
-    def _ignored(self, text: str, now: float) -> None:
-        if self._commands.is_to_tell(now):
-            self._report.log(LogLevel.WARN, text)
-
     def shut_down(self, now: float) -> None:
         """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""
-        self._commands.goal_ended(OutcomeCode.SHUTTING_DOWN)  # so that no command starts another
+        self._features.shut_down()
         goal = self._engine.goal
         if goal is None or goal.closing is not None:
             return

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from navigation_bridge.goals.velocity_commands import VelocityCommands
+from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame

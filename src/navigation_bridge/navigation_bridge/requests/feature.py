@@ -4,15 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from mavlink_vehicle.events import VehicleEvent
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.configuration.settings import BridgeConfig
+from navigation_bridge.goals.active_goal import ActiveGoal
+from navigation_bridge.goals.requests import Request
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_core.outcomes import Rejection
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.velocity_command import VelocityCommand
 
 __all__ = ["Feature", "FeatureParts", "Features"]
+
+
+class Goals(Protocol):
+    """The goals of a bridge."""
+
+    @property
+    def active_goal(self) -> ActiveGoal | None:
+        """The active goal."""
+
+    def check(self, request: Request, now: float) -> Rejection | None:
+        """Return whether a goal would be accepted now; a rejection is also logged."""
+
+    def start_goal(self, goal_id: str, request: Request, now: float) -> None:
+        """Begin an accepted goal; it replaces the active one."""
 
 
 @dataclass(frozen=True)
@@ -23,6 +41,8 @@ class FeatureParts:
         vehicle: the vehicle.
         map_frame: its map frame.
         report: takes log lines.
+        goals: begins goals.
+        config: returns the settings for goals.
         refusal: returns why nothing is accepted: there is no vehicle to execute it; or None.
         occupied: returns why the vehicle is left alone: the same, or an active goal; or None.
     """
@@ -30,6 +50,8 @@ class FeatureParts:
     vehicle: Vehicle
     map_frame: MapFrame
     report: Reporter
+    goals: Goals
+    config: Callable[[], BridgeConfig]
     refusal: Callable[[], Rejection | None]
     occupied: Callable[[], Rejection | None]
 
@@ -55,6 +77,26 @@ class Feature:
 
     def give_way(self, reason: str) -> None:
         """End what must not continue: the vehicle is about to be flown."""
+
+    def goal_began(self) -> None:
+        """Process the start of any goal: its client has given the vehicle to the server."""
+
+    def goal_ended(self, goal: ActiveGoal, code: OutcomeCode) -> None:
+        """Process the end of a goal."""
+
+    def give_vehicle_away(self) -> None:
+        """Process an act of a ground station that flies the vehicle itself."""
+
+    def lose_vehicle(self) -> None:
+        """Process a mode change that the server did not ask for, or a restart."""
+
+    def shut_down(self) -> None:
+        """Start no goal any more: the server stops."""
+
+    @property
+    def command(self) -> VelocityCommand | None:
+        """The last velocity command, for a goal that follows commands."""
+        return None
 
     @property
     def is_writing(self) -> bool:
@@ -96,6 +138,37 @@ class Features(Feature):
         """Let all of them give way."""
         for feature in self._features:
             feature.give_way(reason)
+
+    def goal_began(self) -> None:
+        """Let all of them process a start."""
+        for feature in self._features:
+            feature.goal_began()
+
+    def goal_ended(self, goal: ActiveGoal, code: OutcomeCode) -> None:
+        """Let all of them process an end."""
+        for feature in self._features:
+            feature.goal_ended(goal, code)
+
+    def give_vehicle_away(self) -> None:
+        """Let all of them give the vehicle away."""
+        for feature in self._features:
+            feature.give_vehicle_away()
+
+    def lose_vehicle(self) -> None:
+        """Let all of them lose the vehicle."""
+        for feature in self._features:
+            feature.lose_vehicle()
+
+    def shut_down(self) -> None:
+        """Shut all of them down."""
+        for feature in self._features:
+            feature.shut_down()
+
+    @property
+    def command(self) -> VelocityCommand | None:
+        """The command of the one that has one."""
+        commands = (feature.command for feature in self._features)
+        return next((command for command in commands if command is not None), None)
 
     @property
     def is_writing(self) -> bool:
