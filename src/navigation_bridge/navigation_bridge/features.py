@@ -6,7 +6,7 @@ from navigation_bridge.requests.external_positions import ExternalPositions
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.requests.gps_corrections import GpsCorrections
 from navigation_bridge.requests.log_requests import LogRequests
-from navigation_bridge.requests.velocity_following import VelocityFollowing
+from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_bridge.storage.storage_requests import StorageRequests
 
 __all__ = ["FEATURES"]
@@ -16,5 +16,5 @@ FEATURES: tuple[type[Feature], ...] = (
     ExternalPositions,
     GpsCorrections,
     LogRequests,
-    VelocityFollowing,
+    VelocityCommands,
 )

@@ -12,7 +12,7 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.sensor_topics import Newest
-from navigation_bridge.requests.velocity_following import VelocityFollowing
+from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 
 __all__ = ["TOPIC", "VelocityTopic", "command_of"]
@@ -89,7 +89,7 @@ class VelocityTopic:
 
     def _hear_stamped(self, message: TwistStamped) -> None:
         delay_s = self._delay_s(message.header.stamp)
-        if delay_s > self._bridge.feature(VelocityFollowing).timeout_s:
+        if delay_s > self._bridge.feature(VelocityCommands).timeout_s:
             self._newest.put(
                 f"its stamp is {delay_s:.2f} s older than those before; check the network, and "
                 "whether the publisher's clock was set."
@@ -105,7 +105,7 @@ class VelocityTopic:
         return self._delays.delay_s(stamp.sec + 1e-9 * stamp.nanosec, self._clock.now())
 
     def _take(self, command: VelocityCommand | str) -> None:
-        now, following = self._clock.now(), self._bridge.feature(VelocityFollowing)
+        now, following = self._clock.now(), self._bridge.feature(VelocityCommands)
         if isinstance(command, str):
             following.reject(command, now)
         else:
