@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import TypeAlias
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -21,7 +20,7 @@ from navigation_bridge.storage.geographic import (
     fence_problem,
     rally_problem,
 )
-from navigation_bridge.storage.storage_requests import ListAnswer, StorageRequests
+from navigation_bridge.storage.storage_requests import ListAnswer, StorageRequests, TakeList
 
 # The transfer ends by itself before (ListOperation).
 _TIMEOUT_S = 120.0
@@ -30,7 +29,7 @@ _TIMEOUT_PER_ITEM_S = 1.0
 ListResponse: TypeAlias = (
     GetFence.Response | GetRallyPoints.Response | SetFence.Response | SetRallyPoints.Response
 )
-Request = Callable[[Callable[[ListAnswer], None]], object]
+Request = Callable[[StorageRequests, TakeList, float], object]
 
 
 class ListServers:
@@ -58,7 +57,9 @@ class ListServers:
     def _get_fence(
         self, _request: GetFence.Request, response: GetFence.Response
     ) -> GetFence.Response:
-        answer = self._ask(partial(self._read, MissionType.FENCE), response)
+        answer = self._ask(
+            lambda requests, take, now: requests.read_list(MissionType.FENCE, take, now), response
+        )
         if answer.fence is not None:
             response.areas = [area_message(area) for area in answer.fence.areas]
             for area in response.areas:
@@ -69,7 +70,9 @@ class ListServers:
     def _get_rally_points(
         self, _request: GetRallyPoints.Request, response: GetRallyPoints.Response
     ) -> GetRallyPoints.Response:
-        answer = self._ask(partial(self._read, MissionType.RALLY), response)
+        answer = self._ask(
+            lambda requests, take, now: requests.read_list(MissionType.RALLY, take, now), response
+        )
         response.points = [rally_message(point) for point in answer.points]
         return response
 
@@ -81,7 +84,11 @@ class ListServers:
         except ValueError as error:
             response.message = str(error)
             return response
-        self._ask(partial(self._write_fence, fence), response, len(request.areas))
+        self._ask(
+            lambda requests, take, now: requests.write_fence(fence, take, now),
+            response,
+            len(request.areas),
+        )
         return response
 
     def _set_rally_points(
@@ -92,12 +99,18 @@ class ListServers:
         except ValueError as error:
             response.message = str(error)
             return response
-        self._ask(partial(self._write_rally, points), response, len(points))
+        self._ask(
+            lambda requests, take, now: requests.write_rally(points, take, now),
+            response,
+            len(points),
+        )
         return response
 
     def _ask(self, request: Request, response: ListResponse, items: int = 0) -> ListAnswer:
         waiting: Waiting[ListAnswer] = Waiting()
-        self._driver.post(lambda: request(waiting.take))
+        self._driver.post(
+            lambda: request(self._bridge.feature(StorageRequests), waiting.take, self._clock.now())
+        )
         timeout_s = _TIMEOUT_S + _TIMEOUT_PER_ITEM_S * items
         answer = waiting.wait(timeout_s, self._closed)
         if answer is None:
@@ -105,23 +118,6 @@ class ListServers:
             answer = ListAnswer(False, f"{text} What the autopilot stores now is unknown.")
         response.success, response.message = answer.success, answer.message
         return answer
-
-    # --- driver thread -----------------------------------------------------------------
-
-    @property
-    def _requests(self) -> StorageRequests:
-        return self._bridge.feature(StorageRequests)
-
-    def _read(self, kind: MissionType, take: Callable[[ListAnswer], None]) -> None:
-        self._requests.read_list(kind, take, self._clock.now())
-
-    def _write_fence(self, fence: GeoFence, take: Callable[[ListAnswer], None]) -> None:
-        self._requests.write_fence(fence, take, self._clock.now())
-
-    def _write_rally(
-        self, points: tuple[RallyPoint, ...], take: Callable[[ListAnswer], None]
-    ) -> None:
-        self._requests.write_rally(points, take, self._clock.now())
 
 
 def fence_of(request: SetFence.Request) -> GeoFence:
