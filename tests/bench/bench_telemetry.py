@@ -67,8 +67,8 @@ class _Watching(Bridge):
         while self.next_output() is not None:
             pass
 
-    def fail(self, text: object, now: float = 0.0) -> None:
-        raise RuntimeError(str(text))
+    def fail(self, error: Exception, now: float = 0.0) -> None:
+        raise error
 
     give_up = fail
 

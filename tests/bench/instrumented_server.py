@@ -13,33 +13,32 @@ import time
 from pathlib import Path
 
 from drone_navigation import navigation_server
-from drone_navigation.server import vehicle_application, vehicle_node
-from mavlink_vehicle.codec import Message
+from drone_navigation.server import vehicle_node
+from drone_navigation.server.vehicle_outputs import VehicleOutputs
 from navigation_bridge.goals.goal import GoalFeedback, Output
 
 left_s: dict[int, float] = {}
 
 
-class Application(vehicle_application.VehicleApplication):
+class Outputs(VehicleOutputs):
     """Notes the time after feedback was handed to DDS, by the position that caused it."""
 
-    _position_ms: int | None = None
+    _now = 0.0
 
-    def receive(self, message: Message, now: float) -> None:
-        """Remember which position is being worked on."""
-        if message.get_type() == "GLOBAL_POSITION_INT":
-            self._position_ms = message.time_boot_ms
-        super().receive(message, now)
-        self._position_ms = None
+    def update(self, now: float) -> None:
+        """Remember what time it is."""
+        self._now = now
+        super().update(now)
 
     def _put_out(self, output: Output) -> None:
         super()._put_out(output)
-        if isinstance(output, GoalFeedback) and self._position_ms is not None:
-            left_s[self._position_ms] = time.monotonic()
+        position = self._bridge.vehicle.state.global_position
+        if isinstance(output, GoalFeedback) and position and position.time_s == self._now:
+            left_s[position.time_boot_ms] = time.monotonic()
 
 
 if __name__ == "__main__":
-    vehicle_node.VehicleApplication = Application
+    vehicle_node.VehicleOutputs = Outputs
     code = navigation_server.main(sys.argv[1:])
     Path(os.environ["BENCH_FEEDBACK_FILE"]).write_text(json.dumps(left_s), encoding="utf-8")
     sys.exit(code)

@@ -10,6 +10,7 @@ import pytest
 from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.goal import LogLine
 from navigation_bridge.goals.requests import NavigateRequest, VelocityRequest
+from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 from tests.fleets.encounters import Intruder, adsb, apart, begin, hear, meet, random_encounter
 from tests.fleets.flown import FlownFleet, homes
@@ -82,7 +83,7 @@ def test_a_velocity_command_is_slowed_for_an_intruder_and_flown_again_behind_it(
             hear(fleet, adsb(fleet, place, (0.0, 10.0, 0.0)))
         if round(now / 0.02) % 5 == 0:
             command = VelocityCommand(now, VelocityFrame.MAP, (3.0, 0.0, 0.0))
-            craft.bridge.command_velocity(command, sent, now)
+            craft.bridge.feature(VelocityCommands).follow(command, sent, now)
 
     fleet.on_tick = watch
     fleet.run_for(30.0)

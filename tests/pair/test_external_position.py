@@ -8,12 +8,13 @@ import random
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from drone_navigation.server.publishing.telemetry_messages import external_diagnostic
+from drone_navigation.server.subscribing.external_odometry import external_diagnostic
 from mavlink_sitl import DEFAULT_HOME, VehicleConfig
 from mavlink_vehicle.positions.frames import quaternion_from_euler
 from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.requests import LandRequest
+from navigation_bridge.requests.external_positions import ExternalPositions
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 pytestmark = pytest.mark.wide
@@ -43,7 +44,7 @@ class ExternalFlight(SimulatedFlight):
         super().tick()
         if self.seeing and self.now >= self._next_s and self.vehicle.connected:
             self._next_s = self.now + _PERIOD_S
-            self.bridge.services.take_external_pose(self.seen(), self.now)
+            self.bridge.feature(ExternalPositions).send(self.seen(), self.now)
 
     def seen(self) -> ExternalPose:
         motion = self.simulation.vehicles[0].truth()
@@ -97,11 +98,13 @@ def test_a_source_that_ends_in_flight_ends_the_goal(autopilot: str) -> None:
     warned = [line.text for line in flight.log_lines() if line.level is LogLevel.WARN]
     assert sum("No external pose for 1.0 s" in text for text in warned) == 1
     silent = external_diagnostic(flight.bridge, "server", "system 1", flight.now)
+    assert silent is not None
     assert silent.level == DiagnosticStatus.WARN
     flight.seeing = True
     flight.run_for(1.0)
     assert any("External poses again" in line.text for line in flight.log_lines())
     present = external_diagnostic(flight.bridge, "server", "system 1", flight.now)
+    assert present is not None
     assert present.level == DiagnosticStatus.OK
 
 
@@ -158,7 +161,7 @@ def test_a_vehicle_with_a_gps_keeps_its_origin_and_its_position(autopilot: str) 
     flight.ready()
     flight.run_for(3.0)
     pose = ExternalPose(flight.now, (50.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
-    flight.bridge.services.take_external_pose(pose, flight.now)
+    flight.bridge.feature(ExternalPositions).send(pose, flight.now)
     flight.run_for(2.0)
     assert "SET_GPS_GLOBAL_ORIGIN" not in [message.get_type() for _, message in flight.sent]
     origin, shown = flight.vehicle.state.origin, flight.bridge.pose
@@ -176,7 +179,7 @@ def test_a_vehicle_that_is_elsewhere_than_its_poses_say_gets_no_goal() -> None:
     request = flight.request(5.0, 0.0, 5.0)
     assert flight.check(request) is None
     level = (1.0, 0.0, 0.0, 0.0)
-    flight.bridge.services.take_external_pose(
+    flight.bridge.feature(ExternalPositions).send(
         ExternalPose(flight.now, (0.0, 0.0, 100.0), level), flight.now
     )
     rejection = flight.check(request)
@@ -191,6 +194,6 @@ def test_a_vehicle_that_is_elsewhere_than_its_poses_say_gets_no_goal() -> None:
 def test_a_pose_without_a_vehicle_is_rejected() -> None:
     flight = SimulatedFlight()
     with pytest.raises(ExternalPositionError, match="no connection"):
-        flight.bridge.services.take_external_pose(
+        flight.bridge.feature(ExternalPositions).send(
             ExternalPose(0.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)), 0.0
         )

@@ -6,7 +6,13 @@ import pytest
 
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.events import StoredLog
-from navigation_bridge.goals.log_outputs import LogBytes, LogRequestDone, LogsFound
+from navigation_bridge.requests.log_requests import (
+    LogBytes,
+    LogOutput,
+    LogRequestDone,
+    LogRequests,
+    LogsFound,
+)
 from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode, Rejection
 from tests.support.flights.simulated_flight import SimulatedFlight
@@ -27,26 +33,41 @@ def logged(autopilot: str) -> SimulatedFlight:
     return flight
 
 
-def done(flight: SimulatedFlight, number: int) -> LogRequestDone:
-    flight.run_until(lambda: any(end.number == number for end in flight.all(LogRequestDone)), 30.0)
-    (end,) = [end for end in flight.all(LogRequestDone) if end.number == number]
+Answers = list[LogOutput]
+
+
+def logs_of(flight: SimulatedFlight) -> LogRequests:
+    return flight.bridge.feature(LogRequests)
+
+
+def listing(flight: SimulatedFlight) -> Answers:
+    answers: Answers = []
+    logs_of(flight).list_logs(answers.append, flight.now)
+    return answers
+
+
+def done(flight: SimulatedFlight, answers: Answers) -> LogRequestDone:
+    flight.run_until(lambda: any(isinstance(answer, LogRequestDone) for answer in answers), 30.0)
+    (end,) = [answer for answer in answers if isinstance(answer, LogRequestDone)]
     return end
 
 
 def found(flight: SimulatedFlight) -> LogsFound:
-    flight.bridge.logs.list_logs(1, flight.now)
-    assert done(flight, 1).code is OutcomeCode.SUCCESS
-    (listed,) = flight.all(LogsFound)
+    answers = listing(flight)
+    assert done(flight, answers).code is OutcomeCode.SUCCESS
+    (listed,) = [answer for answer in answers if isinstance(answer, LogsFound)]
     return listed
 
 
-def downloading(autopilot: str) -> SimulatedFlight:
+def downloading(autopilot: str) -> tuple[SimulatedFlight, Answers]:
     flight = logged(autopilot)
     log = found(flight).newest
     assert log is not None
-    flight.bridge.logs.download(2, log, 0, flight.now)
-    flight.run_until(lambda: bool(flight.all(LogBytes)), 5.0)
-    return flight
+    answers: Answers = []
+    logs_of(flight).download(log, 0, answers.append, flight.now)
+    flight.run_until(lambda: bool(answers), 5.0)
+    assert isinstance(answers[0], LogBytes)
+    return flight, answers
 
 
 @pytest.mark.parametrize(("autopilot", "suffix"), [("ardupilot", ".bin"), ("px4", ".ulg")])
@@ -59,9 +80,9 @@ def test_the_newest_log_and_its_format_are_reported(autopilot: str, suffix: str)
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
 def test_a_goal_ends_a_download_before_it_arms(autopilot: str) -> None:
-    flight = downloading(autopilot)
+    flight, answers = downloading(autopilot)
     flight.send(5.0, 0.0, 5.0)
-    end = done(flight, 2)
+    end = done(flight, answers)
     assert (end.code, end.message) == (OutcomeCode.PREEMPTED, "A goal was started.")
     flight.run_until(lambda: flight.vehicle.state.armed, 30.0)
     names = [message.get_type() for _, message in flight.sent]
@@ -79,37 +100,35 @@ def test_a_goal_ends_a_download_before_it_arms(autopilot: str) -> None:
 
 @pytest.mark.parametrize("service", [Service.ARM, Service.HOLD])
 def test_a_service_that_commands_ends_a_download(service: Service) -> None:
-    flight = downloading("ardupilot")
+    flight, answers = downloading("ardupilot")
     flight.bridge.services.serve(9, service, flight.now)
-    assert done(flight, 2).code is OutcomeCode.PREEMPTED
+    assert done(flight, answers).code is OutcomeCode.PREEMPTED
 
 
 def test_a_request_is_rejected_while_it_would_disturb() -> None:
-    flight = downloading("ardupilot")
-    flight.bridge.logs.list_logs(3, flight.now)
-    assert done(flight, 3).code is OutcomeCode.BUSY
-    flight.bridge.logs.stop(3)  # not the one under way
-    flight.bridge.logs.stop(2)
-    end = done(flight, 2)
+    flight, answers = downloading("ardupilot")
+    others = listing(flight)
+    assert done(flight, others).code is OutcomeCode.BUSY
+    logs_of(flight).stop(others.append)  # not the one under way
+    logs_of(flight).stop(answers.append)
+    end = done(flight, answers)
     assert (end.code, end.message) == (OutcomeCode.CANCELED, "The download was canceled.")
 
     flight.send(5.0, 0.0, 5.0)
-    flight.bridge.logs.list_logs(4, flight.now)
-    assert done(flight, 4).message.startswith("Goal ")
+    assert done(flight, listing(flight)).message.startswith("Goal ")
     flight.bridge.shut_down(flight.now)
 
     flight = logged("px4")
     flight.simulation.vehicles[0].firmware.arm(force=True)
     flight.run_until(lambda: flight.vehicle.state.armed)
-    flight.bridge.logs.download(5, StoredLog(0, 100, 0), 0, flight.now)
-    assert done(flight, 5).message.startswith("The vehicle is armed;")
+    answers = []
+    logs_of(flight).download(StoredLog(0, 100, 0), 0, answers.append, flight.now)
+    assert done(flight, answers).message.startswith("The vehicle is armed;")
 
     flight.bridge.refuse(Rejection(OutcomeCode.NO_VEHICLE, "a recording"))
-    flight.bridge.logs.list_logs(6, flight.now)
-    assert done(flight, 6).message == "a recording"
+    assert done(flight, listing(flight)).message == "a recording"
 
 
 def test_without_a_vehicle_nothing_is_asked() -> None:
     flight = SimulatedFlight()
-    flight.bridge.logs.list_logs(1, flight.now)
-    assert done(flight, 1).code is OutcomeCode.NO_VEHICLE
+    assert done(flight, listing(flight)).code is OutcomeCode.NO_VEHICLE

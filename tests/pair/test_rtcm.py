@@ -6,6 +6,7 @@ import pytest
 
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.protocols.streams.rtcm import RtcmError
+from navigation_bridge.requests.gps_corrections import GpsCorrections
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.unit.vehicle.test_rtcm import rtcm
 
@@ -17,9 +18,9 @@ def test_corrections_reach_the_receiver(autopilot: str) -> None:
     flight = SimulatedFlight(simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0))
     messages = [rtcm(size, size) for size in (25, 180, 360, 540, 720, 613)]
     with pytest.raises(RtcmError, match="no connection"):
-        flight.bridge.services.correct_gps(messages[0], flight.now)
+        flight.bridge.feature(GpsCorrections).send(messages[0], flight.now)
     flight.ready()
-    flight.bridge.services.correct_gps(b"".join(messages), flight.now)
+    flight.bridge.feature(GpsCorrections).send(b"".join(messages), flight.now)
     flight.run_for(2.0)
     given = flight.simulation.vehicles[0].corrections
     assert b"".join(given) == b"".join(messages)

@@ -13,7 +13,7 @@ from mavlink_vehicle.mission_items import MissionType
 from navigation_bridge.goals.goal import LogLine
 from navigation_bridge.goals.requests import LandRequest
 from navigation_bridge.storage.geographic import Degrees, GeoArea, GeoFence, RallyPoint
-from navigation_bridge.storage.storage_requests import ListAnswer, ParametersAnswer
+from navigation_bridge.storage.storage_requests import ListAnswer, ParametersAnswer, StorageRequests
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from tests.support.flights.simulated_flight import SimulatedFlight
@@ -55,18 +55,26 @@ def answered(
 
 def write(flight: SimulatedFlight, *areas: GeoArea) -> ListAnswer:
     fence = GeoFence(areas)
-    return answered(flight, lambda take: flight.bridge.storage.write_fence(fence, take, flight.now))
+    return answered(
+        flight,
+        lambda take: flight.bridge.feature(StorageRequests).write_fence(fence, take, flight.now),
+    )
 
 
 def read(flight: SimulatedFlight, kind: MissionType) -> ListAnswer:
-    return answered(flight, lambda take: flight.bridge.storage.read_list(kind, take, flight.now))
+    return answered(
+        flight,
+        lambda take: flight.bridge.feature(StorageRequests).read_list(kind, take, flight.now),
+    )
 
 
 def change(
     flight: SimulatedFlight, wanted: dict[str, float], while_armed: bool = False
 ) -> ParametersAnswer:
     answers: list[ParametersAnswer] = []
-    flight.bridge.storage.change_parameters(wanted, while_armed, answers.append, flight.now)
+    flight.bridge.feature(StorageRequests).change_parameters(
+        wanted, while_armed, answers.append, flight.now
+    )
     flight.run_until(lambda: bool(answers), 100.0)
     (answer,) = answers
     return answer
@@ -137,7 +145,7 @@ def test_nothing_is_written_beside_a_goal_and_no_goal_begins_beside_a_writing() 
     assert f"Goal {goal} is active" in answer.message
     answer = answered(
         flight,
-        lambda take: flight.bridge.storage.write_rally(
+        lambda take: flight.bridge.feature(StorageRequests).write_rally(
             [RallyPoint(place(5.0, 5.0), 10.0)], take, flight.now
         ),
     )
@@ -145,7 +153,9 @@ def test_nothing_is_written_beside_a_goal_and_no_goal_begins_beside_a_writing() 
     assert read(flight, MissionType.RALLY).success, "reading is no harm"
     flight.run_to_end(goal)
     answers: list[ListAnswer] = []
-    flight.bridge.storage.write_fence(GeoFence((square(100.0),)), answers.append, flight.now)
+    flight.bridge.feature(StorageRequests).write_fence(
+        GeoFence((square(100.0),)), answers.append, flight.now
+    )
     rejection = flight.check(flight.request(0.0, 0.0, 3.0))
     assert isinstance(rejection, Rejection)
     assert rejection.code is OutcomeCode.BUSY
@@ -175,7 +185,9 @@ def test_arming_ends_the_changes_and_names_what_was_not_done() -> None:
     names = [name for name in parameters.names() if name.startswith(("FENCE", "WPNAV", "RTL"))]
     wanted = {name: parameters[name] + 1.0 for name in names}
     answers: list[ParametersAnswer] = []
-    flight.bridge.storage.change_parameters(wanted, False, answers.append, flight.now)
+    flight.bridge.feature(StorageRequests).change_parameters(
+        wanted, False, answers.append, flight.now
+    )
     flight.run_until(lambda: parameters[names[1]] == wanted[names[1]], 30.0)
     flight.vehicle.arm(flight.now)
     flight.run_until(lambda: bool(answers), 30.0)
@@ -193,7 +205,7 @@ def test_the_server_sets_no_parameter_and_writes_no_list_by_itself() -> None:
     flight.fly_up()
     assert read(flight, MissionType.FENCE).success
     answers: list[ParametersAnswer] = []
-    flight.bridge.storage.list_parameters(answers.append, flight.now)
+    flight.bridge.feature(StorageRequests).list_parameters(answers.append, flight.now)
     flight.run_until(lambda: bool(answers))
     names = {message.get_type() for _, message in flight.sent}
     assert not names & {"PARAM_SET", "MISSION_COUNT", "MISSION_CLEAR_ALL"}

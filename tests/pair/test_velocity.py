@@ -8,6 +8,7 @@ import pytest
 
 from mavlink_sitl import Obstacle, RangeSensor, VehicleConfig, World
 from navigation_bridge.goals.requests import VelocityRequest
+from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
@@ -307,7 +308,7 @@ def test_what_a_ground_station_has_paused_or_sent_is_not_taken_by_a_command(auto
         since_s = flight.now
         for _ in range(20):
             command = VelocityCommand(flight.now, VelocityFrame.BODY, (1.0, 0.0, 0.0))
-            flight.bridge.command_velocity(command, "c0" * 16, flight.now)
+            flight.bridge.feature(VelocityCommands).follow(command, "c0" * 16, flight.now)
             flight.run_for(0.1)
         assert flight.bridge.is_idle
         assert not flight.setpoint_times(since_s)
@@ -403,7 +404,9 @@ def test_garbage_stops_the_vehicle_at_once_and_is_reported() -> None:
     flight.run_for(0.3)  # sooner than the timeout
     assert flight.status(goal_id) == "HOLDING"
     assert "linear (nan, 0, 0) m/s" in flight.said
-    flight.bridge.reject_command("unknown frame 'odom'; use 'base_link' or 'map'.", flight.now)
+    flight.bridge.feature(VelocityCommands).reject(
+        "unknown frame 'odom'; use 'base_link' or 'map'.", flight.now
+    )
     flight.run_for(3.0)
     assert flight.speed_m_s < 0.2
     flight.steer(3.0, (2.0, 0.0, 0.0))

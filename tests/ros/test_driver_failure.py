@@ -20,7 +20,7 @@ from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.publishing.topics import Topics
 from drone_navigation.server.service_servers import ServiceServers
-from drone_navigation.server.vehicle_application import VehicleApplication
+from drone_navigation.server.vehicle_outputs import VehicleOutputs
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
@@ -50,15 +50,14 @@ class _Server:
         config = make_config({"arming": "auto"})
         clock = MonotonicClock()
         self.bridge = Bridge(Vehicle(config.vehicle), config.bridge)
-        application = VehicleApplication(self.bridge, None, clock)
         link = open_link(f"udpin://127.0.0.1:{port}")
         router = Router([link], lambda: Codec(1, 191))
-        self.driver = Driver(application, router, clock)
-        access = BridgeAccess(self.node, self.bridge, self.driver, clock)
+        self.driver = Driver(self.bridge, router, clock)
+        topics = Topics(self.node, self.bridge, lambda: router.statistics.of_system(0))
+        access = BridgeAccess(self.node, self.bridge, self.driver, clock, config, topics)
         self.server = GoalServers(access)
         services = ServiceServers(access)
-        topics = Topics(self.node, self.bridge, lambda: router.statistics.of_system(0))
-        application.attach(self.node, self.server, services, topics)
+        VehicleOutputs(self.bridge).attach(self.node, self.server, services, topics)
         self.client = ActionClient(self.node, Navigate, ACTION_NAME)
         self.executor = MultiThreadedExecutor(num_threads=6, context=self.context)
         self.executor.add_node(self.node)

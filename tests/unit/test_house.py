@@ -8,6 +8,8 @@ from collections import Counter, defaultdict
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 import mavlink_sitl
 
 ROOT = Path(__file__).parents[2]
@@ -108,6 +110,66 @@ def test_the_simulator_is_used_by_its_public_names() -> None:
     assert inner == {name: set(reasons) for name, reasons in INNER_NAMES.items()}
 
 
+# Optional features of the server: the names of their files, and in how many folders these are.
+# The protocols of stored parameters and lists are folders of their own.
+SERVER_PACKAGES = (
+    "mavlink_vehicle",
+    "navigation_core",
+    "navigation_bridge",
+    "drone_navigation/drone_navigation/server",
+    "drone_navigation/drone_navigation/console",
+    "flight_rehearsal/flight_rehearsal",
+)
+FEATURES = {
+    "logs": (r"/logs/|log_requests", 3),
+    "RTCM": (r"rtcm|correction", 3),
+    "external position": (r"external_", 3),
+    "velocity": (r"velocity_(commands|topic)|follow_velocity|tasks/steering", 5),
+    "traffic": (r"/traffic/|in_traffic", 4),
+    "rehearsal": (r"rehears", 2),
+    "storage": (r"storage|parameter_service|list_operation", 5),
+}
+SHELLS = (
+    "mavlink_vehicle/mavlink_vehicle/io/driver.py",
+    "navigation_bridge/navigation_bridge/bridge.py",
+    "navigation_bridge/navigation_bridge/client_services.py",
+    "navigation_bridge/navigation_bridge/engine.py",
+    "navigation_bridge/navigation_bridge/fleet.py",
+    "navigation_bridge/navigation_bridge/reporting.py",
+    "navigation_bridge/navigation_bridge/tasks/admission.py",
+    "navigation_bridge/navigation_bridge/vehicle_events.py",
+    "drone_navigation/drone_navigation/server/publishing/topics.py",
+    "drone_navigation/drone_navigation/server/server.py",
+    "drone_navigation/drone_navigation/server/vehicle_node.py",
+    "drone_navigation/drone_navigation/server/vehicle_outputs.py",
+)
+"""Modules that run features by their lists, and name none."""
+
+
+def _files_of(feature: str) -> list[Path]:
+    pattern = re.compile(FEATURES[feature][0])
+    roots = [ROOT / "src" / package for package in SERVER_PACKAGES]
+    found = [file for file in PRODUCT if any(file.is_relative_to(root) for root in roots)]
+    return [file for file in found if pattern.search(_name(file))]
+
+
+@pytest.mark.parametrize("feature", FEATURES)
+def test_a_feature_is_in_few_folders(feature: str) -> None:
+    folders = {_name(file.parent) for file in _files_of(feature)}
+    assert 2 <= len(folders) <= FEATURES[feature][1], folders
+
+
+# The engine asks the traffic before each operation and setpoint.
+@pytest.mark.parametrize("feature", [name for name in FEATURES if name != "traffic"])
+def test_the_shells_name_no_feature(feature: str) -> None:
+    modules = {
+        ".".join(file.relative_to(ROOT / "src").with_suffix("").parts[1:])
+        for file in _files_of(feature)
+    }
+    named = {shell: _imports(ROOT / "src" / shell) & modules for shell in SHELLS}
+    assert {shell: names for shell, names in named.items() if names} == {}
+
+
 # Modules that read a clock that may be set, stand still or go back, with the reason.
 _STAMP = "stamps of messages"
 _RECORDED = "times in a recording"
@@ -118,7 +180,7 @@ SETTABLE_CLOCKS = {
     },
     "src/drone_navigation/drone_navigation/server/actions.py": {"get_clock": _STAMP},
     "src/drone_navigation/drone_navigation/server/publishing/topics.py": {"get_clock": _STAMP},
-    "src/drone_navigation/drone_navigation/server/traffic_topic.py": {"get_clock": _STAMP},
+    "src/drone_navigation/drone_navigation/server/traffic/traffic_topic.py": {"get_clock": _STAMP},
     "src/drone_navigation/drone_navigation/bag/goals.py": {"get_clock": _RECORDED},
     "src/drone_navigation/drone_navigation/server/replay_node.py": {
         "get_clock": "a replay sets it to the recording's time",

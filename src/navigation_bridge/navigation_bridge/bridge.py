@@ -1,8 +1,9 @@
 """One vehicle of the server: goals and services in, MAVLink out, feedback back. No ROS.
 
 The bridge puts the parts together and is what driver and clients talk to. It does no I/O and reads
-no clock; the driver thread calls it with ``now`` and collects :meth:`Bridge.messages_to_send` and
-:meth:`Bridge.next_output`. A goal's turn is on one page, :mod:`navigation_bridge.engine`.
+no clock; the driver thread calls it with ``now`` and collects :meth:`Bridge.messages_to_send`. Its
+:class:`Front` publishes :meth:`Bridge.next_output`. A goal's turn is on one page,
+:mod:`navigation_bridge.engine`.
 """
 
 from __future__ import annotations
@@ -20,15 +21,16 @@ from navigation_bridge.client_services import ClientServices
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.effects import Effects
 from navigation_bridge.engine import Engine, Parts
+from navigation_bridge.features import FEATURES
+from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel, Output
-from navigation_bridge.goals.requests import Request, VelocityRequest
-from navigation_bridge.goals.velocity_commands import VelocityCommands
+from navigation_bridge.goals.requests import Request
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
-from navigation_bridge.reporting import Reporter
+from navigation_bridge.reporting import Front, Reporter
+from navigation_bridge.requests.feature import Feature, FeatureParts, Features, FeatureT
 from navigation_bridge.scene import Scene
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.snapshot import LocatedSnapshot, Observer
-from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.supervision.battery_forecast import share_for_return
 from navigation_bridge.supervision.lateness_watch import LatenessWatch
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
@@ -48,12 +50,12 @@ from navigation_core.safety.lateness import Lateness
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.intents import Outcome
-from navigation_core.tasks.velocity_command import VelocityCommand
 
-__all__ = ["Bridge", "BridgeConfig"]
+__all__ = ["Bridge", "BridgeConfig", "Front"]
 
 _GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _LOCAL_POSITION = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
+_ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
 
 class Bridge:
@@ -62,10 +64,9 @@ class Bridge:
     Attributes:
         recorded_goal_id: in a replay, the goal of the server that was recorded, or None.
         services: answers services of clients.
-        logs: the autopilot's own logs; takes requests.
-        storage: requests about fence, rally points and parameters of the autopilot.
         scene: fence, flight volume, mission and rally points in the map frame.
         obstacles: obstacles; accepts readings of ROS sensors.
+        front: publishes the outputs.
     """
 
     def __init__(
@@ -74,6 +75,7 @@ class Bridge:
         config: BridgeConfig,
         searcher: Searcher = AT_ONCE,
         tasks: Sequence[TaskKind[Any]] = TASKS,
+        features: Sequence[type[Feature]] = FEATURES,
         traffic: SharedTraffic | None = None,
         name: str = "",
     ) -> None:
@@ -84,14 +86,17 @@ class Bridge:
             config: settings for goals.
             searcher: runs the path searches.
             tasks: what goals may ask for.
+            features: what is answered beside goals.
             traffic: shared with the other vehicles of the server; None: there are none.
             name: of the vehicle among them.
         """
         self._shared_traffic = traffic
         self._name = name
         self._tasks = tasks
+        self._kinds = features
         self._refusal: Rejection | None = None
         self._searcher = searcher
+        self.front = Front()
         self._compose(vehicle, config)
 
     def _compose(self, vehicle: Vehicle, config: BridgeConfig) -> None:
@@ -100,6 +105,18 @@ class Bridge:
         self._map_frame = MapFrame()
         self.obstacles = ObstacleFeed(vehicle, self._map_frame, config.obstacles)
         self._report = Reporter(vehicle, self._map_frame)
+        self._features = Features(
+            self._kinds,
+            FeatureParts(
+                vehicle,
+                self._map_frame,
+                self._report,
+                goals=self,
+                config=lambda: self._config,
+                refusal=lambda: self._refusal,
+                occupied=lambda: self.services.occupied,
+            ),
+        )
         self._observer = Observer(vehicle, self._map_frame, self.obstacles, config, self._searcher)
         self._traffic = VehicleSeparation(
             vehicle,
@@ -111,7 +128,6 @@ class Bridge:
             self._observer.look,
         )
         self._positions = PositionWatch()
-        self._commands = VelocityCommands()
         self._lateness = LatenessWatch(vehicle, self._report)
         self._parking = Parking(vehicle, config.setpoint_period_s)
         self._effects = Effects(vehicle, self._map_frame, self._parking, self._report)
@@ -123,7 +139,7 @@ class Bridge:
             effects=self._effects,
             lateness=self._lateness,
             positions=self._positions,
-            commands=self._commands,
+            features=self._features,
             parking=self._parking,
             overtaken=OvertakenMode(vehicle, self._report),
             stations=Stations(vehicle, self._report, self._parking),
@@ -132,20 +148,25 @@ class Bridge:
         self._engine = Engine(parts, config)
         self._desk = ServiceDesk(vehicle, self._map_frame, self._report)
         self.services = ClientServices(
-            self._engine, vehicle, self._report, self._parking, self._desk, self._refusal
-        )
-        self.storage = StorageRequests(
-            vehicle, self._map_frame, self._report, lambda: self.services.occupied
+            self._engine,
+            vehicle,
+            self._report,
+            self._parking,
+            self._desk,
+            self._features,
+            self._refusal,
         )
         self.scene = Scene(vehicle, self._map_frame, config)
         self._admission = Admission(
-            self._tasks, self._engine, vehicle, self._traffic, self._positions, self.storage
+            self._tasks, self._engine, vehicle, self._traffic, self._positions, self._features
         )
-        self.logs = self.services.logs
-        self._events = VehicleEvents(
-            self._engine, parts, self.obstacles, self._desk, self.storage, self.services.logs
-        )
+        self._events = VehicleEvents(self._engine, parts, self.obstacles, self._desk)
         self.recorded_goal_id: str | None = None
+
+    @property
+    def active_goal(self) -> ActiveGoal | None:
+        """The active goal; read only."""
+        return self._engine.goal
 
     @property
     def active_goal_id(self) -> str | None:
@@ -153,15 +174,19 @@ class Bridge:
         goal = self._engine.goal
         return self.recorded_goal_id if goal is None else goal.goal_id
 
-    @property
-    def command_timeout_s(self) -> float:
-        """Age from which a velocity command counts no more."""
-        return self._config.commands.timeout_s
+    def feature(self, kind: type[FeatureT]) -> FeatureT:
+        """Return the feature of a kind; another one after :meth:`begin_again`."""
+        return self._features.of(kind)
 
     @property
     def is_idle(self) -> bool:
         """True without an active goal, those that commands have started included."""
         return self._engine.goal is None
+
+    @property
+    def is_writing(self) -> bool:
+        """True while the autopilot would keep half of something if the server ended."""
+        return self._features.is_writing
 
     @property
     def is_parking(self) -> bool:
@@ -256,7 +281,7 @@ class Bridge:
             action = task_of(request, self._tasks).action
             self._report.rejected_at_start(goal_id, action, admitted)
             return
-        self.services.logs.give_way("A goal was started.")
+        self._features.give_way("A goal was started.")
         previous, goal = self._engine.begin(goal_id, admitted, now)
         self._desk.give_up("A new goal was started.", now)
         if previous is not None:
@@ -280,49 +305,9 @@ class Bridge:
             self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: cancel requested")
         return True
 
-    def command_velocity(self, command: VelocityCommand, goal_id: str, now: float) -> None:
-        """Process a velocity command of a client.
-
-        It is followed by a goal that follows commands; without a goal it may start one.
-
-        Args:
-            command: the command; its numbers need not be finite.
-            goal_id: UUID of the goal that it starts, if it does.
-            now: time in seconds.
-        """
-        fault = self._commands.take(command, self._config.commands.timeout_s)
-        if fault:
-            self._ignored(f"A velocity command cannot be used: {fault}", now)
-            return
-        goal = self._engine.goal
-        if goal is not None and goal.follows_commands:
-            return
-        active = "" if goal is None else f"goal {goal.short_id} ({goal.kind})"
-        may_start = self._config.commands.start_goal
-        starts, why = self._commands.starts_goal(active, self._vehicle.in_control_mode, may_start)
-        if why:
-            self._ignored(f"Velocity commands are ignored: {why}.", now)
-        request = VelocityRequest()
-        if starts and self.check(request, now) is None:
-            self.start_goal(goal_id, request, now)
-
-    def reject_command(self, fault: str, now: float) -> None:
-        """Process a velocity command that cannot be used; the vehicle stops.
-
-        Args:
-            fault: why, as a sentence.
-            now: time in seconds.
-        """
-        self._commands.drop()
-        self._ignored(f"A velocity command cannot be used: {fault}", now)
-
-    def _ignored(self, text: str, now: float) -> None:
-        if self._commands.is_to_tell(now):
-            self._report.log(LogLevel.WARN, text)
-
     def shut_down(self, now: float) -> None:
         """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""
-        self._commands.goal_ended(OutcomeCode.SHUTTING_DOWN)  # so that no command starts another
+        self._features.shut_down()
         goal = self._engine.goal
         if goal is None or goal.closing is not None:
             return
@@ -340,11 +325,18 @@ class Bridge:
         else:
             self._engine.end(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
 
-    def fail(self, text: str, now: float) -> None:
+    def fail(self, error: Exception, now: float) -> None:
         """End the active goal after an internal error; the vehicle holds."""
+        self.front.fail(error)
         goal = self._engine.goal
         if goal is not None:
+            text = f"Internal server error ({error}); hold was commanded."
             self._engine.end(goal, Outcome(OutcomeCode.INTERNAL_ERROR, text, None), now)
+        self.front.put_out()
+
+    def give_up(self, error: Exception) -> None:
+        """Have the goals ended by the front: the bridge is not called again."""
+        self.front.give_up(error)
 
     # --- called by the driver -------------------------------------------------------
 
@@ -365,17 +357,26 @@ class Bridge:
         """Process a message of a ground station from another link; it is never telemetry."""
         self._vehicle.overhear(message, now)
         self._events.handle(now)
+        self.front.put_out()
 
     def intakes(self, system: int, component: int) -> dict[int, Intake]:
         """Return what takes measurements of a sender straight from their frames, by number."""
         intakes = self._vehicle.intakes(system, component)
-        take_position = intakes.get(_GLOBAL_POSITION)
-        if take_position is not None:
-            intakes[_GLOBAL_POSITION] = partial(self._take_position, take_position)
-        take_local = intakes.get(_LOCAL_POSITION)
-        if take_local is not None:
-            intakes[_LOCAL_POSITION] = partial(self._take_local, take_local)
+        for number, take in (
+            (_GLOBAL_POSITION, self._take_position),
+            (_LOCAL_POSITION, self._take_local),
+            (_ATTITUDE, self._take_attitude),
+        ):
+            if number in intakes:
+                intakes[number] = partial(take, intakes[number])
         return intakes
+
+    def _take_attitude(self, take: Intake, data: bytes, now: float) -> bool:
+        """Do what `receive` does for an attitude, which is published with the next position."""
+        if not take(data, now):
+            return False
+        self.front.update(now)
+        return True
 
     def _take_local(self, take: Intake, data: bytes, now: float) -> bool:
         """Do what `receive` does for a local position."""
@@ -407,6 +408,7 @@ class Bridge:
             self._report.position()
         self._positions.follow(before, live.known, here, now)
         self._engine.position_came(now)
+        self.front.update(now)
         return True
 
     def receive(self, message: Message, now: float) -> None:
@@ -431,6 +433,7 @@ class Bridge:
             self._engine.position_came(now)
         elif message.get_type() == "ADSB_VEHICLE":
             self._traffic.hear(message, now)
+        self.front.update(now)
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
@@ -439,6 +442,7 @@ class Bridge:
         self._events.handle(now)
         self._parking.handle_timer(now)
         self._engine.turn(now)
+        self.front.update(now)
 
     def next_deadline(self) -> float | None:
         """Return the time of the next call of :meth:`handle_timer`."""
@@ -446,11 +450,13 @@ class Bridge:
             self._vehicle.next_deadline(),
             self._parking.next_deadline(),
             self._engine.next_deadline(),
+            self.front.next_deadline(),
         )
         return min((time for time in deadlines if time is not None), default=None)
 
     def messages_to_send(self) -> list[Message]:
-        """Return the MAVLink messages to send now."""
+        """Return the MAVLink messages to send now, after publishing what a request put out."""
+        self.front.put_out()
         messages = self._vehicle.messages_to_send()
         for message in self._traffic.announcements():
             address = self._vehicle.address

@@ -1,4 +1,4 @@
-"""Services that clients call beside a goal: hold, mode, pause, parameters, corrections. No ROS."""
+"""Services that clients call beside a goal: hold, mode, pause, parameters. No ROS."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ import math
 import re
 from collections.abc import Sequence
 
-from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
-from mavlink_vehicle.protocols.streams.rtcm import RtcmError
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.engine import Engine
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel
-from navigation_bridge.log_requests import LogRequests
 from navigation_bridge.reporting import Reporter
+from navigation_bridge.requests.feature import Feature
 from navigation_bridge.services import Service, ServiceDesk
 from navigation_bridge.supervision.parking import Parking
 from navigation_core.outcomes import OutcomeCode
@@ -31,7 +29,6 @@ class ClientServices:
 
     Attributes:
         refusal: why nothing is accepted: there is no vehicle to execute it; None while there is.
-        logs: the autopilot's own logs; takes requests.
     """
 
     def __init__(
@@ -41,6 +38,7 @@ class ClientServices:
         report: Reporter,
         parking: Parking,
         desk: ServiceDesk,
+        features: Feature,
         refusal: Rejection | None,
     ) -> None:
         """Serve with these."""
@@ -49,23 +47,16 @@ class ClientServices:
         self._report = report
         self._parking = parking
         self._desk = desk
+        self._features = features
         self.refusal = refusal
-        self.logs = LogRequests(vehicle, report.put_out, self._log_refusal)
 
     @property
-    def occupied(self) -> str | None:
-        """Why the vehicle is left alone, a sentence, or None."""
-        if self.refusal is not None:
-            return self.refusal.message
+    def occupied(self) -> Rejection | None:
+        """Why the vehicle is left alone, or None."""
         goal = self._engine.goal
-        return None if goal is None else f"Goal {goal.goal_id} is active; cancel it first."
-
-    def _log_refusal(self) -> Rejection | None:
-        """Return why logs are not transferred now."""
-        text = self.occupied
-        if self.refusal is not None or text is None:
+        if self.refusal is not None or goal is None:
             return self.refusal
-        return Rejection(OutcomeCode.BUSY, text)
+        return Rejection(OutcomeCode.BUSY, f"Goal {goal.goal_id} is active; cancel it first.")
 
     def pause(self, now: float) -> tuple[bool, str]:
         """Pause the active goal until :meth:`resume`; return success and a sentence."""
@@ -107,9 +98,9 @@ class ClientServices:
             now: time in seconds.
             mode: for SET_MODE, the firmware's name of the mode.
         """
-        goal, text = self._engine.goal, self.occupied
-        if text is not None and (self.refusal is not None or service is not Service.HOLD):
-            self._report.served(number, False, text)
+        goal, occupied = self._engine.goal, self.occupied
+        if occupied is not None and (self.refusal is not None or service is not Service.HOLD):
+            self._report.served(number, False, occupied.message)
             return
         if service is Service.ARM and not self._engine.config.goto.may_leave_ground:
             text = (
@@ -117,7 +108,7 @@ class ClientServices:
             )
             self._report.served(number, False, text)
             return
-        self.logs.give_way(f"The {service.value} service was called.")
+        self._features.give_way(f"The {service.value} service was called.")
         if goal is not None:
             text = "The hold service was called."
             self._engine.end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)
@@ -137,40 +128,3 @@ class ClientServices:
             raise ValueError(f"Give at most {_PARAMETERS_MAX} names such as WPNAV_SPEED.")
         values = self._vehicle.read_parameters(names, now)
         return [math.nan if value is None else value for value in values]
-
-    def correct_gps(self, data: bytes, now: float) -> None:
-        """Send RTCM corrections to the vehicle.
-
-        Args:
-            data: whole RTCM 3 messages, one after the other.
-            now: time in seconds.
-
-        Raises:
-            RtcmError: they are not sent, and why.
-        """
-        unreached = self._unreached
-        if unreached:
-            raise RtcmError(unreached)
-        self._vehicle.rtcm.offer(data, now)
-
-    def take_external_pose(self, pose: ExternalPose, now: float) -> None:
-        """Send a pose from outside, such as a camera's, to the autopilot's estimator.
-
-        Args:
-            pose: of the vehicle, in the local frame.
-            now: time in seconds.
-
-        Raises:
-            ExternalPositionError: it is not sent, and why.
-        """
-        unreached = self._unreached
-        if unreached:
-            raise ExternalPositionError(unreached)
-        self._vehicle.send_external_pose(pose, now)
-
-    @property
-    def _unreached(self) -> str:
-        """Why nothing reaches the vehicle, a sentence; empty while it is reached."""
-        if self.refusal is not None:
-            return self.refusal.message
-        return "" if self._vehicle.connected else "There is no connection to a vehicle."

@@ -16,9 +16,9 @@ from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.succession import successor
-from navigation_bridge.goals.velocity_commands import VelocityCommands
 from navigation_bridge.obstacles.standing_obstacles import StandingObstacles
 from navigation_bridge.reporting import Reporter
+from navigation_bridge.requests.feature import Feature
 from navigation_bridge.rules.order import RULES
 from navigation_bridge.rules.stations import judge_yielded
 from navigation_bridge.rules.verdict import Abandon, Doubt, SendNothing, Stop, Verdict, Warn, Yield
@@ -46,7 +46,7 @@ class Parts:
     effects: Effects
     lateness: LatenessWatch
     positions: PositionWatch
-    commands: VelocityCommands
+    features: Feature
     parking: Parking
     overtaken: OvertakenMode
     stations: Stations
@@ -95,7 +95,7 @@ class Engine:
             unanswered_s=vehicle.unanswered_s(now) if asks else 0.0,
             mode_requested=requested,
             mode_unclear=goal.takeover is not None and overtaken.is_open,
-            command=parts.commands.current if goal.follows_commands else None,
+            command=parts.features.command if goal.follows_commands else None,
             traffic=traffic,
         )
 
@@ -240,7 +240,7 @@ class Engine:
 
     def start_task(self, goal: ActiveGoal, now: float) -> None:
         """Start the task of a goal that has begun."""
-        self._parts.commands.goal_began()
+        self._parts.features.goal_began()
         self._report.accepted(goal)
         if goal.plan is not None:
             self._parts.stations.free(now)
@@ -269,8 +269,7 @@ class Engine:
 
     def _conclude(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
         goal.doubted(None, now)
-        if goal.follows_commands:
-            self._parts.commands.goal_ended(goal.end_of(outcome).code)
+        self._parts.features.goal_ended(goal, goal.end_of(outcome).code)
         self._report.ended(goal, outcome, now)
 
     # --- progress ------------------------------------------------------------------------

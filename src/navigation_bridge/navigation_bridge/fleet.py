@@ -41,7 +41,7 @@ class DriverThread(Protocol):
 class MemberApplication(Application, Protocol):
     """Application of one vehicle. All methods are called on the driver's thread."""
 
-    def fail(self, error: Exception) -> None:
+    def fail(self, error: Exception, now: float) -> None:
         """End the active goal after an internal error."""
 
     def give_up(self, error: Exception) -> None:
@@ -300,6 +300,6 @@ class FleetApplication:
 
     def _tell(self, member: Member, error: Exception) -> None:
         try:
-            member.application.fail(error)
+            member.application.fail(error, self._clock.now())
         except Exception as second:
             logging.getLogger(__name__).error("The report of a failure failed.", exc_info=second)

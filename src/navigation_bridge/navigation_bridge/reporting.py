@@ -9,8 +9,6 @@ from functools import partial
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import (
-    ExternalPosesResumed,
-    ExternalPosesStopped,
     HeartbeatLost,
     HeartbeatRegained,
     OperationFinished,
@@ -49,6 +47,29 @@ from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.progress import Progress
 
 _MAV_SEVERITY_WARNING = 4
+
+
+class Front:
+    """Publishes what a bridge puts out; this one leaves all of it in `Bridge.next_output`.
+
+    All is called on the driver's thread, at the end of what the bridge was called for.
+    """
+
+    def put_out(self) -> None:
+        """Publish the outputs."""
+
+    def update(self, now: float) -> None:
+        """Publish the outputs, and what has changed of the vehicle's state."""
+
+    def next_deadline(self) -> float | None:
+        """Return the latest time of the next call of :meth:`update`."""
+        return None
+
+    def fail(self, error: Exception) -> None:
+        """Log an internal error."""
+
+    def give_up(self, error: Exception) -> None:
+        """Log an error, and end all goals without the bridge, which is not called again."""
 
 
 class Reporter:
@@ -175,10 +196,6 @@ class Reporter:
         """Answer a service request."""
         self._outputs.append(ServiceDone(number, success, message))
 
-    def put_out(self, output: Output) -> None:
-        """Add an output."""
-        self._outputs.append(output)
-
     @property
     def height_m(self) -> float | None:
         """The vehicle's height above the ground, or None while it is not known."""
@@ -260,11 +277,3 @@ class Reporter:
             self.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
         elif isinstance(event, HeartbeatRegained):
             self.log(LogLevel.INFO, "HEARTBEAT received again")
-        elif isinstance(event, ExternalPosesStopped):
-            self.log(
-                LogLevel.WARN,
-                f"No external pose for {event.silent_s:.1f} s; a vehicle without GPS loses its "
-                "position. Check the source of external_odometry_topic",
-            )
-        elif isinstance(event, ExternalPosesResumed):
-            self.log(LogLevel.INFO, f"External poses again, after {event.silent_s:.1f} s")

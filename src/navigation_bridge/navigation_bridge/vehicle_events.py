@@ -15,10 +15,8 @@ from mavlink_vehicle.ranges import RangesMeasured
 from navigation_bridge import notes
 from navigation_bridge.engine import Engine, Parts
 from navigation_bridge.goals.goal import LogLevel
-from navigation_bridge.log_requests import LogRequests
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.services import ServiceDesk
-from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.supervision.station_rules import takes_vehicle
 from navigation_bridge.vehicle.modes import vehicle_mode
 from navigation_core.outcomes import OutcomeCode
@@ -41,8 +39,6 @@ class VehicleEvents:
         parts: Parts,
         obstacles: ObstacleFeed,
         desk: ServiceDesk,
-        storage: StorageRequests,
-        logs: LogRequests,
     ) -> None:
         """Hand them to these."""
         self._engine = engine
@@ -51,8 +47,6 @@ class VehicleEvents:
         self._vehicle = parts.vehicle
         self._obstacles = obstacles
         self._desk = desk
-        self._storage = storage
-        self._logs = logs
 
     def handle(self, now: float) -> None:
         """Process all events that have come."""
@@ -78,14 +72,14 @@ class VehicleEvents:
             self._take_act(event, now)
         elif isinstance(event, VehicleRebooted):
             self._report.log(LogLevel.WARN, "The autopilot restarted")
-            self._parts.commands.lose_vehicle()
+            self._parts.features.lose_vehicle()
             self._give_up_restarted(now)
-        elif not (self._storage.take(event) or self._logs.take(event)):
+        elif not self._parts.features.take(event):
             self._report.vehicle(event)
 
     def _take_act(self, acted: StationActed, now: float) -> None:
         if takes_vehicle(acted):
-            self._parts.commands.give_vehicle_away()
+            self._parts.features.give_vehicle_away()
         on_pause = self._engine.config.on_station_pause
         self._parts.stations.take(acted, self._engine.goal, on_pause, now)
 
@@ -119,7 +113,7 @@ class VehicleEvents:
         goal = self._engine.goal
         mode = vehicle_mode(self._vehicle.profile, event.name)
         if goal is None or not goal.task.accepts_mode(mode):
-            self._parts.commands.lose_vehicle()
+            self._parts.features.lose_vehicle()
         if self._parts.stations.change_mode(event, goal, now):
             return
         if goal is not None and goal.task.accepts_mode(mode):
@@ -134,7 +128,7 @@ class VehicleEvents:
         goal = self._engine.goal
         if goal is not None and goal.takeover is None and not goal.paused_by:
             self._parts.stations.take_away(goal, event.chosen_name, now)
-        self._parts.commands.lose_vehicle()
+        self._parts.features.lose_vehicle()
         self._parts.parking.give_up()
         self._vehicle.close_stream()
         self._parts.overtaken.restore(event, now)

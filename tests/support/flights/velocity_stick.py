@@ -9,6 +9,7 @@ from mavlink_sitl import VehicleConfig, World
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_bridge.goals.requests import VelocityRequest
+from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_bridge.services import Service
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
@@ -58,7 +59,7 @@ class SteeredFlight(SimulatedFlight):
         """Give one command; ``started`` is then the goal that it may have started."""
         idle, goal_id = self.bridge.is_idle, f"{next(_ids):032x}"
         command = VelocityCommand(self.now, VelocityFrame(frame), linear, rate)
-        self.bridge.command_velocity(command, goal_id, self.now)
+        self.bridge.feature(VelocityCommands).follow(command, goal_id, self.now)
         self._collect()
         if idle and not self.bridge.is_idle:
             self.started = goal_id

@@ -47,7 +47,7 @@ class Recorder:
         taken, self.outbox = self.outbox, []
         return taken
 
-    def fail(self, error: Exception) -> None:
+    def fail(self, error: Exception, now: float) -> None:
         self.done.append(f"failed: {error}")
 
     def give_up(self, error: Exception) -> None:

@@ -6,7 +6,10 @@ import math
 
 import pytest
 
-from navigation_bridge.goals.velocity_commands import VelocityCommands
+from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import make_config
+from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
@@ -14,6 +17,10 @@ from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFram
 TIMEOUT_S = 0.5
 FORWARD = (1.0, 0.0, 0.0)
 ZERO = (0.0, 0.0, 0.0)
+
+
+def new_commands() -> VelocityCommands:
+    return Bridge(Vehicle(), make_config({}).bridge).feature(VelocityCommands)
 
 
 def command(now: float, linear: Vector3 = FORWARD, rate: float = 0.0) -> VelocityCommand:
@@ -28,7 +35,7 @@ def starts(
     in_control: bool = True,
     may_start: bool = True,
 ) -> bool:
-    assert not commands.take(command(now, linear), TIMEOUT_S)
+    assert not commands.keep(command(now, linear), TIMEOUT_S)
     begins, why = commands.starts_goal(active, in_control, may_start)
     assert not (begins and why)
     return begins
@@ -39,34 +46,34 @@ def starts(
 def test_a_number_that_is_not_finite_is_rejected_and_stops_the_vehicle(
     bad: float, place: int
 ) -> None:
-    commands = VelocityCommands()
-    commands.take(command(0.0), TIMEOUT_S)
+    commands = new_commands()
+    commands.keep(command(0.0), TIMEOUT_S)
     numbers = [1.0, 0.0, 0.0, 0.0]
     numbers[place] = bad
-    fault = commands.take(command(0.1, (numbers[0], numbers[1], numbers[2]), numbers[3]), TIMEOUT_S)
+    fault = commands.keep(command(0.1, (numbers[0], numbers[1], numbers[2]), numbers[3]), TIMEOUT_S)
     assert "every number must be finite" in fault
     assert f"{bad:g}" in fault
-    assert commands.current is None
-    assert not commands.take(command(0.2), TIMEOUT_S)
-    assert commands.current == command(0.2)
+    assert commands.command is None
+    assert not commands.keep(command(0.2), TIMEOUT_S)
+    assert commands.command == command(0.2)
 
 
 def test_the_first_command_that_moves_starts_a_goal_and_zeros_do_not() -> None:
-    commands = VelocityCommands()
+    commands = new_commands()
     assert not starts(commands, 0.0, ZERO)
     assert starts(commands, 0.1)
 
 
 def test_nothing_starts_a_goal_where_only_goals_may() -> None:
-    commands = VelocityCommands()
-    commands.take(command(0.0), TIMEOUT_S)
+    commands = new_commands()
+    commands.keep(command(0.0), TIMEOUT_S)
     begins, why = commands.starts_goal("", True, False)
     assert not begins
     assert "follow_velocity" in why
 
 
 def test_who_steers_through_another_goal_must_let_go_before_a_goal_is_started() -> None:
-    commands = VelocityCommands()
+    commands = new_commands()
     assert not starts(commands, 0.0, active="goal 1234 (navigate_to_waypoint)")
     for i in range(1, 20):  # the goal has ended, and the stick is still held
         assert not starts(commands, 0.1 * i)
@@ -75,14 +82,14 @@ def test_who_steers_through_another_goal_must_let_go_before_a_goal_is_started() 
 
 
 def test_silence_releases_the_stick_too() -> None:
-    commands = VelocityCommands()
+    commands = new_commands()
     assert not starts(commands, 0.0, active="goal 1234 (navigate_to_waypoint)")
     assert not starts(commands, 0.4)
     assert starts(commands, 1.0)
 
 
 def test_a_vehicle_in_a_mode_of_somebody_else_is_left_alone() -> None:
-    commands = VelocityCommands()
+    commands = new_commands()
     assert not starts(commands, 0.0, in_control=False)
     commands.goal_began()
     assert starts(commands, 1.0, in_control=False)  # a PX4 holds between the server's goals
@@ -95,9 +102,9 @@ def test_a_vehicle_in_a_mode_of_somebody_else_is_left_alone() -> None:
 def test_after_an_end_that_was_not_that_of_its_commands_a_goal_must_be_sent(
     code: OutcomeCode,
 ) -> None:
-    commands = VelocityCommands()
+    commands = new_commands()
     commands.goal_began()
-    commands.goal_ended(code)
+    commands.ended_with(code)
     ended_by_itself = code in (OutcomeCode.SUCCESS, OutcomeCode.TIMEOUT)
     assert starts(commands, 1.0) is ended_by_itself
     assert starts(commands, 2.0) is ended_by_itself
@@ -106,7 +113,7 @@ def test_after_an_end_that_was_not_that_of_its_commands_a_goal_must_be_sent(
 
 
 def test_a_vehicle_that_a_ground_station_flies_is_left_alone() -> None:
-    commands = VelocityCommands()
+    commands = new_commands()
     commands.goal_began()
     commands.give_vehicle_away()
     assert not starts(commands, 1.0)
@@ -115,6 +122,6 @@ def test_a_vehicle_that_a_ground_station_flies_is_left_alone() -> None:
 
 
 def test_what_is_not_followed_is_reported_occasionally() -> None:
-    commands = VelocityCommands()
+    commands = new_commands()
     told = [now for now in range(100) if commands.is_to_tell(0.1 * now)]
     assert told == [0, 50]

@@ -330,7 +330,7 @@ def test_those_who_wait_learn_that_it_has_stopped(bench: Bench) -> None:
     caller = threading.Thread(target=call)
     # After the stop in the mailbox: this turn's work still includes it or it is told the end.
     caller.start()
-    until(lambda: len(bench.driver._mailbox) >= 1)
+    until(lambda: len(bench.driver.works) >= 1)
     hold.set()
     caller.join(LIMIT_S)
     assert not caller.is_alive()

@@ -10,10 +10,9 @@ from drone_navigation.bag.mcap_bag import Bag
 from drone_navigation.bag.topics import BagClock, BagNode
 from drone_navigation.server.frame_names import FrameNames
 from drone_navigation.server.publishing.topics import Topics
-from drone_navigation.server.vehicle_application import VehicleApplication
+from drone_navigation.server.vehicle_outputs import VehicleOutputs
 from flight_logs.vehicles import Source
 from mavlink_vehicle.codec import Codec, Message
-from mavlink_vehicle.io.clock import ManualClock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
@@ -21,8 +20,13 @@ from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished, GoalHappened, Output
 
 
-class RecordedVehicle(VehicleApplication):
-    """One vehicle of a recording: its bridge, with a bag in place of ROS."""
+class RecordedVehicle(VehicleOutputs):
+    """One vehicle of a recording: its bridge, with a bag in place of ROS.
+
+    Attributes:
+        system: MAVLink system of its autopilot.
+        bridge: the bridge that the recording is played to.
+    """
 
     def __init__(self, source: Source, name: str, codec: Codec, bag: Bag, clock: BagClock) -> None:
         """Write what its server published.
@@ -37,32 +41,26 @@ class RecordedVehicle(VehicleApplication):
         system, component = source
         config = make_config({"target_system": system})
         vehicle = Vehicle(replace(config.vehicle, target_component=component))
-        bridge = Bridge(vehicle, config.bridge)
-        super().__init__(bridge, None, ManualClock())
+        self.bridge = Bridge(vehicle, config.bridge)
+        super().__init__(self.bridge)
         self.system = system
         self._codec = codec
         self._bag_clock = clock
         self._heard = 0
         node = BagNode(bag, clock, name)
         frames = FrameNames.of(name)
-        self.attach_topics(Topics(node, bridge, self._statistics, frames))
+        self.attach_topics(Topics(node, self.bridge, self._statistics, frames))
         self._goals = BagGoals(node, frames)
-
-    def start(self, now: float) -> None:
-        """Begin."""
-        self._bag_clock.move(now)
-        super().start(now)
 
     def receive(self, message: Message, now: float) -> None:
         """Process a message and publish the results."""
         self._heard += message.get_srcSystem() == self.system
-        self._bag_clock.move(now)
-        super().receive(message, now)
+        self.bridge.receive(message, now)
 
-    def handle_timer(self, now: float) -> None:
-        """Do what is due."""
+    def update(self, now: float) -> None:
+        """Publish at a time of the recording."""
         self._bag_clock.move(now)
-        super().handle_timer(now)
+        super().update(now)
 
     def take_note(self, message: Message, now: float) -> None:
         """Publish the notes of the server."""
@@ -102,7 +100,7 @@ class RecordedFleet:
     def start(self, now: float) -> None:
         """Start all."""
         for vehicle in self._vehicles:
-            vehicle.start(now)
+            vehicle.bridge.start(now)
 
     def receive(self, message: Message, now: float) -> None:
         """Pass a message to the vehicle that sent it, or that it is addressed to."""
@@ -114,23 +112,24 @@ class RecordedFleet:
         """Pass a message of a ground station to its target vehicle."""
         vehicle = self._only or self._of(message)
         if vehicle is not None:
-            vehicle.overhear(message, now)
+            vehicle.bridge.overhear(message, now)
 
     def handle_timer(self, now: float) -> None:
         """Run the due timers."""
         for vehicle in self._vehicles:
-            deadline = vehicle.next_deadline()
+            deadline = vehicle.bridge.next_deadline()
             if deadline is not None and deadline <= now:
-                vehicle.handle_timer(now)
+                vehicle.bridge.handle_timer(now)
 
     def next_deadline(self) -> float | None:
         """Return the earliest deadline."""
-        deadlines = [vehicle.next_deadline() for vehicle in self._vehicles]
+        deadlines = [vehicle.bridge.next_deadline() for vehicle in self._vehicles]
         return min((time_s for time_s in deadlines if time_s is not None), default=None)
 
     def messages_to_send(self) -> list[Message]:
         """Return what would be sent."""
-        return [message for vehicle in self._vehicles for message in vehicle.messages_to_send()]
+        bridges = [vehicle.bridge for vehicle in self._vehicles]
+        return [message for bridge in bridges for message in bridge.messages_to_send()]
 
     def take_note(self, message: Message, now: float) -> None:
         """Hand a note to the vehicle that it is about: that of the same system.

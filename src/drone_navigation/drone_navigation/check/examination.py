@@ -158,7 +158,7 @@ class Checker:
             with_source(message, address.source_system, address.source_component)
         return [*self._bridge.messages_to_send(), *questions]
 
-    def fail(self, error: Exception) -> None:
+    def fail(self, error: Exception, _now: float = 0.0) -> None:
         """Report an internal error."""
         logging.getLogger(__name__).error("The check failed.", exc_info=error)
 

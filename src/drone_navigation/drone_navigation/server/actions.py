@@ -18,9 +18,12 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, Protocol, TypeAlias
 
+from action_msgs.msg import GoalInfo
 from action_msgs.srv import CancelGoal
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import GoalEvent, ServerGoalHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -59,6 +62,28 @@ _CALL_TIMEOUT_S = 2.0
 _CANCEL_STATE_TIMEOUT_S = 2.0
 
 
+ActionType: TypeAlias = (
+    type[Navigate | NavigateWaypoints | Takeoff] | type[Land | ReturnToLaunch | FollowVelocity]
+)
+RequestType: TypeAlias = type[Any]
+GoalMessage: TypeAlias = (
+    Navigate.Goal | NavigateWaypoints.Goal | Takeoff.Goal
+    | Land.Goal | ReturnToLaunch.Goal | FollowVelocity.Goal
+)  # fmt: skip
+
+
+class FeedbackMessage(Protocol):
+    """The feedback of each action."""
+
+    current_pose: PoseStamped
+
+
+class ResultMessage(Protocol):
+    """The result of each action."""
+
+    final_pose: PoseStamped
+
+
 @dataclass(frozen=True)
 class ActionKind:
     """One served action.
@@ -72,20 +97,20 @@ class ActionKind:
     """
 
     name: str
-    type: Any
-    request: Callable[[Any], Request]
-    feedback: Callable[[GoalFeedback, Any], Any]
-    result: Callable[[GoalFinished, Any], Any]
+    type: ActionType
+    request: Callable[[GoalMessage], Request]
+    feedback: Callable[[GoalFeedback, Time], FeedbackMessage]
+    result: Callable[[GoalFinished, Time], ResultMessage]
 
 
 @dataclass(frozen=True)
 class _Interface:
     """The ROS side of all tasks with requests of one kind."""
 
-    type: Any
-    request: Callable[[Any, type[Any]], Request]
-    feedback: Callable[[Callable[[], Any], GoalFeedback, Any], Any]
-    result: Callable[[Callable[[], Any], GoalFinished, Any], Any]
+    type: ActionType
+    request: Callable[[GoalMessage, RequestType], Request]
+    feedback: Callable[[Callable[[], FeedbackMessage], GoalFeedback, Time], FeedbackMessage]
+    result: Callable[[Callable[[], ResultMessage], GoalFinished, Time], ResultMessage]
 
 
 _INTERFACES: dict[type[Request], _Interface] = {
@@ -160,14 +185,14 @@ class _GoalActionServer(ActionServer):
 
     on_known_id: Callable[[str], None]
 
-    async def _execute_goal_request(self, request_header_and_message: tuple[Any, Any]) -> None:
+    async def _execute_goal_request(self, request_header_and_message: tuple[object, Any]) -> None:
         _, request = request_header_and_message
         goal_id = bytes(request.goal_id.uuid)
         if goal_id in self._goal_handles:
             self.on_known_id(goal_id.hex())
         await super()._execute_goal_request(request_header_and_message)
 
-    async def _execute_cancel_request(self, request_header_and_message: tuple[Any, Any]) -> None:
+    async def _execute_cancel_request(self, request_header_and_message: tuple[object, Any]) -> None:
         header, request = request_header_and_message
         with self._lock:
             response = self._handle.process_cancel_request(
@@ -182,7 +207,7 @@ class _GoalActionServer(ActionServer):
         except rclpy_implementation.RCLError:
             self._logger.warning("A client disconnected before its cancel was answered")
 
-    def _cancel(self, info: Any) -> bool:
+    def _cancel(self, info: GoalInfo) -> bool:
         handle = self._goal_handles.get(bytes(info.goal_id.uuid))
         if handle is None or self._cancel_callback(handle) != CancelResponse.ACCEPT:
             return False
@@ -258,7 +283,7 @@ class GoalServers:
         rejection = Rejection(OutcomeCode.BUSY, text)
         self._driver.post(lambda: self._bridge.reject(rejection))
 
-    def _request(self, kind: ActionKind, goal: Any) -> Request:
+    def _request(self, kind: ActionKind, goal: GoalMessage) -> Request:
         request = kind.request(goal)
         if isinstance(request, NavigateRequest):
             return replace(request, frame_id=self._frames.plain(request.frame_id))
@@ -288,7 +313,7 @@ class GoalServers:
             accepted = accepted or session.finished.state is GoalState.CANCELED
         return CancelResponse.ACCEPT if accepted else CancelResponse.REJECT
 
-    def _execute(self, kind: ActionKind, handle: ServerGoalHandle) -> Any:
+    def _execute(self, kind: ActionKind, handle: ServerGoalHandle) -> ResultMessage:
         key = kind.name, bytes(handle.goal_id.uuid).hex()
         session = self._sessions[key]
         session.done.wait()

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from rclpy.node import Node
 
 from drone_navigation.server.frame_names import PLAIN, FrameNames
+from drone_navigation.server.publishing.topics import Topics
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import ServerConfig
 from navigation_bridge.fleet import DriverThread
 
 
@@ -22,6 +24,8 @@ class BridgeAccess:
         bridge: who flies; used on the driver's thread only, unless it says otherwise.
         driver: takes work for that thread.
         clock: the bridge's time.
+        config: settings of the vehicle at the start.
+        topics: what is published of the vehicle; used on the driver's thread only.
         frames: names of the vehicle's frames.
         is_closed: returns whether the server is stopping.
     """
@@ -30,5 +34,7 @@ class BridgeAccess:
     bridge: Bridge
     driver: DriverThread
     clock: Clock
+    config: ServerConfig
+    topics: Topics
     frames: FrameNames = PLAIN
     is_closed: Callable[[], bool] = lambda: False

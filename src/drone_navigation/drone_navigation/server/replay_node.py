@@ -17,7 +17,6 @@ from std_srvs.srv import Trigger
 from custom_interfaces.msg import ReplayStatus
 from custom_interfaces.srv import SeekReplay
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
-from drone_navigation.server.vehicle_application import VehicleApplication
 from drone_navigation.server.vehicle_node import VehicleNode
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.errors import DriverError
@@ -25,7 +24,7 @@ from mavlink_vehicle.io.clock import Clock, MonotonicClock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.links import LinkKind, parse_url
 from navigation_bridge.configuration.make_config import ConfigurationError, ServerConfig
-from navigation_bridge.fleet import FleetApplication, Member
+from navigation_bridge.fleet import FleetApplication
 from navigation_bridge.recording.replay_driver import ReplayDriver, ReplayPosition
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -65,32 +64,25 @@ def recording_of(config: ServerConfig, vehicles: Sequence[ServerConfig]) -> str 
 class ReplayFleet(FleetApplication):
     """Vehicles that receive a recording."""
 
-    def __init__(self, members: Sequence[Member], clock: Clock) -> None:
-        """Take the vehicles in, each run by a :class:`VehicleApplication`."""
-        super().__init__(members, clock)
-        self._heard_by = members
+    def __init__(self, vehicles: Sequence[VehicleNode], clock: Clock) -> None:
+        """Take the vehicles in."""
+        super().__init__([vehicle.member for vehicle in vehicles], clock)
+        self._vehicles = vehicles
 
     def take_note(self, message: Message, now: float) -> None:
         """Pass a note of the recorder to its vehicle."""
-        for member, application in self._applications():
-            self.work(member, partial(application.take_note, message, now))
+        for vehicle in self._vehicles:
+            self.work(vehicle.member, partial(vehicle.outputs.take_note, message, now))
 
     def begin_again(self) -> None:
         """Reset."""
-        for member, application in self._applications():
-            self.work(member, application.begin_again)
+        for vehicle in self._vehicles:
+            self.work(vehicle.member, vehicle.outputs.begin_again)
 
     def mute(self, muted: bool, now: float) -> None:
         """Publish nothing for a while; afterwards, everything as it then is."""
-        for member, application in self._applications():
-            self.work(member, partial(application.mute, muted, now))
-
-    def _applications(self) -> list[tuple[Member, VehicleApplication]]:
-        return [
-            (member, member.application)
-            for member in self._heard_by
-            if isinstance(member.application, VehicleApplication)
-        ]
+        for vehicle in self._vehicles:
+            self.work(vehicle.member, partial(vehicle.outputs.mute, muted, now))
 
 
 class ReplayNetwork:

@@ -22,7 +22,7 @@ from drone_navigation.server.parameters import (
 )
 from drone_navigation.server.replay_node import ReplayFleet, ReplayNetwork, ReplayNode, recording_of
 from drone_navigation.server.spinning import Spinner
-from drone_navigation.server.traffic_topic import TrafficTopic
+from drone_navigation.server.traffic.traffic_topic import TrafficTopic
 from drone_navigation.server.vehicle_node import VehicleNode
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import Driver
@@ -117,16 +117,15 @@ class NavigationServer:
             VehicleNode(node, own, made, network.recorder, clock, searcher, traffic)
             for node, own, made in settings
         ]
-        members = [vehicle.member for vehicle in self._vehicles]
         self._driver: Driver | ReplayDriver
         if isinstance(network, ReplayNetwork):
             self._driver = network.driver
-            fleet = ReplayFleet(members, clock)
+            fleet = ReplayFleet(self._vehicles, clock)
             network.driver.play_to(fleet)
             self._fleet: FleetApplication = fleet
             self._replay = ReplayNode(root, self._vehicles, network.driver)
         else:
-            self._fleet = FleetApplication(members, clock)
+            self._fleet = FleetApplication([vehicle.member for vehicle in self._vehicles], clock)
             self._driver = network.drive(self._fleet, clock)
         self._fleet.attach(self._driver)
         self._traffic_topic: TrafficTopic | None = None

@@ -6,18 +6,22 @@ import itertools
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import TypeAlias
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from std_srvs.srv import Trigger
 
 from custom_interfaces.srv import GetVehicleParameters, SetMode
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.storage.waiting import STOPPED, Waiting
+from drone_navigation.server.waiting import STOPPED, Waiting
 from mavlink_vehicle.errors import DriverError
+from navigation_bridge.client_services import ClientServices
 from navigation_bridge.goals.goal import ServiceDone
 from navigation_bridge.services import Service
 from navigation_core.geometry import Vector3
+
+ServiceRequest: TypeAlias = Trigger.Request | SetMode.Request
+ServiceResponse: TypeAlias = Trigger.Response | SetMode.Response
 
 _CALL_TIMEOUT_S = 2.0
 # Longer than a mode change and an arming may take (``VehicleConfig.operation_timeout_s`` each).
@@ -36,8 +40,8 @@ class ServiceServers:
         self._waiting: dict[int, Waiting[ServiceDone]] = {}
         group = ReentrantCallbackGroup()
         callbacks: dict[str, Callable[[Trigger.Request, Trigger.Response], Trigger.Response]] = {
-            "pause": partial(self._ask, bridge.services.pause),
-            "resume": partial(self._ask, bridge.services.resume),
+            "pause": partial(self._ask, ClientServices.pause),
+            "resume": partial(self._ask, ClientServices.resume),
         }
         callbacks |= {
             service.value: partial(self._serve, service)
@@ -70,19 +74,21 @@ class ServiceServers:
 
     def _ask(
         self,
-        question: Callable[[float], tuple[bool, str]],
+        question: Callable[[ClientServices, float], tuple[bool, str]],
         _request: Trigger.Request,
         response: Trigger.Response,
     ) -> Trigger.Response:
         try:
             response.success, response.message = self._driver.call(
-                lambda: question(self._clock.now()), _CALL_TIMEOUT_S
+                lambda: question(self._bridge.services, self._clock.now()), _CALL_TIMEOUT_S
             )
         except DriverError as error:
             response.success, response.message = False, str(error)
         return response
 
-    def _serve(self, service: Service, request: Any, response: Any) -> Any:
+    def _serve(
+        self, service: Service, request: ServiceRequest, response: ServiceResponse
+    ) -> ServiceResponse:
         number = next(self._numbers)
         mode = request.mode if service is Service.SET_MODE else ""
         waiting = self._waiting[number] = Waiting()
@@ -101,7 +107,9 @@ class ServiceServers:
             response.success, response.message = answer.success, answer.message
         return response
 
-    def _read_parameters(self, request: Any, response: Any) -> Any:
+    def _read_parameters(
+        self, request: GetVehicleParameters.Request, response: GetVehicleParameters.Response
+    ) -> GetVehicleParameters.Response:
         def read() -> tuple[list[float], Vector3 | None]:
             values = self._bridge.services.read_parameters(request.names, self._clock.now())
             return values, self._bridge.vehicle.state.wind_ned_m_s

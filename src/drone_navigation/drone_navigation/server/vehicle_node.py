@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
-from drone_navigation.logs.log_servers import LogServers
 from drone_navigation.presence import SERVER_ID, Presence
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.features import FEATURE_SERVERS
 from drone_navigation.server.frame_names import FrameNames
 from drone_navigation.server.parameters import follow_changes
 from drone_navigation.server.publishing.topics import StationLinks, Topics
 from drone_navigation.server.service_servers import ServiceServers
 from drone_navigation.server.spinning import Spinner
-from drone_navigation.server.storage.list_servers import ListServers
-from drone_navigation.server.storage.parameter_servers import ParameterServers
-from drone_navigation.server.storage.waiting import STOPPED
-from drone_navigation.server.subscribing.correction_topic import CorrectionTopic
-from drone_navigation.server.subscribing.external_odometry import ExternalOdometry
-from drone_navigation.server.subscribing.sensor_topics import SensorTopics
-from drone_navigation.server.subscribing.velocity_topic import VelocityTopic
-from drone_navigation.server.vehicle_application import VehicleApplication
+from drone_navigation.server.vehicle_outputs import VehicleOutputs
+from drone_navigation.server.waiting import STOPPED
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.tlog import TlogWriter
@@ -55,6 +48,7 @@ class VehicleNode:
         node: the ROS node, named ``navigation_server`` in the vehicle's namespace.
         config: the settings at the start.
         member: what a fleet runs; takes work for the bridge.
+        outputs: publishes what the bridge puts out.
         presence: knows of other servers of the vehicle's name; there from :meth:`serve` on.
         told_ready: whether it was said that the vehicle's link is open.
     """
@@ -89,12 +83,12 @@ class VehicleNode:
         name = node.get_namespace().strip("/") or node.get_name()
         vehicle = Vehicle(config.vehicle)
         self._bridge = Bridge(vehicle, config.bridge, searcher, traffic=traffic, name=name)
-        self._application = VehicleApplication(self._bridge, recorder, clock)
-        self.member = Member(name, config.vehicle.target_system, self._application)
+        self.outputs = VehicleOutputs(self._bridge, recorder)
+        self.member = Member(name, config.vehicle.target_system, self._bridge)
         self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
         self._server: GoalServers | None = None
         self._closed = False
-        self._logs: LogServers | None = None
+        self._servers: list[object] = []
         self.told_ready = False
 
     def serve(
@@ -108,29 +102,21 @@ class VehicleNode:
                 the one that reports them.
         """
         node, bridge, member, clock = self.node, self._bridge, self.member, self._clock
-        frames = FrameNames.of(node.get_namespace())
-        access = BridgeAccess(node, bridge, member, clock, frames, lambda: self._closed)
+        frames, config = FrameNames.of(node.get_namespace()), self.config
         self.presence = Presence(node, SERVER_ID)
+        which_tf = config.publish_tf
+        topics = Topics(node, bridge, statistics, frames, stations, self.presence, which_tf, clock)
+        access = BridgeAccess(
+            node, bridge, member, clock, config, topics, frames, lambda: self._closed
+        )
         server = self._server = GoalServers(access, self.presence)
         follow_changes(
             node,
             self._values,
             lambda changed: member.post(lambda: bridge.configure(changed.bridge)),
         )
-        services = ServiceServers(access)
-        ListServers(access)
-        ParameterServers(access)
-        folder = Path(self.config.log_directory).expanduser()
-        logs = self._logs = LogServers(node, lambda: bridge.logs, member, clock, folder)
-        which_tf = self.config.publish_tf
-        topics = Topics(node, bridge, statistics, frames, stations, self.presence, which_tf, clock)
-        self._application.attach(node, server, services, topics)
-        self._application.attach_logs(logs)
-        CorrectionTopic(access)
-        ExternalOdometry(access, self.config.external_odometry_topic)
-        sensors, add_frame = self.config.bridge.obstacles, topics.transforms.add_sensor
-        SensorTopics(node, bridge.obstacles, member, clock, sensors, frames, add_frame)
-        VelocityTopic(access, self.config.bridge.commands)
+        self.outputs.attach(node, server, ServiceServers(access), topics)
+        self._servers = [make(access) for make in FEATURE_SERVERS]
 
     def start(self, is_open: bool) -> None:
         """Start to accept requests.
@@ -170,8 +156,6 @@ class VehicleNode:
 
     def shut_down(self) -> None:
         """Reject what is requested from now on, stop the vehicle and end its goal."""
-        if self._logs is not None:
-            self._logs.close()
         stopping = Rejection(OutcomeCode.SHUTTING_DOWN, STOPPED)
         self.member.post(lambda: self._bridge.refuse(stopping))
         self.member.post(lambda: self._bridge.shut_down(self._clock.now()))
@@ -187,7 +171,7 @@ class VehicleNode:
     def is_idle(self) -> bool:
         """True if no goal is open, no list half written, or none can still end in order."""
         bridge = self._bridge
-        works = bridge.storage.writes_list or bridge.is_parking or not bridge.is_idle
+        works = bridge.is_writing or bridge.is_parking or not bridge.is_idle
         if works and not self.member.given_up:
             return False
         return self._server is None or self._server.is_idle()

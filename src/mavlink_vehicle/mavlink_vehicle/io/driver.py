@@ -20,7 +20,7 @@ import select
 import socket
 import threading
 from collections.abc import Callable, Mapping
-from typing import Protocol, TypeVar, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 from mavlink_vehicle.codec import Intake, Message, Received, message_of
 from mavlink_vehicle.errors import DriverError
@@ -30,7 +30,6 @@ from mavlink_vehicle.io.links.link import MAX_READS
 from mavlink_vehicle.io.mailbox import Mailbox
 from mavlink_vehicle.io.router import Router
 
-ResultT = TypeVar("ResultT")
 OnError = Callable[[Exception], None]
 
 GIVE_UP_S = 2.0
@@ -112,7 +111,7 @@ def _log_error(error: Exception) -> None:
     logging.getLogger(__name__).error("The application failed.", exc_info=error)
 
 
-class Driver:
+class Driver(Mailbox):
     """Runs an application on a router in a thread of its own."""
 
     def __init__(
@@ -131,13 +130,13 @@ class Driver:
             on_error: called on the driver's thread with exceptions of the application and of
                 posted callables; the traceback is in the exception.
         """
+        super().__init__("driver")
         self._application = application
         self._router = router
         if isinstance(application, TakesMeasurements):
             router.find_intakes = application.intakes
         self._clock = clock
         self._on_error = on_error
-        self._mailbox = Mailbox("driver", self._wake)
         self._stopping = False
         self._closed = False
         self._patience = Patience()
@@ -153,22 +152,16 @@ class Driver:
         self._wake_write.setblocking(False)
         self._poll.register(self._wake_read, select.POLLIN)
 
-    @property
-    def running(self) -> bool:
-        """Whether the thread is alive."""
-        return self._mailbox.running
-
     def start(self) -> None:
         """Start the thread.
 
         Raises:
             DriverError: it was started before.
         """
-        if self._mailbox.thread is not None:
+        if self.thread is not None:
             raise DriverError("This driver has already been started; create a new one.")
-        thread = threading.Thread(target=self._run, name="vehicle-driver", daemon=True)
-        self._mailbox.thread = thread
-        thread.start()
+        self.thread = threading.Thread(target=self._run, name="vehicle-driver", daemon=True)
+        self.thread.start()
 
     def stop(self, timeout_s: float = 5.0) -> None:
         """Stop the thread and close links and recording; stopping twice is harmless.
@@ -177,8 +170,8 @@ class Driver:
             DriverError: the thread did not end in time.
         """
         self._stopping = True
-        self._wake()
-        thread = self._mailbox.thread
+        self.wake()
+        thread = self.thread
         if thread is None:
             self._close()
             return
@@ -187,21 +180,6 @@ class Driver:
         thread.join(timeout_s)
         if thread.is_alive():
             raise DriverError(f"The driver's thread did not end within {timeout_s} s.")
-
-    def post(self, work: Callable[[], object]) -> None:
-        """Run `work` on the driver's thread, soon; its exceptions go to `on_error`.
-
-        Before `start` it is kept; after the driver has stopped it is dropped.
-        """
-        self._mailbox.post(work)
-
-    def call(self, work: Callable[[], ResultT], timeout_s: float = 5.0) -> ResultT:
-        """Run `work` on the driver's thread and return its result; raises what it raises.
-
-        Raises:
-            DriverError: the driver isn't running, or did not get to it in time.
-        """
-        return self._mailbox.call(work, timeout_s)
 
     # On the driver's thread
 
@@ -226,8 +204,8 @@ class Driver:
         self._poll.poll(self._wait_ms(now, link_deadline, deadline))
         if self._awake:
             self._drain_wake_ups()
-        for _ in range(min(len(self._mailbox), _MAX_POSTS)):
-            self._guard(self._mailbox.do_next)
+        for _ in range(min(len(self.works), _MAX_POSTS)):
+            self._guard(self.do_next)
         now = self._clock.now()
         self._hand_over(self._receive(now), self._application.receive, now)
         if deadline is not None and deadline <= now:
@@ -276,7 +254,7 @@ class Driver:
                 self._report(error)
 
     def _wait_ms(self, now: float, link_deadline: float | None, deadline: float | None) -> float:
-        if self._mailbox:
+        if self.works:
             return 0.0
         wait_s = PAUSE_S if self._patience.failing else _LONGEST_WAIT_S
         for time in (link_deadline, deadline):
@@ -351,7 +329,8 @@ class Driver:
             self._poll.register(number, select.POLLIN)
         self._registered = wanted
 
-    def _wake(self) -> None:
+    def wake(self) -> None:
+        """Have the thread stop waiting; called by any thread."""
         with self._wake_lock:
             if self._awake or self._closed:
                 return
@@ -371,4 +350,4 @@ class Driver:
             self._wake_read.close()
             self._wake_write.close()
         self._router.close()
-        self._mailbox.close()
+        self.drop_calls()

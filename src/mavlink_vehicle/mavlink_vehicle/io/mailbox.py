@@ -14,28 +14,22 @@ ResultT = TypeVar("ResultT")
 
 
 class Mailbox:
-    """Keeps work until its thread takes it, in order.
+    """Keeps work until its thread takes it, in order; a driver derives from it.
 
     Attributes:
         thread: the thread that does the work; None before it is started.
+        works: what waits for it.
     """
 
-    def __init__(self, owner: str, wake: Callable[[], object]) -> None:
-        """Begin empty.
-
-        Args:
-            owner: what the thread is, for messages: "driver".
-            wake: makes the thread look into the mailbox soon; called by any thread.
-        """
+    def __init__(self, owner: str) -> None:
+        """Begin empty; ``owner`` is the thread's name in messages, such as "driver"."""
         self.thread: threading.Thread | None = None
+        self.works: deque[tuple[Callable[[], object], Future[Any] | None]] = deque()
         self._owner = owner
-        self._wake = wake
-        self._closed = False
-        self._works: deque[tuple[Callable[[], object], Future[Any] | None]] = deque()
+        self._takes_calls = True
 
-    def __len__(self) -> int:
-        """How much work waits."""
-        return len(self._works)
+    def wake(self) -> None:
+        """Have the thread look into the mailbox soon; called by any thread."""
 
     @property
     def running(self) -> bool:
@@ -43,12 +37,15 @@ class Mailbox:
         return self.thread is not None and self.thread.is_alive()
 
     def post(self, work: Callable[[], object]) -> None:
-        """Have work done soon; nobody waits for it."""
-        self._works.append((work, None))
-        self._wake()
+        """Run `work` on the thread, soon.
 
-    def call(self, work: Callable[[], ResultT], timeout_s: float) -> ResultT:
-        """Have work done and return its result; raises what it raises.
+        Before the thread has started it is kept; after it has stopped it is dropped.
+        """
+        self.works.append((work, None))
+        self.wake()
+
+    def call(self, work: Callable[[], ResultT], timeout_s: float = 5.0) -> ResultT:
+        """Run `work` on the thread and return its result; raises what it raises.
 
         Raises:
             DriverError: the thread isn't running, or did not get to it in time.
@@ -56,10 +53,10 @@ class Mailbox:
         if threading.current_thread() is self.thread:
             return work()
         future: Future[Any] = Future()
-        self._works.append((work, future))
-        if not self.running or self._closed:
+        self.works.append((work, future))
+        if not (self.running and self._takes_calls):
             raise DriverError(f"The {self._owner} is not running; start it first.")
-        self._wake()
+        self.wake()
         done, _ = wait([future], timeout_s)
         if not done:
             future.cancel()
@@ -69,7 +66,7 @@ class Mailbox:
 
     def do_next(self) -> None:
         """Do the first of the work, on the thread; raises what posted work raises."""
-        work, future = self._works.popleft()
+        work, future = self.works.popleft()
         if future is None:
             work()
         elif future.set_running_or_notify_cancel():
@@ -78,10 +75,10 @@ class Mailbox:
             except Exception as error:  # it is raised in the caller
                 future.set_exception(error)
 
-    def close(self) -> None:
+    def drop_calls(self) -> None:
         """Drop the calls that are left; those who wait for them get a `DriverError`."""
-        self._closed = True
-        while self._works:
-            _, future = self._works.popleft()
+        self._takes_calls = False
+        while self.works:
+            _, future = self.works.popleft()
             if future is not None and future.set_running_or_notify_cancel():
                 future.set_exception(DriverError(f"The {self._owner} has stopped."))

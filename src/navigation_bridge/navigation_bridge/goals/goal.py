@@ -8,7 +8,6 @@ from typing import TypeAlias
 
 from mavlink_vehicle.codec import Message
 from navigation_bridge.goals.lifecycle import GoalState
-from navigation_bridge.goals.log_outputs import LogOutput
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
@@ -177,5 +176,4 @@ Output: TypeAlias = (
     | LogLine
     | Annotation
     | ServiceDone
-    | LogOutput
 )

@@ -12,7 +12,7 @@ from copy import copy
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.io.clock import ManualClock, MonotonicClock
@@ -25,7 +25,6 @@ from navigation_bridge.recording.replay import (
     open_recording,
 )
 
-_ResultT = TypeVar("_ResultT")
 _LONGEST_WAIT_S = 0.5
 _LOOK_PACKETS = 10_000
 # A year of replay before builtin_interfaces/Time overflows.
@@ -76,7 +75,7 @@ class ReplayPosition:
     shortened_s: float
 
 
-class ReplayDriver:
+class ReplayDriver(Mailbox):
     """Plays a recording; accepts work from other threads like a driver.
 
     Attributes:
@@ -102,6 +101,7 @@ class ReplayDriver:
         Raises:
             LinkError: it can't be read, or holds nothing.
         """
+        super().__init__("replay")
         self.path = Path(path)
         self.clock = ManualClock()
         self.on_time: Callable[[float], None] = lambda _unix_s: None
@@ -115,10 +115,8 @@ class ReplayDriver:
         self._own_component = own_component
         self._speed = speed
         self._wall = MonotonicClock()
-        self._thread = threading.Thread(target=self._run, name="replay", daemon=True)
-        self._wake = threading.Event()
-        self._mailbox = Mailbox("replay", self._wake.set)
-        self._mailbox.thread = self._thread
+        self._thread = self.thread = threading.Thread(target=self._run, name="replay", daemon=True)
+        self._woken = threading.Event()
         self._stopping = False
         self._paused = False
         self._seek_s: float | None = None
@@ -134,11 +132,6 @@ class ReplayDriver:
         self._application = application
         self._make_player()
 
-    @property
-    def running(self) -> bool:
-        """Whether the thread is alive."""
-        return self._mailbox.running
-
     def start(self) -> None:
         """Start to play."""
         self._set_anchor(self._player.now)
@@ -148,23 +141,15 @@ class ReplayDriver:
     def stop(self, timeout_s: float = 5.0) -> None:
         """End the thread; stopping twice is harmless."""
         self._stopping = True
-        self._wake.set()
+        self.wake()
         if self._thread.is_alive():
             self._thread.join(timeout_s)
 
     # --- from any thread -----------------------------------------------------------------
 
-    def post(self, work: Callable[[], object]) -> None:
-        """Run ``work`` on the thread, soon."""
-        self._mailbox.post(work)
-
-    def call(self, work: Callable[[], _ResultT], timeout_s: float = 5.0) -> _ResultT:
-        """Run ``work`` on the thread and return its result; raises what it raises.
-
-        Raises:
-            DriverError: the thread is not running, or did not respond in time.
-        """
-        return self._mailbox.call(work, timeout_s)
+    def wake(self) -> None:
+        """Have the thread stop waiting."""
+        self._woken.set()
 
     def set_speed(self, speed: float) -> None:
         """Play faster or slower from now on; 0 is as fast as possible."""
@@ -218,8 +203,8 @@ class ReplayDriver:
 
     def _turn(self) -> None:
         application = self._application
-        while self._mailbox:
-            self._mailbox.do_next()
+        while self.works:
+            self.do_next()
             application.messages_to_send()  # the request reports its own effect
         self.on_look()
         player = self._player
@@ -228,8 +213,8 @@ class ReplayDriver:
             return
         wait_s = self._wait_s(player)
         if wait_s > 0.0:
-            self._wake.wait(min(wait_s, _LONGEST_WAIT_S))
-            self._wake.clear()
+            self._woken.wait(min(wait_s, _LONGEST_WAIT_S))
+            self._woken.clear()
             return
         due_s = player.due_s()
         if due_s is not None:

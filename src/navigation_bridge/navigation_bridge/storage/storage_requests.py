@@ -14,9 +14,8 @@ from mavlink_vehicle.events import (
     VehicleEvent,
 )
 from mavlink_vehicle.mission_items import MissionItem, MissionType
-from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.goals.goal import LogLevel
-from navigation_bridge.reporting import Reporter
+from navigation_bridge.requests.feature import Feature, FeatureParts
 from navigation_bridge.storage.geographic import (
     GeoFence,
     RallyPoint,
@@ -26,7 +25,7 @@ from navigation_bridge.storage.geographic import (
     rally_of_items,
 )
 from navigation_bridge.vehicle.fence import areas_of, enforcement, has_areas, uploaded_fence
-from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_core.outcomes import OutcomeCode, Rejection
 
 
 @dataclass(frozen=True)
@@ -69,32 +68,36 @@ TakeList = Callable[[ListAnswer], object]
 TakeParameters = Callable[[ParametersAnswer], object]
 
 
-class StorageRequests:
+class StorageRequests(Feature):
     """Answers each request once, at once or when the vehicle has done it.
 
     Of lists and of parameters one request at a time is worked on; another is rejected.
     """
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        map_frame: MapFrame,
-        report: Reporter,
-        objection: Callable[[], str | None],
-    ) -> None:
-        """Prepare; `objection` returns why nothing may be written now, a sentence, or None."""
-        self._vehicle = vehicle
-        self._map_frame = map_frame
-        self._report = report
-        self._objection = objection
+    def __init__(self, parts: FeatureParts) -> None:
+        """Prepare."""
+        super().__init__(parts)
+        self._vehicle, self._map_frame, self._report = parts.vehicle, parts.map_frame, parts.report
         self._take_list: TakeList | None = None
         self._take_parameters: TakeParameters | None = None
         self._writes = False
 
     @property
-    def writes_list(self) -> bool:
+    def is_writing(self) -> bool:
         """Whether a fence or rally points are being written."""
         return self._vehicle.storage.writes_list
+
+    def objection(self, now: float) -> Rejection | None:
+        """Return that a goal has to wait for what is being written."""
+        if not self.is_writing:
+            return None
+        text = "The vehicle's fence or rally points are being written; send the goal again."
+        return Rejection(OutcomeCode.BUSY, text)
+
+    def _occupied(self) -> str | None:
+        """Return why nothing may be written now, a sentence, or None."""
+        occupied = self.parts.occupied()
+        return None if occupied is None else occupied.message
 
     @property
     def parameter_progress(self) -> tuple[bool, int, int]:
@@ -110,14 +113,14 @@ class StorageRequests:
     def write_fence(self, fence: GeoFence, take: TakeList, now: float) -> None:
         """Store a fence without a `fence_problem`; an empty one removes what is stored."""
         items = fence_items(fence)
-        obstacle = self._objection() or self._outside(items)
+        obstacle = self._occupied() or self._outside(items)
         if obstacle is None:
             obstacle = self._vehicle.storage.write_list(MissionType.FENCE, items, now)
         self._begin_list(obstacle, take, writes=True)
 
     def write_rally(self, points: Sequence[RallyPoint], take: TakeList, now: float) -> None:
         """Store rally points without a `rally_problem`; none of them removes what is stored."""
-        obstacle = self._objection()
+        obstacle = self._occupied()
         if obstacle is None:
             items = rally_items(points)
             obstacle = self._vehicle.storage.write_list(MissionType.RALLY, items, now)
@@ -170,7 +173,7 @@ class StorageRequests:
                     "the vehicle is armed, and parameters can move a flying vehicle; disarm it, or "
                     "give while_armed"
                 )
-            return (self._objection() or "").rstrip(".") or None
+            return (self._occupied() or "").rstrip(".") or None
 
         first = objection()
         obstacle = None if first is None else f"Not changed: {first}."

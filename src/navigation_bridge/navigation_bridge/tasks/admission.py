@@ -12,8 +12,8 @@ from navigation_bridge.engine import Engine
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.point_requests import check_request
 from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
+from navigation_bridge.requests.feature import Feature
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
-from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.supervision.position_watch import PositionWatch
 from navigation_bridge.supervision.preflight import check_safety
 from navigation_bridge.tasks.registry import task_of
@@ -26,8 +26,6 @@ __all__ = ["Admission", "admit"]
 
 # Time within which a goal starts that was admitted.
 _TICKET_S = 0.2
-# Beyond what a fast vehicle moves between the two.
-_EXTERNAL_OFF_M = 3.0
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class Admission:
         vehicle: Vehicle,
         traffic: VehicleSeparation,
         positions: PositionWatch,
-        storage: StorageRequests,
+        features: Feature,
     ) -> None:
         """Decide by these."""
         self._tasks = tasks
@@ -65,7 +63,7 @@ class Admission:
         self._vehicle = vehicle
         self._traffic = traffic
         self._positions = positions
-        self._storage = storage
+        self._features = features
         self._ticket: _Ticket | None = None
 
     def redeem(
@@ -80,7 +78,7 @@ class Admission:
             or ticket.snapshot.state is not self._vehicle.state
             or ticket.snapshot.config is not self._engine.config
             or now - ticket.snapshot.time_s > _TICKET_S
-            or self._storage.writes_list
+            or self._features.objection(now) is not None
         ):
             return self.admit(request, active_goal_id, now)
         return ticket.admitted
@@ -112,17 +110,9 @@ class Admission:
         checked = check_safety(admitted, snapshot)
         if isinstance(checked, Rejection) or checked.plan is None:
             return checked
-        if self._storage.writes_list:
-            text = "The vehicle's fence or rally points are being written; send the goal again."
-            return Rejection(OutcomeCode.BUSY, text)
-        off_m = self._vehicle.external_difference_m(now)
-        if off_m is not None and off_m > _EXTERNAL_OFF_M:
-            # A PX4 with EKF2_HGT_REF 3 counts these heights from sea level, not from the origin.
-            text = (
-                f"The vehicle's position is {off_m:.1f} m from that of external_odometry_topic; "
-                "check the autopilot's origin, its altitude included, and its estimator."
-            )
-            return Rejection(OutcomeCode.UNHEALTHY, text)
+        objection = self._features.objection(now)
+        if objection is not None:
+            return objection
         checked = self._among_others(checked, request, active_goal_id, snapshot)
         if isinstance(checked, Rejection):
             return checked

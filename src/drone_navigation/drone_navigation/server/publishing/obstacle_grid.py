@@ -5,10 +5,11 @@ from __future__ import annotations
 import array
 import math
 from collections.abc import Callable
-from typing import Any
 
+from builtin_interfaces.msg import Time
 from nav_msgs.msg import OccupancyGrid
 
+from drone_navigation.server.publishing.publishing_node import TopicPublisher
 from navigation_bridge.bridge import Bridge
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.mapping.occupancy import GridWindow, occupancy
@@ -21,13 +22,13 @@ _PERIOD_S = 0.5
 class ObstacleGrid:
     """Publishes the grid twice a second while somebody subscribes to it."""
 
-    def __init__(self, publisher: Any, bridge: Bridge, map_frame: str) -> None:
+    def __init__(self, publisher: TopicPublisher, bridge: Bridge, map_frame: str) -> None:
         """Publish ``bridge``'s obstacles in its map, by that frame's name."""
         self._bridge, self._publisher = bridge, publisher
         self._map_frame = map_frame
         self._next_s = -math.inf
 
-    def update(self, stamp: Callable[[], Any], now: float) -> None:
+    def update(self, stamp: Callable[[], Time], now: float) -> None:
         """Publish, if due and wanted."""
         if now < self._next_s:
             return

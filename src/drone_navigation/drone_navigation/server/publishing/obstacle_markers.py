@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
-from rclpy.publisher import Publisher
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from drone_navigation.server.publishing.publishing_node import TopicPublisher
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.names import FRAME_MAP
 from navigation_core.mapping.obstacles import Array, Box, Cylinder, KnownObstacle, Obstacles
@@ -31,7 +31,9 @@ _ABOVE_M = 5.0
 class ObstacleMarkers:
     """Publishes the obstacles when they have changed, at most twice a second."""
 
-    def __init__(self, publisher: Publisher, bridge: Bridge, map_frame: str = FRAME_MAP) -> None:
+    def __init__(
+        self, publisher: TopicPublisher, bridge: Bridge, map_frame: str = FRAME_MAP
+    ) -> None:
         """Prepare.
 
         Args:
@@ -45,7 +47,7 @@ class ObstacleMarkers:
         self._next_s = -math.inf
         self._shown: tuple[Obstacles, Obstacles] | None = None
 
-    def update(self, stamp: Callable[[], Any], now: float) -> None:
+    def update(self, stamp: Callable[[], Time], now: float) -> None:
         """Publish changes, if due."""
         if now < self._next_s:
             return
@@ -73,7 +75,7 @@ def obstacle_markers(
     sensed: Obstacles,
     low_m: float,
     high_m: float,
-    stamp: Any,
+    stamp: Time,
     map_frame: str = FRAME_MAP,
     named: Sequence[KnownObstacle] = (),
 ) -> MarkerArray:

@@ -5,39 +5,44 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TypeVar
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
 
 from custom_interfaces.msg import Fence, FenceArea, StoredItem, StoredItems
 from drone_navigation.qos import LATCHED_QOS
+from drone_navigation.server.publishing.publishing_node import Advertiser, TopicPublisher
 from mavlink_vehicle.mission_items import has_place
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.scene import SceneArea, SceneFence, SceneItem
 from navigation_core.safety.fences import CircleArea
 
+ValueT = TypeVar("ValueT")
+
 
 class SceneTopics:
     """Publishes each on change; used by the driver thread only."""
 
-    def __init__(self, create: Callable[[Any, str, Any], Any], bridge: Bridge, frame: str) -> None:
+    def __init__(self, node: Advertiser, bridge: Bridge, frame: str) -> None:
         """Advertise the topics.
 
         Args:
-            create: makes a publisher of a type, name and QoS.
+            node: who publishes.
             bridge: of the vehicle that is published.
             frame: name of the map frame.
         """
         self._bridge = bridge
         self._frame = frame
+        create = node.create_publisher
         self._fence = create(Fence, "~/fence", LATCHED_QOS)
         self._volume = create(Fence, "~/flight_volume", LATCHED_QOS)
         self._mission = create(StoredItems, "~/mission", LATCHED_QOS)
         self._rally = create(StoredItems, "~/rally_points", LATCHED_QOS)
-        self._seen: dict[Any, Any] = {}
-        self._placed: dict[str, tuple[Any, tuple[SceneItem, ...] | None]] = {}
+        self._seen: dict[TopicPublisher, object] = {}
+        self._placed: dict[str, tuple[object, tuple[SceneItem, ...] | None]] = {}
 
-    def update(self, stamp: Any) -> None:
+    def update(self, stamp: Time) -> None:
         """Publish what has changed; called once per second."""
         bridge, vehicle = self._bridge, self._bridge.vehicle
         state = vehicle.state
@@ -53,7 +58,7 @@ class SceneTopics:
         self._tell(self._rally, (rally, -1), items_message, stamp)
 
     def _kept(
-        self, name: str, key: Any, place: Callable[[], tuple[SceneItem, ...] | None]
+        self, name: str, key: object, place: Callable[[], tuple[SceneItem, ...] | None]
     ) -> tuple[SceneItem, ...] | None:
         """Place items again only when they, the map or home are others."""
         before, items = self._placed.get(name, (None, None))
@@ -63,7 +68,11 @@ class SceneTopics:
         return items
 
     def _tell(
-        self, publisher: Any, value: Any, make: Callable[[Any], Fence | StoredItems], stamp: Any
+        self,
+        publisher: TopicPublisher,
+        value: ValueT,
+        make: Callable[[ValueT], Fence | StoredItems],
+        stamp: Time,
     ) -> None:
         if publisher in self._seen and self._seen[publisher] == value:
             return
@@ -123,6 +132,6 @@ def _item(placed: SceneItem) -> StoredItem:
     return message
 
 
-def _identity(content: Any) -> int:
+def _identity(content: object) -> int:
     """Return a number that is another one for another content, the same in every process."""
     return zlib.crc32(repr(content).encode("ascii"))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -23,7 +22,6 @@ from custom_interfaces.msg import HomePosition, VehicleStatus
 from drone_navigation.server.conversions import code_number, pose_stamped
 from drone_navigation.server.frame_names import PLAIN, FrameNames
 from mavlink_vehicle.positions import frames
-from mavlink_vehicle.protocols.streams.external_position import FRESH_S
 from mavlink_vehicle.state.health import battery_is_low, estimator_faults
 from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.state.telemetry import Battery, GpsFix
@@ -294,10 +292,10 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     return message
 
 
-def _diagnostic(
+def diagnostic_status(
     name: str,
     hardware_id: str,
-    judged: tuple[Any, str],
+    judged: tuple[bytes, str],
     values: Mapping[str, str] | None = None,
 ) -> DiagnosticStatus:
     """Return a diagnostic: level and sentence, and what they were judged by."""
@@ -309,14 +307,16 @@ def _diagnostic(
 
 def diagnostic(bridge: Bridge, health: LinkHealth, name: str, hardware_id: str) -> DiagnosticStatus:
     """Return the state of the link to the vehicle."""
-    return _diagnostic(f"{name}: vehicle link", hardware_id, _level(bridge, health), health.values)
+    return diagnostic_status(
+        f"{name}: vehicle link", hardware_id, _level(bridge, health), health.values
+    )
 
 
 def station_diagnostic(health: StationHealth, name: str, url: str) -> DiagnosticStatus:
     """Return the state of a ground station link."""
     level = DiagnosticStatus.WARN if health.trouble else DiagnosticStatus.OK
     title = f"{name}: ground station link {url}"
-    return _diagnostic(title, url, (level, health.message), health.values)
+    return diagnostic_status(title, url, (level, health.message), health.values)
 
 
 def obstacle_diagnostic(
@@ -335,7 +335,7 @@ def obstacle_diagnostic(
     values["known obstacles"] = str(len(feed.standing.known))
     values["sensed obstacles"] = str(len(feed.sensed))
     values["ignored messages"] = str(bridge.vehicle.ranges.ignored)
-    return _diagnostic(f"{name}: obstacle sensors", hardware_id, judged, values)
+    return diagnostic_status(f"{name}: obstacle sensors", hardware_id, judged, values)
 
 
 def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> DiagnosticStatus:
@@ -353,19 +353,7 @@ def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> 
         f"delays of {LATE_S:g} s or more": str(lateness.count),
         "age of the vehicle's data": "unknown" if age_s is None else f"{age_s:.3f} s",
     }
-    return _diagnostic(f"{name}: control loop", hardware_id, judged, values)
-
-
-def external_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> Any:
-    """Return the state of the external poses; None while none are in use."""
-    silent_s = bridge.vehicle.external_silence_s(now)
-    if silent_s is None:
-        return None
-    judged = DiagnosticStatus.OK, "External poses received"
-    if silent_s > FRESH_S:
-        judged = DiagnosticStatus.WARN, f"No external pose for {silent_s:.1f} s"
-    values = {"age": f"{silent_s:.1f} s"}
-    return _diagnostic(f"{name}: external position", hardware_id, judged, values)
+    return diagnostic_status(f"{name}: control loop", hardware_id, judged, values)
 
 
 def gps_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
@@ -373,7 +361,7 @@ def gps_diagnostic(state: VehicleState, name: str, hardware_id: str) -> Diagnost
     title, gps = f"{name}: GPS", state.gps
     if gps is None:
         judged = DiagnosticStatus.STALE, "No GPS_RAW_INT received"
-        return _diagnostic(title, hardware_id, judged)
+        return diagnostic_status(title, hardware_id, judged)
     has_fix = gps.fix_type >= _FIX_3D
     judged = (DiagnosticStatus.OK, "3D fix") if has_fix else (DiagnosticStatus.ERROR, "No 3D fix")
     horizontal_m, vertical_m, _ = _accuracy_m(gps)
@@ -384,7 +372,7 @@ def gps_diagnostic(state: VehicleState, name: str, hardware_id: str) -> Diagnost
         "horizontal accuracy": f"{horizontal_m:.2f} m",
         "vertical accuracy": f"{vertical_m:.2f} m",
     }
-    return _diagnostic(title, hardware_id, judged, values)
+    return diagnostic_status(title, hardware_id, judged, values)
 
 
 def estimator_diagnostic(bridge: Bridge, name: str, hardware_id: str) -> DiagnosticStatus:
@@ -400,14 +388,14 @@ def estimator_diagnostic(bridge: Bridge, name: str, hardware_id: str) -> Diagnos
     else:
         judged = DiagnosticStatus.OK, "Position valid"
     values = {"flags": "unknown" if state.estimator is None else f"{state.estimator.flags:#06x}"}
-    return _diagnostic(f"{name}: estimator", hardware_id, judged, values)
+    return diagnostic_status(f"{name}: estimator", hardware_id, judged, values)
 
 
 def battery_diagnostic(state: VehicleState, name: str, hardware_id: str) -> DiagnosticStatus:
     """Return the state of the battery, as judged by the autopilot."""
     title, battery = f"{name}: battery", state.battery
     if battery is None:
-        return _diagnostic(title, hardware_id, (DiagnosticStatus.STALE, "No data received"))
+        return diagnostic_status(title, hardware_id, (DiagnosticStatus.STALE, "No data received"))
     judged = DiagnosticStatus.OK, "Not low"
     if battery_is_low(battery):
         judged = DiagnosticStatus.WARN, "Low, as reported by the autopilot"
@@ -424,14 +412,14 @@ def battery_diagnostic(state: VehicleState, name: str, hardware_id: str) -> Diag
             f"{_or_unknown(share, '.0f', ' %')}, {_or_unknown(each.voltage_v, '.2f', ' V')}, "
             f"charge state {each.charge_state}, faults {each.faults}"
         )
-    return _diagnostic(title, hardware_id, judged, values)
+    return diagnostic_status(title, hardware_id, judged, values)
 
 
 def _or_unknown(value: float | None, form: str, unit: str = "") -> str:
     return "unknown" if value is None else f"{value:{form}}{unit}"
 
 
-def _level(bridge: Bridge, health: LinkHealth) -> tuple[Any, str]:
+def _level(bridge: Bridge, health: LinkHealth) -> tuple[bytes, str]:
     if not bridge.vehicle.discovered:
         return DiagnosticStatus.ERROR, "No autopilot found yet"
     if not bridge.vehicle.connected:

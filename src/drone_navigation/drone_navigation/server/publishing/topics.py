@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol, TypeAlias
+from typing import TypeAlias
 
-from diagnostic_msgs.msg import DiagnosticArray
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geographic_msgs.msg import GeoPoseStamped
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from rclpy.duration import Duration
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
@@ -24,6 +24,7 @@ from drone_navigation.server.frame_names import PLAIN, FrameNames
 from drone_navigation.server.publishing import telemetry_messages as messages
 from drone_navigation.server.publishing.obstacle_grid import ObstacleGrid
 from drone_navigation.server.publishing.obstacle_markers import ObstacleMarkers
+from drone_navigation.server.publishing.publishing_node import PublishingNode, TopicPublisher
 from drone_navigation.server.publishing.scene_topics import SceneTopics
 from drone_navigation.server.publishing.transforms import Transforms, geoid_height_m, is_heard
 from mavlink_vehicle.io.clock import Clock
@@ -44,21 +45,14 @@ _PERIOD_S = 1.0
 StationLinks: TypeAlias = Callable[[], list[tuple[str, LinkStatistics]]]
 
 
-class PublishingNode(Protocol):
-    """Required interface of a node; :mod:`drone_navigation.bag.topics` has another one."""
-
-    def create_publisher(self, message_type: Any, topic: str, qos: QoSProfile | int) -> Any:
-        """Return what has a method ``publish``."""
-
-    def get_fully_qualified_name(self) -> str:
-        """Return the node's name with its namespace."""
-
-    def get_clock(self) -> Any:
-        """Return the clock of the stamps."""
-
-
 class Topics:
-    """Publishers of the server; used by the driver thread only."""
+    """Publishers of the server; used by the driver thread only.
+
+    Attributes:
+        transforms: the tree of frames.
+        diagnostics: return the state of a feature, or None without one, for a name, a hardware id
+            and a time.
+    """
 
     def __init__(
         self,
@@ -109,7 +103,7 @@ class Topics:
         self._odometry = node.create_publisher(Odometry, "~/odometry", STREAM_QOS)
         self._fix = node.create_publisher(NavSatFix, "~/fix", STREAM_QOS)
         self._battery = node.create_publisher(BatteryState, "~/battery", STREAM_QOS)
-        self._batteries: dict[int, Any] = {}
+        self._batteries: dict[int, TopicPublisher] = {}
         self._plan = node.create_publisher(Path, "~/plan", LATCHED_QOS)
         self._vehicle_status = node.create_publisher(VehicleStatus, "~/vehicle_status", LATCHED_QOS)
         self._goal_events = node.create_publisher(GoalEvent, "~/goal_events", STREAM_QOS)
@@ -117,11 +111,12 @@ class Topics:
         self._obstacles = ObstacleMarkers(
             node.create_publisher(MarkerArray, "~/obstacles", LATCHED_QOS), bridge, frames.map
         )
-        self._scene = SceneTopics(node.create_publisher, bridge, frames.map)
+        self._scene = SceneTopics(node, bridge, frames.map)
         grid = node.create_publisher(OccupancyGrid, "~/obstacle_grid", LATCHED_QOS)
         self._grid = ObstacleGrid(grid, bridge, frames.map)
         self.transforms = Transforms(node, frames, publish_tf)
         self._times = SampleTimes()
+        self.diagnostics: list[Callable[[str, str, float], DiagnosticStatus | None]] = []
 
     def begin_again(self) -> None:
         """Reset: the recording is played from its start."""
@@ -227,18 +222,18 @@ class Topics:
                 continue
             self._publish_battery(self._batteries[number], battery)
 
-    def _publish_battery(self, publisher: Any, battery: Battery | None) -> None:
+    def _publish_battery(self, publisher: TopicPublisher, battery: Battery | None) -> None:
         if is_heard(publisher):
             publisher.publish(messages.battery_state(battery, self._stamp()))
 
-    def _publish_home(self, state: VehicleState, stamp: Any) -> None:
+    def _publish_home(self, state: VehicleState, stamp: Time) -> None:
         home = messages.home_position(self._bridge, state, stamp, self._frames)
         known = self._known_home
         if known is None or not messages.is_same_home(known, home):
             self._known_home = home
             self._home.publish(home)
 
-    def _publish_status(self, stamp: Any, always: bool) -> None:
+    def _publish_status(self, stamp: Time, always: bool) -> None:
         status = messages.vehicle_status(self._bridge, stamp)
         if self._presence is not None:
             status.server_id = self._presence.own_id
@@ -249,7 +244,7 @@ class Topics:
             self._status = status
             self._vehicle_status.publish(status)
 
-    def _publish_diagnostics(self, stamp: Any, now: float) -> None:
+    def _publish_diagnostics(self, stamp: Time, now: float) -> None:
         vehicle = self._bridge.vehicle
         self._health.update(vehicle, self._statistics(), now)
         message = DiagnosticArray()
@@ -264,19 +259,18 @@ class Topics:
             messages.estimator_diagnostic(self._bridge, self._name, hardware),
             messages.battery_diagnostic(vehicle.state, self._name, hardware),
         ]
-        external = messages.external_diagnostic(self._bridge, self._name, hardware, now)
-        if external is not None:
-            message.status.append(external)
+        further = (state_of(self._name, hardware, now) for state_of in self.diagnostics)
+        message.status += [status for status in further if status is not None]
         for url, statistics in self._stations() if self._stations else ():
             health = self._station_health.setdefault(url, StationHealth())
             health.update(statistics)
             message.status.append(messages.station_diagnostic(health, SERVER_NODE_NAME, url))
         self._diagnostics.publish(message)
 
-    def _stamp(self) -> Any:
+    def _stamp(self) -> Time:
         return self._node.get_clock().now().to_msg()
 
-    def _measured(self, time_boot_ms: int, now: float) -> Any:
+    def _measured(self, time_boot_ms: int, now: float) -> Time:
         """Return the stamp of a sample with the vehicle's own time.
 
         A thread that waits for the processor publishes late; the stamp does not become later.

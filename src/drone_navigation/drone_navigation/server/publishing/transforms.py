@@ -6,14 +6,13 @@ tf2 expects it: each message has all transforms of this vehicle that stand still
 
 from __future__ import annotations
 
-from typing import Any
-
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.server.frame_names import FRAME_EARTH, FrameNames
+from drone_navigation.server.publishing.publishing_node import Advertiser, TopicPublisher
 from mavlink_vehicle.positions.earth import earth_position_m, enu_in_earth
 from mavlink_vehicle.positions.frames import quaternion_from_euler
 from mavlink_vehicle.positions.projections import Geodetic
@@ -30,7 +29,7 @@ _HERE: OdomPose = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 _GEOID_STEP_M = 1.0
 
 
-def is_heard(publisher: Any) -> bool:
+def is_heard(publisher: TopicPublisher) -> bool:
     """Return whether anyone gets what is published; most of what streams need not be made."""
     return bool(publisher.get_subscription_count())
 
@@ -46,7 +45,7 @@ def geoid_height_m(state: VehicleState) -> float | None:
 class Transforms:
     """Publishes the tree of one vehicle; used by the driver thread only."""
 
-    def __init__(self, node: Any, frames: FrameNames, which: PublishTf) -> None:
+    def __init__(self, node: Advertiser, frames: FrameNames, which: PublishTf) -> None:
         """Advertise the topics.
 
         Args:

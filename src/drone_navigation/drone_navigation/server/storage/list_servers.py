@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from typing import Any
+from typing import TypeAlias
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 
 from custom_interfaces.msg import FenceArea
 from custom_interfaces.srv import GetFence, GetRallyPoints, SetFence, SetRallyPoints
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.storage.waiting import STOPPED, Waiting
+from drone_navigation.server.waiting import STOPPED, Waiting
 from drone_navigation.storage_messages import REFERENCES, area_message, rally_message
 from mavlink_vehicle.mission_items import MissionType
 from navigation_bridge.storage.geographic import (
@@ -21,13 +20,16 @@ from navigation_bridge.storage.geographic import (
     fence_problem,
     rally_problem,
 )
-from navigation_bridge.storage.storage_requests import ListAnswer
+from navigation_bridge.storage.storage_requests import ListAnswer, StorageRequests, TakeList
 
 # The transfer ends by itself before (ListOperation).
 _TIMEOUT_S = 120.0
 _TIMEOUT_PER_ITEM_S = 1.0
 
-Request = Callable[[Callable[[ListAnswer], None]], object]
+ListResponse: TypeAlias = (
+    GetFence.Response | GetRallyPoints.Response | SetFence.Response | SetRallyPoints.Response
+)
+Request = Callable[[StorageRequests, TakeList, float], object]
 
 
 class ListServers:
@@ -39,8 +41,7 @@ class ListServers:
 
     def __init__(self, access: BridgeAccess) -> None:
         """Offer the services."""
-        self._desk = access.bridge.storage
-        self._driver, self._clock = access.driver, access.clock
+        self._bridge, self._driver, self._clock = access.bridge, access.driver, access.clock
         self._closed = access.is_closed
         group = ReentrantCallbackGroup()
         for kind, name, callback in (
@@ -53,8 +54,12 @@ class ListServers:
 
     # --- executor threads --------------------------------------------------------------
 
-    def _get_fence(self, _request: Any, response: Any) -> Any:
-        answer = self._ask(partial(self._read, MissionType.FENCE), response)
+    def _get_fence(
+        self, _request: GetFence.Request, response: GetFence.Response
+    ) -> GetFence.Response:
+        answer = self._ask(
+            lambda requests, take, now: requests.read_list(MissionType.FENCE, take, now), response
+        )
         if answer.fence is not None:
             response.areas = [area_message(area) for area in answer.fence.areas]
             for area in response.areas:
@@ -62,32 +67,50 @@ class ListServers:
             response.return_point = list(answer.fence.return_point_deg or ())
         return response
 
-    def _get_rally_points(self, _request: Any, response: Any) -> Any:
-        answer = self._ask(partial(self._read, MissionType.RALLY), response)
+    def _get_rally_points(
+        self, _request: GetRallyPoints.Request, response: GetRallyPoints.Response
+    ) -> GetRallyPoints.Response:
+        answer = self._ask(
+            lambda requests, take, now: requests.read_list(MissionType.RALLY, take, now), response
+        )
         response.points = [rally_message(point) for point in answer.points]
         return response
 
-    def _set_fence(self, request: Any, response: Any) -> Any:
+    def _set_fence(
+        self, request: SetFence.Request, response: SetFence.Response
+    ) -> SetFence.Response:
         try:
             fence = fence_of(request)
         except ValueError as error:
             response.message = str(error)
             return response
-        self._ask(partial(self._write_fence, fence), response, len(request.areas))
+        self._ask(
+            lambda requests, take, now: requests.write_fence(fence, take, now),
+            response,
+            len(request.areas),
+        )
         return response
 
-    def _set_rally_points(self, request: Any, response: Any) -> Any:
+    def _set_rally_points(
+        self, request: SetRallyPoints.Request, response: SetRallyPoints.Response
+    ) -> SetRallyPoints.Response:
         try:
             points = rally_of(request)
         except ValueError as error:
             response.message = str(error)
             return response
-        self._ask(partial(self._write_rally, points), response, len(points))
+        self._ask(
+            lambda requests, take, now: requests.write_rally(points, take, now),
+            response,
+            len(points),
+        )
         return response
 
-    def _ask(self, request: Request, response: Any, items: int = 0) -> ListAnswer:
+    def _ask(self, request: Request, response: ListResponse, items: int = 0) -> ListAnswer:
         waiting: Waiting[ListAnswer] = Waiting()
-        self._driver.post(lambda: request(waiting.take))
+        self._driver.post(
+            lambda: request(self._bridge.feature(StorageRequests), waiting.take, self._clock.now())
+        )
         timeout_s = _TIMEOUT_S + _TIMEOUT_PER_ITEM_S * items
         answer = waiting.wait(timeout_s, self._closed)
         if answer is None:
@@ -96,21 +119,8 @@ class ListServers:
         response.success, response.message = answer.success, answer.message
         return answer
 
-    # --- driver thread -----------------------------------------------------------------
 
-    def _read(self, kind: MissionType, take: Callable[[ListAnswer], None]) -> None:
-        self._desk.read_list(kind, take, self._clock.now())
-
-    def _write_fence(self, fence: GeoFence, take: Callable[[ListAnswer], None]) -> None:
-        self._desk.write_fence(fence, take, self._clock.now())
-
-    def _write_rally(
-        self, points: tuple[RallyPoint, ...], take: Callable[[ListAnswer], None]
-    ) -> None:
-        self._desk.write_rally(points, take, self._clock.now())
-
-
-def fence_of(request: Any) -> GeoFence:
+def fence_of(request: SetFence.Request) -> GeoFence:
     """Return the fence of a SetFence request.
 
     Raises:
@@ -127,7 +137,7 @@ def fence_of(request: Any) -> GeoFence:
     return fence
 
 
-def _area(message: Any, number: int) -> GeoArea:
+def _area(message: FenceArea, number: int) -> GeoArea:
     if len(message.latitudes) != len(message.longitudes):
         raise ValueError(
             f"Area {number}: {len(message.latitudes)} latitudes and {len(message.longitudes)} "
@@ -146,7 +156,7 @@ def _area(message: Any, number: int) -> GeoArea:
     )
 
 
-def rally_of(request: Any) -> tuple[RallyPoint, ...]:
+def rally_of(request: SetRallyPoints.Request) -> tuple[RallyPoint, ...]:
     """Return the rally points of a SetRallyPoints request.
 
     Raises:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
-from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
@@ -17,17 +15,21 @@ from custom_interfaces.msg import VehicleParameter
 from custom_interfaces.srv import GetVehicleParameter, SetVehicleParameter
 from drone_navigation.qos import RESULT_TIMEOUT_S
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.storage.waiting import STOPPED, Waiting
+from drone_navigation.server.waiting import STOPPED, Waiting
 from mavlink_vehicle.events import Parameter, ParameterChange
 from navigation_bridge.storage.parameter_files import NAME
-from navigation_bridge.storage.storage_requests import ParametersAnswer, TakeParameters
+from navigation_bridge.storage.storage_requests import (
+    ParametersAnswer,
+    StorageRequests,
+    TakeParameters,
+)
 
 # Each step of the protocol ends by itself before.
 _TIMEOUT_S = 60.0
 _PARAMETERS_MAX = 5000
 _NAME = "~/vehicle_parameters"
 
-Request = Callable[[TakeParameters], object]
+Request = Callable[[StorageRequests, TakeParameters, float], object]
 
 
 class ParameterServers:
@@ -41,8 +43,7 @@ class ParameterServers:
         """Offer them."""
         node, bridge = access.node, access.bridge
         self._node = node
-        self._vehicle, self._desk = bridge.vehicle, bridge.storage
-        self._driver, self._clock = access.driver, access.clock
+        self._bridge, self._driver, self._clock = bridge, access.driver, access.clock
         self._closed = access.is_closed
         group = ReentrantCallbackGroup()
         node.create_service(GetVehicleParameter, f"{_NAME}/get", self._get, callback_group=group)
@@ -65,27 +66,31 @@ class ParameterServers:
 
     # --- executor threads --------------------------------------------------------------
 
-    def _get(self, request: Any, response: Any) -> Any:
+    def _get(
+        self, request: GetVehicleParameter.Request, response: GetVehicleParameter.Response
+    ) -> GetVehicleParameter.Response:
         problem = _problem([request.name])
         if problem is not None:
             response.message = problem
             return response
-        answer = self._ask(partial(self._desk.read_parameter, request.name))
+        answer = self._ask(lambda desk, take, now: desk.read_parameter(request.name, take, now))
         response.success, response.message = answer.success, answer.message
         for outcome in answer.outcomes:
             if outcome.new is not None:
                 response.parameter = _message(outcome.new)
         return response
 
-    def _set(self, request: Any, response: Any) -> Any:
+    def _set(
+        self, request: SetVehicleParameter.Request, response: SetVehicleParameter.Response
+    ) -> SetVehicleParameter.Response:
         response.old_value = response.new_value = math.nan
         problem = _problem([request.name], [request.value])
         if problem is not None:
             response.message = problem
             return response
         answer = self._ask(
-            partial(
-                self._desk.change_parameters, {request.name: request.value}, request.while_armed
+            lambda desk, take, now: desk.change_parameters(
+                {request.name: request.value}, request.while_armed, take, now
             )
         )
         response.success, response.message = answer.success, answer.message
@@ -94,17 +99,17 @@ class ParameterServers:
             response.new_value = math.nan if outcome.new is None else outcome.new.value
         return response
 
-    def _list(self, handle: ServerGoalHandle) -> Any:
+    def _list(self, handle: ServerGoalHandle) -> ListVehicleParameters.Result:
         def look(_changing: bool, done: int, total: int) -> None:
             handle.publish_feedback(ListVehicleParameters.Feedback(received=done, total=total))
 
-        answer = self._act(handle, f"{_NAME}/list", self._desk.list_parameters, look)
+        answer = self._act(handle, f"{_NAME}/list", StorageRequests.list_parameters, look)
         result = ListVehicleParameters.Result(success=answer.success, message=answer.message)
-        result.system_id = self._vehicle.state.system_id
+        result.system_id = self._bridge.vehicle.state.system_id
         result.parameters = [_message(parameter) for parameter in answer.parameters]
         return result
 
-    def _load(self, handle: ServerGoalHandle) -> Any:
+    def _load(self, handle: ServerGoalHandle) -> LoadVehicleParameters.Result:
         def look(changing: bool, done: int, total: int) -> None:
             feedback = LoadVehicleParameters.Feedback(changing=changing, done=done, total=total)
             handle.publish_feedback(feedback)
@@ -116,7 +121,10 @@ class ParameterServers:
             handle.abort()
             result.message = problem
             return result
-        change = partial(self._desk.change_parameters, wanted, goal.while_armed)
+
+        def change(desk: StorageRequests, take: TakeParameters, now: float) -> None:
+            desk.change_parameters(wanted, goal.while_armed, take, now)
+
         answer = self._act(handle, f"{_NAME}/load", change, look)
         result.success, result.message = answer.success, answer.message
         lists = {
@@ -135,7 +143,7 @@ class ParameterServers:
         self,
         handle: ServerGoalHandle,
         name: str,
-        request: Callable[[TakeParameters, float], object],
+        request: Request,
         tell: Callable[[bool, int, int], None],
     ) -> ParametersAnswer:
         """Do what an action asks for, report its progress, and put it into its terminal state."""
@@ -150,7 +158,7 @@ class ParameterServers:
                 stops = True
                 reason = "it was cancelled" if handle.is_cancel_requested else "its client is gone"
                 self._stop(waiting.take, reason)
-            progress = self._desk.parameter_progress
+            progress = self._requests.parameter_progress
             if progress == told:
                 return False
             told = progress
@@ -168,13 +176,13 @@ class ParameterServers:
 
     def _ask(
         self,
-        request: Callable[[TakeParameters, float], object],
+        request: Request,
         waiting: Waiting[ParametersAnswer] | None = None,
         look: Callable[[], bool] = lambda: False,
     ) -> ParametersAnswer:
         waiting = waiting or Waiting()
         take = waiting.take
-        self._driver.post(lambda: request(take, self._clock.now()))
+        self._driver.post(lambda: request(self._requests, take, self._clock.now()))
         answer = waiting.wait(_TIMEOUT_S, self._closed, look)
         if answer is None:
             self._stop(take, "there was no progress")
@@ -182,8 +190,12 @@ class ParameterServers:
             return ParametersAnswer(False, f"{text} What was changed is unknown.")
         return answer
 
+    @property
+    def _requests(self) -> StorageRequests:
+        return self._bridge.feature(StorageRequests)
+
     def _stop(self, take: TakeParameters, reason: str) -> None:
-        self._driver.post(lambda: self._desk.stop_parameters(take, reason, self._clock.now()))
+        self._driver.post(lambda: self._requests.stop_parameters(take, reason, self._clock.now()))
 
 
 class _ClientWatch:

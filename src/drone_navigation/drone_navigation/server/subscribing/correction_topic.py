@@ -8,6 +8,7 @@ from std_msgs.msg import UInt8MultiArray
 
 from drone_navigation.server.bridge_access import BridgeAccess
 from mavlink_vehicle.protocols.streams.rtcm import RtcmError
+from navigation_bridge.requests.gps_corrections import GpsCorrections
 
 __all__ = ["CorrectionTopic"]
 
@@ -40,7 +41,7 @@ class CorrectionTopic:
         """Send them; on the driver's thread."""
         now = self._clock.now()
         try:
-            self._bridge.services.correct_gps(data, now)
+            self._bridge.feature(GpsCorrections).send(data, now)
         except RtcmError as error:
             text = str(error)
             if now - self._told_s.get(text, -_AGAIN_S) >= _AGAIN_S:

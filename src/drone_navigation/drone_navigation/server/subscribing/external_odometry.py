@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Sequence
+from functools import partial
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.publishing.telemetry_messages import diagnostic_status
 from drone_navigation.server.subscribing.sensor_topics import Newest
 from mavlink_vehicle.positions.frames import enu_to_ned, quaternion_enu_flu_to_ned_frd
-from mavlink_vehicle.protocols.streams.external_position import ExternalPose, ExternalPositionError
+from mavlink_vehicle.protocols.streams.external_position import (
+    FRESH_S,
+    ExternalPose,
+    ExternalPositionError,
+)
+from navigation_bridge.bridge import Bridge
 from navigation_bridge.names import FRAME_BASE_LINK, FRAME_MAP
+from navigation_bridge.requests.external_positions import ExternalPositions
 
-__all__ = ["ExternalOdometry", "external_pose"]
+__all__ = ["ExternalOdometry", "external_diagnostic", "external_pose"]
 
 _QOS = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT
@@ -63,21 +72,37 @@ def external_pose(message: Odometry, age_s: float, now: float) -> ExternalPose:
     )
 
 
-def _variances(covariance: Any) -> tuple[float, ...] | None:
+def _variances(covariance: Sequence[float]) -> tuple[float, ...] | None:
     """Return the diagonal; None if one of it is unknown."""
     diagonal = tuple(float(covariance[7 * index]) for index in range(6))
     return None if 0.0 in diagonal else diagonal
 
 
+def external_diagnostic(
+    bridge: Bridge, name: str, hardware_id: str, now: float
+) -> DiagnosticStatus | None:
+    """Return the state of the external poses; None while none are in use."""
+    silent_s = bridge.vehicle.external_silence_s(now)
+    if silent_s is None:
+        return None
+    judged = DiagnosticStatus.OK, "External poses received"
+    if silent_s > FRESH_S:
+        judged = DiagnosticStatus.WARN, f"No external pose for {silent_s:.1f} s"
+    values = {"age": f"{silent_s:.1f} s"}
+    return diagnostic_status(f"{name}: external position", hardware_id, judged, values)
+
+
 class ExternalOdometry:
     """Subscribes to the configured topic and passes on what comes, newest first."""
 
-    def __init__(self, access: BridgeAccess, topic: str) -> None:
+    def __init__(self, access: BridgeAccess) -> None:
         """Subscribe if there is a topic."""
+        topic = access.config.external_odometry_topic
         self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
         self._clock = access.clock
         self._told_s: dict[str, float] = {}
         self._newest: Newest[tuple[Odometry, float]] = Newest(access.driver.post, self._take)
+        access.topics.diagnostics.append(partial(external_diagnostic, access.bridge))
         if topic:
             self._node.create_subscription(
                 Odometry,
@@ -100,9 +125,8 @@ class ExternalOdometry:
         message, measured_s = heard
         now = self._clock.now()
         try:
-            self._bridge.services.take_external_pose(
-                external_pose(message, now - measured_s, now), now
-            )
+            pose = external_pose(message, now - measured_s, now)
+            self._bridge.feature(ExternalPositions).send(pose, now)
         except ExternalPositionError as error:
             kind = str(error)[:30]  # the rest may have a number that changes
             if now - self._told_s.get(kind, -_AGAIN_S) >= _AGAIN_S:

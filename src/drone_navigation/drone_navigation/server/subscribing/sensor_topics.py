@@ -5,23 +5,20 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan, PointCloud2
 
-from drone_navigation.server.frame_names import FrameNames
-from mavlink_vehicle.io.clock import Clock
-from navigation_bridge.configuration.settings import ObstacleConfig
-from navigation_bridge.fleet import DriverThread
-from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
+from drone_navigation.server.bridge_access import BridgeAccess
+from navigation_bridge.obstacles.obstacle_feed import SensorPoints, SensorScan
 from navigation_bridge.obstacles.sensor_messages import SensorMessageError, points_of, scan_of
 
 __all__ = ["Newest", "SensorTopics"]
 
 ItemT = TypeVar("ItemT")
+MessageT = TypeVar("MessageT", LaserScan, PointCloud2)
 
 # A best-effort subscriber also hears reliable publishers.
 _SENSOR_QOS = QoSProfile(
@@ -67,50 +64,40 @@ class Newest(Generic[ItemT]):
 class SensorTopics:
     """Subscribes to the configured sensors."""
 
-    def __init__(
-        self,
-        node: Node,
-        feed: ObstacleFeed,
-        driver: DriverThread,
-        clock: Clock,
-        config: ObstacleConfig,
-        frames: FrameNames,
-        add_frame: Callable[[str], None],
-    ) -> None:
-        """Subscribe to what is configured.
-
-        Args:
-            node: who subscribes.
-            feed: takes what is seen, on the driver's thread.
-            driver: of that thread.
-            clock: gives the time at which something was seen.
-            config: names the topics.
-            frames: names of the vehicle's frames.
-            add_frame: takes the name of each sensor's frame, on the driver's thread.
-        """
-        self._node = node
-        self._clock = clock
-        self._frames = frames
+    def __init__(self, access: BridgeAccess) -> None:
+        """Subscribe to what is configured."""
+        self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
+        self._driver, self._clock = access.driver, access.clock
         self._told: set[str] = set()
-        self._driver = driver
-        self._add_frame = add_frame
+        self._add_frame = access.topics.transforms.add_sensor
         self._added: set[str] = set()
-        for topic, kind, decode, take in (
-            (config.scan_topic, LaserScan, scan_of, feed.take_scan),
-            (config.points_topic, PointCloud2, points_of, feed.take_points),
-        ):
-            if topic:
-                newest: Newest[tuple[Any, float]] = Newest(driver.post, partial(_apply, take))
-                node.create_subscription(
-                    kind,
-                    topic,
-                    partial(self._hear, decode, newest),
-                    _SENSOR_QOS,
-                    callback_group=MutuallyExclusiveCallbackGroup(),
-                )
+        config = access.config.bridge.obstacles
+        self._subscribe(config.scan_topic, LaserScan, scan_of, self._take_scan)
+        self._subscribe(config.points_topic, PointCloud2, points_of, self._take_points)
+
+    def _subscribe(
+        self,
+        topic: str,
+        kind: type[MessageT],
+        decode: Callable[[MessageT], ItemT],
+        take: Callable[[tuple[ItemT, float]], None],
+    ) -> None:
+        """Subscribe to a topic, if there is one."""
+        if topic:
+            newest: Newest[tuple[ItemT, float]] = Newest(self._driver.post, take)
+            self._node.create_subscription(
+                kind,
+                topic,
+                partial(self._hear, decode, newest),
+                _SENSOR_QOS,
+                callback_group=MutuallyExclusiveCallbackGroup(),
+            )
 
     def _hear(
-        self, decode: Callable[[Any], Any], newest: Newest[tuple[Any, float]], message: Any
+        self,
+        decode: Callable[[MessageT], ItemT],
+        newest: Newest[tuple[ItemT, float]],
+        message: MessageT,
     ) -> None:
         now = self._clock.now()
         if message.header.frame_id not in self._added and len(self._added) < _FRAMES_MAX:
@@ -124,6 +111,10 @@ class SensorTopics:
                 self._told.add(str(error))
                 self._node.get_logger().warning(f"Ignored: {error}")
 
+    # On the driver's thread.
 
-def _apply(take: Callable[[Any, float], None], seen: tuple[Any, float]) -> None:
-    take(*seen)
+    def _take_scan(self, seen: tuple[SensorScan, float]) -> None:
+        self._bridge.obstacles.take_scan(*seen)
+
+    def _take_points(self, seen: tuple[SensorPoints, float]) -> None:
+        self._bridge.obstacles.take_points(*seen)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import uuid
 from collections import deque
-from typing import Any
 
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.sensor_topics import Newest
-from navigation_bridge.configuration.settings import CommandConfig
+from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 
 __all__ = ["TOPIC", "VelocityTopic", "command_of"]
@@ -69,26 +69,27 @@ class StampDelays:
 class VelocityTopic:
     """Subscribes to the velocity commands of one vehicle."""
 
-    def __init__(self, access: BridgeAccess, config: CommandConfig) -> None:
-        """Subscribe; ``config`` has the type of the topic."""
+    def __init__(self, access: BridgeAccess) -> None:
+        """Subscribe."""
+        stamped = access.config.bridge.commands.stamped
         self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
         self._clock = access.clock
         self._delays = StampDelays()
         self._newest: Newest[VelocityCommand | str] = Newest(access.driver.post, self._take)
         self._node.create_subscription(
-            TwistStamped if config.stamped else Twist,
+            TwistStamped if stamped else Twist,
             TOPIC,
-            self._hear_stamped if config.stamped else self._hear,
+            self._hear_stamped if stamped else self._hear,
             _QOS,
             callback_group=MutuallyExclusiveCallbackGroup(),
         )
 
-    def _hear(self, message: Any) -> None:
+    def _hear(self, message: Twist) -> None:
         self._newest.put(command_of(message, "", self._clock.now()))
 
-    def _hear_stamped(self, message: Any) -> None:
+    def _hear_stamped(self, message: TwistStamped) -> None:
         delay_s = self._delay_s(message.header.stamp)
-        if delay_s > self._bridge.command_timeout_s:
+        if delay_s > self._bridge.feature(VelocityCommands).timeout_s:
             self._newest.put(
                 f"its stamp is {delay_s:.2f} s older than those before; check the network, and "
                 "whether the publisher's clock was set."
@@ -97,15 +98,15 @@ class VelocityTopic:
         frame_id = self._frames.plain(message.header.frame_id)
         self._newest.put(command_of(message.twist, frame_id, self._clock.now()))
 
-    def _delay_s(self, stamp: Any) -> float:
+    def _delay_s(self, stamp: Time) -> float:
         """Return the delay of a message; 0 without a stamp, as some publishers leave it."""
         if stamp.sec == 0 and stamp.nanosec == 0:
             return 0.0
         return self._delays.delay_s(stamp.sec + 1e-9 * stamp.nanosec, self._clock.now())
 
     def _take(self, command: VelocityCommand | str) -> None:
-        now = self._clock.now()
+        now, following = self._clock.now(), self._bridge.feature(VelocityCommands)
         if isinstance(command, str):
-            self._bridge.reject_command(command, now)
+            following.reject(command, now)
         else:
-            self._bridge.command_velocity(command, uuid.uuid4().hex, now)
+            following.follow(command, uuid.uuid4().hex, now)

@@ -1,4 +1,4 @@
-"""Fleet application of one vehicle: its bridge, with outputs routed to ROS and the recorder."""
+"""The front of a bridge: its outputs routed to ROS and the recorder."""
 
 from __future__ import annotations
 
@@ -11,38 +11,28 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 
-from drone_navigation.logs.log_servers import LogServers
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.publishing.topics import Topics
 from drone_navigation.server.service_servers import ServiceServers
-from mavlink_vehicle.codec import Codec, Intake, Message, mavlink, with_source
-from mavlink_vehicle.io.clock import Clock
+from mavlink_vehicle.codec import Codec, Message, with_source
 from mavlink_vehicle.io.tlog import TlogWriter
 from navigation_bridge import notes
-from navigation_bridge.bridge import Bridge
+from navigation_bridge.bridge import Bridge, Front
 from navigation_bridge.goals import goal as outputs
-from navigation_bridge.goals import log_outputs
 from navigation_bridge.goals.goal import LogLevel, LogLine, Output
 from navigation_bridge.recording.noted_outputs import NotedOutputs
 from navigation_core.outcomes import OutcomeCode
 
 _SEVERITIES = {LogLevel.ERROR: LoggingSeverity.ERROR, LogLevel.WARN: LoggingSeverity.WARN}
-# Measurements of which something is published, or remembered for that.
-_PUBLISHED = frozenset(
-    {mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_ATTITUDE}
-)
-# Outputs that a client waits for, so they come also while a recording is played.
-_ANSWERS = (outputs.ServiceDone, log_outputs.LogRequestDone)
 
 
-class VehicleApplication:
-    """The bridge of one vehicle with the sinks of its outputs."""
+class VehicleOutputs(Front):
+    """Sinks of the outputs of one vehicle's bridge."""
 
-    def __init__(self, bridge: Bridge, recorder: TlogWriter | None, clock: Clock) -> None:
-        """Compose; :meth:`attach` must follow before the driver starts."""
+    def __init__(self, bridge: Bridge, recorder: TlogWriter | None = None) -> None:
+        """Become the bridge's front; :meth:`attach` must follow before the driver starts."""
+        bridge.front = self
         self._bridge = bridge
-        self._recorder = recorder
-        self._clock = clock
         self._notes = Codec(source_system=1, source_component=notes.COMPONENT_ID)
         self._noted = NotedOutputs(bridge)
         self._server: GoalServers | None = None
@@ -68,11 +58,6 @@ class VehicleApplication:
         }
         self.attach_topics(topics)
 
-    def attach_logs(self, logs: LogServers) -> None:
-        """Set the sink of outputs about the autopilot's own logs."""
-        for kind in (log_outputs.LogsFound, log_outputs.LogBytes, log_outputs.LogRequestDone):
-            self._sinks[kind] = logs.take
-
     def attach_topics(self, topics: Topics) -> None:
         """Set the sink of what is published."""
         self._topics = topics
@@ -81,38 +66,6 @@ class VehicleApplication:
             outputs.GoalHappened: topics.publish_event,
             outputs.PlanChanged: topics.publish_plan,
         }
-
-    def start(self, now: float) -> None:
-        """Start the bridge."""
-        self._bridge.start(now)
-
-    def receive(self, message: Message, now: float) -> None:
-        """Process a message and publish the results at once."""
-        self._bridge.receive(message, now)
-        self._publish()
-        self._update_topics(now)
-
-    def intakes(self, system: int, component: int) -> dict[int, Intake]:
-        """Return what takes measurements of a sender straight from their frames, by number.
-
-        Of those that nothing is published of, a later one shows what they have changed.
-        """
-        found = self._bridge.intakes(system, component)
-        for number in found.keys() & _PUBLISHED:
-            found[number] = partial(self._take, found[number])
-        return found
-
-    def _take(self, intake: Intake, data: bytes, now: float) -> bool:
-        if not intake(data, now):
-            return False
-        self._publish()
-        self._update_topics(now)
-        return True
-
-    def overhear(self, message: Message, now: float) -> None:
-        """Process a message of a ground station and publish the results at once."""
-        self._bridge.overhear(message, now)
-        self._publish()
 
     def take_note(self, message: Message, now: float) -> None:
         """Publish again what a server wrote into the recording that is played."""
@@ -137,36 +90,28 @@ class VehicleApplication:
             self._put_out(self._plan)
             if self._topics is not None:
                 self._topics.begin_again()
-            self._update_topics(now)
+            self.update(now)
 
-    def handle_timer(self, now: float) -> None:
-        """Run the due timers of the bridge."""
-        self._bridge.handle_timer(now)
-        self._publish()
-        self._update_topics(now)
+    def put_out(self) -> None:
+        """Publish the outputs."""
+        while (output := self._bridge.next_output()) is not None:
+            self._put_out(output)
+
+    def update(self, now: float) -> None:
+        """Publish the outputs, and the topics."""
+        self.put_out()
+        if self._topics is not None and not self._muted:
+            self._topics.update(now)
 
     def next_deadline(self) -> float | None:
-        """Return the deadline of the bridge."""
-        deadline = self._bridge.next_deadline()
-        if self._topics is None or self._muted:
-            return deadline
-        own = self._topics.next_deadline()
-        return own if deadline is None else min(own, deadline)
-
-    def messages_to_send(self) -> list[Message]:
-        """Return what is to be sent, after publishing what a request brought about."""
-        self._publish()
-        return self._bridge.messages_to_send()
+        """Return the deadline of the topics."""
+        return None if self._topics is None or self._muted else self._topics.next_deadline()
 
     def fail(self, error: Exception) -> None:
-        """End the active goal after an internal error, and log the traceback."""
+        """Log an internal error with its traceback."""
         text = "".join(traceback.format_exception(type(error), error, error.__traceback__))
         if self._node is not None:
             self._node.get_logger().error(f"Internal error: {text}")
-        self._bridge.fail(
-            f"Internal server error ({error}); hold was commanded.", self._clock.now()
-        )
-        self._publish()
 
     def give_up(self, error: Exception) -> None:
         """End all goals without the bridge, which is not called again."""
@@ -175,18 +120,11 @@ class VehicleApplication:
         if self._server is not None:
             self._server.abandon(OutcomeCode.INTERNAL_ERROR, str(error))
 
-    def _publish(self) -> None:
-        while (output := self._bridge.next_output()) is not None:
-            self._put_out(output)
-
-    def _update_topics(self, now: float) -> None:
-        if self._topics is not None and not self._muted:
-            self._topics.update(now)
-
     def _put_out(self, output: Output) -> None:
         if isinstance(output, outputs.PlanChanged):
             self._plan = output
-        if self._muted and not isinstance(output, _ANSWERS):
+        # A client waits for an answer, also while a recording is played.
+        if self._muted and not isinstance(output, outputs.ServiceDone):
             return
         sink = self._sinks.get(type(output))
         if sink is not None:

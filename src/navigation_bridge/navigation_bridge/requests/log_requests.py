@@ -8,6 +8,8 @@ ArduPilot gives no logs while it is armed, and does not log a flight while it gi
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import (
@@ -18,9 +20,45 @@ from mavlink_vehicle.events import (
     StoredLog,
     VehicleEvent,
 )
-from mavlink_vehicle.vehicle import Vehicle
-from navigation_bridge.goals.log_outputs import LogBytes, LogOutput, LogRequestDone, LogsFound
+from navigation_bridge.requests.feature import Feature, FeatureParts
 from navigation_core.outcomes import OutcomeCode, Rejection
+
+
+@dataclass(frozen=True)
+class LogsFound:
+    """The list that a request asked for; `LogRequestDone` follows.
+
+    Attributes:
+        logs: by their numbers.
+        newest: the log of the last flight; None without a log.
+        system_id: MAVLink system of the vehicle.
+        suffix: of files of this firmware's format.
+    """
+
+    logs: tuple[StoredLog, ...]
+    newest: StoredLog | None
+    system_id: int
+    suffix: str
+
+
+@dataclass(frozen=True)
+class LogBytes:
+    """The next bytes of the log that a request downloads."""
+
+    offset_bytes: int
+    data: bytes
+
+
+@dataclass(frozen=True)
+class LogRequestDone:
+    """The end of a request; each has one."""
+
+    code: OutcomeCode
+    message: str
+
+
+LogOutput: TypeAlias = LogsFound | LogBytes | LogRequestDone
+TakeLog: TypeAlias = Callable[[LogOutput], object]
 
 _CODES = {
     OperationResult.ACHIEVED: OutcomeCode.SUCCESS,
@@ -31,53 +69,41 @@ _CODES = {
 }
 
 
-class LogRequests:
-    """Serves one request about logs at a time."""
+class LogRequests(Feature):
+    """Serves one request about logs at a time; its taker gets what comes of it."""
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        put_out: Callable[[LogOutput], object],
-        refusal: Callable[[], Rejection | None],
-    ) -> None:
-        """Prepare.
-
-        Args:
-            vehicle: whose logs.
-            put_out: takes the outputs.
-            refusal: returns why the bridge does not serve such a request now, or None.
-        """
-        self._vehicle = vehicle
-        self._put_out = put_out
-        self._refusal = refusal
-        self._number: int | None = None
+    def __init__(self, parts: FeatureParts) -> None:
+        """Prepare."""
+        super().__init__(parts)
+        self._vehicle = parts.vehicle
+        self._taker: TakeLog | None = None
         self._stopped: OutcomeCode | None = None
 
-    def list_logs(self, number: int, now: float) -> None:
+    def list_logs(self, take: TakeLog, now: float) -> None:
         """List the logs; `LogsFound` and `LogRequestDone` answer.
 
         Args:
-            number: of the request.
+            take: takes the answers.
             now: time in seconds.
         """
-        if self._may_begin(number):
+        if self._may_begin(take):
             self._vehicle.logs.list_logs(now)
 
-    def download(self, number: int, log: StoredLog, offset_bytes: int, now: float) -> None:
+    def download(self, log: StoredLog, offset_bytes: int, take: TakeLog, now: float) -> None:
         """Download a log; `LogBytes` and `LogRequestDone` answer.
 
         Args:
-            number: of the request.
             log: as it was listed.
             offset_bytes: where to begin, 0 to the log's size.
+            take: takes the answers.
             now: time in seconds.
         """
-        if self._may_begin(number):
+        if self._may_begin(take):
             self._vehicle.logs.download(log, offset_bytes, now)
 
-    def stop(self, number: int) -> None:
-        """End a request as CANCELED, if it is the one under way."""
-        if self._number == number:
+    def stop(self, take: TakeLog) -> None:
+        """End the request of a taker as CANCELED, if it is the one under way."""
+        if self._taker == take:
             self._stopped = OutcomeCode.CANCELED
             self._end("The download was canceled.")
 
@@ -89,17 +115,17 @@ class LogRequests:
         """Process an event of the vehicle; return whether it is about a transfer of logs."""
         if not isinstance(event, (LogsListed, LogChunkReceived, LogTransferEnded)):
             return False
-        number = self._number
-        if number is None:
+        take = self._taker
+        if take is None:
             return True
         if isinstance(event, LogsListed):
-            self._put_out(self._found(number, event.logs))
+            take(self._found(event.logs))
         elif isinstance(event, LogChunkReceived):
-            self._put_out(LogBytes(number, event.offset_bytes, event.data))
+            take(LogBytes(event.offset_bytes, event.data))
         else:
             code = self._stopped or _CODES[event.result]
-            self._number = self._stopped = None
-            self._put_out(LogRequestDone(number, code, event.reason))
+            self._taker = self._stopped = None
+            take(LogRequestDone(code, event.reason))
         return True
 
     def _end(self, reason: str) -> None:
@@ -109,19 +135,18 @@ class LogRequests:
         while (event := logs.next_event()) is not None:
             self.take(event)
 
-    def _may_begin(self, number: int) -> bool:
+    def _may_begin(self, take: TakeLog) -> bool:
         rejection = self._rejection()
         if rejection is None:
-            self._number, self._stopped = number, None
+            self._taker, self._stopped = take, None
             return True
-        self._put_out(LogRequestDone(number, rejection.code, rejection.message))
+        take(LogRequestDone(rejection.code, rejection.message))
         return False
 
     def _rejection(self) -> Rejection | None:
-        vehicle = self._vehicle
-        refusal = self._refusal()
-        if refusal is not None:
-            return refusal
+        vehicle, occupied = self._vehicle, self.parts.occupied()
+        if occupied is not None:
+            return occupied
         if not vehicle.connected:
             return Rejection(OutcomeCode.NO_VEHICLE, "There is no connection to a vehicle.")
         if vehicle.state.armed:
@@ -131,7 +156,7 @@ class LogRequests:
             return Rejection(OutcomeCode.BUSY, "Another request is being processed; try again.")
         return None
 
-    def _found(self, number: int, logs: tuple[StoredLog, ...]) -> LogsFound:
+    def _found(self, logs: tuple[StoredLog, ...]) -> LogsFound:
         state = self._vehicle.state
         is_px4 = state.autopilot == mavlink.MAV_AUTOPILOT_PX4
 
@@ -141,4 +166,4 @@ class LogRequests:
             return (log.time_utc_s if is_px4 else 0, log.log_id)
 
         newest = max(logs, key=age, default=None)
-        return LogsFound(number, logs, newest, state.system_id, ".ulg" if is_px4 else ".bin")
+        return LogsFound(logs, newest, state.system_id, ".ulg" if is_px4 else ".bin")

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from custom_interfaces.msg import TrafficReport, TrafficState
-from drone_navigation.server.traffic_messages import (
+from drone_navigation.server.traffic.traffic_messages import (
     TrafficMessageError,
     seen_from,
     state_from,

@@ -6,7 +6,6 @@ them from a queue and writes them, so that no disk delays the driver.
 
 from __future__ import annotations
 
-import itertools
 import queue
 import threading
 import time
@@ -18,19 +17,23 @@ from builtin_interfaces.msg import Time
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.node import Node
 
 from custom_interfaces.action import DownloadLog
 from custom_interfaces.msg import AutopilotLog, GoalCode
 from custom_interfaces.srv import ListLogs
-from drone_navigation.logs.log_file import LogFile, log_path
 from drone_navigation.qos import RESULT_TIMEOUT_S
+from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.logs.log_file import LogFile, log_path
 from mavlink_vehicle.events import StoredLog
-from mavlink_vehicle.io.clock import Clock
-from navigation_bridge.fleet import DriverThread
-from navigation_bridge.goals.log_outputs import LogBytes, LogOutput, LogRequestDone, LogsFound
-from navigation_bridge.log_requests import LogRequests
 from navigation_bridge.names import DOWNLOAD_LOG_ACTION_NAME
+from navigation_bridge.requests.log_requests import (
+    LogBytes,
+    LogOutput,
+    LogRequestDone,
+    LogRequests,
+    LogsFound,
+    TakeLog,
+)
 from navigation_core.outcomes import OutcomeCode
 
 _LOOK_S = 0.2
@@ -50,33 +53,14 @@ class _EndedError(Exception):
 class LogServers:
     """Serves one request at a time; others are rejected meanwhile."""
 
-    def __init__(
-        self,
-        node: Node,
-        desk: Callable[[], LogRequests],
-        driver: DriverThread,
-        clock: Clock,
-        folder: Path,
-    ) -> None:
-        """Offer service and action on ``node``.
-
-        Args:
-            node: who offers them.
-            desk: returns the bridge's, which is used on the driver's thread only.
-            driver: of that thread.
-            clock: the bridge's time.
-            folder: where logs are stored; made with the first one.
-        """
-        self._node = node
-        self._desk = desk
-        self._driver = driver
-        self._clock = clock
-        self._folder = folder
-        self._numbers = itertools.count(1)
-        self._number = 0
-        self._outputs: queue.SimpleQueue[LogOutput] = queue.SimpleQueue()
+    def __init__(self, access: BridgeAccess) -> None:
+        """Offer service and action; the folder of logs is made with the first one."""
+        node = self._node = access.node
+        self._bridge, self._driver, self._clock = access.bridge, access.driver, access.clock
+        self._closed = access.is_closed
+        self._folder = Path(access.config.log_directory).expanduser()
+        self._take: TakeLog | None = None
         self._one = threading.Lock()
-        self._closed = False
         group = ReentrantCallbackGroup()
         node.create_service(ListLogs, "~/list_logs", self._list, callback_group=group)
         self._action = ActionServer(
@@ -88,17 +72,6 @@ class LogServers:
             callback_group=group,
             result_timeout=RESULT_TIMEOUT_S,
         )
-
-    # --- driver and main thread ----------------------------------------------------------
-
-    def take(self, output: LogOutput) -> None:
-        """Pass an output of the bridge to the thread that waits for it."""
-        if output.number == self._number:
-            self._outputs.put(output)
-
-    def close(self) -> None:
-        """End the request in progress, and reject others."""
-        self._closed = True
 
     # --- executor threads ----------------------------------------------------------------
 
@@ -184,7 +157,7 @@ class LogServers:
         feedback = DownloadLog.Feedback(log_id=log.log_id, size=log.size_bytes)
         began_s, told_s = time.monotonic(), 0.0
         outputs = self._ask(
-            lambda number: self._desk().download(number, log, offset, self._clock.now()),
+            lambda logs, take: logs.download(log, offset, take, self._clock.now()),
             lambda: handle.is_cancel_requested,
         )
         for output in outputs:
@@ -214,9 +187,7 @@ class LogServers:
             _EndedError: there is none.
         """
         found = None
-        outputs = self._ask(
-            lambda number: self._desk().list_logs(number, self._clock.now()), is_canceled
-        )
+        outputs = self._ask(lambda logs, take: logs.list_logs(take, self._clock.now()), is_canceled)
         for output in outputs:
             if isinstance(output, LogsFound):
                 found = output
@@ -225,30 +196,29 @@ class LogServers:
         return found
 
     def _ask(
-        self, request: Callable[[int], None], is_canceled: Callable[[], bool]
+        self, request: Callable[[LogRequests, TakeLog], None], is_canceled: Callable[[], bool]
     ) -> Iterator[LogOutput]:
         """Request something of the bridge and yield what comes, until it is complete.
 
         Raises:
             _EndedError: the bridge ended it otherwise, or does not respond.
         """
-        number = self._number = next(self._numbers)
-        self._driver.post(lambda: request(number))
+        outputs: queue.SimpleQueue[LogOutput] = queue.SimpleQueue()
+        take = self._take = outputs.put
+        self._driver.post(lambda: request(self._bridge.feature(LogRequests), take))
         heard_s, stopping = time.monotonic(), False
         while time.monotonic() - heard_s < _SILENCE_S:
-            if self._closed:
+            if self._closed():
                 self._stop()
                 raise _EndedError(OutcomeCode.SHUTTING_DOWN, "The navigation server was stopped.")
             if is_canceled() and not stopping:
                 stopping = True
                 self._stop()
             try:
-                output = self._outputs.get(timeout=_LOOK_S)
+                output = outputs.get(timeout=_LOOK_S)
             except queue.Empty:
                 continue
             heard_s = time.monotonic()
-            if output.number != number:
-                continue
             if not isinstance(output, LogRequestDone):
                 yield output
             elif output.code is OutcomeCode.SUCCESS:
@@ -258,8 +228,9 @@ class LogServers:
         raise _EndedError(OutcomeCode.INTERNAL_ERROR, "The driver thread does not respond.")
 
     def _stop(self) -> None:
-        number = self._number
-        self._driver.post(lambda: self._desk().stop(number))
+        take = self._take
+        if take is not None:
+            self._driver.post(lambda: self._bridge.feature(LogRequests).stop(take))
 
 
 def _chosen(found: LogsFound, log_id: int) -> StoredLog:

@@ -10,6 +10,10 @@ from __future__ import annotations
 
 import math
 
+from navigation_bridge.goals.active_goal import ActiveGoal
+from navigation_bridge.goals.goal import LogLevel
+from navigation_bridge.goals.requests import VelocityRequest
+from navigation_bridge.requests.feature import Feature, FeatureParts
 from navigation_core.geometry import is_finite
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.velocity_command import VelocityCommand
@@ -37,20 +41,71 @@ def check_command(command: VelocityCommand) -> str:
     )
 
 
-class VelocityCommands:
-    """Keeps the last command of a vehicle's clients."""
+class VelocityCommands(Feature):
+    """Keeps the last command of a vehicle's clients; logs those that are not followed."""
 
-    def __init__(self) -> None:
+    def __init__(self, parts: FeatureParts) -> None:
         """Begin without a command."""
-        self.current: VelocityCommand | None = None
-        """The last command; None before the first, and after one that cannot be used."""
+        super().__init__(parts)
+        self._current: VelocityCommand | None = None
         self._heard_s = -math.inf
         self._is_fresh = True
         self._locked = False
         self._is_ours = False
         self._told_s = -math.inf
 
-    def take(self, command: VelocityCommand, timeout_s: float) -> str:
+    @property
+    def timeout_s(self) -> float:
+        """Age from which a command counts no more."""
+        return self.parts.config().commands.timeout_s
+
+    @property
+    def command(self) -> VelocityCommand | None:
+        """The last command; None before the first, and after one that cannot be used."""
+        return self._current
+
+    def follow(self, command: VelocityCommand, goal_id: str, now: float) -> None:
+        """Process a velocity command of a client.
+
+        It is followed by a goal that follows commands; without a goal it may start one.
+
+        Args:
+            command: the command; its numbers need not be finite.
+            goal_id: UUID of the goal that it starts, if it does.
+            now: time in seconds.
+        """
+        fault = self.keep(command, self.timeout_s)
+        if fault:
+            self._ignored(f"A velocity command cannot be used: {fault}", now)
+            return
+        goals, vehicle = self.parts.goals, self.parts.vehicle
+        goal = goals.active_goal
+        if goal is not None and goal.follows_commands:
+            return
+        active = "" if goal is None else f"goal {goal.short_id} ({goal.kind})"
+        may_start = self.parts.config().commands.start_goal
+        starts, why = self.starts_goal(active, vehicle.in_control_mode, may_start)
+        if why:
+            self._ignored(f"Velocity commands are ignored: {why}.", now)
+        request = VelocityRequest()
+        if starts and goals.check(request, now) is None:
+            goals.start_goal(goal_id, request, now)
+
+    def reject(self, fault: str, now: float) -> None:
+        """Process a velocity command that cannot be used; the vehicle stops.
+
+        Args:
+            fault: why, as a sentence.
+            now: time in seconds.
+        """
+        self._current = None
+        self._ignored(f"A velocity command cannot be used: {fault}", now)
+
+    def _ignored(self, text: str, now: float) -> None:
+        if self.is_to_tell(now):
+            self.parts.report.log(LogLevel.WARN, text)
+
+    def keep(self, command: VelocityCommand, timeout_s: float) -> str:
         """Keep a command; return why it cannot be used, or an empty text.
 
         A command that cannot be used stops the vehicle, since what was meant is not known.
@@ -59,14 +114,10 @@ class VelocityCommands:
             self._is_fresh = True
         self._heard_s = command.time_s
         fault = check_command(command)
-        self.current = None if fault else command
+        self._current = None if fault else command
         if not fault and command.is_zero:
             self._is_fresh = True
         return fault
-
-    def drop(self) -> None:
-        """Forget the last command: another came that cannot be used."""
-        self.current = None
 
     def starts_goal(self, active_goal: str, in_control: bool, may_start: bool) -> tuple[bool, str]:
         """Decide whether the last command starts a goal.
@@ -79,7 +130,7 @@ class VelocityCommands:
         Returns:
             Whether it does; and if not, the reason, empty for a command to stand still.
         """
-        command, was_fresh = self.current, self._is_fresh
+        command, was_fresh = self._current, self._is_fresh
         if command is None or command.is_zero:
             return False, ""
         self._is_fresh = False
@@ -99,9 +150,18 @@ class VelocityCommands:
         """Process the start of any goal: its client has given the vehicle to the server."""
         self._locked, self._is_ours = False, True
 
-    def goal_ended(self, code: OutcomeCode) -> None:
+    def goal_ended(self, goal: ActiveGoal, code: OutcomeCode) -> None:
         """Process the end of a goal that followed commands."""
+        if goal.follows_commands:
+            self.ended_with(code)
+
+    def ended_with(self, code: OutcomeCode) -> None:
+        """Let commands start another goal only if they have ended themselves."""
         self._locked = code not in _COMMANDS_ENDED
+
+    def shut_down(self) -> None:
+        """Let no command start another goal."""
+        self._locked = True
 
     def give_vehicle_away(self) -> None:
         """Process an act of a ground station that flies the vehicle itself."""

@@ -1,0 +1,1 @@
+"""The topics on which servers reserve air space."""

@@ -1,0 +1,20 @@
+"""The features of a bridge beside its goals, one line each, in the order of their objections."""
+
+from __future__ import annotations
+
+from navigation_bridge.requests.external_positions import ExternalPositions
+from navigation_bridge.requests.feature import Feature
+from navigation_bridge.requests.gps_corrections import GpsCorrections
+from navigation_bridge.requests.log_requests import LogRequests
+from navigation_bridge.requests.velocity_commands import VelocityCommands
+from navigation_bridge.storage.storage_requests import StorageRequests
+
+__all__ = ["FEATURES"]
+
+FEATURES: tuple[type[Feature], ...] = (
+    StorageRequests,
+    ExternalPositions,
+    GpsCorrections,
+    LogRequests,
+    VelocityCommands,
+)
