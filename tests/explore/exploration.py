@@ -72,7 +72,9 @@ class Server:
         self.inbox: deque[tuple[SharedTraffic, PeerState]] = deque(maxlen=_STATES_KEPT)
         self._told_s = -math.inf
         name = _vehicle_name(ship.index)
-        self.bridge = Bridge(self.vehicle, config.bridge, searcher, traffic=traffic, name=name)
+        self.bridge = Bridge(self.vehicle, config.bridge, searcher, name=name)
+        if traffic is not None:
+            self.bridge.share_traffic(traffic)
         self.codec = Codec(1, 191, signing)
         self.active = ""
         self.paused = False

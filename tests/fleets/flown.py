@@ -140,9 +140,10 @@ class FlownFleet:
             name = f"v{row:02d}"
             own: dict[str, ParameterValue] = {"arming": "auto", "target_system": row + 1}
             config = make_config({**own, **parameters})
-            traffic = self.traffic[server] if together else None
             vehicle = Vehicle(config.vehicle)
-            bridge = Bridge(vehicle, config.bridge, traffic=traffic, name=name)
+            bridge = Bridge(vehicle, config.bridge, name=name)
+            if together:
+                bridge.share_traffic(self.traffic[server])
             self.crafts.append(Craft(name, bridge, Codec(1, 191), row, server))
             bridge.start(0.0)
 

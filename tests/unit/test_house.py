@@ -144,6 +144,10 @@ SHELLS = (
     "drone_navigation/drone_navigation/server/vehicle_outputs.py",
 )
 """Modules that run features by their lists, and name none."""
+ASK_TRAFFIC = {
+    f"navigation_bridge/navigation_bridge/{name}.py"
+    for name in ("bridge", "engine", "tasks/admission")
+}
 
 
 def _files_of(feature: str) -> list[Path]:
@@ -159,14 +163,15 @@ def test_a_feature_is_in_few_folders(feature: str) -> None:
     assert 2 <= len(folders) <= FEATURES[feature][1], folders
 
 
-# The engine asks the traffic before each operation and setpoint.
-@pytest.mark.parametrize("feature", [name for name in FEATURES if name != "traffic"])
+@pytest.mark.parametrize("feature", FEATURES)
 def test_the_shells_name_no_feature(feature: str) -> None:
     modules = {
         ".".join(file.relative_to(ROOT / "src").with_suffix("").parts[1:])
         for file in _files_of(feature)
     }
     named = {shell: _imports(ROOT / "src" / shell) & modules for shell in SHELLS}
+    if feature == "traffic":  # the engine asks it before each operation and setpoint
+        named = {shell: names for shell, names in named.items() if shell not in ASK_TRAFFIC}
     assert {shell: names for shell, names in named.items() if names} == {}
 
 
@@ -180,7 +185,10 @@ SETTABLE_CLOCKS = {
     },
     "src/drone_navigation/drone_navigation/server/actions.py": {"get_clock": _STAMP},
     "src/drone_navigation/drone_navigation/server/publishing/topics.py": {"get_clock": _STAMP},
-    "src/drone_navigation/drone_navigation/server/traffic/traffic_topic.py": {"get_clock": _STAMP},
+    "src/drone_navigation/drone_navigation/server/traffic/traffic_topic.py": {
+        "get_clock": _STAMP,
+        "now": "read once, at the start: the order of goals of several servers, not their ends",
+    },
     "src/drone_navigation/drone_navigation/bag/goals.py": {"get_clock": _RECORDED},
     "src/drone_navigation/drone_navigation/server/replay_node.py": {
         "get_clock": "a replay sets it to the recording's time",
@@ -189,9 +197,6 @@ SETTABLE_CLOCKS = {
     "src/drone_navigation/drone_navigation/server/subscribing/external_odometry.py": {
         "get_clock": "when a position was measured, for the autopilot, which gets no other time; "
         "an impossible age is rejected with a reason"
-    },
-    "src/drone_navigation/drone_navigation/server/server.py": {
-        "now": "read once, at the start: the order of goals of several servers, not their ends"
     },
     "src/drone_navigation/drone_navigation/presence.py": {
         "time_ns": "read once, at the start: which of two servers of one name ends; both reject "

@@ -76,7 +76,6 @@ class Bridge:
         searcher: Searcher = AT_ONCE,
         tasks: Sequence[TaskKind[Any]] = TASKS,
         features: Sequence[type[Feature]] = FEATURES,
-        traffic: SharedTraffic | None = None,
         name: str = "",
     ) -> None:
         """Assemble the parts; nothing happens before :meth:`start`.
@@ -87,10 +86,9 @@ class Bridge:
             searcher: runs the path searches.
             tasks: what goals may ask for.
             features: what is answered beside goals.
-            traffic: shared with the other vehicles of the server; None: there are none.
-            name: of the vehicle among them.
+            name: of the vehicle among those of the server.
         """
-        self._shared_traffic = traffic
+        self._shared_traffic: SharedTraffic | None = None
         self._name = name
         self._tasks = tasks
         self._kinds = features
@@ -248,6 +246,11 @@ class Bridge:
     def battery_reserve(self) -> float:
         """Share of the battery that should remain after the return."""
         return self._config.safety.battery_reserve
+
+    def share_traffic(self, traffic: SharedTraffic) -> None:
+        """Keep the vehicle apart from the others of a traffic."""
+        self._shared_traffic = traffic
+        self._traffic.share(traffic)
 
     def begin_again(self) -> None:
         """Reset to the state before :meth:`start`, to replay a recording again."""

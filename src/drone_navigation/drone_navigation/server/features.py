@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
+
+from rclpy.node import Node
 
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.logs.log_servers import LogServers
@@ -12,8 +15,13 @@ from drone_navigation.server.subscribing.correction_topic import CorrectionTopic
 from drone_navigation.server.subscribing.external_odometry import ExternalOdometry
 from drone_navigation.server.subscribing.sensor_topics import SensorTopics
 from drone_navigation.server.subscribing.velocity_topic import VelocityTopic
+from drone_navigation.server.traffic.traffic_topic import TrafficTopic
+from mavlink_vehicle.io.clock import Clock
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import ServerConfig
+from navigation_bridge.fleet import Member
 
-__all__ = ["FEATURE_SERVERS"]
+__all__ = ["FEATURE_SERVERS", "SHARED_FEATURES", "SharedFeature"]
 
 FEATURE_SERVERS: tuple[Callable[[BridgeAccess], object], ...] = (
     ListServers,
@@ -24,3 +32,19 @@ FEATURE_SERVERS: tuple[Callable[[BridgeAccess], object], ...] = (
     SensorTopics,
     VelocityTopic,
 )
+
+
+class SharedFeature(Protocol):
+    """A feature that the vehicles of a server share."""
+
+    def join(self, bridge: Bridge) -> None:
+        """Take one more vehicle in, before it starts."""
+
+    def serve(self, member: Member) -> None:
+        """Offer its topics; ``member`` takes work for the driver's thread."""
+
+    def close(self) -> None:
+        """Process the end of the server."""
+
+
+SHARED_FEATURES: tuple[Callable[[Node, ServerConfig, Clock], SharedFeature], ...] = (TrafficTopic,)

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from datetime import datetime, timezone
 from functools import partial
 
 from rclpy.executors import SingleThreadedExecutor
@@ -15,6 +14,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from drone_navigation.presence import duplicate
+from drone_navigation.server.features import SHARED_FEATURES, SharedFeature
 from drone_navigation.server.parameters import (
     declare_parameters,
     declare_vehicle_parameters,
@@ -22,7 +22,6 @@ from drone_navigation.server.parameters import (
 )
 from drone_navigation.server.replay_node import ReplayFleet, ReplayNetwork, ReplayNode, recording_of
 from drone_navigation.server.spinning import Spinner
-from drone_navigation.server.traffic.traffic_topic import TrafficTopic
 from drone_navigation.server.vehicle_node import VehicleNode
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.driver import Driver
@@ -36,7 +35,6 @@ from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_bridge.network import Network, open_network
 from navigation_bridge.recording.replay_driver import ReplayDriver
 from navigation_bridge.search_thread import SearchThread
-from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_core.searches import AT_ONCE, Searcher
 
 # A stop takes less than STOP_LIMIT_S (`stop_signals`), whatever is pending.
@@ -109,12 +107,11 @@ class NavigationServer:
             searcher = self._searches = SearchThread()
             on_exit.callback(self._searches.close)
         self._network = network
-        traffic: SharedTraffic | None = None
-        if recording is None and config.bridge.traffic.on:
-            epoch_s = datetime.now(timezone.utc).timestamp() - clock.now()
-            traffic = SharedTraffic(config.bridge.traffic.separation, epoch_s)
+        self._shared: list[SharedFeature] = []
+        if recording is None:
+            self._shared = [make(root, config, clock) for make in SHARED_FEATURES]
         self._vehicles = [
-            VehicleNode(node, own, made, network.recorder, clock, searcher, traffic)
+            VehicleNode(node, own, made, network.recorder, clock, searcher, self._shared)
             for node, own, made in settings
         ]
         self._driver: Driver | ReplayDriver
@@ -128,10 +125,8 @@ class NavigationServer:
             self._fleet = FleetApplication([vehicle.member for vehicle in self._vehicles], clock)
             self._driver = network.drive(self._fleet, clock)
         self._fleet.attach(self._driver)
-        self._traffic_topic: TrafficTopic | None = None
-        if traffic is not None:
-            settled, member = config.bridge.traffic, self._vehicles[0].member
-            self._traffic_topic = TrafficTopic(root, traffic, settled, member, clock)
+        for feature in self._shared:
+            feature.serve(self._vehicles[0].member)
         for vehicle in self._vehicles:
             statistics = partial(_statistics, network, vehicle.member)
             first = vehicle is self._vehicles[0]
@@ -187,8 +182,8 @@ class NavigationServer:
             threading.Event().wait(_RESULT_GRACE_S)  # for them to reach the clients
         for vehicle in self._vehicles:
             vehicle.abandon()  # one that was accepted in the last moment
-        if self._traffic_topic is not None:
-            self._traffic_topic.close()
+        for feature in self._shared:
+            feature.close()
         spinners: list[VehicleNode | Spinner] = [*self._vehicles]
         if self._spinner is not None:
             spinners.append(self._spinner)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
@@ -10,7 +10,7 @@ from rclpy.node import Node
 from drone_navigation.presence import SERVER_ID, Presence
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
-from drone_navigation.server.features import FEATURE_SERVERS
+from drone_navigation.server.features import FEATURE_SERVERS, SharedFeature
 from drone_navigation.server.frame_names import FrameNames
 from drone_navigation.server.parameters import follow_changes
 from drone_navigation.server.publishing.topics import StationLinks, Topics
@@ -26,7 +26,6 @@ from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import ServerConfig
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.fleet import Member
-from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.vehicle.left_behind import what_is_left
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -63,7 +62,7 @@ class VehicleNode:
         recorder: TlogWriter | None,
         clock: Clock,
         searcher: Searcher = AT_ONCE,
-        traffic: SharedTraffic | None = None,
+        shared: Sequence[SharedFeature] = (),
     ) -> None:
         """Make the vehicle's part on the driver's thread; :meth:`serve` makes the rest.
 
@@ -74,7 +73,7 @@ class VehicleNode:
             recorder: of all traffic of the server.
             clock: the driver's.
             searcher: who searches for paths.
-            traffic: shared with the other vehicles of the server.
+            shared: features that it shares with the other vehicles of the server.
         """
         self.node = node
         self.config = config
@@ -82,7 +81,9 @@ class VehicleNode:
         self._clock = clock
         name = node.get_namespace().strip("/") or node.get_name()
         vehicle = Vehicle(config.vehicle)
-        self._bridge = Bridge(vehicle, config.bridge, searcher, traffic=traffic, name=name)
+        self._bridge = Bridge(vehicle, config.bridge, searcher, name=name)
+        for feature in shared:
+            feature.join(self._bridge)
         self.outputs = VehicleOutputs(self._bridge, recorder)
         self.member = Member(name, config.vehicle.target_system, self._bridge)
         self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))

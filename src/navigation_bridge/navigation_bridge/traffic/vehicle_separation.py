@@ -103,7 +103,7 @@ class VehicleSeparation:
         self._map_frame = map_frame
         self._config = config
         self._searcher = searcher
-        self._shared = shared
+        self._shared: SharedTraffic | None = None
         self.name = name
         self._traffic_frame: tuple[object, TrafficFrame] | None = None
         self._asked: Perform | None = None
@@ -113,10 +113,15 @@ class VehicleSeparation:
         self._announced_s = -math.inf
         self._now = 0.0
         self._announcements: list[Message] = []
-        if shared is not None and config.traffic.on:
-            shared.alone_of[name] = self._alone
-            if config.traffic.adsb_address:
-                shared.others.own_addresses.add(config.traffic.adsb_address)
+        if shared is not None:
+            self.share(shared)
+
+    def share(self, shared: SharedTraffic) -> None:
+        """Keep apart from the other vehicles of a traffic."""
+        self._shared = shared
+        if self._config.traffic.on:
+            shared.alone_of[self.name] = self._alone
+            self.configure(self._config)
 
     def configure(self, config: BridgeConfig) -> None:
         """Apply other settings."""

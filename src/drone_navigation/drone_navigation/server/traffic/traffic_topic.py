@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from datetime import datetime, timezone
 
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -17,7 +18,8 @@ from drone_navigation.server.traffic.traffic_messages import (
 )
 from drone_navigation.steady_timer import steady_timer
 from mavlink_vehicle.io.clock import Clock
-from navigation_bridge.configuration.settings import TrafficConfig
+from navigation_bridge.bridge import Bridge
+from navigation_bridge.configuration.make_config import ServerConfig
 from navigation_bridge.fleet import Member
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_core.traffic.negotiation import Negotiation
@@ -38,36 +40,45 @@ class TrafficTopic:
     All of it happens on the driver's thread, where the reservations are.
     """
 
-    def __init__(
-        self, node: Node, shared: SharedTraffic, config: TrafficConfig, member: Member, clock: Clock
-    ) -> None:
-        """Create the topics.
+    def __init__(self, node: Node, config: ServerConfig, clock: Clock) -> None:
+        """Prepare; without separation nothing is shared.
 
         Args:
             node: the server's.
-            shared: the traffic of its vehicles.
-            config: settings of the separation.
-            member: takes work for the driver's thread.
+            config: settings of the server.
             clock: the driver's.
         """
-        self._node = node
-        self._shared = shared
+        self._node, self._clock = node, clock
+        self._config = config.bridge.traffic
+        epoch_s = datetime.now(timezone.utc).timestamp() - clock.now()
+        self._shared = SharedTraffic(self._config.separation, epoch_s)
+
+    def join(self, bridge: Bridge) -> None:
+        """Keep one more vehicle apart from the others."""
+        if self._config.on:
+            bridge.share_traffic(self._shared)
+
+    def serve(self, member: Member) -> None:
+        """Create the topics; ``member`` takes work for the driver's thread."""
+        if not self._config.on:
+            return
+        node, shared = self._node, self._shared
         self._member = member
-        self._clock = clock
         name = node.get_fully_qualified_name()
-        peers = [f"/{peer.strip('/')}" for peer in config.peers]
+        peers = [f"/{peer.strip('/')}" for peer in self._config.peers]
         shared.negotiation = Negotiation(
-            shared.reservations, name, random.getrandbits(63), peers, clock.now()
+            shared.reservations, name, random.getrandbits(63), peers, self._clock.now()
         )
         self._publisher = node.create_publisher(TrafficState, TRAFFIC_TOPIC, _QOS)
         node.create_subscription(TrafficState, TRAFFIC_TOPIC, self._take_state, _QOS)
-        if config.topic:
-            node.create_subscription(TrafficReport, config.topic, self._take_report, _QOS)
+        if self._config.topic:
+            node.create_subscription(TrafficReport, self._config.topic, self._take_report, _QOS)
         steady_timer(node, _PERIOD_S, self._look)
 
     def close(self) -> None:
         """Report to others that this server ends, and that nothing of it is agreed any more."""
-        self._post(lambda: self._send(ends=True))
+        if self._config.on:
+            self._post(lambda: self._send(ends=True))
 
     def _look(self) -> None:
         others = self._node.count_publishers(TRAFFIC_TOPIC) - 1
