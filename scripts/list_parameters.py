@@ -32,7 +32,7 @@ def table(parameters: Sequence[ParameterSpec]) -> str:
 def _row(spec: ParameterSpec) -> str:
     number = isinstance(spec.default, int | float)
     default = f"{spec.default:g}" if number else json.dumps(spec.default)
-    bounds = "" if spec.minimum is None else f" ({spec.minimum:g}..{spec.maximum:.15g})"
+    bounds = "" if spec.limits is None else f" ({spec.limits[0]:g}..{spec.limits[1]:.15g})"
     return f"| `{spec.name}` | `{default}` | {spec.text.removesuffix('.')}{bounds} |\n"
 
 

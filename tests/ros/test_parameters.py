@@ -80,8 +80,8 @@ def test_every_parameter_has_a_descriptor_with_its_range(make_node: MakeNode) ->
         assert descriptor.description == spec.description
         assert descriptor.read_only is spec.fixed
         ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
-        if spec.minimum is not None:
-            assert (ranges[0].from_value, ranges[0].to_value) == (spec.minimum, spec.maximum)
+        if spec.limits is not None:
+            assert (ranges[0].from_value, ranges[0].to_value) == spec.limits
         if spec.choices is not None:
             assert all(choice in descriptor.additional_constraints for choice in spec.choices)
 

@@ -143,8 +143,7 @@ class WithBrakes(ServerConfig):
         "brake_speed_m_s",
         2.5,
         "Speed above which the [brakes](navigate.md) are `used`.",
-        0.5,
-        9.0,
+        (0.5, 9.0),
         fixed=True,
     )
 
@@ -207,10 +206,8 @@ def _bad_values(spec: ParameterSpec) -> list[ParameterValue]:
     if isinstance(spec.default, str):
         return [3, *(["nonsense"] if spec.choices else [])]
     bad: list[ParameterValue] = ["text", True, math.nan]
-    if spec.minimum is not None:
-        bad.append(spec.minimum - 1)
-    if spec.maximum is not None:
-        bad.append(spec.maximum + 1)
+    if spec.limits is not None:
+        bad += [spec.limits[0] - 1, spec.limits[1] + 1]
     return bad
 
 
@@ -223,7 +220,7 @@ def test_invalid_values_are_rejected_by_name(spec: ParameterSpec) -> None:
 
 @pytest.mark.parametrize("spec", PARAMETERS, ids=lambda spec: spec.name)
 def test_the_limits_themselves_are_legal(spec: ParameterSpec) -> None:
-    for value in (spec.default, spec.minimum, spec.maximum, *(spec.choices or ())):
+    for value in (spec.default, *(spec.limits or ()), *(spec.choices or ())):
         if value is not None:
             check_value(spec.name, value)
 

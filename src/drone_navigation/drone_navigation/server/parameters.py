@@ -174,18 +174,16 @@ def descriptor_of(spec: ParameterSpec) -> ParameterDescriptor:
         descriptor.additional_constraints = f"one of: {', '.join(spec.choices)}"
     if isinstance(spec.default, float):
         descriptor.type = ParameterType.PARAMETER_DOUBLE
-        if spec.minimum is not None and spec.maximum is not None:
-            descriptor.floating_point_range = [
-                FloatingPointRange(from_value=spec.minimum, to_value=spec.maximum, step=0.0)
-            ]
+        if spec.limits is not None:
+            low, high = spec.limits
+            descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
     elif isinstance(spec.default, list):
         descriptor.type = ParameterType.PARAMETER_STRING_ARRAY
     elif isinstance(spec.default, int):
         descriptor.type = ParameterType.PARAMETER_INTEGER
-        if spec.minimum is not None and spec.maximum is not None:
-            descriptor.integer_range = [
-                IntegerRange(from_value=int(spec.minimum), to_value=int(spec.maximum), step=1)
-            ]
+        if spec.limits is not None:
+            low, high = map(int, spec.limits)
+            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=1)]
     else:
         descriptor.type = ParameterType.PARAMETER_STRING
     return descriptor

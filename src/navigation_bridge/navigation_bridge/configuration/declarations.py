@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from enum import Enum
-from typing import TYPE_CHECKING, Generic, Protocol, TypedDict, TypeVar, overload
+from typing import TYPE_CHECKING, Generic, Protocol, TypeAlias, TypedDict, TypeVar, overload
 
 from navigation_bridge.configuration.checked_values import (
     TEXT,
@@ -31,6 +31,7 @@ D = TypeVar("D", bound="DataclassInstance")
 E = TypeVar("E", bound=Enum)
 V = TypeVar("V", bound=ParameterValue)
 Values = Mapping[str, ParameterValue]
+Limits: TypeAlias = tuple[float, float]
 _KEY = "parameter"
 _LINK = re.compile(r"\[([^]]+)\]\([^)]+\)")
 
@@ -66,8 +67,7 @@ class ParameterSpec:
         name: ROS parameter name, with its unit.
         default: value used when nothing is configured; its type is the parameter's type.
         text: its meaning, in sentences of Markdown.
-        minimum: smallest legal number, or None.
-        maximum: largest legal number, or None.
+        limits: smallest and largest legal number, or None.
         choices: legal strings, or None for any.
         read: makes the field's value from the parameter's.
         fixed: read once, at the start. All others may change at run time; an active goal keeps its
@@ -80,8 +80,7 @@ class ParameterSpec:
     name: str
     default: ParameterValue
     text: str
-    minimum: float | None
-    maximum: float | None
+    limits: Limits | None
     choices: tuple[str, ...] | None
     read: Callable[[ParameterValue], object]
     fixed: bool = False
@@ -109,8 +108,7 @@ class ParameterSpec:
             return items(TEXT)
         if isinstance(self.default, str):
             return TEXT if self.choices is None else either(*self.choices)
-        limits = [limit for limit in (self.minimum, self.maximum) if limit is not None]
-        return (whole if isinstance(self.default, int) else number)(*limits)
+        return (whole if isinstance(self.default, int) else number)(*self.limits or ())
 
     def check(self, value: ParameterValue) -> None:
         """Check a value's type, range and choice, and each text of a list.
@@ -160,8 +158,7 @@ def parameter(
     name: str,
     default: V,
     text: str,
-    minimum: float | None = ...,
-    maximum: float | None = ...,
+    limits: Limits | None = ...,
     *,
     read: Callable[[V], T],
     **marks: Unpack[_Marks],
@@ -179,8 +176,7 @@ def parameter(
     name: str,
     default: V,
     text: str,
-    minimum: float | None = ...,
-    maximum: float | None = ...,
+    limits: Limits | None = ...,
     **marks: Unpack[_Marks],
 ) -> V: ...
 
@@ -189,8 +185,7 @@ def parameter(
     name: str,
     default: V,
     text: str,
-    minimum: float | None = None,
-    maximum: float | None = None,
+    limits: Limits | None = None,
     *,
     words: Mapping[str, object] | None = None,
     read: Callable[[V], object] | None = None,
@@ -202,21 +197,19 @@ def parameter(
         name: ROS parameter name, with its unit.
         default: the parameter's default, and thereby the field's; its type is the parameter's.
         text: its meaning, in sentences of Markdown.
-        minimum: smallest legal number.
-        maximum: largest legal number.
+        limits: smallest and largest legal number.
         words: the legal strings, each with the field's value.
         read: makes the field's value from the parameter's; raises ConfigurationError.
         marks: ``fixed``, ``server_wide``, ``rehearsed`` and ``schema`` of :class:`ParameterSpec`.
     """
-    spec = _spec(name, default, text, minimum, maximum, words, read, **marks)
+    spec = _spec(name, default, text, limits, words, read, **marks)
     return field(default=spec.read(default), metadata={_KEY: spec})
 
 
 def of_core(
     name: str,
     text: str,
-    minimum: float | None = None,
-    maximum: float | None = None,
+    limits: Limits | None = None,
     *,
     default: V | None = None,
     words: Mapping[str, object] | None = None,
@@ -230,8 +223,7 @@ def of_core(
     Args:
         name: ROS parameter name, with its unit.
         text: its meaning, in sentences of Markdown.
-        minimum: smallest legal number.
-        maximum: largest legal number.
+        limits: smallest and largest legal number.
         default: the parameter's default where it is not the field's; always with ``read``.
         words: the legal strings, each with the field's value.
         read: makes the field's value from the parameter's; raises ConfigurationError.
@@ -240,13 +232,13 @@ def of_core(
 
     def declared(of_field: object) -> ParameterSpec:
         if default is not None:
-            return _spec(name, default, text, minimum, maximum, words, read, **marks)
+            return _spec(name, default, text, limits, words, read, **marks)
         own = of_field
         if words is not None:
             own = next(word for word, value in words.items() if value == of_field)
         if not isinstance(own, (int, float, str)):
             raise TypeError(f"The field of parameter {name} has no default for it: {own!r}.")
-        return _spec(name, own, text, minimum, maximum, words, None, **marks)
+        return _spec(name, own, text, limits, words, None, **marks)
 
     return declared
 
@@ -309,8 +301,7 @@ def _spec(
     name: str,
     default: V,
     text: str,
-    minimum: float | None,
-    maximum: float | None,
+    limits: Limits | None,
     words: Mapping[str, object] | None,
     read: Callable[[V], object] | None,
     **marks: Unpack[_Marks],
@@ -326,4 +317,4 @@ def _spec(
             return words[str(value)]
         return value if read is None else read(value)
 
-    return ParameterSpec(name, default, text, minimum, maximum, choices, read_value, **marks)
+    return ParameterSpec(name, default, text, limits, choices, read_value, **marks)

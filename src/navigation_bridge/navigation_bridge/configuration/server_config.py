@@ -117,8 +117,7 @@ class ServerConfig:
         "replay_speed",
         1.0,
         "Replay speed with tlog:PATH, as a factor of real time; 0 is as fast as possible.",
-        0.0,
-        1000.0,
+        (0.0, 1000.0),
         server_wide=True,
     )
     external_odometry_topic: str = parameter(
@@ -134,15 +133,13 @@ class ServerConfig:
             "target_system",
             "MAVLink system id of the vehicle; 0 selects the "
             "[first autopilot heard](protocols.md#identity).",
-            0,
-            255,
+            (0, 255),
             fixed=True,
         ),
         source_component=of_core(
             "source_component",
             "MAVLink component id of this server; 191 is an onboard computer.",
-            1,
-            255,
+            (1, 255),
             fixed=True,
         ),
         heartbeat_type=of_core(
@@ -156,15 +153,13 @@ class ServerConfig:
             "heartbeat_timeout_s",
             "Silence of the vehicle after which the link counts as lost. While other messages "
             "arrive, HEARTBEAT may be missing for three times as long.",
-            1.5,
-            60.0,
+            (1.5, 60.0),
             fixed=True,
         ),
         message_rates_hz=of_core(
             "position_rate_hz",
             "Requested rate of GLOBAL_POSITION_INT and LOCAL_POSITION_NED.",
-            2.0,
-            100.0,
+            (2.0, 100.0),
             default=DEFAULT_RATES_HZ[_POSITIONS[0]],
             read=_rates_hz,
             fixed=True,

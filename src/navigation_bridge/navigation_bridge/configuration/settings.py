@@ -106,8 +106,7 @@ class SafetyConfig:
         "fence_margin_m",
         1.0,
         "Minimum distance of targets from the vehicle's own fence, on the inside.",
-        0.0,
-        1000.0,
+        (0.0, 1000.0),
         rehearsed=True,
     )
     battery_policy: BatteryPolicy = parameter(
@@ -122,16 +121,14 @@ class SafetyConfig:
         "battery_reserve",
         0.2,
         "Fraction of the battery that must remain after the goal and the return.",
-        0.0,
-        0.9,
+        (0.0, 0.9),
         rehearsed=True,
     )
     battery_endurance_s: float = parameter(
         "battery_endurance_s",
         900.0,
         "Endurance of a full battery, used until the consumption has been measured.",
-        60.0,
-        86400.0,
+        (60.0, 86400.0),
         rehearsed=True,
     )
     position_doubt_timeout_s: float = parameter(
@@ -139,8 +136,7 @@ class SafetyConfig:
         40.0,
         "Time for which a goal is held while the reported position is in doubt (GPS glitch, "
         "jump); then the goal ends.",
-        1.0,
-        600.0,
+        (1.0, 600.0),
     )
 
 
@@ -152,16 +148,14 @@ class ObstacleConfig:
         "vehicle_radius_m",
         0.5,
         "Half of the vehicle's largest width; within this distance it touches an obstacle.",
-        0.05,
-        20.0,
+        (0.05, 20.0),
         rehearsed=True,
     )
     margin_m: float = parameter(
         "obstacle_margin_m",
         1.0,
         "Clearance between the hull of the vehicle and obstacles in planned paths.",
-        0.1,
-        20.0,
+        (0.1, 20.0),
         rehearsed=True,
     )
     blocked_timeout_s: float = parameter(
@@ -169,16 +163,14 @@ class ObstacleConfig:
         30.0,
         "Time without a free path after which a goal ends with NO_PATH, or without obstacle "
         "data with NO_OBSTACLE_DATA.",
-        1.0,
-        3600.0,
+        (1.0, 3600.0),
         rehearsed=True,
     )
     sensor_timeout_s: float = parameter(
         "obstacle_timeout_s",
         2.0,
         "Silence of the obstacle sensors after which a vehicle that avoids obstacles is stopped.",
-        0.2,
-        60.0,
+        (0.2, 60.0),
     )
     known: KnownObstacles = parameter(
         "obstacles_file",
@@ -209,8 +201,7 @@ class ObstacleConfig:
         "obstacle_map_size_m",
         200.0,
         "Side length of the map of sensed obstacles, a square centred on the vehicle.",
-        10.0,
-        400.0,
+        (10.0, 400.0),
         fixed=True,
         rehearsed=True,
     )
@@ -218,8 +209,7 @@ class ObstacleConfig:
         "obstacle_cell_m",
         0.25,
         "Cell size of the map of sensed obstacles.",
-        0.1,
-        2.0,
+        (0.1, 2.0),
         fixed=True,
         rehearsed=True,
     )
@@ -248,8 +238,7 @@ class CommandConfig:
         "cmd_vel_timeout_s",
         0.5,
         "Silence of the velocity commands after which the vehicle stops and holds.",
-        0.1,
-        5.0,
+        (0.1, 5.0),
     )
 
 
@@ -270,15 +259,13 @@ class TrafficConfig:
         horizontal_m=of_core(
             "separation_horizontal_m",
             "Least horizontal distance between two vehicles that are not separated vertically.",
-            1.0,
-            1000.0,
+            (1.0, 1000.0),
             server_wide=True,
         ),
         vertical_m=of_core(
             "separation_vertical_m",
             "Least difference of altitudes of two vehicles that are not separated horizontally.",
-            1.0,
-            1000.0,
+            (1.0, 1000.0),
             server_wide=True,
         ),
     )
@@ -294,8 +281,7 @@ class TrafficConfig:
         "traffic_timeout_s",
         120.0,
         "Longest time that a goal waits for other vehicles; it then ends with TRAFFIC.",
-        1.0,
-        3600.0,
+        (1.0, 3600.0),
     )
     peers: tuple[str, ...] = parameter(
         "traffic_peers",
@@ -354,34 +340,32 @@ class BridgeConfig:
             speed_horizontal_m_s=of_core(
                 "speed_default_m_s",
                 "Ground speed of a goal whose max_speed is 0.",
-                0.1,
-                50.0,
+                (0.1, 50.0),
                 rehearsed=True,
             ),
-            speed_up_m_s=of_core("speed_up_m_s", "Maximum climb speed.", 0.1, 20.0, rehearsed=True),
+            speed_up_m_s=of_core(
+                "speed_up_m_s", "Maximum climb speed.", (0.1, 20.0), rehearsed=True
+            ),
             speed_down_m_s=of_core(
-                "speed_down_m_s", "Maximum descent speed.", 0.1, 20.0, rehearsed=True
+                "speed_down_m_s", "Maximum descent speed.", (0.1, 20.0), rehearsed=True
             ),
             acceleration_horizontal_m_s2=of_core(
                 "acceleration_horizontal_m_s2",
                 "Maximum horizontal acceleration.",
-                0.1,
-                20.0,
+                (0.1, 20.0),
                 rehearsed=True,
             ),
             acceleration_vertical_m_s2=of_core(
                 "acceleration_vertical_m_s2",
                 "Maximum vertical acceleration.",
-                0.1,
-                20.0,
+                (0.1, 20.0),
                 rehearsed=True,
             ),
-            jerk_m_s3=of_core("jerk_m_s3", "Maximum jerk.", 0.1, 100.0, rehearsed=True),
+            jerk_m_s3=of_core("jerk_m_s3", "Maximum jerk.", (0.1, 100.0), rehearsed=True),
             yaw_rate_rad_s=of_core(
                 "yaw_rate_deg_s",
                 "Maximum yaw rate.",
-                1.0,
-                360.0,
+                (1.0, 360.0),
                 default=_degrees(Limits.yaw_rate_rad_s),
                 read=math.radians,
                 rehearsed=True,
@@ -390,66 +374,57 @@ class BridgeConfig:
         arrival_radius_m=of_core(
             "arrival_radius_m",
             "Distance from the target within which the vehicle has arrived.",
-            0.05,
-            50.0,
+            (0.05, 50.0),
             rehearsed=True,
         ),
         arrival_speed_m_s=of_core(
             "arrival_speed_m_s",
             "Speed below which the vehicle has stopped at the target.",
-            0.05,
-            5.0,
+            (0.05, 5.0),
             rehearsed=True,
         ),
         arrival_dwell_s=of_core(
             "arrival_dwell_s",
             "Time within arrival_radius_m and below arrival_speed_m_s before a goal succeeds.",
-            0.0,
-            60.0,
+            (0.0, 60.0),
             rehearsed=True,
         ),
         settle_timeout_s=of_core(
             "settle_timeout_s",
             "Timeout for the arrival, from the end of the planned flight.",
-            1.0,
-            600.0,
+            (1.0, 600.0),
             rehearsed=True,
         ),
         cancel_timeout_s=of_core(
             "cancel_timeout_s",
             "Timeout for the vehicle to stop after a cancel; then CANCELED is reported anyway.",
-            1.0,
-            60.0,
+            (1.0, 60.0),
         ),
         takeoff_height_m=of_core(
             "takeoff_height_m",
             "Maximum height above ground of an automatic take-off; lower goals take off to their "
             "own height.",
-            0.5,
-            100.0,
+            (0.5, 100.0),
             rehearsed=True,
         ),
         takeoff_height_min_m=of_core(
             "takeoff_height_min_m",
             "Minimum height above ground of an automatic take-off.",
-            0.5,
-            100.0,
+            (0.5, 100.0),
             rehearsed=True,
         ),
         position_timeout_s=of_core(
             "position_timeout_s",
             "Age of the last position at which a goal ends; from 1 s the vehicle holds, and goals "
             "are rejected.",
-            1.5,
-            60.0,
+            (1.5, 60.0),
         ),
     )
     speed_max_m_s: float = parameter(
         "speed_max_m_s",
         10.0,
         "Maximum ground speed, regardless of the goal.",
-        0.1,
-        50.0,
+        (0.1, 50.0),
         rehearsed=True,
     )
     volume: FlightVolume = group(
@@ -457,24 +432,21 @@ class BridgeConfig:
         radius_max_m=of_core(
             "volume_radius_m",
             "Horizontal distance from the map origin within which targets are accepted.",
-            1.0,
-            100000.0,
+            (1.0, 100000.0),
             default=500.0,
             rehearsed=True,
         ),
         altitude_min_m=of_core(
             "volume_altitude_min_m",
             "Minimum height above ground of a target.",
-            0.0,
-            10000.0,
+            (0.0, 10000.0),
             default=0.5,
             rehearsed=True,
         ),
         altitude_max_m=of_core(
             "volume_altitude_max_m",
             "Maximum height above ground of a target.",
-            0.5,
-            10000.0,
+            (0.5, 10000.0),
             default=120.0,
             rehearsed=True,
         ),
@@ -506,8 +478,7 @@ class BridgeConfig:
         "setpoint_rate_hz",
         20.0,
         "Rate of SET_POSITION_TARGET_LOCAL_NED while flying.",
-        2.0,
-        100.0,
+        (2.0, 100.0),
         read=_period_s,
         fixed=True,
     )
@@ -515,16 +486,14 @@ class BridgeConfig:
         "feedback_rate_hz",
         10.0,
         "Maximum rate of action feedback; a new status is reported at once.",
-        0.5,
-        100.0,
+        (0.5, 100.0),
         read=_period_s,
     )
     link_lost_abort_s: float = parameter(
         "link_lost_abort_s",
         10.0,
         "Time without HEARTBEAT after which the active goal ends with LINK_LOST.",
-        2.0,
-        600.0,
+        (2.0, 600.0),
     )
     safety: SafetyConfig = group(SafetyConfig)
     obstacles: ObstacleConfig = group(ObstacleConfig)
