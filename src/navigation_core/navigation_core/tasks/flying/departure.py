@@ -8,13 +8,13 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.lateness import TOO_LATE_S
 from navigation_core.tasks.conditions import Requester, check_departure
 from navigation_core.tasks.flying.arrival import Arrival
-from navigation_core.tasks.flying.goto_phases import PhaseEvent
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import can_move
 from navigation_core.tasks.observation import Observation, OperationStatus, TaskOperation
+from navigation_core.tasks.phases import Phase
 from navigation_core.tasks.traits import Traits
 
 
@@ -29,8 +29,8 @@ class StopFirst:
     ending: Outcome
 
 
-Step = Intent | Outcome | PhaseEvent | StopFirst
-"""The answer of a phase, or what happened in it."""
+Step = Intent | Outcome | Phase | StopFirst
+"""The answer of a phase, or the phase that follows."""
 
 
 @dataclass(frozen=True)
@@ -100,11 +100,11 @@ class Departure:
             if answer is not None:
                 return answer
         if moves and not taking_off:
-            return PhaseEvent.FLIES
+            return Phase.NAVIGATING
         # The vehicle is on the ground: the last setpoint of an earlier flight is no start for this.
         self._parts.follower.forget_commanded()
         ready = observation.armed or taking_off
-        return PhaseEvent.NEEDS_TAKEOFF if ready else PhaseEvent.NEEDS_ARMING
+        return Phase.TAKING_OFF if ready else Phase.ARMING
 
     def arm(self, observation: Observation, now: float) -> Step:
         """Arm."""
@@ -118,7 +118,7 @@ class Departure:
             return StopFirst(answer)
         if answer is not None:
             return answer
-        return PhaseEvent.NEEDS_TAKEOFF if self._parts.traits.flies else PhaseEvent.NEEDS_CONTROL
+        return Phase.TAKING_OFF if self._parts.traits.flies else Phase.PREPARING
 
     def take_off(self, observation: Observation, now: float) -> Step:
         """Take off."""
@@ -141,7 +141,7 @@ class Departure:
             return StopFirst(answer)
         if answer is not None:
             return answer
-        return PhaseEvent.FLIES if observation.in_control else PhaseEvent.NEEDS_CONTROL
+        return Phase.NAVIGATING if observation.in_control else Phase.PREPARING
 
     def _moves(self, observation: Observation) -> bool:
         return can_move(observation, self._parts.traits, self._parts.config.airborne_height_m)

@@ -23,7 +23,6 @@ from navigation_core.tasks.flying.departure import (
     StopFirst,
     is_pending,
 )
-from navigation_core.tasks.flying.goto_phases import GotoPhase, PhaseEvent, next_phase
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.flying.itinerary import Itinerary, Section
 from navigation_core.tasks.flying.stopping import Stopping
@@ -45,30 +44,31 @@ from navigation_core.tasks.leading.turning_circle import Pursuer
 from navigation_core.tasks.measurement import can_move, is_located, measured_state
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phases import FLIGHT, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.trajectories.trajectory import TrajectoryError
 
-_PAUSABLE = frozenset({GotoPhase.NAVIGATING, GotoPhase.SETTLING, GotoPhase.BLOCKED})
+_PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
 # The phases in which a rover or boat is led by its pursuit; in all others it is stopping or stands.
-_LED = frozenset({GotoPhase.NAVIGATING, GotoPhase.SETTLING})
-_DOUBTING = _PAUSABLE | {GotoPhase.PAUSED}
-_FLYING = _PAUSABLE | {GotoPhase.HOLDING, GotoPhase.PAUSED, GotoPhase.BRAKING}
-_STOPPING = frozenset({GotoPhase.BRAKING, GotoPhase.DISARMING})
-_BEGINS = frozenset({PhaseEvent.FLIES, PhaseEvent.REPLAN})
+_LED = frozenset({Phase.NAVIGATING, Phase.SETTLING})
+_DOUBTING = _PAUSABLE | {Phase.PAUSED}
+_FLYING = _PAUSABLE | {Phase.HOLDING, Phase.PAUSED, Phase.STOPPING}
 # The remaining path must get shorter than ever before by this much to count as progress.
 _PROGRESS_MIN_M = 1.0
 
 
-class SetpointFlight(PhasedTask[GotoPhase]):
+class SetpointFlight(PhasedTask):
     """The task of a flight through the stops of an itinerary.
 
     See :class:`~navigation_core.tasks.task.Task`.
     """
 
+    table = FLIGHT
+
     def __init__(self, itinerary: Itinerary, terms: FlightTerms) -> None:
         """Prepare; the itinerary is expected to have passed ``safety.check_target``."""
         config, traits = terms.config, terms.traits
-        super().__init__(config, GotoPhase.PREPARING)
+        super().__init__(config, Phase.PREPARING)
         section = itinerary.begin_section()
         self._itinerary = itinerary
         self._traits = traits
@@ -96,19 +96,19 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._held_s = 0.0
         self._least_left_m = math.inf
         self._landed = Dwell(config.landed_timeout_s)
-        self._steps: dict[GotoPhase, Callable[[Observation, float], Step | None]] = {
-            GotoPhase.PREPARING: self._departure.prepare,
-            GotoPhase.ARMING: self._departure.arm,
-            GotoPhase.TAKING_OFF: self._departure.take_off,
-            GotoPhase.NAVIGATING: self._navigate,
-            GotoPhase.SETTLING: self._settle,
-            GotoPhase.BLOCKED: self._wait_for_path,
-            GotoPhase.HOLDING: self._hold,
-            GotoPhase.PAUSED: self._stay,
-            GotoPhase.BRAKING: lambda observation, now: self._stopping.brake(
+        self._steps: dict[Phase, Callable[[Observation, float], Step | None]] = {
+            Phase.PREPARING: self._departure.prepare,
+            Phase.ARMING: self._departure.arm,
+            Phase.TAKING_OFF: self._departure.take_off,
+            Phase.NAVIGATING: self._navigate,
+            Phase.SETTLING: self._settle,
+            Phase.BLOCKED: self._wait_for_path,
+            Phase.HOLDING: self._hold,
+            Phase.PAUSED: self._stay,
+            Phase.STOPPING: lambda observation, now: self._stopping.brake(
                 observation, now, self._phase_since_s
             ),
-            GotoPhase.DISARMING: self._stopping.disarm,
+            Phase.DISARMING: self._stopping.disarm,
         }
         self._set_section(section)
 
@@ -137,7 +137,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
 
     def think(self, observation: Observation, now: float) -> None:
         """Look for another path around obstacles, if need be."""
-        if self._avoider is None or self._phase is not GotoPhase.NAVIGATING or self._cancel_asked:
+        if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
             return
         if is_located(observation, self._config.position_stale_s) and not self._follower.is_stale:
             try:
@@ -147,13 +147,13 @@ class SetpointFlight(PhasedTask[GotoPhase]):
 
     def resume_control(self, now: float) -> None:
         """Take control again, and plan from where the vehicle is then."""
-        if self._phase is GotoPhase.PREPARING or self._phase in _STOPPING:
+        if self._phase is Phase.PREPARING or self._phase in STOPPING:
             return
         self._follower.forget_commanded()
         if self._avoider is not None:
             self._avoider.restart_clock()
         self._forget()
-        self._take(PhaseEvent.NEEDS_CONTROL, now)
+        self._go(Phase.PREPARING, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """Some autopilots leave the mode that obeys setpoints for the take-off, and hold after."""
@@ -176,12 +176,12 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         )
         if self._avoider is not None:
             progress = replace(progress, replans=self._avoider.replans)
-            if self._phase is GotoPhase.BLOCKED and self._avoider.reason:
+            if self._phase is Phase.BLOCKED and self._avoider.reason:
                 progress = replace(progress, blocked=self._avoider.reason)
-            elif self._phase is GotoPhase.BLOCKED:
+            elif self._phase is Phase.BLOCKED:
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
-        if self._phase is GotoPhase.NAVIGATING:
+        if self._phase is Phase.NAVIGATING:
             progress = self._in_traffic.progress(progress)
         position = observation.position_enu_m
         return self._itinerary.total(progress, position, self._estimator.is_straight)
@@ -212,7 +212,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
         if not isinstance(answer, Fly):
             return answer
-        braking = self._doubted and self._phase is GotoPhase.BRAKING
+        braking = self._doubted and self._phase is Phase.STOPPING
         if observation.position_doubt or braking:
             answer = replace(answer, by_velocity=True)
             self._doubted = True
@@ -221,7 +221,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         answer = replace(
             answer, setpoint=self._run_out_limiter.limited(answer.setpoint, observation)
         )
-        if self._phase is not GotoPhase.NAVIGATING:
+        if self._phase is not Phase.NAVIGATING:
             self._in_traffic.forget()
             return answer
         setpoint = self._in_traffic.limited(answer.setpoint, observation)
@@ -230,41 +230,35 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         return replace(answer, setpoint=setpoint)
 
     def _handle(self, observation: Observation, now: float) -> Answer:
-        if self._stopping.ending is not None and self._phase not in _STOPPING:
+        if self._stopping.ending is not None and self._phase not in STOPPING:
             return self._stopping.ending
         step = self._check_flight(observation, now)
         if step is None:
             step = self._steps[self._phase](observation, now)
         if isinstance(step, StopFirst):
             self._stop(observation, now, step.ending)
-        elif isinstance(step, PhaseEvent) and step in _BEGINS:
-            self._begin_flight(step, observation, now)
-        elif isinstance(step, PhaseEvent):
-            self._take(step, now)
+        elif step is Phase.NAVIGATING:
+            self._begin_flight(observation, now)
         else:
             return step
         return None
 
     def _interrupt(self, observation: Observation, now: float) -> None:
         """Stop for what was asked, or for a position that is in doubt."""
-        if self._cancel_asked and self._phase not in _STOPPING:
+        if self._cancel_asked and self._phase not in STOPPING:
             text = "The goal was cancelled."
             self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
         elif observation.position_doubt and self._phase in _DOUBTING:
-            self._take(self._lose_position(observation), now)
+            self._go(self._lose_position(observation), now)
         elif self._pause_asked and self._phase in _PAUSABLE:
             self._follower.plan_stop(observation)
-            self._take(PhaseEvent.PAUSE, now)
+            self._go(Phase.PAUSED, now)
 
-    def _take(self, event: PhaseEvent, now: float) -> None:
-        """Move to the phase that an event leads to."""
-        self._go(next_phase(self._phase, event), now)
+    def _go(self, phase: Phase, now: float) -> None:
+        super()._go(phase, now)
         self._by_itself = False
         self._arrival.restart()
         self._stopping.restart()
-
-    def _end(self, now: float) -> None:
-        self._take(PhaseEvent.OVER, now)
 
     def _forget(self) -> None:
         """Drop what a time without steps makes worthless."""
@@ -277,7 +271,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""
         self._stopping.ending = ending
         arming_asked = self._departure.arming_asked
-        preparing = self._phase is GotoPhase.PREPARING
+        preparing = self._phase is Phase.PREPARING
         inherited = preparing and self._follower.commanded is not None
         # It has come out of another mode just now, perhaps at speed.
         taken = preparing and self._requests.current is not None and self._movable(observation)
@@ -286,14 +280,14 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             is_pending(observation, kind) for kind in (TaskOperation.ARM, TaskOperation.DISARM)
         )
         taking_off = is_pending(observation, TaskOperation.TAKE_OFF)
-        on_ground = self._phase is GotoPhase.TAKING_OFF or arming or taking_off
+        on_ground = self._phase is Phase.TAKING_OFF or arming or taking_off
         # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
         taking_control = observation.airborne is True and is_pending(
             observation, TaskOperation.TAKE_CONTROL
         )
         if self._phase in _FLYING or (observation.in_control and (inherited or taken)):
             self._follower.plan_stop(observation)
-            self._take(PhaseEvent.STOP_IN_AIR, now)
+            self._go(Phase.STOPPING, now)
         elif (
             on_ground
             or arming_asked
@@ -302,7 +296,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             or (self._by_itself and not observation.in_control and self._movable(observation))
         ):
             self._stopping.armed_for_us = arming_asked or arming
-            self._take(PhaseEvent.STOP_ON_GROUND, now)
+            self._go(Phase.DISARMING, now)
 
     def _movable(self, observation: Observation) -> bool:
         return can_move(observation, self._traits, self._config.airborne_height_m)
@@ -337,26 +331,26 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._estimator.set_goal(section.goal.position_enu_m)
         self._arrival.expect(section)
 
-    def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
-        """Plan the flight, and be in the phase that the event leads to."""
+    def _begin_flight(self, observation: Observation, now: float) -> None:
+        """Plan the flight, and begin it or wait for a path."""
         self._set_section(self._itinerary.begin_section())
         if self._phase not in _LED:
             self._pursuit.forget()
         self._follower.plan_to_goal(observation)
-        if self._avoider is not None and not self._avoider.may_begin(observation, now):
-            event = PhaseEvent.NO_WAY
-        self._take(event, now)
+        avoider = self._avoider
+        may_begin = avoider is None or avoider.may_begin(observation, now)
+        self._go(Phase.NAVIGATING if may_begin else Phase.BLOCKED, now)
 
     def _navigate(self, observation: Observation, now: float) -> Step | None:
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
         share = self._in_traffic.step(observation, now)
         if self._follower.is_stale or self._follower.carrot is None:
-            self._begin_flight(PhaseEvent.REPLAN, observation, now)
+            self._begin_flight(observation, now)
             share = self._in_traffic.step(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
-            return PhaseEvent.NO_WAY
-        if self._phase is not GotoPhase.NAVIGATING:
+            return Phase.BLOCKED
+        if self._phase is not Phase.NAVIGATING:
             return None
         if self._in_traffic.is_over(observation, now):
             assert self._in_traffic.waiting is not None
@@ -368,7 +362,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             return Fly(self._setpoint(carrot, observation, path))
         if carrot.arrived if path is None else path.left_m <= self._arrival.radius_m:
             carrot.finish()
-            return PhaseEvent.TRAJECTORY_ENDED
+            return Phase.SETTLING
         if carrot.stalled_s > self._arrival.patience_s:
             return self._arrival.timeout("The vehicle made no progress", observation)
         if carrot.distance_remaining_m < self._least_left_m - _PROGRESS_MIN_M:
@@ -398,12 +392,12 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
         if self._follower.is_stale:
-            return PhaseEvent.REPLAN
+            return Phase.NAVIGATING
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
-            return PhaseEvent.NO_WAY
+            return Phase.BLOCKED
         if self._in_traffic.gives_way(observation, now):
             # The follower has the path of the evasion; to begin the flight would plan another.
-            self._take(PhaseEvent.REPLAN, now)
+            self._go(Phase.NAVIGATING, now)
             return None
         arrival = self._arrival
         if arrival.holds(observation, now, arrival.is_turned(observation)):
@@ -438,12 +432,12 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         if ending is not None:
             return ending
         self._held_s, self._least_left_m = 0.0, math.inf
-        return PhaseEvent.REPLAN
+        return Phase.NAVIGATING
 
-    def _lose_position(self, observation: Observation) -> PhaseEvent:
+    def _lose_position(self, observation: Observation) -> Phase:
         """Stop the setpoint, because where the vehicle is is not known."""
         self._follower.plan_stop(observation)
-        return PhaseEvent.POSITION_LOST
+        return Phase.HOLDING
 
     def _hold(self, observation: Observation, now: float) -> Step | None:
         located = is_located(observation, self._config.position_stale_s)
@@ -460,7 +454,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
                 self._doubted = False
                 self._forget()
             self._held_s = 0.0 if self._pause_asked else held_s
-            return PhaseEvent.REPLAN
+            return Phase.NAVIGATING
         if located:
             self._phase_since_s = now  # it is not lost; for how long it may be in doubt is not ours
         timeout_s = self._config.position_timeout_s
@@ -483,7 +477,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             return self._stand(observation, now)
         if self._avoider is not None:
             self._avoider.restart_clock()
-        return PhaseEvent.REPLAN
+        return Phase.NAVIGATING
 
     def _stand(self, observation: Observation, now: float) -> Step:
         """Brake and stand, but give way to what comes near."""
@@ -509,7 +503,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         if decision is Decision.GIVE_UP:
             return self._over(*self._avoider.failure(), observation)
         if decision is Decision.REPLAN:
-            self._begin_flight(PhaseEvent.REPLAN, observation, now)
-            if self._phase is not GotoPhase.BLOCKED:
+            self._begin_flight(observation, now)
+            if self._phase is not Phase.BLOCKED:
                 return None
         return self._stand(observation, now)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from navigation_core.geometry import norm
 from navigation_core.tasks.flying.departure import FlightParts, Step
-from navigation_core.tasks.flying.goto_phases import PhaseEvent
 from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Wait
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import can_move, is_located
 from navigation_core.tasks.observation import Observation, TaskOperation
+from navigation_core.tasks.phases import Phase
 from navigation_core.tasks.standstill import Standstill
 
 # A setpoint slower than this has come to its end.
@@ -94,7 +94,7 @@ class Stopping:
             return self._hold(_STOPPED, "It may still be flying.", observation, now)
         if flies and not holds:
             self._parts.follower.plan_stop(observation)
-            return PhaseEvent.STOP_IN_AIR
+            return Phase.STOPPING
         if not self.armed_for_us:
             holding = "The vehicle holds; whoever armed it may disarm it."
             return self._hold(holding, "It is still armed.", observation, now)

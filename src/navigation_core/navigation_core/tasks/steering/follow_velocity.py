@@ -6,8 +6,6 @@ timeout counts no more, so that a client that crashes, or a network that fails, 
 
 from __future__ import annotations
 
-from enum import Enum, auto
-
 from navigation_core.geometry import KinematicState, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.conditions import Dwell, stand_on_ground
@@ -16,6 +14,7 @@ from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.measurement import can_move, is_located
 from navigation_core.tasks.observation import Observation, TaskOperation
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phases import STOPPING, VELOCITY, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.steering.steersman import Steersman, VelocityTerms
@@ -26,29 +25,15 @@ __all__ = ["FollowVelocity"]
 _STANDS_M_S = 0.01
 
 
-class VelocityPhase(Enum):
-    """The phases."""
-
-    PREPARING = auto()
-    """Taking control."""
-    FOLLOWING = auto()
-    """Following commands, or standing without one."""
-    BLIND = auto()
-    """Holding, because the position is unknown or in doubt."""
-    STOPPING = auto()
-    """Stopping by setpoints."""
-    RELEASING = auto()
-    """Stopping by the autopilot's own mode, before it was in control."""
-    ENDED = auto()
-
-
-class FollowVelocity(PhasedTask[VelocityPhase]):
+class FollowVelocity(PhasedTask):
     """The task. See :class:`navigation_core.tasks.task.Task`."""
+
+    table = VELOCITY
 
     def __init__(self, terms: VelocityTerms) -> None:
         """Prepare."""
         config, traits = terms.flight.config, terms.flight.traits
-        super().__init__(config, VelocityPhase.PREPARING)
+        super().__init__(config, Phase.PREPARING)
         self._traits = traits
         self._timeout_s = terms.command_timeout_s
         self._steersman = Steersman(terms)
@@ -62,11 +47,11 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         self._ending: Outcome | None = None
         self._status = Status.PREPARING
         self._handlers = {
-            VelocityPhase.PREPARING: self._prepare,
-            VelocityPhase.FOLLOWING: self._follow,
-            VelocityPhase.BLIND: self._hold,
-            VelocityPhase.STOPPING: self._stop,
-            VelocityPhase.RELEASING: self._release,
+            Phase.PREPARING: self._prepare,
+            Phase.NAVIGATING: self._follow,
+            Phase.HOLDING: self._hold,
+            Phase.STOPPING: self._stop,
+            Phase.RELEASING: self._release,
         }
 
     # --- the task protocol -----------------------------------------------------------
@@ -88,14 +73,10 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
 
     def resume_control(self, now: float) -> None:
         """Take control again; setpoints sent before are past."""
-        if self._phase not in (
-            VelocityPhase.STOPPING,
-            VelocityPhase.RELEASING,
-            VelocityPhase.ENDED,
-        ):
+        if self._phase not in STOPPING:
             self._forget()
             self._command_s = now
-            self._go(VelocityPhase.PREPARING, now)
+            self._go(Phase.PREPARING, now)
 
     def unpause(self, now: float) -> None:
         """Follow commands again."""
@@ -132,12 +113,9 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         ended = self._check_vehicle(observation, now)
         return ended or super()._handle(observation, now)
 
-    def _go(self, phase: VelocityPhase, now: float) -> None:
+    def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
         self._by_itself = False
-
-    def _end(self, now: float) -> None:
-        self._phase = VelocityPhase.ENDED
 
     def _forget(self) -> None:
         self._steersman.forget()
@@ -150,17 +128,17 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         led = self._steersman.commanded is not None
         self._still.reset()
         if led and observation.in_control:
-            self._go(VelocityPhase.STOPPING, now)
+            self._go(Phase.STOPPING, now)
         elif asked and can_move(observation, self._traits, self._config.airborne_height_m):
             # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
-            self._go(VelocityPhase.RELEASING, now)
+            self._go(Phase.RELEASING, now)
         else:
             return False
         return True
 
     def _check_vehicle(self, observation: Observation, now: float) -> Answer:
         """Look for what ends every phase in which the vehicle is led."""
-        if self._phase in (VelocityPhase.PREPARING, VelocityPhase.RELEASING):
+        if self._phase in (Phase.PREPARING, Phase.RELEASING):
             return None
         if not observation.armed:
             text = "The vehicle was disarmed during the goal."
@@ -194,14 +172,12 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
             if answer is not None:
                 return answer
         self._command_s = now
-        self._go(VelocityPhase.FOLLOWING, now)
-        return None
+        return Phase.NAVIGATING
 
     def _follow(self, observation: Observation, now: float) -> Answer:
         located = is_located(observation, self._config.position_stale_s)
         if not located or observation.position_doubt:
-            self._go(VelocityPhase.BLIND, now)
-            return None
+            return Phase.HOLDING
         command = self._current(observation, now)
         if self._pause_asked:
             self._status, self._command_s = Status.PAUSED, now
@@ -211,8 +187,7 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
             if ending is not None:
                 self._ending = ending
                 self._still.reset()
-                self._go(VelocityPhase.STOPPING, now)
-                return None
+                return Phase.STOPPING
         return self._lead(observation, command, now)
 
     def _current(self, observation: Observation, now: float) -> VelocityCommand | None:
@@ -243,8 +218,7 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         if located and not observation.position_doubt:
             self._forget()
             self._command_s = now
-            self._go(VelocityPhase.FOLLOWING, now)
-            return None
+            return Phase.NAVIGATING
         if located:
             self._phase_since_s = now  # for how long it may be in doubt is not ours
         timeout_s = self._config.position_timeout_s

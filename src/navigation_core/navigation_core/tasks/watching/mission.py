@@ -18,16 +18,11 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phases import MISSION, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.mission_measures import MissionMeasures
-from navigation_core.tasks.watching.mission_phases import (
-    STATUS,
-    STOPPING,
-    MissionPhase,
-    check_change,
-)
 from navigation_core.tasks.watching.mission_progress import MissionTally
 from navigation_core.tasks.waypoint import MissionPlan, Route
 
@@ -47,8 +42,10 @@ _ITEM_UPLOAD_S = 0.5
 _PASSING_M, _PASSING_CIRCLES = 4.0, 2.0
 
 
-class FlyMission(PhasedTask[MissionPhase]):
+class FlyMission(PhasedTask):
     """The task of one mission. See :class:`navigation_core.tasks.task.Task`."""
+
+    table = MISSION
 
     def __init__(
         self,
@@ -65,7 +62,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             traits: what the vehicle can do.
             speed_m_s: ground speed where a waypoint has none; None leaves it to the vehicle.
         """
-        super().__init__(config, MissionPhase.HALTING)
+        super().__init__(config, Phase.HALTING)
         self._traits = traits
         self._plan = MissionPlan(
             route.waypoints * route.laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
@@ -90,16 +87,16 @@ class FlyMission(PhasedTask[MissionPhase]):
         self._arrival = Dwell(config.arrival_dwell_s)
         self._stopped = Standstill.of_stop(config, traits)
         self._handlers = {
-            MissionPhase.HALTING: self._halt,
-            MissionPhase.UPLOADING: self._upload,
-            MissionPhase.PREPARING: self._prepare,
-            MissionPhase.ARMING: self._arm,
-            MissionPhase.STARTING: self._begin,
-            MissionPhase.FLYING: self._watch,
-            MissionPhase.PAUSING: self._stop_for_pause,
-            MissionPhase.PAUSED: self._stay,
-            MissionPhase.STOPPING: self._stop,
-            MissionPhase.CLEARING: self._clear,
+            Phase.HALTING: self._halt,
+            Phase.UPLOADING: self._upload,
+            Phase.PREPARING: self._prepare,
+            Phase.ARMING: self._arm,
+            Phase.STARTING: self._begin,
+            Phase.NAVIGATING: self._watch,
+            Phase.PAUSING: self._stop_for_pause,
+            Phase.PAUSED: self._stay,
+            Phase.STOPPING: self._stop,
+            Phase.CLEARING: self._clear,
         }
 
     # --- the task protocol -----------------------------------------------------------
@@ -116,11 +113,11 @@ class FlyMission(PhasedTask[MissionPhase]):
                 takeoff_height_m=self._measures.takeoff_height_m(observation.ground_enu_m),
             )
         if not observation.armed or self._measures.on_ground(observation):
-            self._go(MissionPhase.UPLOADING, now)
+            self._go(Phase.UPLOADING, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """A PX4 holds by itself at the end, and when somebody removes the mission."""
-        return self._phase is MissionPhase.FLYING and mode in (
+        return self._phase is Phase.NAVIGATING and mode in (
             VehicleMode.MISSION,
             VehicleMode.HOLD,
         )
@@ -134,8 +131,8 @@ class FlyMission(PhasedTask[MissionPhase]):
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress."""
-        route = self._mission.route(self._phase is MissionPhase.ENDED)
-        if self._phase is MissionPhase.ENDED:
+        route = self._mission.route(self._phase is Phase.ENDED)
+        if self._phase is Phase.ENDED:
             return Progress(self._status(observation), 0.0, 0.0, route)
         if self._phase in STOPPING:
             return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s, route)
@@ -153,8 +150,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             self._stop_with(Outcome(OutcomeCode.CANCELED, text, None), now)
         return super()._answer(observation, now)
 
-    def _go(self, phase: MissionPhase, now: float) -> None:
-        check_change(self._phase, phase)
+    def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
         self._moved_s = now
         self._headway.restart()
@@ -162,22 +158,19 @@ class FlyMission(PhasedTask[MissionPhase]):
         self._arrival.reset()
         self._stopped.reset()
 
-    def _end(self, now: float) -> None:
-        self._go(MissionPhase.ENDED, now)
-
     def _stop_with(self, ending: Outcome, now: float) -> None:
         """Bring the vehicle to a stop, and then end with an outcome."""
         self._ending = ending
         # A transfer that is cut off leaves neither the old mission nor ours (ArduPilot).
-        if self._phase is MissionPhase.UPLOADING and self._requests.current is not None:
+        if self._phase is Phase.UPLOADING and self._requests.current is not None:
             self._stored = True
-        self._go(MissionPhase.STOPPING, now)
+        self._go(Phase.STOPPING, now)
 
     def _do(
         self,
         kind: TaskOperation,
         refusal: OutcomeCode,
-        following: MissionPhase,
+        following: Phase,
         observation: Observation,
         now: float,
     ) -> Answer:
@@ -195,10 +188,9 @@ class FlyMission(PhasedTask[MissionPhase]):
     def _halt(self, observation: Observation, now: float) -> Answer:
         """Stop what was flown before: setpoints end, and an upload takes a while."""
         if observation.mode is VehicleMode.HOLD and self._requests.current is None:
-            self._go(MissionPhase.UPLOADING, now)
-            return None
+            return Phase.UPLOADING
         return self._do(
-            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.UPLOADING, observation, now
+            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, Phase.UPLOADING, observation, now
         )
 
     def _upload(self, observation: Observation, now: float) -> Answer:
@@ -215,17 +207,16 @@ class FlyMission(PhasedTask[MissionPhase]):
         )
         if answer is None:
             self._stored = True
-            self._go(MissionPhase.STARTING if observation.armed else MissionPhase.PREPARING, now)
+            self._go(Phase.STARTING if observation.armed else Phase.PREPARING, now)
         return answer
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
         if observation.in_control or not self._traits.control_before_takeoff:
-            self._go(MissionPhase.ARMING, now)
-            return None
+            return Phase.ARMING
         return self._do(
             TaskOperation.TAKE_CONTROL,
             OutcomeCode.MODE_REFUSED,
-            MissionPhase.ARMING,
+            Phase.ARMING,
             observation,
             now,
         )
@@ -233,7 +224,7 @@ class FlyMission(PhasedTask[MissionPhase]):
     def _arm(self, observation: Observation, now: float) -> Answer:
         self._armed_by_us = True
         return self._do(
-            TaskOperation.ARM, OutcomeCode.ARMING_REFUSED, MissionPhase.STARTING, observation, now
+            TaskOperation.ARM, OutcomeCode.ARMING_REFUSED, Phase.STARTING, observation, now
         )
 
     def _begin(self, observation: Observation, now: float) -> Answer:
@@ -245,11 +236,11 @@ class FlyMission(PhasedTask[MissionPhase]):
         answer = self._do(
             TaskOperation.START_MISSION,
             OutcomeCode.MISSION_REFUSED,
-            MissionPhase.FLYING,
+            Phase.NAVIGATING,
             observation,
             now,
         )
-        self._started = self._started or self._phase is MissionPhase.FLYING
+        self._started = self._started or self._phase is Phase.NAVIGATING
         return answer
 
     # --- the flight ------------------------------------------------------------------
@@ -273,8 +264,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             code = OutcomeCode.WAYPOINT_MISSED if self._mission.missed else OutcomeCode.SUCCESS
             return Outcome(code, text, self._measures.error_m(observation))
         if self._pause_asked or observation.position_doubt:
-            self._go(MissionPhase.PAUSING, now)
-            return None
+            return Phase.PAUSING
         if observation.mode is not VehicleMode.MISSION:
             return self._out_of_mode(observation, now)
         self._left_s = None
@@ -348,10 +338,9 @@ class FlyMission(PhasedTask[MissionPhase]):
 
     def _stop_for_pause(self, observation: Observation, now: float) -> Answer:
         if self._holds_already(observation):
-            self._go(MissionPhase.PAUSED, now)
-            return None
+            return Phase.PAUSED
         return self._do(
-            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.PAUSED, observation, now
+            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, Phase.PAUSED, observation, now
         )
 
     def _stay(self, observation: Observation, now: float) -> Answer:
@@ -361,8 +350,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         if self._pause_asked or observation.position_doubt:
             return Wait()
         self._speed_told = False
-        self._go(MissionPhase.STARTING, now)
-        return None
+        return Phase.STARTING
 
     # --- the end ---------------------------------------------------------------------
 
@@ -372,8 +360,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             and self._requests.current is None
             and not self._arming(observation)
         ):
-            self._go(MissionPhase.CLEARING, now)
-            return None
+            return Phase.CLEARING
         grounded = self._armed_by_us and not self._started
         down = grounded or (self._armed_by_us and self._measures.on_ground(observation))
         kind = TaskOperation.DISARM if down else TaskOperation.HOLD
@@ -385,16 +372,14 @@ class FlyMission(PhasedTask[MissionPhase]):
             )
         if isinstance(answer, Outcome):
             self._add_to_ending(answer.message)
-            self._go(MissionPhase.CLEARING, now)
-            return None
+            return Phase.CLEARING
         if answer is not None:
             return answer
         over = now - self._phase_since_s > self._config.cancel_timeout_s
         stopped = self._stopped.holds(observation, self._config.position_stale_s)
         if stopped or not self._traits.hovers or over:
             self._add_to_ending(self._how_it_stopped(stopped))
-            self._go(MissionPhase.CLEARING, now)
-            return None
+            return Phase.CLEARING
         return Wait()
 
     def _how_it_stopped(self, stopped: bool) -> str:
@@ -447,7 +432,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         return report is not None and report.kind is TaskOperation.ARM
 
     def _status(self, observation: Observation) -> Status:
-        if self._phase is MissionPhase.FLYING:
+        if self._phase is Phase.NAVIGATING:
             taking_off = self._plan.takeoff_from_enu_m is not None and self._measures.on_ground(
                 observation
             )

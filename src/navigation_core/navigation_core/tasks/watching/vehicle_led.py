@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum, auto
 
 from navigation_core.geometry import Vector3, distance, horizontal_norm, subtract
 from navigation_core.outcomes import OutcomeCode, Rejection
@@ -19,6 +18,7 @@ from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
 from navigation_core.tasks.measurement import is_airborne, measured_speed
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phases import LED, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.traits import Traits
@@ -54,13 +54,6 @@ _NOT_RETURNED_WITHIN_M = 3.0
 _CRASH_SPEED_MIN_M_S, _CRASH_WITHIN_S = 2.0, 1.5
 
 
-class _Phase(Enum):
-    ASKING = auto()
-    UNDER_WAY = auto()
-    STOPPING = auto()
-    ENDED = auto()
-
-
 @dataclass(frozen=True)
 class VehicleLedGoal:
     """The goal that the vehicle carries out by itself.
@@ -80,8 +73,10 @@ LAND = VehicleLedGoal(TaskOperation.LAND, VehicleMode.LAND, "landing")
 RETURN_TO_LAUNCH = VehicleLedGoal(TaskOperation.RETURN, VehicleMode.RETURN, "return")
 
 
-class VehicleLed(PhasedTask[_Phase]):
+class VehicleLed(PhasedTask):
     """Landing or return. See :class:`navigation_core.tasks.task.Task`."""
+
+    table = LED
 
     def __init__(self, goal: VehicleLedGoal, config: GotoConfig, traits: Traits) -> None:
         """Prepare.
@@ -91,7 +86,7 @@ class VehicleLed(PhasedTask[_Phase]):
             config: tolerances and limits of time.
             traits: what the vehicle can do.
         """
-        super().__init__(config, _Phase.ASKING)
+        super().__init__(config, Phase.STARTING)
         self._goal = goal
         self._traits = traits
         self._cancelled_s = 0.0
@@ -130,7 +125,7 @@ class VehicleLed(PhasedTask[_Phase]):
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """PX4 changes from its return mode to its landing mode, and to another on the ground."""
-        if self._phase is not _Phase.UNDER_WAY:
+        if self._phase is not Phase.NAVIGATING:
             return False
         if mode is VehicleMode.MISSION:
             # A plane's return may go over to the landing that its mission holds (ArduPlane's
@@ -145,10 +140,10 @@ class VehicleLed(PhasedTask[_Phase]):
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress."""
-        if self._phase is _Phase.ENDED:
+        if self._phase is Phase.ENDED:
             return Progress(self._status(observation), 0.0, 0.0)
         left_m, left_s = self._landing(observation)
-        if self._phase is _Phase.STOPPING:
+        if self._phase is Phase.STOPPING:
             return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s)
         home_m = self._home_m(observation)
         if self._goal is RETURN_TO_LAUNCH and home_m is not None:
@@ -162,13 +157,13 @@ class VehicleLed(PhasedTask[_Phase]):
         speed_m_s = self._speed_m_s(observation)
         if observation.armed and speed_m_s > _CRASH_SPEED_MIN_M_S:
             self._fast = (now, speed_m_s)
-        if self._cancel_asked and self._phase is not _Phase.STOPPING:
-            self._go(_Phase.STOPPING, now)
+        if self._cancel_asked and self._phase is not Phase.STOPPING:
+            self._go(Phase.STOPPING, now)
         if self._on_ground(observation) and self._traits.flies:
             return self._on_the_ground(observation, now)
-        if self._phase is _Phase.STOPPING:
+        if self._phase is Phase.STOPPING:
             return self._stop(observation, now)
-        if self._phase is _Phase.ASKING:
+        if self._phase is Phase.STARTING:
             if (
                 observation.airborne is False
                 and self._traits.flies
@@ -180,12 +175,9 @@ class VehicleLed(PhasedTask[_Phase]):
             answer = self._ask(Perform(self._goal.operation), observation, now)
             if answer is not None:
                 return answer
-            self._go(_Phase.UNDER_WAY, now)
+            self._go(Phase.NAVIGATING, now)
             self._moved_s = now
         return self._watch(observation, now)
-
-    def _end(self, now: float) -> None:
-        self._phase = _Phase.ENDED
 
     def _ask(self, intent: Perform, observation: Observation, now: float) -> Answer:
         return self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
@@ -361,7 +353,7 @@ class VehicleLed(PhasedTask[_Phase]):
         return height_m, low_m / _LAND_SPEED_M_S + fast_s + _TOUCHDOWN_S
 
     def _status(self, observation: Observation) -> Status:
-        if self._phase is _Phase.ASKING:
+        if self._phase is Phase.STARTING:
             return Status.PREPARING
         # PX4 says ON_GROUND for two seconds before it disarms.
         self._landing_seen = self._landing_seen or (
