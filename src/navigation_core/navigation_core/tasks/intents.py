@@ -91,6 +91,17 @@ class Outcome:
     final_error_m: float | None
 
 
+@dataclass(frozen=True)
+class StopFirst:
+    """An outcome before which the vehicle, or its motors, are to be stopped.
+
+    Attributes:
+        ending: the outcome.
+    """
+
+    ending: Outcome
+
+
 class Handover(NamedTuple):
     """The setpoint that a replaced task sent last, from which its successor continues.
 

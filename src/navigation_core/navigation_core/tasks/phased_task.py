@@ -6,19 +6,22 @@ from collections.abc import Callable, Mapping
 from typing import ClassVar, TypeAlias
 
 from navigation_core.geometry import KinematicState, Vector3
-from navigation_core.outcomes import Rejection
+from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.conditions import Requester
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome
+from navigation_core.tasks.intents import Intent, Outcome, StopFirst
 from navigation_core.tasks.observation import Observation, VehicleMode
-from navigation_core.tasks.phases import Phase, Table, check_change
+from navigation_core.tasks.phases import STOPPING, Phase, Table, check_change
 from navigation_core.tasks.task import Task
 
-Answer: TypeAlias = Intent | Outcome | Phase | None
+Answer: TypeAlias = Intent | Outcome | Phase | StopFirst | None
 """The answer of a phase, or the phase that follows; None to ask the one that has begun."""
+
+Handler: TypeAlias = Callable[[Observation, float], Answer]
 
 # A step changes the phase a few times at most; more would be a programming error.
 _PHASE_CHANGES_MAX = 8
+_CANCELED = Outcome(OutcomeCode.CANCELED, "The goal was cancelled.", None)
 
 
 class PhasedTask(Task):
@@ -46,7 +49,9 @@ class PhasedTask(Task):
         self._pause_asked = False
         self._outcome: Outcome | None = None
         self._path_enu_m: tuple[Vector3, ...] = ()
-        self._handlers: Mapping[Phase, Callable[[Observation, float], Answer]] = {}
+        self._handlers: Mapping[Phase, Handler] = {}
+        # What answers in a phase that has data of its own, which begin and end with it.
+        self._handler: Handler | None = None
 
     # --- the task protocol -----------------------------------------------------------
 
@@ -118,21 +123,42 @@ class PhasedTask(Task):
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         """Ask the phases until one has an answer."""
+        ended: Outcome | None = None
+        if self._cancel_asked and self._phase not in STOPPING:
+            ended = self._stop(_CANCELED, observation, now)
         for _ in range(_PHASE_CHANGES_MAX):
-            answer = self._handle(observation, now)
+            answer = ended or self._handle(observation, now)
             if isinstance(answer, Phase):
                 self._go(answer, now)
+            elif isinstance(answer, StopFirst):
+                ended = self._stop(answer.ending, observation, now)
             elif answer is not None:
                 return answer
         raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
 
     def _handle(self, observation: Observation, now: float) -> Answer:
         """Return the answer of the present phase."""
-        return self._handlers[self._phase](observation, now)
+        return (self._handler or self._handlers[self._phase])(observation, now)
 
-    def _go(self, phase: Phase, now: float) -> None:
-        """Begin another phase."""
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
+        """Begin to stop the vehicle, to end with an outcome; return it if nothing is to be stopped.
+
+        Args:
+            ending: the outcome.
+            observation: what is known.
+            now: time in seconds.
+        """
+        return ending
+
+    def _go(self, phase: Phase, now: float, handler: Handler | None = None) -> None:
+        """Begin another phase.
+
+        Args:
+            phase: the phase.
+            now: time in seconds.
+            handler: answers in it, with the data of the phase; None for the usual one.
+        """
         check_change(self.table, self._phase, phase)
-        self._phase = phase
+        self._phase, self._handler = phase, handler
         self._phase_since_s = now
         self._requests.forget()

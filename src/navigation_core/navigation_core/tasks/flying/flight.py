@@ -8,24 +8,17 @@ is sent, because a real ArduCopter then stays on the ground (observed).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.replanner import Decision
 from navigation_core.tasks.conditions import Dwell, stand_on_ground
+from navigation_core.tasks.departure import Departure, is_pending
 from navigation_core.tasks.flying.arrival import Arrival
-from navigation_core.tasks.flying.departure import (
-    Departure,
-    FlightParts,
-    Step,
-    StopFirst,
-    is_pending,
-)
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.flying.itinerary import Itinerary, Section
-from navigation_core.tasks.flying.stopping import Stopping
+from navigation_core.tasks.flying.stopping import FlightParts, Stopping
 from navigation_core.tasks.intents import (
     Fly,
     Intent,
@@ -41,9 +34,9 @@ from navigation_core.tasks.leading.path_in_traffic import PathInTraffic
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.leading.turning_circle import Pursuer
-from navigation_core.tasks.measurement import can_move, is_located, measured_state
+from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
-from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phased_task import Answer, Handler, PhasedTask
 from navigation_core.tasks.phases import FLIGHT, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.trajectories.trajectory import TrajectoryError
@@ -83,7 +76,7 @@ class SetpointFlight(PhasedTask):
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)
         parts = FlightParts(config, traits, self._requests, self._follower, self._arrival)
-        self._departure = Departure(parts, self._estimator)
+        self._departure = Departure(config, traits, self._requests, self._arrival.error_m)
         self._stopping = Stopping(parts)
         self._pursuit = Pursuit(traits)
         self._handover_s = terms.handover.time_s
@@ -96,10 +89,10 @@ class SetpointFlight(PhasedTask):
         self._held_s = 0.0
         self._least_left_m = math.inf
         self._landed = Dwell(config.landed_timeout_s)
-        self._steps: dict[Phase, Callable[[Observation, float], Step | None]] = {
-            Phase.PREPARING: self._departure.prepare,
-            Phase.ARMING: self._departure.arm,
-            Phase.TAKING_OFF: self._departure.take_off,
+        self._handlers = {
+            Phase.PREPARING: self._prepare,
+            Phase.ARMING: self._arm,
+            Phase.TAKING_OFF: self._take_off,
             Phase.NAVIGATING: self._navigate,
             Phase.SETTLING: self._settle,
             Phase.BLOCKED: self._wait_for_path,
@@ -202,7 +195,6 @@ class SetpointFlight(PhasedTask):
         self._last_step_s = now
         if self._follower.dt_s > self._config.step_gap_s:
             self._forget()
-        self._departure.note(observation)
         try:
             if self._thought_failed is not None:
                 raise self._thought_failed
@@ -230,32 +222,24 @@ class SetpointFlight(PhasedTask):
         return replace(answer, setpoint=setpoint)
 
     def _handle(self, observation: Observation, now: float) -> Answer:
-        if self._stopping.ending is not None and self._phase not in STOPPING:
-            return self._stopping.ending
-        step = self._check_flight(observation, now)
-        if step is None:
-            step = self._steps[self._phase](observation, now)
-        if isinstance(step, StopFirst):
-            self._stop(observation, now, step.ending)
-        elif step is Phase.NAVIGATING:
-            self._begin_flight(observation, now)
-        else:
-            return step
+        answer = self._check_flight(observation, now) or super()._handle(observation, now)
+        if answer is not Phase.NAVIGATING:
+            return answer
+        self._begin_flight(observation, now)
         return None
 
     def _interrupt(self, observation: Observation, now: float) -> None:
-        """Stop for what was asked, or for a position that is in doubt."""
-        if self._cancel_asked and self._phase not in STOPPING:
-            text = "The goal was cancelled."
-            self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
-        elif observation.position_doubt and self._phase in _DOUBTING:
+        """Stand still for a position that is in doubt, or for a pause."""
+        if self._cancel_asked:
+            return
+        if observation.position_doubt and self._phase in _DOUBTING:
             self._go(self._lose_position(observation), now)
         elif self._pause_asked and self._phase in _PAUSABLE:
             self._follower.plan_stop(observation)
             self._go(Phase.PAUSED, now)
 
-    def _go(self, phase: Phase, now: float) -> None:
-        super()._go(phase, now)
+    def _go(self, phase: Phase, now: float, handler: Handler | None = None) -> None:
+        super()._go(phase, now, handler)
         self._by_itself = False
         self._arrival.restart()
         self._stopping.restart()
@@ -267,8 +251,7 @@ class SetpointFlight(PhasedTask):
         self._stopping.restart()
         self._landed.reset()
 
-    def _stop(self, observation: Observation, now: float, ending: Outcome) -> None:
-        """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
         self._stopping.ending = ending
         arming_asked = self._departure.arming_asked
         preparing = self._phase is Phase.PREPARING
@@ -297,11 +280,14 @@ class SetpointFlight(PhasedTask):
         ):
             self._stopping.armed_for_us = arming_asked or arming
             self._go(Phase.DISARMING, now)
+        else:
+            return ending
+        return None
 
     def _movable(self, observation: Observation) -> bool:
-        return can_move(observation, self._traits, self._config.airborne_height_m)
+        return self._departure.moves(observation)
 
-    def _check_flight(self, observation: Observation, now: float) -> Step | None:
+    def _check_flight(self, observation: Observation, now: float) -> Answer:
         """Look for what ends or suspends every flight."""
         if self._phase not in _FLYING:
             return None
@@ -322,6 +308,34 @@ class SetpointFlight(PhasedTask):
     def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
         return Outcome(code, text, self._arrival.error_m(observation))
 
+    # --- before the flight -----------------------------------------------------------
+
+    def _prepare(self, observation: Observation, now: float) -> Answer:
+        # A take-off that a replaced goal began continues.
+        taking_off = is_pending(observation, TaskOperation.TAKE_OFF)
+        rejection = self._departure.check(observation)
+        if rejection is not None and not taking_off:
+            return rejection
+        moves = self._movable(observation)
+        is_needed = not taking_off and (self._traits.control_before_takeoff or moves)
+        answer = self._departure.take_control(observation, now, is_needed)
+        if answer is not None:
+            return answer
+        if moves and not taking_off:
+            return Phase.NAVIGATING
+        # The vehicle is on the ground: the last setpoint of an earlier flight is no start for this.
+        self._follower.forget_commanded()
+        return Phase.TAKING_OFF if observation.armed or taking_off else Phase.ARMING
+
+    def _arm(self, observation: Observation, now: float) -> Answer:
+        following = Phase.TAKING_OFF if self._traits.flies else Phase.PREPARING
+        return self._departure.arm(observation, now) or following
+
+    def _take_off(self, observation: Observation, now: float) -> Answer:
+        height_m = self._estimator.takeoff_height_m(observation.ground_enu_m)
+        following = Phase.NAVIGATING if observation.in_control else Phase.PREPARING
+        return self._departure.take_off(height_m, observation, now) or following
+
     # --- the flight ------------------------------------------------------------------
 
     def _set_section(self, section: Section) -> None:
@@ -341,7 +355,7 @@ class SetpointFlight(PhasedTask):
         may_begin = avoider is None or avoider.may_begin(observation, now)
         self._go(Phase.NAVIGATING if may_begin else Phase.BLOCKED, now)
 
-    def _navigate(self, observation: Observation, now: float) -> Step | None:
+    def _navigate(self, observation: Observation, now: float) -> Answer:
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
         share = self._in_traffic.step(observation, now)
@@ -388,7 +402,7 @@ class SetpointFlight(PhasedTask):
             self._follower.is_stale = True  # so it is replanned, from here to the same point
         return path
 
-    def _settle(self, observation: Observation, now: float) -> Step | None:
+    def _settle(self, observation: Observation, now: float) -> Answer:
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
         if self._follower.is_stale:
@@ -424,7 +438,7 @@ class SetpointFlight(PhasedTask):
             observation.time_s,
         )
 
-    def _arrived(self, observation: Observation, now: float) -> Step | None:
+    def _arrived(self, observation: Observation, now: float) -> Answer:
         """End, or continue; the vehicle has been near, turned and slow for its time."""
         error_m = self._arrival.error_m(observation)
         assert error_m is not None
@@ -439,7 +453,7 @@ class SetpointFlight(PhasedTask):
         self._follower.plan_stop(observation)
         return Phase.HOLDING
 
-    def _hold(self, observation: Observation, now: float) -> Step | None:
+    def _hold(self, observation: Observation, now: float) -> Answer:
         located = is_located(observation, self._config.position_stale_s)
         held_s = self._held_s + now - self._phase_since_s
         if held_s > self._arrival.patience_s and not self._pause_asked:
@@ -469,7 +483,7 @@ class SetpointFlight(PhasedTask):
         self._follower.walk(None)
         return self._stopping.led(observation)
 
-    def _stay(self, observation: Observation, now: float) -> Step | None:
+    def _stay(self, observation: Observation, now: float) -> Answer:
         """Stand still where the pause came, until it is over."""
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
@@ -479,7 +493,7 @@ class SetpointFlight(PhasedTask):
             self._avoider.restart_clock()
         return Phase.NAVIGATING
 
-    def _stand(self, observation: Observation, now: float) -> Step:
+    def _stand(self, observation: Observation, now: float) -> Answer:
         """Brake and stand, but give way to what comes near."""
         if self._follower.is_stale or self._follower.carrot is None:
             self._follower.plan_stop(observation)
@@ -488,7 +502,7 @@ class SetpointFlight(PhasedTask):
         self._follower.walk(None)
         return self._stopping.led(observation)
 
-    def _wait_for_path(self, observation: Observation, now: float) -> Step | None:
+    def _wait_for_path(self, observation: Observation, now: float) -> Answer:
         """Stand still until obstacles leave a path, or it has taken too long."""
         assert self._avoider is not None
         if not is_located(observation, self._config.position_stale_s):

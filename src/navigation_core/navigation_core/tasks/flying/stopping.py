@@ -2,18 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from navigation_core.geometry import norm
-from navigation_core.tasks.flying.departure import FlightParts, Step
+from navigation_core.tasks.conditions import Requester
+from navigation_core.tasks.flying.arrival import Arrival
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Wait
+from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import can_move, is_located
 from navigation_core.tasks.observation import Observation, TaskOperation
+from navigation_core.tasks.phased_task import Answer
 from navigation_core.tasks.phases import Phase
 from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.traits import Traits
 
 # A setpoint slower than this has come to its end.
 _STANDS_M_S = 0.01
 _STOPPED = "The vehicle has stopped."
+
+
+@dataclass(frozen=True)
+class FlightParts:
+    """The parts of a flight that its phases share.
+
+    Attributes:
+        config: how to fly.
+        traits: what the vehicle can do.
+        requests: the operations that are requested.
+        follower: leads along the path.
+        arrival: judges the distance to the stop.
+    """
+
+    config: GotoConfig
+    traits: Traits
+    requests: Requester
+    follower: PathFollower
+    arrival: Arrival
 
 
 class Stopping:
@@ -37,7 +63,7 @@ class Stopping:
         """Begin again to look whether the vehicle stands."""
         self._stopped.reset()
 
-    def brake(self, observation: Observation, now: float, since_s: float) -> Step:
+    def brake(self, observation: Observation, now: float, since_s: float) -> Answer:
         """Brake in the air, or on the road, from a time on."""
         located = is_located(observation, self._parts.config.position_stale_s)
         if located and (self._parts.follower.is_stale or self._parts.follower.carrot is None):
@@ -64,7 +90,7 @@ class Stopping:
             return self.ended(self._stopped.failure(timeout_s), observation)
         return None
 
-    def _hold(self, done: str, failed: str, observation: Observation, now: float) -> Step:
+    def _hold(self, done: str, failed: str, observation: Observation, now: float) -> Answer:
         """Let the autopilot stop in a mode of its own, and wait for that.
 
         A PX4 ends a climb so, and a rover that drives by itself rolls on for some time.
@@ -84,7 +110,7 @@ class Stopping:
         setpoint = carrot.setpoint
         return Fly(setpoint if self._parts.traits.flies else without_turn(setpoint, observation))
 
-    def disarm(self, observation: Observation, now: float) -> Step:
+    def disarm(self, observation: Observation, now: float) -> Answer:
         """Disarm on the ground, or stop the take-off of a vehicle that somebody else armed."""
         flies = self._parts.traits.flies and can_move(
             observation, self._parts.traits, self._parts.config.airborne_height_m
@@ -103,7 +129,7 @@ class Stopping:
 
     def _asked(
         self, kind: TaskOperation, failed: str, observation: Observation, now: float
-    ) -> Step | None:
+    ) -> Intent | Outcome | None:
         """Have a last operation done; return the outcome if it failed, and None once it is done."""
         assert self.ending is not None
         timeout_s = self._parts.config.cancel_timeout_s

@@ -13,11 +13,12 @@ from dataclasses import replace
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.conditions import Dwell, Headway, check_departure
+from navigation_core.tasks.conditions import Dwell, Headway
+from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
+from navigation_core.tasks.intents import Outcome, Perform, StopFirst, Wait
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
-from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phased_task import Answer, Handler, PhasedTask
 from navigation_core.tasks.phases import MISSION, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
@@ -73,7 +74,7 @@ class FlyMission(PhasedTask):
             passing_m=max(_PASSING_M, _PASSING_CIRCLES * traits.circle_radius_m),
         )
         self._measures = MissionMeasures(route.waypoints, config, traits)
-        self._armed_by_us = False
+        self._departure = Departure(config, traits, self._requests)
         self._stored = False
         self._left_mode = False
         self._started = False
@@ -95,7 +96,7 @@ class FlyMission(PhasedTask):
             Phase.NAVIGATING: self._watch,
             Phase.PAUSING: self._stop_for_pause,
             Phase.PAUSED: self._stay,
-            Phase.STOPPING: self._stop,
+            Phase.STOPPING: self._halt_for_good,
             Phase.CLEARING: self._clear,
         }
 
@@ -144,22 +145,15 @@ class FlyMission(PhasedTask):
 
     # --- the state machine -----------------------------------------------------------
 
-    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
-        if self._cancel_asked and self._phase not in STOPPING:
-            text = "The goal was cancelled."
-            self._stop_with(Outcome(OutcomeCode.CANCELED, text, None), now)
-        return super()._answer(observation, now)
-
-    def _go(self, phase: Phase, now: float) -> None:
-        super()._go(phase, now)
+    def _go(self, phase: Phase, now: float, handler: Handler | None = None) -> None:
+        super()._go(phase, now, handler)
         self._moved_s = now
         self._headway.restart()
         self._left_s = None
         self._arrival.reset()
         self._stopped.reset()
 
-    def _stop_with(self, ending: Outcome, now: float) -> None:
-        """Bring the vehicle to a stop, and then end with an outcome."""
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> None:
         self._ending = ending
         # A transfer that is cut off leaves neither the old mission nor ours (ArduPilot).
         if self._phase is Phase.UPLOADING and self._requests.current is not None:
@@ -176,9 +170,8 @@ class FlyMission(PhasedTask):
     ) -> Answer:
         """Perform an operation, then continue; a rejection ends the task, motors off if needed."""
         answer = self._requests.perform(Perform(kind), refusal, observation, now)
-        if isinstance(answer, Outcome) and (self._armed_by_us or self._stored):
-            self._stop_with(answer, now)
-            return None
+        if isinstance(answer, Outcome) and (self._departure.arming_asked or self._stored):
+            return StopFirst(answer)
         if answer is None:
             self._go(following, now)
         return answer
@@ -194,9 +187,9 @@ class FlyMission(PhasedTask):
         )
 
     def _upload(self, observation: Observation, now: float) -> Answer:
-        rejection = check_departure(observation, self._config, self._traits)
+        rejection = self._departure.check(observation)
         if rejection is not None:
-            return Outcome(rejection.code, rejection.message, None)
+            return rejection
         timeout_s = self._config.operation_timeout_s + _ITEM_UPLOAD_S * len(self._plan.waypoints)
         answer = self._requests.perform(
             Perform(TaskOperation.UPLOAD_MISSION, mission=self._plan),
@@ -211,28 +204,19 @@ class FlyMission(PhasedTask):
         return answer
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
-        if observation.in_control or not self._traits.control_before_takeoff:
-            return Phase.ARMING
-        return self._do(
-            TaskOperation.TAKE_CONTROL,
-            OutcomeCode.MODE_REFUSED,
-            Phase.ARMING,
-            observation,
-            now,
-        )
+        is_needed = self._traits.control_before_takeoff
+        answer = self._departure.take_control(observation, now, is_needed) or Phase.ARMING
+        return StopFirst(answer) if isinstance(answer, Outcome) else answer
 
     def _arm(self, observation: Observation, now: float) -> Answer:
-        self._armed_by_us = True
-        return self._do(
-            TaskOperation.ARM, OutcomeCode.ARMING_REFUSED, Phase.STARTING, observation, now
-        )
+        answer = self._departure.arm(observation, now) or Phase.STARTING
+        return StopFirst(answer) if isinstance(answer, Outcome) else answer
 
     def _begin(self, observation: Observation, now: float) -> Answer:
         # It may have landed in a pause. Once it was asked to start, it is on its way.
-        rejection = check_departure(observation, self._config, self._traits)
+        rejection = self._departure.check(observation)
         if rejection is not None and self._requests.current is None:
-            self._stop_with(Outcome(rejection.code, rejection.message, None), now)
-            return None
+            return StopFirst(rejection)
         answer = self._do(
             TaskOperation.START_MISSION,
             OutcomeCode.MISSION_REFUSED,
@@ -315,15 +299,13 @@ class FlyMission(PhasedTask):
         limit_s = _STUCK_AFTER_S + self._mission.target.hold_time_s
         if now - self._moved_s > limit_s:
             text = f"The vehicle has not moved for {limit_s:g} s in its mission."
-            self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
-            return None
+            return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         if self._headway.is_lost(self._lengths_m(position), now, self._mission.target.hold_time_s):
             text = (
                 f"The vehicle moves but gets no closer to waypoint {self._mission.current} "
                 "(counted from 0, over all laps)."
             )
-            self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
-            return None
+            return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         return Wait()
 
     def _lengths_m(self, position: Vector3 | None) -> tuple[float, ...]:
@@ -354,15 +336,15 @@ class FlyMission(PhasedTask):
 
     # --- the end ---------------------------------------------------------------------
 
-    def _stop(self, observation: Observation, now: float) -> Answer:
+    def _halt_for_good(self, observation: Observation, now: float) -> Answer:
         if (
             not observation.armed
             and self._requests.current is None
             and not self._arming(observation)
         ):
             return Phase.CLEARING
-        grounded = self._armed_by_us and not self._started
-        down = grounded or (self._armed_by_us and self._measures.on_ground(observation))
+        grounded = self._departure.arming_asked and not self._started
+        down = grounded or (self._departure.arming_asked and self._measures.on_ground(observation))
         kind = TaskOperation.DISARM if down else TaskOperation.HOLD
         timeout_s = self._config.cancel_timeout_s
         answer = None

@@ -8,20 +8,21 @@ To give way to traffic it is sent to another height, or to another place, for a 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.conditions import Dwell, check_departure
+from navigation_core.tasks.conditions import Dwell
+from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
+from navigation_core.tasks.intents import Intent, Outcome, Perform, StopFirst, Wait
 from navigation_core.tasks.measurement import (
-    is_airborne,
     is_located,
     measured_speed,
     measured_state,
 )
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
-from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phased_task import Answer, Handler, PhasedTask
 from navigation_core.tasks.phases import BEFORE_FLIGHT, PLANE, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
@@ -75,10 +76,9 @@ class FlyPlane(PhasedTask):
         self._sent_enu_m: Vector3 | None = None
         self._is_taken = self._was_sent = False
         self._giving_way = PlaneGivingWay(traits)
-        self._stay_enu_m: Vector3 | None = None
         self._speed_told_m_s: float | None = None
         self._speed_problem = ""
-        self._arming_asked = False
+        self._departure = Departure(config, traits, self._requests, self._error_m)
         self._last_enu_m: Vector3 | None = None
         self._circling = Circling(traits.circle_radius_m)
         self._circled = Dwell(config.arrival_dwell_s)
@@ -90,9 +90,6 @@ class FlyPlane(PhasedTask):
             Phase.TAKING_OFF: self._take_off,
             Phase.NAVIGATING: self._fly,
             Phase.SETTLING: self._circle,
-            Phase.PAUSED: self._stay,
-            Phase.STOPPING: self._stop,
-            Phase.DISARMING: self._disarm,
         }
 
     # --- the task protocol -----------------------------------------------------------
@@ -165,8 +162,6 @@ class FlyPlane(PhasedTask):
         return self._phase in _IN_FLIGHT
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
-        if self._cancel_asked and self._phase not in STOPPING:
-            self._go(self._begin_stop(observation), now)
         answer = super()._answer(observation, now)
         if isinstance(answer, Outcome) and self._speed_problem:
             return replace(answer, message=f"{answer.message} {self._speed_problem}")
@@ -176,8 +171,8 @@ class FlyPlane(PhasedTask):
         answer = self._check_flight(observation, now)
         return super()._handle(observation, now) if answer is None else answer
 
-    def _go(self, phase: Phase, now: float) -> None:
-        super()._go(phase, now)
+    def _go(self, phase: Phase, now: float, handler: Handler | None = None) -> None:
+        super()._go(phase, now, handler)
         self._nearest_s = now
         self._nearest_m = float("inf")
         self._circled.reset()
@@ -204,23 +199,19 @@ class FlyPlane(PhasedTask):
         return None
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
-        rejection = check_departure(observation, self._config, self._traits)
+        rejection = self._departure.check(observation)
         if rejection is not None:
-            return self._over(rejection.code, rejection.message, observation)
-        if observation.armed and is_airborne(observation, self._config.airborne_height_m):
+            return rejection
+        if self._departure.moves(observation):
             return Phase.NAVIGATING
         return Phase.TAKING_OFF if observation.armed else Phase.ARMING
 
     def _arm(self, observation: Observation, now: float) -> Answer:
-        self._arming_asked = True
-        refusal = OutcomeCode.ARMING_REFUSED
-        answer = self._requests.perform(Perform(TaskOperation.ARM), refusal, observation, now)
-        return Phase.TAKING_OFF if answer is None else answer
+        return self._departure.arm(observation, now) or Phase.TAKING_OFF
 
     def _take_off(self, observation: Observation, now: float) -> Answer:
-        intent = Perform(TaskOperation.TAKE_OFF, self._takeoff_height_m)
-        answer = self._requests.perform(intent, OutcomeCode.TAKEOFF_REFUSED, observation, now)
-        return Phase.NAVIGATING if answer is None else answer
+        height_m = self._takeoff_height_m
+        return self._departure.take_off(height_m, observation, now) or Phase.NAVIGATING
 
     # --- the flight ------------------------------------------------------------------
 
@@ -262,7 +253,7 @@ class FlyPlane(PhasedTask):
 
     def _fly(self, observation: Observation, now: float) -> Answer:
         if self._pause_asked or observation.position_doubt:
-            return self._begin_stay(observation)
+            return self._begin_stay(observation, now)
         target = self._route.current.position_enu_m
         answer = self._send(target, observation, now)
         if answer is None:
@@ -302,7 +293,7 @@ class FlyPlane(PhasedTask):
     def _circle(self, observation: Observation, now: float) -> Answer:
         """Circle for the dwell, and for the hold time of the waypoint."""
         if self._pause_asked or observation.position_doubt:
-            return self._begin_stay(observation)
+            return self._begin_stay(observation, now)
         waypoint = self._route.current
         answer = self._send(waypoint.position_enu_m, observation, now)
         if self._giving_way.evades:
@@ -347,54 +338,61 @@ class FlyPlane(PhasedTask):
         least_m = observation.ground_enu_m + self._traits.height_min_m
         return (position[0], position[1], max(position[2], least_m))
 
-    def _begin_stay(self, observation: Observation) -> Answer:
-        self._stay_enu_m = self._place_to_stay(observation)
-        return Wait() if self._stay_enu_m is None else Phase.PAUSED
+    def _begin_stay(self, observation: Observation, now: float) -> Answer:
+        place = self._place_to_stay(observation)
+        if place is None:
+            return Wait()
+        self._go(Phase.PAUSED, now, partial(self._stay, place))
+        return None
 
-    def _stay(self, observation: Observation, now: float) -> Answer:
-        assert self._stay_enu_m is not None
-        answer = self._send(self._stay_enu_m, observation, now)
+    def _stay(self, place: Vector3, observation: Observation, now: float) -> Answer:
+        answer = self._send(place, observation, now)
         if answer is None and not (self._pause_asked or observation.position_doubt):
             self._circling = Circling(self._traits.circle_radius_m)
             return Phase.NAVIGATING
-        return Wait() if answer is None else answer
+        return answer or Wait()
 
-    def _begin_stop(self, observation: Observation) -> Phase:
-        flies = observation.armed and is_airborne(observation, self._config.airborne_height_m)
-        if not flies and (self._arming_asked or self._phase is Phase.TAKING_OFF):
-            return Phase.DISARMING
-        self._stay_enu_m = self._place_to_stay(observation) if flies else None
-        return Phase.STOPPING
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
+        flies = self._departure.moves(observation)
+        if not flies and (self._departure.arming_asked or self._phase is Phase.TAKING_OFF):
+            self._go(Phase.DISARMING, now, partial(self._disarm, ending))
+            return None
+        place = self._place_to_stay(observation)
+        if not flies or place is None:
+            return self._ended(ending, "", observation)
+        self._go(Phase.STOPPING, now, partial(self._circle_here, ending, place))
+        return None
 
-    def _stop(self, observation: Observation, now: float) -> Answer:
-        text = "The goal was cancelled."
-        if self._stay_enu_m is None:
-            return self._over(OutcomeCode.CANCELED, text, observation)
-        answer = self._send(self._stay_enu_m, observation, now)
+    def _circle_here(
+        self, ending: Outcome, place: Vector3, observation: Observation, now: float
+    ) -> Answer:
+        answer = self._send(place, observation, now)
         if isinstance(answer, Outcome):
-            return self._over(OutcomeCode.CANCELED, f"{text} {answer.message}", observation)
-        if answer is None:
-            where = "elsewhere, to give way" if self._giving_way.evades else "where it was"
-            text += f" A plane cannot stop: it circles {where}."
-            return self._over(OutcomeCode.CANCELED, text, observation)
-        return answer
+            return self._ended(ending, answer.message, observation)
+        where = "elsewhere, to give way" if self._giving_way.evades else "where it was"
+        text = f"A plane cannot stop: it circles {where}."
+        return answer or self._ended(ending, text, observation)
 
-    def _disarm(self, observation: Observation, now: float) -> Answer:
-        if observation.armed and is_airborne(observation, self._config.airborne_height_m):
-            return self._begin_stop(observation)
-        code, text = OutcomeCode.CANCELED, "The goal was cancelled."
-        answer = self._requests.perform(Perform(TaskOperation.DISARM), code, observation, now)
-        if answer is None:
-            return self._over(code, f"{text} The vehicle is disarmed.", observation)
+    def _disarm(self, ending: Outcome, observation: Observation, now: float) -> Answer:
+        if self._departure.moves(observation):
+            return StopFirst(ending)
+        disarm = Perform(TaskOperation.DISARM)
+        answer = self._requests.perform(disarm, ending.code, observation, now)
         if isinstance(answer, Outcome):
-            text = f"{text} {answer.message} It may still be armed."
-            return self._over(code, text, observation)
-        return answer
+            text = f"{answer.message} It may still be armed."
+            return self._ended(ending, text, observation)
+        return answer or self._ended(ending, "The vehicle is disarmed.", observation)
+
+    def _ended(self, ending: Outcome, text: str, observation: Observation) -> Outcome:
+        return self._over(ending.code, f"{ending.message} {text}".strip(), observation)
 
     def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
+        return Outcome(code, text, self._error_m(observation))
+
+    def _error_m(self, observation: Observation) -> float | None:
         position = observation.position_enu_m
         target = self._route.current.position_enu_m
-        return Outcome(code, text, None if position is None else distance(position, target))
+        return None if position is None else distance(position, target)
 
 
 def _is_refusal(answer: Answer) -> bool:

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 from navigation_core.geometry import Vector3, distance, horizontal_norm, subtract
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.conditions import Dwell, Headway
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
+from navigation_core.tasks.intents import Outcome, Perform, Wait
 from navigation_core.tasks.measurement import is_airborne, measured_speed
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
@@ -89,7 +90,6 @@ class VehicleLed(PhasedTask):
         super().__init__(config, Phase.STARTING)
         self._goal = goal
         self._traits = traits
-        self._cancelled_s = 0.0
         self._landing_seen = False
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
@@ -100,18 +100,15 @@ class VehicleLed(PhasedTask):
         self._circling = Circling(traits.circle_radius_m)
         self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_MIN_S)
         self._stopped = Standstill.of_stop(config, traits)
+        self._handlers = {Phase.STARTING: self._begin, Phase.NAVIGATING: self._watch}
 
     # --- the task protocol -----------------------------------------------------------
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
+        super().start(observation, now)
         self._moved_s = now
         self._moved_from = self._begun_at = self._position(observation)
-
-    def cancel(self, now: float) -> None:
-        """Ask the vehicle to hold where it is."""
-        super().cancel(now)
-        self._cancelled_s = now
 
     def pause(self, now: float) -> Rejection | None:
         """Reject: the vehicle flies by itself."""
@@ -153,36 +150,27 @@ class VehicleLed(PhasedTask):
 
     # --- the state machine -----------------------------------------------------------
 
-    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+    def _handle(self, observation: Observation, now: float) -> Answer:
         speed_m_s = self._speed_m_s(observation)
         if observation.armed and speed_m_s > _CRASH_SPEED_MIN_M_S:
             self._fast = (now, speed_m_s)
-        if self._cancel_asked and self._phase is not Phase.STOPPING:
-            self._go(Phase.STOPPING, now)
         if self._on_ground(observation) and self._traits.flies:
             return self._on_the_ground(observation, now)
-        if self._phase is Phase.STOPPING:
-            return self._stop(observation, now)
-        if self._phase is Phase.STARTING:
-            if (
-                observation.airborne is False
-                and self._traits.flies
-                and self._requests.current is None
-            ):
-                # Its mode for a return might begin with a climb.
-                text = f"The vehicle is on the ground; no {self._goal.name} is needed."
-                return Outcome(OutcomeCode.NOT_FLYING, text, None)
-            answer = self._ask(Perform(self._goal.operation), observation, now)
-            if answer is not None:
-                return answer
-            self._go(Phase.NAVIGATING, now)
-            self._moved_s = now
-        return self._watch(observation, now)
+        return super()._handle(observation, now)
 
-    def _ask(self, intent: Perform, observation: Observation, now: float) -> Answer:
-        return self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
+    def _begin(self, observation: Observation, now: float) -> Answer:
+        grounded = observation.airborne is False and self._traits.flies
+        if grounded and self._requests.current is None:
+            # Its mode for a return might begin with a climb.
+            text = f"The vehicle is on the ground; no {self._goal.name} is needed."
+            return Outcome(OutcomeCode.NOT_FLYING, text, None)
+        self._moved_s = now
+        return self._ask(self._goal.operation, observation, now) or Phase.NAVIGATING
 
-    def _watch(self, observation: Observation, now: float) -> Intent | Outcome:
+    def _ask(self, kind: TaskOperation, observation: Observation, now: float) -> Answer:
+        return self._requests.perform(Perform(kind), OutcomeCode.MODE_REFUSED, observation, now)
+
+    def _watch(self, observation: Observation, now: float) -> Answer:
         if not observation.armed and not self._traits.flies:
             return self._disarmed(observation, now)
         if self._arrived.holds(self._at_launch(observation), now):
@@ -239,20 +227,23 @@ class VehicleLed(PhasedTask):
             return (height_m,)
         return (way_m, height_m, max(_RETURN_HEIGHT_MAX_M - height_m, 0.0))
 
-    def _stop(self, observation: Observation, now: float) -> Intent | Outcome:
-        answer = self._ask(Perform(TaskOperation.HOLD), observation, now)
-        if isinstance(answer, Outcome):
-            return Outcome(OutcomeCode.CANCELED, f"The goal was cancelled. {answer.message}", None)
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> None:
+        self._go(Phase.STOPPING, now, partial(self._hold, ending))
+
+    def _hold(self, ending: Outcome, observation: Observation, now: float) -> Answer:
+        answer = self._ask(TaskOperation.HOLD, observation, now)
         still = self._stopped.holds(observation, self._config.position_stale_s)
-        if answer is None and not self._traits.hovers:
-            return Outcome(OutcomeCode.CANCELED, "The goal was cancelled; it circles.", None)
-        if answer is None and still:
-            text = "The goal was cancelled. The vehicle has stopped."
-            return Outcome(OutcomeCode.CANCELED, text, None)
-        if now - self._cancelled_s > self._config.cancel_timeout_s:
-            text = f"The goal was cancelled. {self._stopped.failure(self._config.cancel_timeout_s)}"
-            return Outcome(OutcomeCode.CANCELED, text, None)
-        return Wait() if answer is None else answer
+        if isinstance(answer, Outcome):
+            text = answer.message
+        elif answer is None and not self._traits.hovers:
+            text = "It circles."
+        elif answer is None and still:
+            text = "The vehicle has stopped."
+        elif now - self._phase_since_s > self._config.cancel_timeout_s:
+            text = self._stopped.failure(self._config.cancel_timeout_s)
+        else:
+            return answer or Wait()
+        return Outcome(ending.code, f"{ending.message} {text}", None)
 
     def _on_the_ground(self, observation: Observation, now: float) -> Wait | Outcome:
         fast_s, speed_m_s = self._fast
