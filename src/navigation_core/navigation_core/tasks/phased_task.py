@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import ClassVar, TypeAlias
 
 from navigation_core.geometry import KinematicState, Vector3
@@ -49,9 +49,8 @@ class PhasedTask(Task):
         self._pause_asked = False
         self._outcome: Outcome | None = None
         self._path_enu_m: tuple[Vector3, ...] = ()
-        self._handlers: Mapping[Phase, Handler] = {}
-        # What answers in a phase that has data of its own, which begin and end with it.
-        self._handler: Handler | None = None
+        # A phase that has data of its own gets its handler, with them, when it begins.
+        self._handlers: dict[Phase, Handler] = {}
 
     # --- the task protocol -----------------------------------------------------------
 
@@ -138,7 +137,7 @@ class PhasedTask(Task):
 
     def _handle(self, observation: Observation, now: float) -> Answer:
         """Return the answer of the present phase."""
-        return (self._handler or self._handlers[self._phase])(observation, now)
+        return self._handlers[self._phase](observation, now)
 
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
         """Begin to stop the vehicle, to end with an outcome; return it if nothing is to be stopped.
@@ -150,15 +149,9 @@ class PhasedTask(Task):
         """
         return ending
 
-    def _go(self, phase: Phase, now: float, handler: Handler | None = None) -> None:
-        """Begin another phase.
-
-        Args:
-            phase: the phase.
-            now: time in seconds.
-            handler: answers in it, with the data of the phase; None for the usual one.
-        """
+    def _go(self, phase: Phase, now: float) -> None:
+        """Begin another phase."""
         check_change(self.table, self._phase, phase)
-        self._phase, self._handler = phase, handler
+        self._phase = phase
         self._phase_since_s = now
         self._requests.forget()

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
-from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.replanner import Decision
 from navigation_core.tasks.conditions import Dwell, stand_on_ground
@@ -18,7 +19,7 @@ from navigation_core.tasks.departure import Departure, is_pending
 from navigation_core.tasks.flying.arrival import Arrival
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.flying.itinerary import Itinerary, Section
-from navigation_core.tasks.flying.stopping import FlightParts, Stopping
+from navigation_core.tasks.flying.stopping import FlightParts, Stopping, led
 from navigation_core.tasks.intents import (
     Fly,
     Intent,
@@ -34,11 +35,12 @@ from navigation_core.tasks.leading.path_in_traffic import PathInTraffic
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.leading.turning_circle import Pursuer
-from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.tasks.measurement import Located, is_located, located
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
-from navigation_core.tasks.phased_task import Answer, Handler, PhasedTask
+from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import FLIGHT, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.standstill import Standstill
 from navigation_core.trajectories.trajectory import TrajectoryError
 
 _PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
@@ -75,9 +77,12 @@ class SetpointFlight(PhasedTask):
         self._in_traffic = PathInTraffic(traits, self._follower, terms.avoidance)
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)
-        parts = FlightParts(config, traits, self._requests, self._follower, self._arrival)
+        still = Standstill.of_stop(config, traits)
+        self._parts = FlightParts(
+            config, traits, self._requests, self._follower, self._arrival, still
+        )
         self._departure = Departure(config, traits, self._requests, self._arrival.error_m)
-        self._stopping = Stopping(parts)
+        self._stopping: Stopping | None = None
         self._pursuit = Pursuit(traits)
         self._handover_s = terms.handover.time_s
         self._by_itself = terms.handover.by_itself  # until the first change of phase
@@ -95,14 +100,11 @@ class SetpointFlight(PhasedTask):
             Phase.TAKING_OFF: self._take_off,
             Phase.NAVIGATING: self._navigate,
             Phase.SETTLING: self._settle,
-            Phase.BLOCKED: self._wait_for_path,
             Phase.HOLDING: self._hold,
             Phase.PAUSED: self._stay,
-            Phase.STOPPING: lambda observation, now: self._stopping.brake(
-                observation, now, self._phase_since_s
-            ),
-            Phase.DISARMING: self._stopping.disarm,
         }
+        if self._avoider is not None:
+            self._handlers[Phase.BLOCKED] = partial(self._wait_for_path, self._avoider)
         self._set_section(section)
 
     # --- the task protocol -----------------------------------------------------------
@@ -238,21 +240,19 @@ class SetpointFlight(PhasedTask):
             self._follower.plan_stop(observation)
             self._go(Phase.PAUSED, now)
 
-    def _go(self, phase: Phase, now: float, handler: Handler | None = None) -> None:
-        super()._go(phase, now, handler)
+    def _go(self, phase: Phase, now: float) -> None:
+        super()._go(phase, now)
         self._by_itself = False
         self._arrival.restart()
-        self._stopping.restart()
 
     def _forget(self) -> None:
         """Drop what a time without steps makes worthless."""
         self._follower.is_stale = True
         self._arrival.forget()
-        self._stopping.restart()
+        self._parts.still.reset()
         self._landed.reset()
 
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
-        self._stopping.ending = ending
         arming_asked = self._departure.arming_asked
         preparing = self._phase is Phase.PREPARING
         inherited = preparing and self._follower.commanded is not None
@@ -268,6 +268,9 @@ class SetpointFlight(PhasedTask):
         taking_control = observation.airborne is True and is_pending(
             observation, TaskOperation.TAKE_CONTROL
         )
+        self._stopping = stopping = Stopping(self._parts, ending, arming_asked or arming, now)
+        self._handlers[Phase.STOPPING] = stopping.brake
+        self._handlers[Phase.DISARMING] = stopping.disarm
         if self._phase in _FLYING or (observation.in_control and (inherited or taken)):
             self._follower.plan_stop(observation)
             self._go(Phase.STOPPING, now)
@@ -278,7 +281,6 @@ class SetpointFlight(PhasedTask):
             or taking_control
             or (self._by_itself and not observation.in_control and self._movable(observation))
         ):
-            self._stopping.armed_for_us = arming_asked or arming
             self._go(Phase.DISARMING, now)
         else:
             return ending
@@ -299,7 +301,7 @@ class SetpointFlight(PhasedTask):
             return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
         on_ground = observation.airborne is False and self._traits.flies
         if self._landed.holds(on_ground, now):
-            if self._stopping.ending is not None:
+            if self._stopping is not None:
                 return self._stopping.ended("The vehicle is on the ground.", observation)
             text = f"The vehicle has been on the ground for {self._config.landed_timeout_s:g} s."
             return self._over(OutcomeCode.LANDED, text, observation)
@@ -356,7 +358,8 @@ class SetpointFlight(PhasedTask):
         self._go(Phase.NAVIGATING if may_begin else Phase.BLOCKED, now)
 
     def _navigate(self, observation: Observation, now: float) -> Answer:
-        if not is_located(observation, self._config.position_stale_s):
+        here = located(observation, self._config.position_stale_s)
+        if here is None:
             return self._lose_position(observation)
         share = self._in_traffic.step(observation, now)
         if self._follower.is_stale or self._follower.carrot is None:
@@ -364,16 +367,14 @@ class SetpointFlight(PhasedTask):
             share = self._in_traffic.step(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             return Phase.BLOCKED
-        if self._phase is not Phase.NAVIGATING:
+        carrot, waiting = self._follower.carrot, self._in_traffic.waiting
+        if carrot is None or self._phase is not Phase.NAVIGATING:
             return None
-        if self._in_traffic.is_over(observation, now):
-            assert self._in_traffic.waiting is not None
-            return self._over(OutcomeCode.TRAFFIC, self._in_traffic.waiting.text, observation)
-        path = self._walk(observation, share)
-        carrot = self._follower.carrot
-        assert carrot is not None
+        if waiting is not None and self._in_traffic.is_over(observation, now):
+            return self._over(OutcomeCode.TRAFFIC, waiting.text, observation)
+        path = self._walk(carrot, here, observation, share)
         if self._in_traffic.leads_elsewhere:
-            return Fly(self._setpoint(carrot, observation, path))
+            return Fly(self._setpoint(carrot, here, observation, path))
         if carrot.arrived if path is None else path.left_m <= self._arrival.radius_m:
             carrot.finish()
             return Phase.SETTLING
@@ -381,13 +382,13 @@ class SetpointFlight(PhasedTask):
             return self._arrival.timeout("The vehicle made no progress", observation)
         if carrot.distance_remaining_m < self._least_left_m - _PROGRESS_MIN_M:
             self._least_left_m, self._held_s = carrot.distance_remaining_m, 0.0
-        return Fly(self._setpoint(carrot, observation, path))
+        return Fly(self._setpoint(carrot, here, observation, path))
 
-    def _walk(self, observation: Observation, share: float) -> DrivenPath | None:
+    def _walk(
+        self, carrot: Carrot, here: Located, observation: Observation, share: float
+    ) -> DrivenPath | None:
         """Move the setpoint on at a share of its speed; return the path ahead of what drives."""
-        carrot = self._follower.carrot
-        assert carrot is not None
-        here_enu_m = measured_state(observation).position_enu_m
+        here_enu_m = here.state.position_enu_m
         path = None
         if self._traits.flies:
             share = min(share, self._run_out_limiter.speed_share(carrot, observation))
@@ -403,9 +404,10 @@ class SetpointFlight(PhasedTask):
         return path
 
     def _settle(self, observation: Observation, now: float) -> Answer:
-        if not is_located(observation, self._config.position_stale_s):
+        here, carrot = located(observation, self._config.position_stale_s), self._follower.carrot
+        if here is None:
             return self._lose_position(observation)
-        if self._follower.is_stale:
+        if self._follower.is_stale or carrot is None:
             return Phase.NAVIGATING
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
             return Phase.BLOCKED
@@ -415,33 +417,33 @@ class SetpointFlight(PhasedTask):
             return None
         arrival = self._arrival
         if arrival.holds(observation, now, arrival.is_turned(observation)):
-            return self._arrived(observation, now)
+            return self._arrived(here)
         if now - self._phase_since_s > arrival.patience_s + arrival.hold_time_s:
             return arrival.timeout("The vehicle did not settle", observation)
-        assert self._follower.carrot is not None
-        return Fly(self._setpoint(self._follower.carrot, observation))
+        return Fly(self._setpoint(carrot, here, observation))
 
     def _setpoint(
-        self, carrot: Carrot, observation: Observation, path: DrivenPath | None = None
+        self,
+        carrot: Carrot,
+        here: Located,
+        observation: Observation,
+        path: DrivenPath | None = None,
     ) -> Setpoint:
         """Return what leads the vehicle along: the carrot, or a velocity along the path."""
         if self._traits.flies:
             return carrot.setpoint
-        here, yaw = measured_state(observation), observation.yaw_enu_rad
-        assert yaw is not None
         return self._pursuit.follow(
             path,
             carrot.trajectory.end_position_enu_m,
-            Pursuer(here.position_enu_m, here.velocity_enu_m_s, yaw),
+            Pursuer(here.state.position_enu_m, here.velocity_enu_m_s, here.yaw_enu_rad),
             self._follower.limits,
             self._arrival.radius_m,
             observation.time_s,
         )
 
-    def _arrived(self, observation: Observation, now: float) -> Answer:
+    def _arrived(self, here: Located) -> Answer:
         """End, or continue; the vehicle has been near, turned and slow for its time."""
-        error_m = self._arrival.error_m(observation)
-        assert error_m is not None
+        error_m = distance(here.position_enu_m, self._arrival.goal.position_enu_m)
         ending = self._itinerary.arrive(error_m)
         if ending is not None:
             return ending
@@ -454,7 +456,7 @@ class SetpointFlight(PhasedTask):
         return Phase.HOLDING
 
     def _hold(self, observation: Observation, now: float) -> Answer:
-        located = is_located(observation, self._config.position_stale_s)
+        is_known = is_located(observation, self._config.position_stale_s)
         held_s = self._held_s + now - self._phase_since_s
         if held_s > self._arrival.patience_s and not self._pause_asked:
             # Each time it comes back the flight restarts, and with it all other patience.
@@ -463,13 +465,13 @@ class SetpointFlight(PhasedTask):
                 "total without getting closer."
             )
             return Outcome(OutcomeCode.NO_POSITION, text, None)
-        if located and not observation.position_doubt:
+        if is_known and not observation.position_doubt:
             if self._doubted:
                 self._doubted = False
                 self._forget()
             self._held_s = 0.0 if self._pause_asked else held_s
             return Phase.NAVIGATING
-        if located:
+        if is_known:
             self._phase_since_s = now  # it is not lost; for how long it may be in doubt is not ours
         timeout_s = self._config.position_timeout_s
         age_s = observation.position_age_s
@@ -481,7 +483,7 @@ class SetpointFlight(PhasedTask):
             )
             return Outcome(OutcomeCode.NO_POSITION, text, None)
         self._follower.walk(None)
-        return self._stopping.led(observation)
+        return led(self._parts, observation)
 
     def _stay(self, observation: Observation, now: float) -> Answer:
         """Stand still where the pause came, until it is over."""
@@ -500,22 +502,22 @@ class SetpointFlight(PhasedTask):
         elif not self._in_traffic.gives_way(observation, now) and self._avoider is not None:
             self._avoider.give_way(observation, now)
         self._follower.walk(None)
-        return self._stopping.led(observation)
+        return led(self._parts, observation)
 
-    def _wait_for_path(self, observation: Observation, now: float) -> Answer:
+    def _wait_for_path(self, avoider: Avoider, observation: Observation, now: float) -> Answer:
         """Stand still until obstacles leave a path, or it has taken too long."""
-        assert self._avoider is not None
-        if not is_located(observation, self._config.position_stale_s):
+        here = located(observation, self._config.position_stale_s)
+        if here is None:
             return self._lose_position(observation)
         # A vehicle that is at its target already only waits to be slow; but the first search,
         # without a reason yet, is no obstacle to a goal that is close by, or a turn.
-        is_blocked = bool(self._avoider.reason)
+        is_blocked = bool(avoider.reason)
         if is_blocked and self._arrival.holds(observation, now):
-            return self._arrived(observation, now)
+            return self._arrived(here)
         is_there = is_blocked and self._arrival.is_near(observation)
-        decision = self._avoider.wait(observation, now, may_plan=not is_there)
+        decision = avoider.wait(observation, now, may_plan=not is_there)
         if decision is Decision.GIVE_UP:
-            return self._over(*self._avoider.failure(), observation)
+            return self._over(*avoider.failure(), observation)
         if decision is Decision.REPLAN:
             self._begin_flight(observation, now)
             if self._phase is not Phase.BLOCKED:

@@ -13,9 +13,9 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.conditions import Dwell, stand_on_ground
 from navigation_core.tasks.departure import Departure, is_pending
 from navigation_core.tasks.intents import Intent, Outcome, Perform, StopFirst, Wait
-from navigation_core.tasks.measurement import is_located
+from navigation_core.tasks.measurement import Located, is_located, located
 from navigation_core.tasks.observation import Observation, TaskOperation
-from navigation_core.tasks.phased_task import Answer, Handler, PhasedTask
+from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import STOPPING, VELOCITY, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
@@ -109,8 +109,8 @@ class FollowVelocity(PhasedTask):
         ended = self._check_vehicle(observation, now)
         return ended or super()._handle(observation, now)
 
-    def _go(self, phase: Phase, now: float, handler: Handler | None = None) -> None:
-        super()._go(phase, now, handler)
+    def _go(self, phase: Phase, now: float) -> None:
+        super()._go(phase, now)
         self._by_itself = False
 
     def _forget(self) -> None:
@@ -123,10 +123,12 @@ class FollowVelocity(PhasedTask):
         led = self._steersman.commanded is not None
         self._still.reset()
         if led and observation.in_control:
-            self._go(Phase.STOPPING, now, partial(self._brake, ending))
+            self._handlers[Phase.STOPPING] = partial(self._brake, ending)
+            self._go(Phase.STOPPING, now)
         elif asked and self._departure.moves(observation):
             # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
-            self._go(Phase.RELEASING, now, partial(self._release, ending))
+            self._handlers[Phase.RELEASING] = partial(self._release, ending)
+            self._go(Phase.RELEASING, now)
         else:
             return ending
         return None
@@ -171,8 +173,8 @@ class FollowVelocity(PhasedTask):
         return Phase.NAVIGATING
 
     def _follow(self, observation: Observation, now: float) -> Answer:
-        located = is_located(observation, self._config.position_stale_s)
-        if not located or observation.position_doubt:
+        here = located(observation, self._config.position_stale_s)
+        if here is None or observation.position_doubt:
             return Phase.HOLDING
         command = self._current(observation, now)
         if self._pause_asked:
@@ -182,7 +184,7 @@ class FollowVelocity(PhasedTask):
             ending = self._idle(now)
             if ending is not None:
                 return StopFirst(ending)
-        return self._lead(observation, command, now)
+        return self._lead(here, observation, command, now)
 
     def _current(self, observation: Observation, now: float) -> VelocityCommand | None:
         """Return the command that counts now, or None."""
@@ -208,12 +210,12 @@ class FollowVelocity(PhasedTask):
     def _hold(self, observation: Observation, now: float) -> Answer:
         """Stand by velocity until it is known again where the vehicle is."""
         self._status = Status.HOLDING
-        located = is_located(observation, self._config.position_stale_s)
-        if located and not observation.position_doubt:
+        is_known = is_located(observation, self._config.position_stale_s)
+        if is_known and not observation.position_doubt:
             self._forget()
             self._command_s = now
             return Phase.NAVIGATING
-        if located:
+        if is_known:
             self._phase_since_s = now  # for how long it may be in doubt is not ours
         timeout_s = self._config.position_timeout_s
         if now - self._phase_since_s > timeout_s:
@@ -235,9 +237,10 @@ class FollowVelocity(PhasedTask):
         timeout_s = self._config.cancel_timeout_s
         if now - self._phase_since_s > timeout_s:
             return _ended(ending, self._still.failure(timeout_s))
-        if not is_located(observation, self._config.position_stale_s) or observation.position_doubt:
+        here = located(observation, self._config.position_stale_s)
+        if here is None or observation.position_doubt:
             return self._steersman.hold(observation)
-        return self._steersman.lead(observation, None, self._dt_s)
+        return self._steersman.lead(here, observation, None, self._dt_s)
 
     def _release(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         self._status = Status.CANCELLING
@@ -260,9 +263,9 @@ class FollowVelocity(PhasedTask):
         return Wait()
 
     def _lead(
-        self, observation: Observation, command: VelocityCommand | None, now: float
+        self, here: Located, observation: Observation, command: VelocityCommand | None, now: float
     ) -> Intent | Outcome:
-        answer = self._steersman.lead(observation, command, self._dt_s)
+        answer = self._steersman.lead(here, observation, command, self._dt_s)
         obstruction, patience_s = self._steersman.obstruction, self._steersman.sensor_patience_s
         if not obstruction.is_silent:
             self._silent_s = None

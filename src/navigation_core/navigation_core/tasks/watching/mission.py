@@ -10,6 +10,7 @@ a switch of the mode.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
@@ -18,7 +19,7 @@ from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome, Perform, StopFirst, Wait
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
-from navigation_core.tasks.phased_task import Answer, Handler, PhasedTask
+from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import MISSION, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
@@ -79,7 +80,6 @@ class FlyMission(PhasedTask):
         self._left_mode = False
         self._started = False
         self._speed_told = True
-        self._ending: Outcome | None = None
         self._left_s: float | None = None
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
@@ -96,8 +96,6 @@ class FlyMission(PhasedTask):
             Phase.NAVIGATING: self._watch,
             Phase.PAUSING: self._stop_for_pause,
             Phase.PAUSED: self._stay,
-            Phase.STOPPING: self._halt_for_good,
-            Phase.CLEARING: self._clear,
         }
 
     # --- the task protocol -----------------------------------------------------------
@@ -145,8 +143,8 @@ class FlyMission(PhasedTask):
 
     # --- the state machine -----------------------------------------------------------
 
-    def _go(self, phase: Phase, now: float, handler: Handler | None = None) -> None:
-        super()._go(phase, now, handler)
+    def _go(self, phase: Phase, now: float) -> None:
+        super()._go(phase, now)
         self._moved_s = now
         self._headway.restart()
         self._left_s = None
@@ -154,7 +152,7 @@ class FlyMission(PhasedTask):
         self._stopped.reset()
 
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> None:
-        self._ending = ending
+        self._handlers[Phase.STOPPING] = partial(self._come_to_rest, ending)
         # A transfer that is cut off leaves neither the old mission nor ours (ArduPilot).
         if self._phase is Phase.UPLOADING and self._requests.current is not None:
             self._stored = True
@@ -336,13 +334,13 @@ class FlyMission(PhasedTask):
 
     # --- the end ---------------------------------------------------------------------
 
-    def _halt_for_good(self, observation: Observation, now: float) -> Answer:
+    def _come_to_rest(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         if (
             not observation.armed
             and self._requests.current is None
             and not self._arming(observation)
         ):
-            return Phase.CLEARING
+            return self._begin_to_clear(ending)
         grounded = self._departure.arming_asked and not self._started
         down = grounded or (self._departure.arming_asked and self._measures.on_ground(observation))
         kind = TaskOperation.DISARM if down else TaskOperation.HOLD
@@ -353,15 +351,13 @@ class FlyMission(PhasedTask):
                 Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s
             )
         if isinstance(answer, Outcome):
-            self._add_to_ending(answer.message)
-            return Phase.CLEARING
+            return self._begin_to_clear(ending, answer.message)
         if answer is not None:
             return answer
         over = now - self._phase_since_s > self._config.cancel_timeout_s
         stopped = self._stopped.holds(observation, self._config.position_stale_s)
         if stopped or not self._traits.hovers or over:
-            self._add_to_ending(self._how_it_stopped(stopped))
-            return Phase.CLEARING
+            return self._begin_to_clear(ending, self._how_it_stopped(stopped))
         return Wait()
 
     def _how_it_stopped(self, stopped: bool) -> str:
@@ -371,35 +367,33 @@ class FlyMission(PhasedTask):
             return "It has stopped."
         return self._stopped.failure(self._config.cancel_timeout_s)
 
-    def _clear(self, observation: Observation, now: float) -> Answer:
-        assert self._ending is not None
+    def _begin_to_clear(self, ending: Outcome, *texts: str) -> Phase:
+        ending = replace(ending, message=" ".join((ending.message, *texts)))
+        self._handlers[Phase.CLEARING] = partial(self._clear, ending)
+        return Phase.CLEARING
+
+    def _clear(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         # A PX4 that stands in its mission mode without a mission will not arm again.
         stands_in_mode = not observation.armed and observation.mode is VehicleMode.MISSION
         if stands_in_mode and not self._left_mode:
             hold = Perform(TaskOperation.HOLD)
-            answer = self._requests.perform(hold, self._ending.code, observation, now, _CLEAR_MAX_S)
+            answer = self._requests.perform(hold, ending.code, observation, now, _CLEAR_MAX_S)
             if answer is not None and not isinstance(answer, Outcome):
                 return answer
             self._left_mode = True
         changed = observation.mission is not None and observation.mission.changed
         if not self._stored or changed:
-            return self._ending
+            return ending
         answer = self._requests.perform(
             Perform(TaskOperation.CLEAR_MISSION),
-            self._ending.code,
+            ending.code,
             observation,
             now,
             _CLEAR_MAX_S,
         )
         if isinstance(answer, Outcome):
-            self._add_to_ending(answer.message)
-        elif answer is not None:
-            return answer
-        return self._ending
-
-    def _add_to_ending(self, text: str) -> None:
-        assert self._ending is not None
-        self._ending = replace(self._ending, message=f"{self._ending.message} {text}")
+            return replace(ending, message=f"{ending.message} {answer.message}")
+        return answer or ending
 
     def _holds_already(self, observation: Observation) -> bool:
         """Whether it is in its hold mode, and nobody here has asked for another one."""

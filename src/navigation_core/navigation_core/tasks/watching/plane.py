@@ -17,12 +17,11 @@ from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform, StopFirst, Wait
 from navigation_core.tasks.measurement import (
-    is_located,
+    located,
     measured_speed,
-    measured_state,
 )
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
-from navigation_core.tasks.phased_task import Answer, Handler, PhasedTask
+from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import BEFORE_FLIGHT, PLANE, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
@@ -171,8 +170,8 @@ class FlyPlane(PhasedTask):
         answer = self._check_flight(observation, now)
         return super()._handle(observation, now) if answer is None else answer
 
-    def _go(self, phase: Phase, now: float, handler: Handler | None = None) -> None:
-        super()._go(phase, now, handler)
+    def _go(self, phase: Phase, now: float) -> None:
+        super()._go(phase, now)
         self._nearest_s = now
         self._nearest_m = float("inf")
         self._circled.reset()
@@ -253,7 +252,7 @@ class FlyPlane(PhasedTask):
 
     def _fly(self, observation: Observation, now: float) -> Answer:
         if self._pause_asked or observation.position_doubt:
-            return self._begin_stay(observation, now)
+            return self._begin_stay(observation)
         target = self._route.current.position_enu_m
         answer = self._send(target, observation, now)
         if answer is None:
@@ -262,9 +261,10 @@ class FlyPlane(PhasedTask):
             answer = self._check_headway(observation, now)
         if answer is not None:
             return answer
-        if not is_located(observation, self._config.position_stale_s):
+        known = located(observation, self._config.position_stale_s)
+        if known is None:
             return Wait()
-        here = measured_state(observation)
+        here = known.state
         position = here.position_enu_m
         if self._route.passed(position, here.velocity_enu_m_s):
             return self._next(observation, now)
@@ -293,7 +293,7 @@ class FlyPlane(PhasedTask):
     def _circle(self, observation: Observation, now: float) -> Answer:
         """Circle for the dwell, and for the hold time of the waypoint."""
         if self._pause_asked or observation.position_doubt:
-            return self._begin_stay(observation, now)
+            return self._begin_stay(observation)
         waypoint = self._route.current
         answer = self._send(waypoint.position_enu_m, observation, now)
         if self._giving_way.evades:
@@ -304,9 +304,10 @@ class FlyPlane(PhasedTask):
         if now - self._phase_since_s > _STUCK_AFTER_S + waypoint.hold_time_s:
             text = "The vehicle did not stay on its circle around the target."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
-        if not is_located(observation, self._config.position_stale_s):
+        known = located(observation, self._config.position_stale_s)
+        if known is None:
             return Wait()
-        here = measured_state(observation)
+        here = known.state
         level = abs(here.velocity_enu_m_s[2]) <= _LEVEL_CLIMB_MAX_M_S
         on_circle = self._circling.watch(here.position_enu_m, waypoint.position_enu_m) and level
         settled = self._circled.holds(on_circle, now - observation.position_age_s)
@@ -338,12 +339,12 @@ class FlyPlane(PhasedTask):
         least_m = observation.ground_enu_m + self._traits.height_min_m
         return (position[0], position[1], max(position[2], least_m))
 
-    def _begin_stay(self, observation: Observation, now: float) -> Answer:
+    def _begin_stay(self, observation: Observation) -> Answer:
         place = self._place_to_stay(observation)
         if place is None:
             return Wait()
-        self._go(Phase.PAUSED, now, partial(self._stay, place))
-        return None
+        self._handlers[Phase.PAUSED] = partial(self._stay, place)
+        return Phase.PAUSED
 
     def _stay(self, place: Vector3, observation: Observation, now: float) -> Answer:
         answer = self._send(place, observation, now)
@@ -355,12 +356,14 @@ class FlyPlane(PhasedTask):
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
         flies = self._departure.moves(observation)
         if not flies and (self._departure.arming_asked or self._phase is Phase.TAKING_OFF):
-            self._go(Phase.DISARMING, now, partial(self._disarm, ending))
+            self._handlers[Phase.DISARMING] = partial(self._disarm, ending)
+            self._go(Phase.DISARMING, now)
             return None
         place = self._place_to_stay(observation)
         if not flies or place is None:
             return self._ended(ending, "", observation)
-        self._go(Phase.STOPPING, now, partial(self._circle_here, ending, place))
+        self._handlers[Phase.STOPPING] = partial(self._circle_here, ending, place)
+        self._go(Phase.STOPPING, now)
         return None
 
     def _circle_here(

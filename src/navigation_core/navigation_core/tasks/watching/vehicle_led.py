@@ -228,7 +228,8 @@ class VehicleLed(PhasedTask):
         return (way_m, height_m, max(_RETURN_HEIGHT_MAX_M - height_m, 0.0))
 
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> None:
-        self._go(Phase.STOPPING, now, partial(self._hold, ending))
+        self._handlers[Phase.STOPPING] = partial(self._hold, ending)
+        self._go(Phase.STOPPING, now)
 
     def _hold(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         answer = self._ask(TaskOperation.HOLD, observation, now)
@@ -293,25 +294,19 @@ class VehicleLed(PhasedTask):
         """Whether a vehicle that does not land is where it was to return to."""
         if self._goal is not RETURN_TO_LAUNCH or observation.mode is not VehicleMode.RETURN:
             return False
-        home_m = self._home_m(observation)
-        if home_m is None:
+        position, home = self._position(observation), observation.home_enu_m
+        if position is None or home is None:
             return False
+        home_m = horizontal_norm(subtract(position, home))
         if not self._traits.hovers:
-            return self._is_about_launch(observation, home_m)
+            # It circles at the height of its return, whatever that is, perhaps further off.
+            rounds = self._circling.watch(position, (home[0], home[1], position[2]))
+            return rounds or home_m <= _CIRCLE_SHARE * self._traits.circle_radius_m
         if self._traits.flies:
             return False  # it lands there
         speed_m_s = measured_speed(observation)
         slow = speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s
         return slow and home_m <= self._arrival_m()
-
-    def _is_about_launch(self, observation: Observation, home_m: float) -> bool:
-        """Whether a plane is as near as its circle, or goes round the launch point further off."""
-        position, home = observation.position_enu_m, observation.home_enu_m
-        assert position is not None
-        assert home is not None
-        # It circles at the height of its return, whatever that is.
-        rounds = self._circling.watch(position, (home[0], home[1], position[2]))
-        return rounds or home_m <= _CIRCLE_SHARE * self._traits.circle_radius_m
 
     def _arrival_m(self) -> float:
         """A ground vehicle stops within its own waypoint radius (WP_RADIUS is 2 m), or about."""
