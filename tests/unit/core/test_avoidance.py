@@ -292,8 +292,6 @@ def test_a_silent_link_while_blocked_is_survived() -> None:
     def change(elapsed_s: float) -> None:
         vehicle.obstacles = WALL if 1.0 <= elapsed_s < 9.0 else NOTHING
         vehicle.connected = not 5.0 <= elapsed_s < 7.0
-        if elapsed_s == pytest.approx(7.0):
-            task.resume(vehicle.observe(), vehicle.now)
 
     assert fly(task, vehicle, change).outcome.code is OutcomeCode.SUCCESS
 

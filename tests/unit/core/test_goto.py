@@ -760,20 +760,6 @@ def test_a_target_that_is_not_a_number_never_becomes_a_setpoint(bad: float) -> N
     assert flight.setpoints == []
 
 
-def test_resume_replans_without_a_gap() -> None:
-    vehicle, task = hovering(), goto((40.0, 0.0, 2.5))
-
-    def blow_away(elapsed_s: float) -> None:
-        if elapsed_s == pytest.approx(2.0):
-            vehicle.position, vehicle.velocity = (5.0, 9.0, 2.5), (0.0, 0.0, 0.0)
-            task.resume(vehicle.observe(), vehicle.now)
-
-    flight = fly(task, vehicle, blow_away)
-    after = next(f for t, f in flight.setpoints if t >= 102.0 - 1e-6)
-    assert distance(after.setpoint.position_enu_m, (5.0, 9.0, 2.5)) < 0.01
-    assert flight.outcome.code is OutcomeCode.SUCCESS
-
-
 # --- the carrot ------------------------------------------------------------------------
 
 

@@ -90,6 +90,10 @@ class Outcome:
     message: str
     final_error_m: float | None
 
+    def after(self, stop: str, final_error_m: float | None = None) -> Outcome:
+        """Return it for a vehicle that was stopped first, with how that went, a sentence."""
+        return Outcome(self.code, f"{self.message} {stop}", final_error_m)
+
 
 @dataclass(frozen=True)
 class StopFirst:

@@ -115,9 +115,6 @@ class PhasedTask(Task):
         """No: any change of mode that was not requested is somebody taking over."""
         return False
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Nothing was missed in a time without steps."""
-
     # --- the state machine -----------------------------------------------------------
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:

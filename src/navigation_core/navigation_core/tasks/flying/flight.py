@@ -157,11 +157,6 @@ class SetpointFlight(PhasedTask):
         before_flight = self._phase not in _FLYING
         return before_flight and mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD)
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps: the flight is replanned at the next step."""
-        self._last_step_s = now
-        self._forget()
-
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of all sections."""
         elapsed_s = now - self._phase_since_s

@@ -137,8 +137,7 @@ class Stopping:
 
     def ended(self, text: str, observation: Observation) -> Outcome:
         """Return the outcome that the stop was for, and how the stop went."""
-        message = f"{self._ending.message} {text}"
-        return Outcome(self._ending.code, message, self._parts.arrival.error_m(observation))
+        return self._ending.after(text, self._parts.arrival.error_m(observation))
 
 
 def led(parts: FlightParts, observation: Observation) -> Intent:

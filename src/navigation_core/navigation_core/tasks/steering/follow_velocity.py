@@ -83,11 +83,6 @@ class FollowVelocity(PhasedTask):
         super().unpause(now)
         self._command_s = now
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps, from where the vehicle is then."""
-        self._last_step_s = now
-        self._forget()
-
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the status; there is no distance and no time to a target."""
         status, why = self._status, self._steersman.held_back
@@ -228,15 +223,15 @@ class FollowVelocity(PhasedTask):
     def _brake(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         self._status = Status.CANCELLING
         if self._is_down(observation, now):
-            return _ended(ending, "The vehicle is on the ground.")
+            return ending.after("The vehicle is on the ground.")
         still = self._still.holds(observation, self._config.position_stale_s)
         sent = self._steersman.commanded
         sent_m_s = 0.0 if sent is None else norm(sent.velocity_enu_m_s)
         if still and sent_m_s < _STANDS_M_S:
-            return _ended(ending, "The vehicle has stopped.")
+            return ending.after("The vehicle has stopped.")
         timeout_s = self._config.cancel_timeout_s
         if now - self._phase_since_s > timeout_s:
-            return _ended(ending, self._still.failure(timeout_s))
+            return ending.after(self._still.failure(timeout_s))
         here = located(observation, self._config.position_stale_s)
         if here is None or observation.position_doubt:
             return self._steersman.hold(observation)
@@ -252,14 +247,14 @@ class FollowVelocity(PhasedTask):
             self._config.cancel_timeout_s,
         )
         if isinstance(answer, Outcome):
-            return _ended(ending, f"{answer.message} It may still be moving.")
+            return ending.after(f"{answer.message} It may still be moving.")
         if answer is not None:
             return answer
         if self._still.holds(observation, self._config.position_stale_s):
-            return _ended(ending, "The vehicle holds.")
+            return ending.after("The vehicle holds.")
         timeout_s = self._config.cancel_timeout_s
         if now - self._phase_since_s > timeout_s:
-            return _ended(ending, self._still.failure(timeout_s))
+            return ending.after(self._still.failure(timeout_s))
         return Wait()
 
     def _lead(
@@ -276,8 +271,3 @@ class FollowVelocity(PhasedTask):
             return answer
         text = f"There was no obstacle data for {patience_s:g} s. {obstruction.reason}"
         return Outcome(OutcomeCode.NO_OBSTACLE_DATA, text, None)
-
-
-def _ended(ending: Outcome, text: str) -> Outcome:
-    """Return the outcome that the vehicle was stopped for, and how the stop went."""
-    return Outcome(ending.code, f"{ending.message} {text}", None)

@@ -121,13 +121,6 @@ class FlyMission(PhasedTask):
             VehicleMode.HOLD,
         )
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps."""
-        self._moved_s = now
-        self._headway.restart()
-        self._arrival.reset()
-        self._stopped.reset()
-
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress."""
         route = self._mission.route(self._phase is Phase.ENDED)
@@ -351,13 +344,13 @@ class FlyMission(PhasedTask):
                 Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s
             )
         if isinstance(answer, Outcome):
-            return self._begin_to_clear(ending, answer.message)
+            return self._begin_to_clear(ending.after(answer.message))
         if answer is not None:
             return answer
         over = now - self._phase_since_s > self._config.cancel_timeout_s
         stopped = self._stopped.holds(observation, self._config.position_stale_s)
         if stopped or not self._traits.hovers or over:
-            return self._begin_to_clear(ending, self._how_it_stopped(stopped))
+            return self._begin_to_clear(ending.after(self._how_it_stopped(stopped)))
         return Wait()
 
     def _how_it_stopped(self, stopped: bool) -> str:
@@ -367,8 +360,7 @@ class FlyMission(PhasedTask):
             return "It has stopped."
         return self._stopped.failure(self._config.cancel_timeout_s)
 
-    def _begin_to_clear(self, ending: Outcome, *texts: str) -> Phase:
-        ending = replace(ending, message=" ".join((ending.message, *texts)))
+    def _begin_to_clear(self, ending: Outcome) -> Phase:
         self._handlers[Phase.CLEARING] = partial(self._clear, ending)
         return Phase.CLEARING
 
@@ -392,7 +384,7 @@ class FlyMission(PhasedTask):
             _CLEAR_MAX_S,
         )
         if isinstance(answer, Outcome):
-            return replace(ending, message=f"{ending.message} {answer.message}")
+            return ending.after(answer.message)
         return answer or ending
 
     def _holds_already(self, observation: Observation) -> bool:

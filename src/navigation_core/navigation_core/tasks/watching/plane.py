@@ -122,11 +122,6 @@ class FlyPlane(PhasedTask):
             return False
         return mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD, VehicleMode.CONTROL)
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps: it has flown on by itself."""
-        self._nearest_s = now
-        self._circled.reset()
-
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of the whole route."""
         position = observation.position_enu_m or self._last_enu_m
@@ -361,7 +356,7 @@ class FlyPlane(PhasedTask):
             return None
         place = self._place_to_stay(observation)
         if not flies or place is None:
-            return self._ended(ending, "", observation)
+            return replace(ending, final_error_m=self._error_m(observation))
         self._handlers[Phase.STOPPING] = partial(self._circle_here, ending, place)
         self._go(Phase.STOPPING, now)
         return None
@@ -371,10 +366,10 @@ class FlyPlane(PhasedTask):
     ) -> Answer:
         answer = self._send(place, observation, now)
         if isinstance(answer, Outcome):
-            return self._ended(ending, answer.message, observation)
+            return ending.after(answer.message, self._error_m(observation))
         where = "elsewhere, to give way" if self._giving_way.evades else "where it was"
         text = f"A plane cannot stop: it circles {where}."
-        return answer or self._ended(ending, text, observation)
+        return answer or ending.after(text, self._error_m(observation))
 
     def _disarm(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         if self._departure.moves(observation):
@@ -383,11 +378,8 @@ class FlyPlane(PhasedTask):
         answer = self._requests.perform(disarm, ending.code, observation, now)
         if isinstance(answer, Outcome):
             text = f"{answer.message} It may still be armed."
-            return self._ended(ending, text, observation)
-        return answer or self._ended(ending, "The vehicle is disarmed.", observation)
-
-    def _ended(self, ending: Outcome, text: str, observation: Observation) -> Outcome:
-        return self._over(ending.code, f"{ending.message} {text}".strip(), observation)
+            return ending.after(text, self._error_m(observation))
+        return answer or ending.after("The vehicle is disarmed.", self._error_m(observation))
 
     def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
         return Outcome(code, text, self._error_m(observation))

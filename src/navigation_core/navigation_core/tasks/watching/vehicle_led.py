@@ -130,11 +130,6 @@ class VehicleLed(PhasedTask):
             return self._goal is RETURN_TO_LAUNCH and not self._traits.hovers
         return mode in (self._goal.mode, VehicleMode.LAND)
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps."""
-        self._moved_s = now
-        self._headway.restart()
-
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress."""
         if self._phase is Phase.ENDED:
@@ -244,7 +239,7 @@ class VehicleLed(PhasedTask):
             text = self._stopped.failure(self._config.cancel_timeout_s)
         else:
             return answer or Wait()
-        return Outcome(ending.code, f"{ending.message} {text}", None)
+        return ending.after(text)
 
     def _on_the_ground(self, observation: Observation, now: float) -> Wait | Outcome:
         fast_s, speed_m_s = self._fast
