@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +24,9 @@ from mavlink_vehicle.protocols.operations.operations import Operation
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream
 from navigation_bridge.goals import lifecycle
 from navigation_core.planning import replanner
-from navigation_core.tasks.flying import goto_phases
-from navigation_core.tasks.watching import mission_phases
+from navigation_core.tasks import phases
 
 PAGE = Path(__file__).resolve().parents[1] / "docs/states.md"
-_Phase = mission_phases.MissionPhase
 _Arrows = dict[tuple[str, str], list[str]]
 _INTRODUCTION = """\
 # State diagrams
@@ -36,6 +34,13 @@ _INTRODUCTION = """\
 Drawn by `scripts/draw_states.py` from the transition tables of the code. An input that a table does
 not list for a state is a program error, and raises.
 """
+TASKS: dict[str, phases.Table] = {
+    "Flight to a point or along a route": phases.FLIGHT,
+    "Mission flown by the vehicle": phases.MISSION,
+    "Flight of a plane to its targets": phases.PLANE,
+    "Landing or return by the vehicle": phases.LED,
+    "Velocity commands": phases.VELOCITY,
+}
 MACHINES: dict[str, type[Machine[Any]]] = {
     "Operation": Operation,
     "Command": CommandExchange,
@@ -54,14 +59,7 @@ def diagrams() -> dict[str, tuple[str, _Arrows]]:
     """Return what is drawn: headings, the module of the table, and the events by both states."""
     tasks = {
         "Life cycle of a goal": (lifecycle.__name__, _of_events(lifecycle.TRANSITIONS)),
-        "Flight to a point or along a route": (
-            goto_phases.__name__,
-            _of_events(goto_phases.TRANSITIONS),
-        ),
-        "Mission flown by the vehicle": (
-            mission_phases.__name__,
-            _of_states(mission_phases.FOLLOWING),
-        ),
+        **{task: (phases.__name__, _of_states(table)) for task, table in TASKS.items()},
         "Replanning": (replanner.__name__, _of_events(replanner.TRANSITIONS)),
     }
     machines = {
@@ -93,7 +91,7 @@ def _of_events(table: Mapping[Any, Any]) -> _Arrows:
     return arrows
 
 
-def _of_states(following: Mapping[_Phase, Iterable[_Phase]]) -> _Arrows:
+def _of_states(following: phases.Table) -> _Arrows:
     """Return arrows without events, in the order in which the states are declared."""
     return {
         (before.name, after.name): []

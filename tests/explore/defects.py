@@ -105,14 +105,17 @@ MUTANTS: tuple[Mutant, ...] = (
            "        if False:"),
     Mutant("a disarmed vehicle flies on", _FLIGHT, "        if not observation.armed:",
            "        if False:"),
-    Mutant("a cancel is not obeyed", _FLIGHT,
-           "        if self._cancel_asked and self._phase not in _STOPPING:", "        if False:"),
+    Mutant("a cancel is not obeyed", "navigation_core.tasks.phased_task",
+           "        if self._cancel_asked and self._phase not in STOPPING:", "        if False:"),
     Mutant("a pause is not obeyed", _FLIGHT,
            "        elif self._pause_asked and self._phase in _PAUSABLE:", "        elif False:"),
     Mutant("positions are not missed", _FLIGHT,
-           "        if not is_located(observation, self._config.position_stale_s):\n"
-           "            return self._lose_position(observation)\n"
-           "        share =", "        share ="),
+           "        here = located(observation, self._config.position_stale_s)\n"
+           "        if here is None:\n            return self._lose_position(observation)\n"
+           "        share =",
+           "        here = located(observation, math.inf)\n"
+           "        if here is None:\n            return self._lose_position(observation)\n"
+           "        share ="),
     Mutant("obstacles are not braked for", _FLIGHT,
            "        elif self._avoider is not None and "
            "not self._avoider.keeps_going(observation, now):", "        elif False:"),
@@ -224,9 +227,9 @@ MUTANTS: tuple[Mutant, ...] = (
            "        if not self._stored or changed:\n", "        if self._stored or changed:\n"),
     Mutant("a mission cannot be paused", _MISSION,
            "        if self._pause_asked or observation.position_doubt:\n"
-           "            self._go(MissionPhase.PAUSING, now)",
+           "            return Phase.PAUSING",
            "        if observation.position_doubt:\n"
-           "            self._go(MissionPhase.PAUSING, now)"),
+           "            return Phase.PAUSING"),
     Mutant("a disarmed mission continues", _MISSION,
            '            text = "The vehicle was disarmed during its mission."\n'
            "            return Outcome(OutcomeCode.DISARMED, text, None)",

@@ -18,7 +18,7 @@ from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 PAGE = Path(__file__).parents[2] / "docs" / "tasks.md"
-LINES_MAX = 40
+LINES_MAX = 28
 CENTRE = (20.0, 5.0, 10.0)
 RADIUS_M = 8.0
 

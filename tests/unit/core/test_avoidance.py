@@ -16,12 +16,12 @@ from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
-from navigation_core.tasks.flying.goto_phases import GotoPhase
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import NOTHING_SENT, Fly, Handover
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceConfigError
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.phases import Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
@@ -248,7 +248,7 @@ def test_a_cancel_while_blocked_stops_it(after_s: float) -> None:
 
     def change(elapsed_s: float) -> None:
         when(1.0, vehicle, WALL)(elapsed_s)
-        if task.phase is GotoPhase.BLOCKED:
+        if task.phase is Phase.BLOCKED:
             blocked_s.append(elapsed_s)
             if elapsed_s >= blocked_s[0] + after_s:
                 task.cancel(vehicle.now)
@@ -292,8 +292,6 @@ def test_a_silent_link_while_blocked_is_survived() -> None:
     def change(elapsed_s: float) -> None:
         vehicle.obstacles = WALL if 1.0 <= elapsed_s < 9.0 else NOTHING
         vehicle.connected = not 5.0 <= elapsed_s < 7.0
-        if elapsed_s == pytest.approx(7.0):
-            task.resume(vehicle.observe(), vehicle.now)
 
     assert fly(task, vehicle, change).outcome.code is OutcomeCode.SUCCESS
 

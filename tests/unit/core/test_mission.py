@@ -11,7 +11,6 @@ import pytest
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.flying.goto_phases import PhaseError
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform
 from navigation_core.tasks.observation import (
@@ -22,15 +21,10 @@ from navigation_core.tasks.observation import (
     TaskOperation,
     VehicleMode,
 )
+from navigation_core.tasks.phases import MISSION, STOPPING, Phase
 from navigation_core.tasks.progress import Status
 from navigation_core.tasks.traits import COPTER, Traits
 from navigation_core.tasks.watching.mission import FlyMission
-from navigation_core.tasks.watching.mission_phases import (
-    FOLLOWING,
-    STOPPING,
-    MissionPhase,
-    check_change,
-)
 from navigation_core.tasks.waypoint import MissionPlan, Route, RouteWaypoint
 
 CONFIG = GotoConfig(may_arm=True)
@@ -153,7 +147,7 @@ def flying(**vehicle: object) -> Mission:
     return mission(armed=True, airborne=True, position=(0.0, 0.0, 3.0), **vehicle)  # type: ignore[arg-type]
 
 
-def in_phase(phase: MissionPhase, what: Callable[[Mission], None]) -> Each:
+def in_phase(phase: Phase, what: Callable[[Mission], None]) -> Each:
     """Return what does something at the first step in a phase, but not before it has begun."""
     done: list[bool] = []
 
@@ -217,7 +211,7 @@ def test_distance_and_time_only_shrink_in_flight() -> None:
     left: list[float] = []
 
     def each(mission: Mission) -> None:
-        if mission.task.phase is MissionPhase.FLYING:
+        if mission.task.phase is Phase.NAVIGATING:
             progress = mission.task.progress(mission.observation(), mission.now)
             left.append(progress.distance_remaining_m)
 
@@ -226,16 +220,14 @@ def test_distance_and_time_only_shrink_in_flight() -> None:
     assert all(b <= a + 1e-6 for a, b in itertools.pairwise(left))
 
 
-@pytest.mark.parametrize(
-    "phase", [p for p in MissionPhase if p.value < MissionPhase.STOPPING.value]
-)
+@pytest.mark.parametrize("phase", [phase for phase in MISSION if phase not in STOPPING])
 def test_a_cancel_in_any_phase_ends_canceled_stopped_and_without_the_mission(
-    phase: MissionPhase,
+    phase: Phase,
 ) -> None:
-    vehicle = flying(mode=VehicleMode.CONTROL) if phase is MissionPhase.HALTING else mission()
+    vehicle = flying(mode=VehicleMode.CONTROL) if phase is Phase.HALTING else mission()
     cancel = in_phase(phase, lambda mission: mission.task.cancel(mission.now))
-    pausing = phase in (MissionPhase.PAUSING, MissionPhase.PAUSED)
-    pause = in_phase(MissionPhase.FLYING, pause_it)
+    pausing = phase in (Phase.PAUSING, Phase.PAUSED)
+    pause = in_phase(Phase.NAVIGATING, pause_it)
 
     def each(mission: Mission) -> None:
         if pausing:
@@ -245,7 +237,7 @@ def test_a_cancel_in_any_phase_ends_canceled_stopped_and_without_the_mission(
     assert vehicle.run(each).code is OutcomeCode.CANCELED
     assert vehicle.mode is not VehicleMode.MISSION
     assert vehicle.armed == vehicle.airborne, "motors off on the ground"
-    if phase not in (MissionPhase.HALTING, MissionPhase.UPLOADING):
+    if phase not in (Phase.HALTING, Phase.UPLOADING):
         assert vehicle.asked[-1] is CLEAR
 
 
@@ -299,7 +291,7 @@ def test_a_vehicle_that_never_answers_ends_it_in_bounded_time() -> None:
 
 def test_a_clear_that_is_rejected_is_reported() -> None:
     vehicle = flying(refuses=frozenset({CLEAR}))
-    cancel = in_phase(MissionPhase.FLYING, lambda mission: mission.task.cancel(mission.now))
+    cancel = in_phase(Phase.NAVIGATING, lambda mission: mission.task.cancel(mission.now))
     outcome = vehicle.run(cancel)
     assert outcome.code is OutcomeCode.CANCELED
     assert "clear the mission" in outcome.message
@@ -319,7 +311,7 @@ def test_it_may_not_take_off_unless_allowed() -> None:
 
 def test_a_vehicle_that_was_landed_in_a_pause_does_not_take_off_for_its_mission() -> None:
     vehicle = flying(config=GotoConfig())
-    pause = in_phase(MissionPhase.FLYING, pause_it)
+    pause = in_phase(Phase.NAVIGATING, pause_it)
 
     def each(mission: Mission) -> None:
         pause(mission)
@@ -335,7 +327,7 @@ def test_a_vehicle_that_was_landed_in_a_pause_does_not_take_off_for_its_mission(
 def test_a_pause_holds_and_continues_with_the_same_mission() -> None:
     vehicle = flying()
 
-    pause = in_phase(MissionPhase.FLYING, pause_it)
+    pause = in_phase(Phase.NAVIGATING, pause_it)
 
     def each(mission: Mission) -> None:
         pause(mission)
@@ -353,7 +345,7 @@ def test_disarming_ends_it_in_flight_and_while_paused() -> None:
         vehicle = flying()
 
         def each(mission: Mission, paused: bool = paused) -> None:
-            if paused and mission.task.phase is MissionPhase.FLYING:
+            if paused and mission.task.phase is Phase.NAVIGATING:
                 mission.task.pause(mission.now)
             if mission.now > 8.0:
                 mission.armed = False
@@ -400,7 +392,7 @@ def test_a_vehicle_that_does_not_move_is_stopped() -> None:
     vehicle = flying()
 
     def each(mission: Mission) -> None:
-        if mission.task.phase is MissionPhase.FLYING:
+        if mission.task.phase is Phase.NAVIGATING:
             mission.position = (5.0, 0.0, 3.0)
 
     assert vehicle.run(each).code is OutcomeCode.TIMEOUT
@@ -435,29 +427,3 @@ def test_one_that_cannot_hover_circles_the_last_waypoint() -> None:
     assert "circles" in outcome.message
     assert vehicle.plan is not None
     assert vehicle.plan.circle_at_end
-
-
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        (MissionPhase.ARMING, MissionPhase.FLYING),
-        (MissionPhase.UPLOADING, MissionPhase.ARMING),
-        (MissionPhase.STARTING, MissionPhase.ENDED),
-        (MissionPhase.PAUSED, MissionPhase.FLYING),
-        (MissionPhase.CLEARING, MissionPhase.STARTING),
-    ],
-)
-def test_a_phase_that_may_not_follow_is_an_error(before: MissionPhase, after: MissionPhase) -> None:
-    with pytest.raises(PhaseError, match=f"{after.name} cannot follow {before.name}"):
-        check_change(before, after)
-
-
-def test_no_phase_follows_the_end_and_stopping_leads_nowhere_else() -> None:
-    for after in MissionPhase:
-        with pytest.raises(PhaseError):
-            check_change(MissionPhase.ENDED, after)
-    reached, new = set(), {MissionPhase.STOPPING}
-    while new:
-        reached |= new
-        new = set().union(*(FOLLOWING[phase] for phase in new)) - reached
-    assert reached == STOPPING

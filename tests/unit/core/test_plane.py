@@ -78,6 +78,36 @@ def test_a_plane_on_the_ground_stays_there_without_leave_to_take_off() -> None:
     assert end.code.value == "TAKEOFF_NOT_ALLOWED"
 
 
+def armed_on_the_ground() -> FlyPlane:
+    """Return a plane's task that has armed it, and asks for the take-off."""
+    plane, ground = task(waypoint((300.0, 0.0, 60.0))), (0.0, 0.0, 0.0)
+    plane.step(seen(ground, armed=False, airborne=False), 0.0)
+    asks = plane.step(seen(ground, (TaskOperation.ARM, ACHIEVED), airborne=False), 0.1)
+    assert isinstance(asks, Perform)
+    assert asks.kind is TaskOperation.TAKE_OFF
+    return plane
+
+
+def test_a_plane_that_does_not_take_off_after_it_was_armed_is_disarmed() -> None:
+    plane, ground = armed_on_the_ground(), (0.0, 0.0, 0.0)
+    asks = plane.step(seen(ground, (TaskOperation.TAKE_OFF, REFUSED), airborne=False), 0.2)
+    assert isinstance(asks, Perform)
+    assert asks.kind is TaskOperation.DISARM
+    disarmed = seen(ground, (TaskOperation.DISARM, ACHIEVED), armed=False, airborne=False)
+    end = plane.step(disarmed, 0.3)
+    assert isinstance(end, Outcome)
+    assert end.code.value == "TAKEOFF_REFUSED"
+    assert end.message.endswith("The vehicle is disarmed.")
+
+
+def test_a_plane_that_is_disarmed_before_its_take_off_ends_at_once() -> None:
+    plane = armed_on_the_ground()
+    ended = seen((0.0, 0.0, 0.0), (TaskOperation.TAKE_OFF, PENDING), armed=False, airborne=False)
+    end = plane.step(ended, 0.2)
+    assert isinstance(end, Outcome)
+    assert end.code.value == "DISARMED"
+
+
 def test_a_pause_while_it_is_sent_off_asks_for_the_place_where_it_is() -> None:
     plane = task(waypoint((300.0, 0.0, 60.0)))
     first = plane.step(seen((0.0, 0.0, 50.0)), 0.0)

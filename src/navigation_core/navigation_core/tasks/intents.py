@@ -90,6 +90,21 @@ class Outcome:
     message: str
     final_error_m: float | None
 
+    def after(self, stop: str, final_error_m: float | None = None) -> Outcome:
+        """Return it for a vehicle that was stopped first, with how that went, a sentence."""
+        return Outcome(self.code, f"{self.message} {stop}", final_error_m)
+
+
+@dataclass(frozen=True)
+class StopFirst:
+    """An outcome before which the vehicle, or its motors, are to be stopped.
+
+    Attributes:
+        ending: the outcome.
+    """
+
+    ending: Outcome
+
 
 class Handover(NamedTuple):
     """The setpoint that a replaced task sent last, from which its successor continues.

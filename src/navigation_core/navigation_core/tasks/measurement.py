@@ -3,20 +3,49 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from navigation_core.geometry import KinematicState, Vector3, add, is_finite, norm, scale
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 
 
+@dataclass(frozen=True)
+class Located:
+    """The position of a vehicle that is known, finite and recent.
+
+    Attributes:
+        position_enu_m: as it was reported, in the map frame.
+        velocity_enu_m_s: the same.
+        yaw_enu_rad: yaw.
+        age_s: age of the position.
+    """
+
+    position_enu_m: Vector3
+    velocity_enu_m_s: Vector3
+    yaw_enu_rad: float
+    age_s: float
+
+    @property
+    def state(self) -> KinematicState:
+        """The state now: the position is carried on at the measured velocity."""
+        moved = scale(self.velocity_enu_m_s, self.age_s)
+        return KinematicState(add(self.position_enu_m, moved), self.velocity_enu_m_s)
+
+
+def located(observation: Observation, age_max_s: float) -> Located | None:
+    """Return position, velocity and yaw if they are known, finite and recent."""
+    position, velocity = observation.position_enu_m, observation.velocity_enu_m_s
+    yaw_rad, age_s = observation.yaw_enu_rad, observation.position_age_s
+    if position is None or velocity is None or yaw_rad is None:
+        return None
+    is_known = is_finite(position) and is_finite(velocity) and math.isfinite(yaw_rad)
+    return Located(position, velocity, yaw_rad, age_s) if is_known and age_s <= age_max_s else None
+
+
 def is_located(observation: Observation, age_max_s: float) -> bool:
     """Whether position, velocity and yaw are known, finite and recent."""
-    position, velocity = observation.position_enu_m, observation.velocity_enu_m_s
-    yaw_rad = observation.yaw_enu_rad
-    if position is None or velocity is None or yaw_rad is None:
-        return False
-    is_known = is_finite(position) and is_finite(velocity) and math.isfinite(yaw_rad)
-    return is_known and observation.position_age_s <= age_max_s
+    return located(observation, age_max_s) is not None
 
 
 def is_airborne(observation: Observation, height_min_m: float) -> bool:

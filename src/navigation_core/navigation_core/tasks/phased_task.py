@@ -2,36 +2,39 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
-from enum import Enum
-from typing import Generic, TypeAlias, TypeVar
+from collections.abc import Callable
+from typing import ClassVar, TypeAlias
 
 from navigation_core.geometry import KinematicState, Vector3
-from navigation_core.outcomes import Rejection
+from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.conditions import Requester
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome
+from navigation_core.tasks.intents import Intent, Outcome, StopFirst
 from navigation_core.tasks.observation import Observation, VehicleMode
-from navigation_core.tasks.progress import Progress
+from navigation_core.tasks.phases import STOPPING, Phase, Table, check_change
+from navigation_core.tasks.task import Task
 
-Answer: TypeAlias = Intent | Outcome | None
-"""The answer of a phase; None to ask the phase that it has changed to."""
+Answer: TypeAlias = Intent | Outcome | Phase | StopFirst | None
+"""The answer of a phase, or the phase that follows; None to ask the one that has begun."""
 
-PhaseT = TypeVar("PhaseT", bound=Enum)
+Handler: TypeAlias = Callable[[Observation, float], Answer]
 
 # A step changes the phase a few times at most; more would be a programming error.
 _PHASE_CHANGES_MAX = 8
+_CANCELED = Outcome(OutcomeCode.CANCELED, "The goal was cancelled.", None)
 
 
-class PhasedTask(ABC, Generic[PhaseT]):
+class PhasedTask(Task):
     """A :class:`~navigation_core.tasks.task.Task` whose phases answer for it.
 
     Its defaults fit a vehicle that flies by itself: no setpoint is sent, no mode is accepted, and
     nothing has to be resumed after a pause.
     """
 
-    def __init__(self, config: GotoConfig, phase: PhaseT) -> None:
+    table: ClassVar[Table]
+    """The phases that may follow each other; another one raises PhaseError."""
+
+    def __init__(self, config: GotoConfig, phase: Phase) -> None:
         """Prepare.
 
         Args:
@@ -46,12 +49,13 @@ class PhasedTask(ABC, Generic[PhaseT]):
         self._pause_asked = False
         self._outcome: Outcome | None = None
         self._path_enu_m: tuple[Vector3, ...] = ()
-        self._handlers: Mapping[PhaseT, Callable[[Observation, float], Answer]] = {}
+        # A phase that has data of its own gets its handler, with them, when it begins.
+        self._handlers: dict[Phase, Handler] = {}
 
     # --- the task protocol -----------------------------------------------------------
 
     @property
-    def phase(self) -> PhaseT:
+    def phase(self) -> Phase:
         """The phase of the task."""
         return self._phase
 
@@ -81,7 +85,7 @@ class PhasedTask(ABC, Generic[PhaseT]):
             if not isinstance(answer, Outcome):
                 return answer
             self._outcome = answer
-            self._end(now)
+            self._go(Phase.ENDED, now)
         return self._outcome
 
     def think(self, observation: Observation, now: float) -> None:
@@ -111,20 +115,20 @@ class PhasedTask(ABC, Generic[PhaseT]):
         """No: any change of mode that was not requested is somebody taking over."""
         return False
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Nothing was missed in a time without steps."""
-
-    @abstractmethod
-    def progress(self, observation: Observation, now: float) -> Progress:
-        """Return the progress."""
-
     # --- the state machine -----------------------------------------------------------
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         """Ask the phases until one has an answer."""
+        ended: Outcome | None = None
+        if self._cancel_asked and self._phase not in STOPPING:
+            ended = self._stop(_CANCELED, observation, now)
         for _ in range(_PHASE_CHANGES_MAX):
-            answer = self._handle(observation, now)
-            if answer is not None:
+            answer = ended or self._handle(observation, now)
+            if isinstance(answer, Phase):
+                self._go(answer, now)
+            elif isinstance(answer, StopFirst):
+                ended = self._stop(answer.ending, observation, now)
+            elif answer is not None:
                 return answer
         raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
 
@@ -132,12 +136,19 @@ class PhasedTask(ABC, Generic[PhaseT]):
         """Return the answer of the present phase."""
         return self._handlers[self._phase](observation, now)
 
-    def _go(self, phase: PhaseT, now: float) -> None:
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
+        """Begin to stop the vehicle, to end with an outcome; return it if nothing is to be stopped.
+
+        Args:
+            ending: the outcome.
+            observation: what is known.
+            now: time in seconds.
+        """
+        return ending
+
+    def _go(self, phase: Phase, now: float) -> None:
         """Begin another phase."""
+        check_change(self.table, self._phase, phase)
         self._phase = phase
         self._phase_since_s = now
         self._requests.forget()
-
-    @abstractmethod
-    def _end(self, now: float) -> None:
-        """Be in the last phase; the outcome is there."""

@@ -65,8 +65,5 @@ class Task(Protocol):
         Any other change of mode that nobody here asked for is somebody taking over.
         """
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps."""
-
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress."""

@@ -8,25 +8,18 @@ is sent, because a real ArduCopter then stays on the ground (observed).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
-from navigation_core.geometry import KinematicState, Vector3
+from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.replanner import Decision
 from navigation_core.tasks.conditions import Dwell, stand_on_ground
+from navigation_core.tasks.departure import Departure, is_pending
 from navigation_core.tasks.flying.arrival import Arrival
-from navigation_core.tasks.flying.departure import (
-    Departure,
-    FlightParts,
-    Step,
-    StopFirst,
-    is_pending,
-)
-from navigation_core.tasks.flying.goto_phases import GotoPhase, PhaseEvent, next_phase
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
 from navigation_core.tasks.flying.itinerary import Itinerary, Section
-from navigation_core.tasks.flying.stopping import Stopping
+from navigation_core.tasks.flying.stopping import FlightParts, Stopping, led
 from navigation_core.tasks.intents import (
     Fly,
     Intent,
@@ -42,33 +35,35 @@ from navigation_core.tasks.leading.path_in_traffic import PathInTraffic
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.leading.turning_circle import Pursuer
-from navigation_core.tasks.measurement import can_move, is_located, measured_state
+from navigation_core.tasks.measurement import Located, is_located, located
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phases import FLIGHT, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.standstill import Standstill
 from navigation_core.trajectories.trajectory import TrajectoryError
 
-_PAUSABLE = frozenset({GotoPhase.NAVIGATING, GotoPhase.SETTLING, GotoPhase.BLOCKED})
+_PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
 # The phases in which a rover or boat is led by its pursuit; in all others it is stopping or stands.
-_LED = frozenset({GotoPhase.NAVIGATING, GotoPhase.SETTLING})
-_DOUBTING = _PAUSABLE | {GotoPhase.PAUSED}
-_FLYING = _PAUSABLE | {GotoPhase.HOLDING, GotoPhase.PAUSED, GotoPhase.BRAKING}
-_STOPPING = frozenset({GotoPhase.BRAKING, GotoPhase.DISARMING})
-_BEGINS = frozenset({PhaseEvent.FLIES, PhaseEvent.REPLAN})
+_LED = frozenset({Phase.NAVIGATING, Phase.SETTLING})
+_DOUBTING = _PAUSABLE | {Phase.PAUSED}
+_FLYING = _PAUSABLE | {Phase.HOLDING, Phase.PAUSED, Phase.STOPPING}
 # The remaining path must get shorter than ever before by this much to count as progress.
 _PROGRESS_MIN_M = 1.0
 
 
-class SetpointFlight(PhasedTask[GotoPhase]):
+class SetpointFlight(PhasedTask):
     """The task of a flight through the stops of an itinerary.
 
     See :class:`~navigation_core.tasks.task.Task`.
     """
 
+    table = FLIGHT
+
     def __init__(self, itinerary: Itinerary, terms: FlightTerms) -> None:
         """Prepare; the itinerary is expected to have passed ``safety.check_target``."""
         config, traits = terms.config, terms.traits
-        super().__init__(config, GotoPhase.PREPARING)
+        super().__init__(config, Phase.PREPARING)
         section = itinerary.begin_section()
         self._itinerary = itinerary
         self._traits = traits
@@ -82,9 +77,12 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._in_traffic = PathInTraffic(traits, self._follower, terms.avoidance)
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)
-        parts = FlightParts(config, traits, self._requests, self._follower, self._arrival)
-        self._departure = Departure(parts, self._estimator)
-        self._stopping = Stopping(parts)
+        still = Standstill.of_stop(config, traits)
+        self._parts = FlightParts(
+            config, traits, self._requests, self._follower, self._arrival, still
+        )
+        self._departure = Departure(config, traits, self._requests, self._arrival.error_m)
+        self._stopping: Stopping | None = None
         self._pursuit = Pursuit(traits)
         self._handover_s = terms.handover.time_s
         self._by_itself = terms.handover.by_itself  # until the first change of phase
@@ -96,20 +94,17 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._held_s = 0.0
         self._least_left_m = math.inf
         self._landed = Dwell(config.landed_timeout_s)
-        self._steps: dict[GotoPhase, Callable[[Observation, float], Step | None]] = {
-            GotoPhase.PREPARING: self._departure.prepare,
-            GotoPhase.ARMING: self._departure.arm,
-            GotoPhase.TAKING_OFF: self._departure.take_off,
-            GotoPhase.NAVIGATING: self._navigate,
-            GotoPhase.SETTLING: self._settle,
-            GotoPhase.BLOCKED: self._wait_for_path,
-            GotoPhase.HOLDING: self._hold,
-            GotoPhase.PAUSED: self._stay,
-            GotoPhase.BRAKING: lambda observation, now: self._stopping.brake(
-                observation, now, self._phase_since_s
-            ),
-            GotoPhase.DISARMING: self._stopping.disarm,
+        self._handlers = {
+            Phase.PREPARING: self._prepare,
+            Phase.ARMING: self._arm,
+            Phase.TAKING_OFF: self._take_off,
+            Phase.NAVIGATING: self._navigate,
+            Phase.SETTLING: self._settle,
+            Phase.HOLDING: self._hold,
+            Phase.PAUSED: self._stay,
         }
+        if self._avoider is not None:
+            self._handlers[Phase.BLOCKED] = partial(self._wait_for_path, self._avoider)
         self._set_section(section)
 
     # --- the task protocol -----------------------------------------------------------
@@ -137,7 +132,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
 
     def think(self, observation: Observation, now: float) -> None:
         """Look for another path around obstacles, if need be."""
-        if self._avoider is None or self._phase is not GotoPhase.NAVIGATING or self._cancel_asked:
+        if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
             return
         if is_located(observation, self._config.position_stale_s) and not self._follower.is_stale:
             try:
@@ -147,13 +142,13 @@ class SetpointFlight(PhasedTask[GotoPhase]):
 
     def resume_control(self, now: float) -> None:
         """Take control again, and plan from where the vehicle is then."""
-        if self._phase is GotoPhase.PREPARING or self._phase in _STOPPING:
+        if self._phase is Phase.PREPARING or self._phase in STOPPING:
             return
         self._follower.forget_commanded()
         if self._avoider is not None:
             self._avoider.restart_clock()
         self._forget()
-        self._take(PhaseEvent.NEEDS_CONTROL, now)
+        self._go(Phase.PREPARING, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """Some autopilots leave the mode that obeys setpoints for the take-off, and hold after."""
@@ -161,11 +156,6 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             return False
         before_flight = self._phase not in _FLYING
         return before_flight and mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD)
-
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps: the flight is replanned at the next step."""
-        self._last_step_s = now
-        self._forget()
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of all sections."""
@@ -176,12 +166,12 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         )
         if self._avoider is not None:
             progress = replace(progress, replans=self._avoider.replans)
-            if self._phase is GotoPhase.BLOCKED and self._avoider.reason:
+            if self._phase is Phase.BLOCKED and self._avoider.reason:
                 progress = replace(progress, blocked=self._avoider.reason)
-            elif self._phase is GotoPhase.BLOCKED:
+            elif self._phase is Phase.BLOCKED:
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
-        if self._phase is GotoPhase.NAVIGATING:
+        if self._phase is Phase.NAVIGATING:
             progress = self._in_traffic.progress(progress)
         position = observation.position_enu_m
         return self._itinerary.total(progress, position, self._estimator.is_straight)
@@ -202,7 +192,6 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._last_step_s = now
         if self._follower.dt_s > self._config.step_gap_s:
             self._forget()
-        self._departure.note(observation)
         try:
             if self._thought_failed is not None:
                 raise self._thought_failed
@@ -212,7 +201,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
         if not isinstance(answer, Fly):
             return answer
-        braking = self._doubted and self._phase is GotoPhase.BRAKING
+        braking = self._doubted and self._phase is Phase.STOPPING
         if observation.position_doubt or braking:
             answer = replace(answer, by_velocity=True)
             self._doubted = True
@@ -221,7 +210,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         answer = replace(
             answer, setpoint=self._run_out_limiter.limited(answer.setpoint, observation)
         )
-        if self._phase is not GotoPhase.NAVIGATING:
+        if self._phase is not Phase.NAVIGATING:
             self._in_traffic.forget()
             return answer
         setpoint = self._in_traffic.limited(answer.setpoint, observation)
@@ -230,54 +219,37 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         return replace(answer, setpoint=setpoint)
 
     def _handle(self, observation: Observation, now: float) -> Answer:
-        if self._stopping.ending is not None and self._phase not in _STOPPING:
-            return self._stopping.ending
-        step = self._check_flight(observation, now)
-        if step is None:
-            step = self._steps[self._phase](observation, now)
-        if isinstance(step, StopFirst):
-            self._stop(observation, now, step.ending)
-        elif isinstance(step, PhaseEvent) and step in _BEGINS:
-            self._begin_flight(step, observation, now)
-        elif isinstance(step, PhaseEvent):
-            self._take(step, now)
-        else:
-            return step
+        answer = self._check_flight(observation, now) or super()._handle(observation, now)
+        if answer is not Phase.NAVIGATING:
+            return answer
+        self._begin_flight(observation, now)
         return None
 
     def _interrupt(self, observation: Observation, now: float) -> None:
-        """Stop for what was asked, or for a position that is in doubt."""
-        if self._cancel_asked and self._phase not in _STOPPING:
-            text = "The goal was cancelled."
-            self._stop(observation, now, Outcome(OutcomeCode.CANCELED, text, None))
-        elif observation.position_doubt and self._phase in _DOUBTING:
-            self._take(self._lose_position(observation), now)
+        """Stand still for a position that is in doubt, or for a pause."""
+        if self._cancel_asked:
+            return
+        if observation.position_doubt and self._phase in _DOUBTING:
+            self._go(self._lose_position(observation), now)
         elif self._pause_asked and self._phase in _PAUSABLE:
             self._follower.plan_stop(observation)
-            self._take(PhaseEvent.PAUSE, now)
+            self._go(Phase.PAUSED, now)
 
-    def _take(self, event: PhaseEvent, now: float) -> None:
-        """Move to the phase that an event leads to."""
-        self._go(next_phase(self._phase, event), now)
+    def _go(self, phase: Phase, now: float) -> None:
+        super()._go(phase, now)
         self._by_itself = False
         self._arrival.restart()
-        self._stopping.restart()
-
-    def _end(self, now: float) -> None:
-        self._take(PhaseEvent.OVER, now)
 
     def _forget(self) -> None:
         """Drop what a time without steps makes worthless."""
         self._follower.is_stale = True
         self._arrival.forget()
-        self._stopping.restart()
+        self._parts.still.reset()
         self._landed.reset()
 
-    def _stop(self, observation: Observation, now: float, ending: Outcome) -> None:
-        """Bring the vehicle to a stop that fits the phase, and then end with an outcome."""
-        self._stopping.ending = ending
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
         arming_asked = self._departure.arming_asked
-        preparing = self._phase is GotoPhase.PREPARING
+        preparing = self._phase is Phase.PREPARING
         inherited = preparing and self._follower.commanded is not None
         # It has come out of another mode just now, perhaps at speed.
         taken = preparing and self._requests.current is not None and self._movable(observation)
@@ -286,14 +258,17 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             is_pending(observation, kind) for kind in (TaskOperation.ARM, TaskOperation.DISARM)
         )
         taking_off = is_pending(observation, TaskOperation.TAKE_OFF)
-        on_ground = self._phase is GotoPhase.TAKING_OFF or arming or taking_off
+        on_ground = self._phase is Phase.TAKING_OFF or arming or taking_off
         # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
         taking_control = observation.airborne is True and is_pending(
             observation, TaskOperation.TAKE_CONTROL
         )
+        self._stopping = stopping = Stopping(self._parts, ending, arming_asked or arming, now)
+        self._handlers[Phase.STOPPING] = stopping.brake
+        self._handlers[Phase.DISARMING] = stopping.disarm
         if self._phase in _FLYING or (observation.in_control and (inherited or taken)):
             self._follower.plan_stop(observation)
-            self._take(PhaseEvent.STOP_IN_AIR, now)
+            self._go(Phase.STOPPING, now)
         elif (
             on_ground
             or arming_asked
@@ -301,13 +276,15 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             or taking_control
             or (self._by_itself and not observation.in_control and self._movable(observation))
         ):
-            self._stopping.armed_for_us = arming_asked or arming
-            self._take(PhaseEvent.STOP_ON_GROUND, now)
+            self._go(Phase.DISARMING, now)
+        else:
+            return ending
+        return None
 
     def _movable(self, observation: Observation) -> bool:
-        return can_move(observation, self._traits, self._config.airborne_height_m)
+        return self._departure.moves(observation)
 
-    def _check_flight(self, observation: Observation, now: float) -> Step | None:
+    def _check_flight(self, observation: Observation, now: float) -> Answer:
         """Look for what ends or suspends every flight."""
         if self._phase not in _FLYING:
             return None
@@ -319,7 +296,7 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
         on_ground = observation.airborne is False and self._traits.flies
         if self._landed.holds(on_ground, now):
-            if self._stopping.ending is not None:
+            if self._stopping is not None:
                 return self._stopping.ended("The vehicle is on the ground.", observation)
             text = f"The vehicle has been on the ground for {self._config.landed_timeout_s:g} s."
             return self._over(OutcomeCode.LANDED, text, observation)
@@ -327,6 +304,34 @@ class SetpointFlight(PhasedTask[GotoPhase]):
 
     def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
         return Outcome(code, text, self._arrival.error_m(observation))
+
+    # --- before the flight -----------------------------------------------------------
+
+    def _prepare(self, observation: Observation, now: float) -> Answer:
+        # A take-off that a replaced goal began continues.
+        taking_off = is_pending(observation, TaskOperation.TAKE_OFF)
+        rejection = self._departure.check(observation)
+        if rejection is not None and not taking_off:
+            return rejection
+        moves = self._movable(observation)
+        is_needed = not taking_off and (self._traits.control_before_takeoff or moves)
+        answer = self._departure.take_control(observation, now, is_needed)
+        if answer is not None:
+            return answer
+        if moves and not taking_off:
+            return Phase.NAVIGATING
+        # The vehicle is on the ground: the last setpoint of an earlier flight is no start for this.
+        self._follower.forget_commanded()
+        return Phase.TAKING_OFF if observation.armed or taking_off else Phase.ARMING
+
+    def _arm(self, observation: Observation, now: float) -> Answer:
+        following = Phase.TAKING_OFF if self._traits.flies else Phase.PREPARING
+        return self._departure.arm(observation, now) or following
+
+    def _take_off(self, observation: Observation, now: float) -> Answer:
+        height_m = self._estimator.takeoff_height_m(observation.ground_enu_m)
+        following = Phase.NAVIGATING if observation.in_control else Phase.PREPARING
+        return self._departure.take_off(height_m, observation, now) or following
 
     # --- the flight ------------------------------------------------------------------
 
@@ -337,49 +342,48 @@ class SetpointFlight(PhasedTask[GotoPhase]):
         self._estimator.set_goal(section.goal.position_enu_m)
         self._arrival.expect(section)
 
-    def _begin_flight(self, event: PhaseEvent, observation: Observation, now: float) -> None:
-        """Plan the flight, and be in the phase that the event leads to."""
+    def _begin_flight(self, observation: Observation, now: float) -> None:
+        """Plan the flight, and begin it or wait for a path."""
         self._set_section(self._itinerary.begin_section())
         if self._phase not in _LED:
             self._pursuit.forget()
         self._follower.plan_to_goal(observation)
-        if self._avoider is not None and not self._avoider.may_begin(observation, now):
-            event = PhaseEvent.NO_WAY
-        self._take(event, now)
+        avoider = self._avoider
+        may_begin = avoider is None or avoider.may_begin(observation, now)
+        self._go(Phase.NAVIGATING if may_begin else Phase.BLOCKED, now)
 
-    def _navigate(self, observation: Observation, now: float) -> Step | None:
-        if not is_located(observation, self._config.position_stale_s):
+    def _navigate(self, observation: Observation, now: float) -> Answer:
+        here = located(observation, self._config.position_stale_s)
+        if here is None:
             return self._lose_position(observation)
         share = self._in_traffic.step(observation, now)
         if self._follower.is_stale or self._follower.carrot is None:
-            self._begin_flight(PhaseEvent.REPLAN, observation, now)
+            self._begin_flight(observation, now)
             share = self._in_traffic.step(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
-            return PhaseEvent.NO_WAY
-        if self._phase is not GotoPhase.NAVIGATING:
+            return Phase.BLOCKED
+        carrot, waiting = self._follower.carrot, self._in_traffic.waiting
+        if carrot is None or self._phase is not Phase.NAVIGATING:
             return None
-        if self._in_traffic.is_over(observation, now):
-            assert self._in_traffic.waiting is not None
-            return self._over(OutcomeCode.TRAFFIC, self._in_traffic.waiting.text, observation)
-        path = self._walk(observation, share)
-        carrot = self._follower.carrot
-        assert carrot is not None
+        if waiting is not None and self._in_traffic.is_over(observation, now):
+            return self._over(OutcomeCode.TRAFFIC, waiting.text, observation)
+        path = self._walk(carrot, here, observation, share)
         if self._in_traffic.leads_elsewhere:
-            return Fly(self._setpoint(carrot, observation, path))
+            return Fly(self._setpoint(carrot, here, observation, path))
         if carrot.arrived if path is None else path.left_m <= self._arrival.radius_m:
             carrot.finish()
-            return PhaseEvent.TRAJECTORY_ENDED
+            return Phase.SETTLING
         if carrot.stalled_s > self._arrival.patience_s:
             return self._arrival.timeout("The vehicle made no progress", observation)
         if carrot.distance_remaining_m < self._least_left_m - _PROGRESS_MIN_M:
             self._least_left_m, self._held_s = carrot.distance_remaining_m, 0.0
-        return Fly(self._setpoint(carrot, observation, path))
+        return Fly(self._setpoint(carrot, here, observation, path))
 
-    def _walk(self, observation: Observation, share: float) -> DrivenPath | None:
+    def _walk(
+        self, carrot: Carrot, here: Located, observation: Observation, share: float
+    ) -> DrivenPath | None:
         """Move the setpoint on at a share of its speed; return the path ahead of what drives."""
-        carrot = self._follower.carrot
-        assert carrot is not None
-        here_enu_m = measured_state(observation).position_enu_m
+        here_enu_m = here.state.position_enu_m
         path = None
         if self._traits.flies:
             share = min(share, self._run_out_limiter.speed_share(carrot, observation))
@@ -394,59 +398,60 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             self._follower.is_stale = True  # so it is replanned, from here to the same point
         return path
 
-    def _settle(self, observation: Observation, now: float) -> Step | None:
-        if not is_located(observation, self._config.position_stale_s):
+    def _settle(self, observation: Observation, now: float) -> Answer:
+        here, carrot = located(observation, self._config.position_stale_s), self._follower.carrot
+        if here is None:
             return self._lose_position(observation)
-        if self._follower.is_stale:
-            return PhaseEvent.REPLAN
+        if self._follower.is_stale or carrot is None:
+            return Phase.NAVIGATING
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
-            return PhaseEvent.NO_WAY
+            return Phase.BLOCKED
         if self._in_traffic.gives_way(observation, now):
             # The follower has the path of the evasion; to begin the flight would plan another.
-            self._take(PhaseEvent.REPLAN, now)
+            self._go(Phase.NAVIGATING, now)
             return None
         arrival = self._arrival
         if arrival.holds(observation, now, arrival.is_turned(observation)):
-            return self._arrived(observation, now)
+            return self._arrived(here)
         if now - self._phase_since_s > arrival.patience_s + arrival.hold_time_s:
             return arrival.timeout("The vehicle did not settle", observation)
-        assert self._follower.carrot is not None
-        return Fly(self._setpoint(self._follower.carrot, observation))
+        return Fly(self._setpoint(carrot, here, observation))
 
     def _setpoint(
-        self, carrot: Carrot, observation: Observation, path: DrivenPath | None = None
+        self,
+        carrot: Carrot,
+        here: Located,
+        observation: Observation,
+        path: DrivenPath | None = None,
     ) -> Setpoint:
         """Return what leads the vehicle along: the carrot, or a velocity along the path."""
         if self._traits.flies:
             return carrot.setpoint
-        here, yaw = measured_state(observation), observation.yaw_enu_rad
-        assert yaw is not None
         return self._pursuit.follow(
             path,
             carrot.trajectory.end_position_enu_m,
-            Pursuer(here.position_enu_m, here.velocity_enu_m_s, yaw),
+            Pursuer(here.state.position_enu_m, here.velocity_enu_m_s, here.yaw_enu_rad),
             self._follower.limits,
             self._arrival.radius_m,
             observation.time_s,
         )
 
-    def _arrived(self, observation: Observation, now: float) -> Step | None:
+    def _arrived(self, here: Located) -> Answer:
         """End, or continue; the vehicle has been near, turned and slow for its time."""
-        error_m = self._arrival.error_m(observation)
-        assert error_m is not None
+        error_m = distance(here.position_enu_m, self._arrival.goal.position_enu_m)
         ending = self._itinerary.arrive(error_m)
         if ending is not None:
             return ending
         self._held_s, self._least_left_m = 0.0, math.inf
-        return PhaseEvent.REPLAN
+        return Phase.NAVIGATING
 
-    def _lose_position(self, observation: Observation) -> PhaseEvent:
+    def _lose_position(self, observation: Observation) -> Phase:
         """Stop the setpoint, because where the vehicle is is not known."""
         self._follower.plan_stop(observation)
-        return PhaseEvent.POSITION_LOST
+        return Phase.HOLDING
 
-    def _hold(self, observation: Observation, now: float) -> Step | None:
-        located = is_located(observation, self._config.position_stale_s)
+    def _hold(self, observation: Observation, now: float) -> Answer:
+        is_known = is_located(observation, self._config.position_stale_s)
         held_s = self._held_s + now - self._phase_since_s
         if held_s > self._arrival.patience_s and not self._pause_asked:
             # Each time it comes back the flight restarts, and with it all other patience.
@@ -455,13 +460,13 @@ class SetpointFlight(PhasedTask[GotoPhase]):
                 "total without getting closer."
             )
             return Outcome(OutcomeCode.NO_POSITION, text, None)
-        if located and not observation.position_doubt:
+        if is_known and not observation.position_doubt:
             if self._doubted:
                 self._doubted = False
                 self._forget()
             self._held_s = 0.0 if self._pause_asked else held_s
-            return PhaseEvent.REPLAN
-        if located:
+            return Phase.NAVIGATING
+        if is_known:
             self._phase_since_s = now  # it is not lost; for how long it may be in doubt is not ours
         timeout_s = self._config.position_timeout_s
         age_s = observation.position_age_s
@@ -473,9 +478,9 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             )
             return Outcome(OutcomeCode.NO_POSITION, text, None)
         self._follower.walk(None)
-        return self._stopping.led(observation)
+        return led(self._parts, observation)
 
-    def _stay(self, observation: Observation, now: float) -> Step | None:
+    def _stay(self, observation: Observation, now: float) -> Answer:
         """Stand still where the pause came, until it is over."""
         if not is_located(observation, self._config.position_stale_s):
             return self._lose_position(observation)
@@ -483,33 +488,33 @@ class SetpointFlight(PhasedTask[GotoPhase]):
             return self._stand(observation, now)
         if self._avoider is not None:
             self._avoider.restart_clock()
-        return PhaseEvent.REPLAN
+        return Phase.NAVIGATING
 
-    def _stand(self, observation: Observation, now: float) -> Step:
+    def _stand(self, observation: Observation, now: float) -> Answer:
         """Brake and stand, but give way to what comes near."""
         if self._follower.is_stale or self._follower.carrot is None:
             self._follower.plan_stop(observation)
         elif not self._in_traffic.gives_way(observation, now) and self._avoider is not None:
             self._avoider.give_way(observation, now)
         self._follower.walk(None)
-        return self._stopping.led(observation)
+        return led(self._parts, observation)
 
-    def _wait_for_path(self, observation: Observation, now: float) -> Step | None:
+    def _wait_for_path(self, avoider: Avoider, observation: Observation, now: float) -> Answer:
         """Stand still until obstacles leave a path, or it has taken too long."""
-        assert self._avoider is not None
-        if not is_located(observation, self._config.position_stale_s):
+        here = located(observation, self._config.position_stale_s)
+        if here is None:
             return self._lose_position(observation)
         # A vehicle that is at its target already only waits to be slow; but the first search,
         # without a reason yet, is no obstacle to a goal that is close by, or a turn.
-        is_blocked = bool(self._avoider.reason)
+        is_blocked = bool(avoider.reason)
         if is_blocked and self._arrival.holds(observation, now):
-            return self._arrived(observation, now)
+            return self._arrived(here)
         is_there = is_blocked and self._arrival.is_near(observation)
-        decision = self._avoider.wait(observation, now, may_plan=not is_there)
+        decision = avoider.wait(observation, now, may_plan=not is_there)
         if decision is Decision.GIVE_UP:
-            return self._over(*self._avoider.failure(), observation)
+            return self._over(*avoider.failure(), observation)
         if decision is Decision.REPLAN:
-            self._begin_flight(PhaseEvent.REPLAN, observation, now)
-            if self._phase is not GotoPhase.BLOCKED:
+            self._begin_flight(observation, now)
+            if self._phase is not Phase.BLOCKED:
                 return None
         return self._stand(observation, now)

@@ -6,29 +6,17 @@ from navigation_core.geometry import KinematicState, Vector3, distance, is_finit
 from navigation_core.limits import Limits
 from navigation_core.planning.planner import NoPath
 from navigation_core.searches import Search
-from navigation_core.tasks.flying.goto_phases import GotoPhase
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import is_airborne
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.phases import BEFORE_FLIGHT, STATUS, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.trajectory import TrajectoryError, plan_to
 
-_STATUS = {
-    GotoPhase.PREPARING: Status.PREPARING,
-    GotoPhase.ARMING: Status.ARMING,
-    GotoPhase.TAKING_OFF: Status.TAKING_OFF,
-    GotoPhase.NAVIGATING: Status.NAVIGATING,
-    GotoPhase.SETTLING: Status.SETTLING,
-    GotoPhase.HOLDING: Status.HOLDING,
-    GotoPhase.PAUSED: Status.PAUSED,
-    GotoPhase.BLOCKED: Status.BLOCKED,
-    GotoPhase.BRAKING: Status.CANCELLING,
-    GotoPhase.DISARMING: Status.CANCELLING,
-}
 # Assumed time of a mode change, and of the motors' run-up before a climb.
 _CONTROL_S = 1.0
 _RUN_UP_S = 2.0
@@ -92,7 +80,7 @@ class GotoEstimator:
         self._leg = (distance(position, self._goal_enu_m), leg.duration_s)
 
     def progress(
-        self, phase: GotoPhase, elapsed_s: float, carrot: Carrot | None, observation: Observation
+        self, phase: Phase, elapsed_s: float, carrot: Carrot | None, observation: Observation
     ) -> Progress:
         """Estimate what is left.
 
@@ -105,20 +93,20 @@ class GotoEstimator:
         position = observation.position_enu_m
         if position is not None and is_finite(position):
             self._position_enu_m = position
-        if phase is GotoPhase.ENDED:
+        if phase is Phase.ENDED:
             return Progress(self._last.status, 0.0, 0.0)
         self.is_straight = False
-        if phase in (GotoPhase.PREPARING, GotoPhase.ARMING, GotoPhase.TAKING_OFF):
+        if phase in BEFORE_FLIGHT:
             self._look_at_preview()
             left = self._before_flight(phase, elapsed_s, observation.ground_enu_m)
             self.is_straight = not self._follows_route
-        elif phase in (GotoPhase.BRAKING, GotoPhase.DISARMING):
+        elif phase in (Phase.STOPPING, Phase.DISARMING):
             left = self._while_stopping(phase, carrot)
         elif carrot is None:
             left = (self._to_goal_m(), self._last.time_remaining_s)
         else:
             left = self._in_flight(phase, elapsed_s, carrot)
-        self._last = Progress(_STATUS[phase], left[0], left[1])
+        self._last = Progress(STATUS[phase], left[0], left[1])
         return self._last
 
     def _look_at_preview(self) -> None:
@@ -144,26 +132,26 @@ class GotoEstimator:
         return distance(self._position_enu_m, self._goal_enu_m)
 
     def _before_flight(
-        self, phase: GotoPhase, elapsed_s: float, ground_m: float
+        self, phase: Phase, elapsed_s: float, ground_m: float
     ) -> tuple[float, float]:
         height_m = 0.0 if self._position_enu_m is None else self._position_enu_m[2] - ground_m
         climb_m = max(self._takeoff_m - height_m, 0.0)
         time_s = climb_m / self._config.takeoff_climb_rate_m_s
-        if phase is GotoPhase.TAKING_OFF:
+        if phase is Phase.TAKING_OFF:
             time_s += max(_RUN_UP_S - elapsed_s, 0.0)
         elif self._takeoff_m > 0.0:
             time_s += _RUN_UP_S
-        if phase is GotoPhase.ARMING:
+        if phase is Phase.ARMING:
             time_s += max(self._config.arming_time_s - elapsed_s, 0.0)
-        elif phase is GotoPhase.PREPARING:
+        elif phase is Phase.PREPARING:
             time_s += max(_CONTROL_S - elapsed_s, 0.0)
             time_s += self._config.arming_time_s if self._needs_arming else 0.0
         leg_m, leg_s = self._leg
         return climb_m + leg_m, time_s + leg_s + self._config.arrival_dwell_s
 
-    def _in_flight(self, phase: GotoPhase, elapsed_s: float, carrot: Carrot) -> tuple[float, float]:
+    def _in_flight(self, phase: Phase, elapsed_s: float, carrot: Carrot) -> tuple[float, float]:
         dwell_s = self._config.arrival_dwell_s
-        if phase in (GotoPhase.HOLDING, GotoPhase.PAUSED, GotoPhase.BLOCKED):
+        if phase in (Phase.HOLDING, Phase.PAUSED, Phase.BLOCKED):
             leg_s = self._last.time_remaining_s
             return self._to_goal_m(), max(leg_s, carrot.time_remaining_s)
         position = self._position_enu_m
@@ -171,14 +159,14 @@ class GotoEstimator:
         lag_m = 0.0 if position is None else distance(setpoint, position)
         lag_s = max(lag_m - self._config.arrival_radius_m, 0.0)
         lag_s /= self._limits.speed_horizontal_m_s
-        if phase is GotoPhase.SETTLING:
+        if phase is Phase.SETTLING:
             return lag_m, max(dwell_s - elapsed_s, 0.0) + lag_s
         return (
             carrot.distance_remaining_m + lag_m,
             carrot.time_remaining_s + lag_s + dwell_s,
         )
 
-    def _while_stopping(self, phase: GotoPhase, carrot: Carrot | None) -> tuple[float, float]:
-        if phase is GotoPhase.DISARMING or carrot is None:
+    def _while_stopping(self, phase: Phase, carrot: Carrot | None) -> tuple[float, float]:
+        if phase is Phase.DISARMING or carrot is None:
             return 0.0, _DISARM_S
         return carrot.distance_remaining_m, carrot.time_remaining_s + self._config.stop_dwell_s

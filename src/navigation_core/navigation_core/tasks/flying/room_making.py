@@ -121,10 +121,6 @@ class RoomMaking:
         """Whether the vehicle may get into this mode by itself now."""
         return self._current.accepts_mode(mode)
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps."""
-        self._current.resume(observation, now)
-
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of what is asked of the autopilot, with the status of now."""
         progress = self._task.progress(observation, now)

@@ -2,50 +2,78 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from navigation_core.geometry import norm
-from navigation_core.tasks.flying.departure import FlightParts, Step
-from navigation_core.tasks.flying.goto_phases import PhaseEvent
+from navigation_core.tasks.conditions import Requester
+from navigation_core.tasks.flying.arrival import Arrival
+from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Wait
+from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import can_move, is_located
 from navigation_core.tasks.observation import Observation, TaskOperation
+from navigation_core.tasks.phased_task import Answer
+from navigation_core.tasks.phases import Phase
 from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.traits import Traits
 
 # A setpoint slower than this has come to its end.
 _STANDS_M_S = 0.01
 _STOPPED = "The vehicle has stopped."
 
 
+@dataclass(frozen=True)
+class FlightParts:
+    """The parts of a flight that its phases share.
+
+    Attributes:
+        config: how to fly.
+        traits: what the vehicle can do.
+        requests: the operations that are requested.
+        follower: leads along the path.
+        arrival: judges the distance to the stop.
+        still: judges whether the vehicle stands.
+    """
+
+    config: GotoConfig
+    traits: Traits
+    requests: Requester
+    follower: PathFollower
+    arrival: Arrival
+    still: Standstill
+
+
 class Stopping:
     """The phases after the flight, or instead of it."""
 
-    def __init__(self, parts: FlightParts) -> None:
-        """Prepare.
+    def __init__(
+        self, parts: FlightParts, ending: Outcome, armed_for_us: bool, since_s: float
+    ) -> None:
+        """Begin to stop.
 
         Args:
             parts: of the flight that is stopped.
+            ending: the outcome that it is stopped for.
+            armed_for_us: whether the vehicle was armed for this flight, and is to be disarmed.
+            since_s: the time now.
         """
-        self._parts = parts
-        self._stopped = Standstill.of_stop(parts.config, parts.traits)
+        self._parts, self._ending, self._armed_for_us = parts, ending, armed_for_us
+        self._since_s = since_s
         self._watched_s: float | None = None
-        self.ending: Outcome | None = None
-        """The outcome that the vehicle is stopped for; None while it is not stopped."""
-        self.armed_for_us = False
-        """Whether the vehicle was armed for this flight, so that it is to be disarmed."""
+        parts.still.reset()
 
-    def restart(self) -> None:
-        """Begin again to look whether the vehicle stands."""
-        self._stopped.reset()
-
-    def brake(self, observation: Observation, now: float, since_s: float) -> Step:
-        """Brake in the air, or on the road, from a time on."""
+    def brake(self, observation: Observation, now: float) -> Answer:
+        """Brake in the air, or on the road."""
         located = is_located(observation, self._parts.config.position_stale_s)
         if located and (self._parts.follower.is_stale or self._parts.follower.carrot is None):
             self._parts.follower.plan_stop(observation)
         self._parts.follower.walk(None)
         carrot = self._parts.follower.carrot
         commanded_m_s = 0.0 if carrot is None else norm(carrot.state.velocity_enu_m_s)
-        return self._at_rest(observation, now, since_s, commanded_m_s) or self.led(observation)
+        return self._at_rest(observation, now, self._since_s, commanded_m_s) or led(
+            self._parts, observation
+        )
 
     def _at_rest(
         self,
@@ -56,15 +84,15 @@ class Stopping:
         done: str = _STOPPED,
     ) -> Outcome | None:
         """Return the outcome once the vehicle stands, or its time to stop is over."""
-        still = self._stopped.holds(observation, self._parts.config.position_stale_s)
+        still = self._parts.still.holds(observation, self._parts.config.position_stale_s)
         if still and commanded_m_s < _STANDS_M_S:
             return self.ended(done, observation)
         timeout_s = self._parts.config.cancel_timeout_s
         if now - since_s > timeout_s:
-            return self.ended(self._stopped.failure(timeout_s), observation)
+            return self.ended(self._parts.still.failure(timeout_s), observation)
         return None
 
-    def _hold(self, done: str, failed: str, observation: Observation, now: float) -> Step:
+    def _hold(self, done: str, failed: str, observation: Observation, now: float) -> Answer:
         """Let the autopilot stop in a mode of its own, and wait for that.
 
         A PX4 ends a climb so, and a rover that drives by itself rolls on for some time.
@@ -76,26 +104,20 @@ class Stopping:
             self._watched_s = now
         return self._at_rest(observation, now, self._watched_s, done=done) or Wait()
 
-    def led(self, observation: Observation) -> Intent:
-        """Return the carrot's setpoint, for a vehicle that is being stopped."""
-        carrot = self._parts.follower.carrot
-        if carrot is None:
-            return Wait()
-        setpoint = carrot.setpoint
-        return Fly(setpoint if self._parts.traits.flies else without_turn(setpoint, observation))
-
-    def disarm(self, observation: Observation, now: float) -> Step:
+    def disarm(self, observation: Observation, now: float) -> Answer:
         """Disarm on the ground, or stop the take-off of a vehicle that somebody else armed."""
         flies = self._parts.traits.flies and can_move(
             observation, self._parts.traits, self._parts.config.airborne_height_m
         )
-        holds = not self.armed_for_us and self._parts.requests.current is not None
+        holds = not self._armed_for_us and self._parts.requests.current is not None
         if flies and not observation.in_control:
             return self._hold(_STOPPED, "It may still be flying.", observation, now)
         if flies and not holds:
             self._parts.follower.plan_stop(observation)
-            return PhaseEvent.STOP_IN_AIR
-        if not self.armed_for_us:
+            self._parts.still.reset()
+            self._since_s = now
+            return Phase.STOPPING
+        if not self._armed_for_us:
             holding = "The vehicle holds; whoever armed it may disarm it."
             return self._hold(holding, "It is still armed.", observation, now)
         answer = self._asked(TaskOperation.DISARM, "It may still be armed.", observation, now)
@@ -103,12 +125,11 @@ class Stopping:
 
     def _asked(
         self, kind: TaskOperation, failed: str, observation: Observation, now: float
-    ) -> Step | None:
+    ) -> Intent | Outcome | None:
         """Have a last operation done; return the outcome if it failed, and None once it is done."""
-        assert self.ending is not None
         timeout_s = self._parts.config.cancel_timeout_s
         answer = self._parts.requests.perform(
-            Perform(kind), self.ending.code, observation, now, timeout_s
+            Perform(kind), self._ending.code, observation, now, timeout_s
         )
         if isinstance(answer, Outcome):
             return self.ended(f"{answer.message} {failed}", observation)
@@ -116,6 +137,13 @@ class Stopping:
 
     def ended(self, text: str, observation: Observation) -> Outcome:
         """Return the outcome that the stop was for, and how the stop went."""
-        assert self.ending is not None
-        message = f"{self.ending.message} {text}"
-        return Outcome(self.ending.code, message, self._parts.arrival.error_m(observation))
+        return self._ending.after(text, self._parts.arrival.error_m(observation))
+
+
+def led(parts: FlightParts, observation: Observation) -> Intent:
+    """Return the carrot's setpoint, for a vehicle that is being stopped."""
+    carrot = parts.follower.carrot
+    if carrot is None:
+        return Wait()
+    setpoint = carrot.setpoint
+    return Fly(setpoint if parts.traits.flies else without_turn(setpoint, observation))

@@ -125,11 +125,13 @@ class DrivenReference:
         return min(max(command.yaw_rate_rad_s, -most), most)
 
     def answer(
-        self, command: VelocityCommand | None, here: KinematicState, observation: Observation
+        self,
+        command: VelocityCommand | None,
+        here: KinematicState,
+        yaw: float,
+        observation: Observation,
     ) -> Fly:
-        """Return what to send now."""
-        yaw = observation.yaw_enu_rad
-        assert yaw is not None
+        """Return what to send now, for a measured state and yaw."""
         speed_m_s = self._told_m_s(here)
         in_map = command is not None and command.frame is VelocityFrame.MAP
         if self._traits.drives_by_turn_rate and not in_map:

@@ -6,16 +6,17 @@ timeout counts no more, so that a client that crashes, or a network that fails, 
 
 from __future__ import annotations
 
-from enum import Enum, auto
+from functools import partial
 
 from navigation_core.geometry import KinematicState, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.conditions import Dwell, stand_on_ground
-from navigation_core.tasks.flying.departure import NOT_TAKEN_BACK, is_pending
-from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
-from navigation_core.tasks.measurement import can_move, is_located
+from navigation_core.tasks.departure import Departure, is_pending
+from navigation_core.tasks.intents import Intent, Outcome, Perform, StopFirst, Wait
+from navigation_core.tasks.measurement import Located, is_located, located
 from navigation_core.tasks.observation import Observation, TaskOperation
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phases import STOPPING, VELOCITY, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.steering.steersman import Steersman, VelocityTerms
@@ -26,32 +27,19 @@ __all__ = ["FollowVelocity"]
 _STANDS_M_S = 0.01
 
 
-class VelocityPhase(Enum):
-    """The phases."""
-
-    PREPARING = auto()
-    """Taking control."""
-    FOLLOWING = auto()
-    """Following commands, or standing without one."""
-    BLIND = auto()
-    """Holding, because the position is unknown or in doubt."""
-    STOPPING = auto()
-    """Stopping by setpoints."""
-    RELEASING = auto()
-    """Stopping by the autopilot's own mode, before it was in control."""
-    ENDED = auto()
-
-
-class FollowVelocity(PhasedTask[VelocityPhase]):
+class FollowVelocity(PhasedTask):
     """The task. See :class:`navigation_core.tasks.task.Task`."""
+
+    table = VELOCITY
 
     def __init__(self, terms: VelocityTerms) -> None:
         """Prepare."""
         config, traits = terms.flight.config, terms.flight.traits
-        super().__init__(config, VelocityPhase.PREPARING)
+        super().__init__(config, Phase.PREPARING)
         self._traits = traits
         self._timeout_s = terms.command_timeout_s
         self._steersman = Steersman(terms)
+        self._departure = Departure(config, traits, self._requests)
         self._still = Standstill.of_stop(config, traits)
         self._landed = Dwell(config.landed_timeout_s)
         self._by_itself = terms.flight.handover.by_itself  # until the first change of phase
@@ -59,14 +47,11 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         self._command_s = 0.0  # of the last command that counted
         self._last: VelocityCommand | None = None
         self._silent_s: float | None = None
-        self._ending: Outcome | None = None
         self._status = Status.PREPARING
         self._handlers = {
-            VelocityPhase.PREPARING: self._prepare,
-            VelocityPhase.FOLLOWING: self._follow,
-            VelocityPhase.BLIND: self._hold,
-            VelocityPhase.STOPPING: self._stop,
-            VelocityPhase.RELEASING: self._release,
+            Phase.PREPARING: self._prepare,
+            Phase.NAVIGATING: self._follow,
+            Phase.HOLDING: self._hold,
         }
 
     # --- the task protocol -----------------------------------------------------------
@@ -88,24 +73,15 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
 
     def resume_control(self, now: float) -> None:
         """Take control again; setpoints sent before are past."""
-        if self._phase not in (
-            VelocityPhase.STOPPING,
-            VelocityPhase.RELEASING,
-            VelocityPhase.ENDED,
-        ):
+        if self._phase not in STOPPING:
             self._forget()
             self._command_s = now
-            self._go(VelocityPhase.PREPARING, now)
+            self._go(Phase.PREPARING, now)
 
     def unpause(self, now: float) -> None:
         """Follow commands again."""
         super().unpause(now)
         self._command_s = now
-
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps, from where the vehicle is then."""
-        self._last_step_s = now
-        self._forget()
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the status; there is no distance and no time to a target."""
@@ -122,45 +98,39 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         if self._dt_s > self._config.step_gap_s:
             self._dt_s = 0.0
             self._forget()
-        if self._cancel_asked and self._ending is None:
-            self._ending = Outcome(OutcomeCode.CANCELED, "The goal was cancelled.", None)
-            if not self._leave(observation, now):
-                return self._ending
         return super()._answer(observation, now)
 
     def _handle(self, observation: Observation, now: float) -> Answer:
         ended = self._check_vehicle(observation, now)
         return ended or super()._handle(observation, now)
 
-    def _go(self, phase: VelocityPhase, now: float) -> None:
+    def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
         self._by_itself = False
-
-    def _end(self, now: float) -> None:
-        self._phase = VelocityPhase.ENDED
 
     def _forget(self) -> None:
         self._steersman.forget()
         self._still.reset()
         self._landed.reset()
 
-    def _leave(self, observation: Observation, now: float) -> bool:
-        """Begin to stop; False if the vehicle was not moved and need not be stopped."""
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
         asked = self._by_itself or is_pending(observation, TaskOperation.TAKE_CONTROL)
         led = self._steersman.commanded is not None
         self._still.reset()
         if led and observation.in_control:
-            self._go(VelocityPhase.STOPPING, now)
-        elif asked and can_move(observation, self._traits, self._config.airborne_height_m):
+            self._handlers[Phase.STOPPING] = partial(self._brake, ending)
+            self._go(Phase.STOPPING, now)
+        elif asked and self._departure.moves(observation):
             # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
-            self._go(VelocityPhase.RELEASING, now)
+            self._handlers[Phase.RELEASING] = partial(self._release, ending)
+            self._go(Phase.RELEASING, now)
         else:
-            return False
-        return True
+            return ending
+        return None
 
     def _check_vehicle(self, observation: Observation, now: float) -> Answer:
         """Look for what ends every phase in which the vehicle is led."""
-        if self._phase in (VelocityPhase.PREPARING, VelocityPhase.RELEASING):
+        if self._phase in (Phase.PREPARING, Phase.RELEASING):
             return None
         if not observation.armed:
             text = "The vehicle was disarmed during the goal."
@@ -168,40 +138,39 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
         if not observation.in_control:
             text = "The vehicle left the mode in which it follows setpoints."
             return Outcome(OutcomeCode.PILOT_OVERRIDE, text, None)
-        on_ground = observation.airborne is False and self._traits.flies
-        if self._landed.holds(on_ground, now):
-            if self._ending is not None:
-                return self._ended("The vehicle is on the ground.")
+        if self._is_down(observation, now):
+            if self._phase is Phase.STOPPING:
+                return None  # which ends for it
             timeout_s = self._config.landed_timeout_s
             text = f"The vehicle has been on the ground for {timeout_s:g} s."
             return Outcome(OutcomeCode.LANDED, text, None)
-        if not on_ground:
+        if not self._on_ground(observation):
             return None
         self._steersman.forget()
         return stand_on_ground(observation)
 
+    def _on_ground(self, observation: Observation) -> bool:
+        return observation.airborne is False and self._traits.flies
+
+    def _is_down(self, observation: Observation, now: float) -> bool:
+        return self._landed.holds(self._on_ground(observation), now)
+
     def _prepare(self, observation: Observation, now: float) -> Answer:
         self._status = Status.PREPARING
-        if not can_move(observation, self._traits, self._config.airborne_height_m):
+        if not self._departure.moves(observation):
             where = "not flying" if self._traits.flies else "disarmed"
             text = f"The vehicle is {where}; velocity commands neither arm nor take off."
             return Outcome(OutcomeCode.NOT_FLYING, text, None)
-        if any(is_pending(observation, kind) for kind in NOT_TAKEN_BACK):
-            return Wait()
-        if not observation.in_control:
-            control, refusal = Perform(TaskOperation.TAKE_CONTROL), OutcomeCode.MODE_REFUSED
-            answer = self._requests.perform(control, refusal, observation, now)
-            if answer is not None:
-                return answer
+        answer = self._departure.take_control(observation, now)
+        if answer is not None:
+            return answer
         self._command_s = now
-        self._go(VelocityPhase.FOLLOWING, now)
-        return None
+        return Phase.NAVIGATING
 
     def _follow(self, observation: Observation, now: float) -> Answer:
-        located = is_located(observation, self._config.position_stale_s)
-        if not located or observation.position_doubt:
-            self._go(VelocityPhase.BLIND, now)
-            return None
+        here = located(observation, self._config.position_stale_s)
+        if here is None or observation.position_doubt:
+            return Phase.HOLDING
         command = self._current(observation, now)
         if self._pause_asked:
             self._status, self._command_s = Status.PAUSED, now
@@ -209,11 +178,8 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
             self._status = Status.HOLDING if command is None else Status.NAVIGATING
             ending = self._idle(now)
             if ending is not None:
-                self._ending = ending
-                self._still.reset()
-                self._go(VelocityPhase.STOPPING, now)
-                return None
-        return self._lead(observation, command, now)
+                return StopFirst(ending)
+        return self._lead(here, observation, command, now)
 
     def _current(self, observation: Observation, now: float) -> VelocityCommand | None:
         """Return the command that counts now, or None."""
@@ -239,13 +205,12 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
     def _hold(self, observation: Observation, now: float) -> Answer:
         """Stand by velocity until it is known again where the vehicle is."""
         self._status = Status.HOLDING
-        located = is_located(observation, self._config.position_stale_s)
-        if located and not observation.position_doubt:
+        is_known = is_located(observation, self._config.position_stale_s)
+        if is_known and not observation.position_doubt:
             self._forget()
             self._command_s = now
-            self._go(VelocityPhase.FOLLOWING, now)
-            return None
-        if located:
+            return Phase.NAVIGATING
+        if is_known:
             self._phase_since_s = now  # for how long it may be in doubt is not ours
         timeout_s = self._config.position_timeout_s
         if now - self._phase_since_s > timeout_s:
@@ -255,56 +220,54 @@ class FollowVelocity(PhasedTask[VelocityPhase]):
             return Outcome(OutcomeCode.NO_POSITION, text, None)
         return self._steersman.hold(observation)
 
-    def _stop(self, observation: Observation, now: float) -> Answer:
+    def _brake(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         self._status = Status.CANCELLING
+        if self._is_down(observation, now):
+            return ending.after("The vehicle is on the ground.")
         still = self._still.holds(observation, self._config.position_stale_s)
         sent = self._steersman.commanded
         sent_m_s = 0.0 if sent is None else norm(sent.velocity_enu_m_s)
         if still and sent_m_s < _STANDS_M_S:
-            return self._ended("The vehicle has stopped.")
+            return ending.after("The vehicle has stopped.")
         timeout_s = self._config.cancel_timeout_s
         if now - self._phase_since_s > timeout_s:
-            return self._ended(self._still.failure(timeout_s))
-        if not is_located(observation, self._config.position_stale_s) or observation.position_doubt:
+            return ending.after(self._still.failure(timeout_s))
+        here = located(observation, self._config.position_stale_s)
+        if here is None or observation.position_doubt:
             return self._steersman.hold(observation)
-        return self._lead(observation, None, now)
+        return self._steersman.lead(here, observation, None, self._dt_s)
 
-    def _release(self, observation: Observation, now: float) -> Answer:
+    def _release(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         self._status = Status.CANCELLING
-        assert self._ending is not None
         answer = self._requests.perform(
             Perform(TaskOperation.HOLD),
-            self._ending.code,
+            ending.code,
             observation,
             now,
             self._config.cancel_timeout_s,
         )
         if isinstance(answer, Outcome):
-            return self._ended(f"{answer.message} It may still be moving.")
+            return ending.after(f"{answer.message} It may still be moving.")
         if answer is not None:
             return answer
         if self._still.holds(observation, self._config.position_stale_s):
-            return self._ended("The vehicle holds.")
+            return ending.after("The vehicle holds.")
         timeout_s = self._config.cancel_timeout_s
         if now - self._phase_since_s > timeout_s:
-            return self._ended(self._still.failure(timeout_s))
+            return ending.after(self._still.failure(timeout_s))
         return Wait()
 
-    def _ended(self, text: str) -> Outcome:
-        assert self._ending is not None
-        return Outcome(self._ending.code, f"{self._ending.message} {text}", None)
-
     def _lead(
-        self, observation: Observation, command: VelocityCommand | None, now: float
+        self, here: Located, observation: Observation, command: VelocityCommand | None, now: float
     ) -> Intent | Outcome:
-        answer = self._steersman.lead(observation, command, self._dt_s)
+        answer = self._steersman.lead(here, observation, command, self._dt_s)
         obstruction, patience_s = self._steersman.obstruction, self._steersman.sensor_patience_s
         if not obstruction.is_silent:
             self._silent_s = None
             return answer
         if self._silent_s is None:
             self._silent_s = now
-        if now - self._silent_s <= patience_s or self._ending is not None:
+        if now - self._silent_s <= patience_s:
             return answer
         text = f"There was no obstacle data for {patience_s:g} s. {obstruction.reason}"
         return Outcome(OutcomeCode.NO_OBSTACLE_DATA, text, None)

@@ -27,7 +27,7 @@ from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import cruise_limits
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
-from navigation_core.tasks.measurement import measured_state
+from navigation_core.tasks.measurement import Located
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.steering.driven_reference import DrivenReference
 from navigation_core.tasks.steering.flown_reference import FlownReference
@@ -141,16 +141,18 @@ class Steersman:
             return Fly(without_turn(setpoint, observation), True)
         return Fly(setpoint, True)
 
-    def lead(self, observation: Observation, command: VelocityCommand | None, dt_s: float) -> Fly:
+    def lead(
+        self, known: Located, observation: Observation, command: VelocityCommand | None, dt_s: float
+    ) -> Fly:
         """Return the setpoint that follows a command.
 
         Args:
-            observation: the vehicle; its position, velocity and yaw are known.
+            known: where the vehicle is.
+            observation: the vehicle.
             command: the command, None to stand.
             dt_s: time since the last setpoint.
         """
-        here, yaw = measured_state(observation), observation.yaw_enu_rad
-        assert yaw is not None
+        here, yaw = known.state, known.yaw_enu_rad
         if not self._begun:
             self._begin(here, yaw)
         self.held_back = ""
@@ -165,7 +167,7 @@ class Steersman:
         if not self._traits.flies:
             speed_m_s = math.copysign(norm(allowed), self._driven.wanted_m_s(command))
             self._driven.advance(dt_s, speed_m_s, command, yaw, factor)
-            answer = self._driven.answer(command, here, observation)
+            answer = self._driven.answer(command, here, yaw, observation)
             self._sent = KinematicState(here.position_enu_m, answer.setpoint.velocity_enu_m_s)
             return answer
         most = self._limits.yaw_rate_rad_s

@@ -10,24 +10,21 @@ a switch of the mode.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.conditions import Dwell, Headway, check_departure
+from navigation_core.tasks.conditions import Dwell, Headway
+from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
+from navigation_core.tasks.intents import Outcome, Perform, StopFirst, Wait
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phases import MISSION, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.mission_measures import MissionMeasures
-from navigation_core.tasks.watching.mission_phases import (
-    STATUS,
-    STOPPING,
-    MissionPhase,
-    check_change,
-)
 from navigation_core.tasks.watching.mission_progress import MissionTally
 from navigation_core.tasks.waypoint import MissionPlan, Route
 
@@ -47,8 +44,10 @@ _ITEM_UPLOAD_S = 0.5
 _PASSING_M, _PASSING_CIRCLES = 4.0, 2.0
 
 
-class FlyMission(PhasedTask[MissionPhase]):
+class FlyMission(PhasedTask):
     """The task of one mission. See :class:`navigation_core.tasks.task.Task`."""
+
+    table = MISSION
 
     def __init__(
         self,
@@ -65,7 +64,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             traits: what the vehicle can do.
             speed_m_s: ground speed where a waypoint has none; None leaves it to the vehicle.
         """
-        super().__init__(config, MissionPhase.HALTING)
+        super().__init__(config, Phase.HALTING)
         self._traits = traits
         self._plan = MissionPlan(
             route.waypoints * route.laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
@@ -76,12 +75,11 @@ class FlyMission(PhasedTask[MissionPhase]):
             passing_m=max(_PASSING_M, _PASSING_CIRCLES * traits.circle_radius_m),
         )
         self._measures = MissionMeasures(route.waypoints, config, traits)
-        self._armed_by_us = False
+        self._departure = Departure(config, traits, self._requests)
         self._stored = False
         self._left_mode = False
         self._started = False
         self._speed_told = True
-        self._ending: Outcome | None = None
         self._left_s: float | None = None
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
@@ -90,16 +88,14 @@ class FlyMission(PhasedTask[MissionPhase]):
         self._arrival = Dwell(config.arrival_dwell_s)
         self._stopped = Standstill.of_stop(config, traits)
         self._handlers = {
-            MissionPhase.HALTING: self._halt,
-            MissionPhase.UPLOADING: self._upload,
-            MissionPhase.PREPARING: self._prepare,
-            MissionPhase.ARMING: self._arm,
-            MissionPhase.STARTING: self._begin,
-            MissionPhase.FLYING: self._watch,
-            MissionPhase.PAUSING: self._stop_for_pause,
-            MissionPhase.PAUSED: self._stay,
-            MissionPhase.STOPPING: self._stop,
-            MissionPhase.CLEARING: self._clear,
+            Phase.HALTING: self._halt,
+            Phase.UPLOADING: self._upload,
+            Phase.PREPARING: self._prepare,
+            Phase.ARMING: self._arm,
+            Phase.STARTING: self._begin,
+            Phase.NAVIGATING: self._watch,
+            Phase.PAUSING: self._stop_for_pause,
+            Phase.PAUSED: self._stay,
         }
 
     # --- the task protocol -----------------------------------------------------------
@@ -116,26 +112,19 @@ class FlyMission(PhasedTask[MissionPhase]):
                 takeoff_height_m=self._measures.takeoff_height_m(observation.ground_enu_m),
             )
         if not observation.armed or self._measures.on_ground(observation):
-            self._go(MissionPhase.UPLOADING, now)
+            self._go(Phase.UPLOADING, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """A PX4 holds by itself at the end, and when somebody removes the mission."""
-        return self._phase is MissionPhase.FLYING and mode in (
+        return self._phase is Phase.NAVIGATING and mode in (
             VehicleMode.MISSION,
             VehicleMode.HOLD,
         )
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps."""
-        self._moved_s = now
-        self._headway.restart()
-        self._arrival.reset()
-        self._stopped.reset()
-
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress."""
-        route = self._mission.route(self._phase is MissionPhase.ENDED)
-        if self._phase is MissionPhase.ENDED:
+        route = self._mission.route(self._phase is Phase.ENDED)
+        if self._phase is Phase.ENDED:
             return Progress(self._status(observation), 0.0, 0.0, route)
         if self._phase in STOPPING:
             return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s, route)
@@ -147,14 +136,7 @@ class FlyMission(PhasedTask[MissionPhase]):
 
     # --- the state machine -----------------------------------------------------------
 
-    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
-        if self._cancel_asked and self._phase not in STOPPING:
-            text = "The goal was cancelled."
-            self._stop_with(Outcome(OutcomeCode.CANCELED, text, None), now)
-        return super()._answer(observation, now)
-
-    def _go(self, phase: MissionPhase, now: float) -> None:
-        check_change(self._phase, phase)
+    def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
         self._moved_s = now
         self._headway.restart()
@@ -162,30 +144,25 @@ class FlyMission(PhasedTask[MissionPhase]):
         self._arrival.reset()
         self._stopped.reset()
 
-    def _end(self, now: float) -> None:
-        self._go(MissionPhase.ENDED, now)
-
-    def _stop_with(self, ending: Outcome, now: float) -> None:
-        """Bring the vehicle to a stop, and then end with an outcome."""
-        self._ending = ending
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> None:
+        self._handlers[Phase.STOPPING] = partial(self._come_to_rest, ending)
         # A transfer that is cut off leaves neither the old mission nor ours (ArduPilot).
-        if self._phase is MissionPhase.UPLOADING and self._requests.current is not None:
+        if self._phase is Phase.UPLOADING and self._requests.current is not None:
             self._stored = True
-        self._go(MissionPhase.STOPPING, now)
+        self._go(Phase.STOPPING, now)
 
     def _do(
         self,
         kind: TaskOperation,
         refusal: OutcomeCode,
-        following: MissionPhase,
+        following: Phase,
         observation: Observation,
         now: float,
     ) -> Answer:
         """Perform an operation, then continue; a rejection ends the task, motors off if needed."""
         answer = self._requests.perform(Perform(kind), refusal, observation, now)
-        if isinstance(answer, Outcome) and (self._armed_by_us or self._stored):
-            self._stop_with(answer, now)
-            return None
+        if isinstance(answer, Outcome) and (self._departure.arming_asked or self._stored):
+            return StopFirst(answer)
         if answer is None:
             self._go(following, now)
         return answer
@@ -195,16 +172,15 @@ class FlyMission(PhasedTask[MissionPhase]):
     def _halt(self, observation: Observation, now: float) -> Answer:
         """Stop what was flown before: setpoints end, and an upload takes a while."""
         if observation.mode is VehicleMode.HOLD and self._requests.current is None:
-            self._go(MissionPhase.UPLOADING, now)
-            return None
+            return Phase.UPLOADING
         return self._do(
-            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.UPLOADING, observation, now
+            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, Phase.UPLOADING, observation, now
         )
 
     def _upload(self, observation: Observation, now: float) -> Answer:
-        rejection = check_departure(observation, self._config, self._traits)
+        rejection = self._departure.check(observation)
         if rejection is not None:
-            return Outcome(rejection.code, rejection.message, None)
+            return rejection
         timeout_s = self._config.operation_timeout_s + _ITEM_UPLOAD_S * len(self._plan.waypoints)
         answer = self._requests.perform(
             Perform(TaskOperation.UPLOAD_MISSION, mission=self._plan),
@@ -215,41 +191,31 @@ class FlyMission(PhasedTask[MissionPhase]):
         )
         if answer is None:
             self._stored = True
-            self._go(MissionPhase.STARTING if observation.armed else MissionPhase.PREPARING, now)
+            self._go(Phase.STARTING if observation.armed else Phase.PREPARING, now)
         return answer
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
-        if observation.in_control or not self._traits.control_before_takeoff:
-            self._go(MissionPhase.ARMING, now)
-            return None
-        return self._do(
-            TaskOperation.TAKE_CONTROL,
-            OutcomeCode.MODE_REFUSED,
-            MissionPhase.ARMING,
-            observation,
-            now,
-        )
+        is_needed = self._traits.control_before_takeoff
+        answer = self._departure.take_control(observation, now, is_needed) or Phase.ARMING
+        return StopFirst(answer) if isinstance(answer, Outcome) else answer
 
     def _arm(self, observation: Observation, now: float) -> Answer:
-        self._armed_by_us = True
-        return self._do(
-            TaskOperation.ARM, OutcomeCode.ARMING_REFUSED, MissionPhase.STARTING, observation, now
-        )
+        answer = self._departure.arm(observation, now) or Phase.STARTING
+        return StopFirst(answer) if isinstance(answer, Outcome) else answer
 
     def _begin(self, observation: Observation, now: float) -> Answer:
         # It may have landed in a pause. Once it was asked to start, it is on its way.
-        rejection = check_departure(observation, self._config, self._traits)
+        rejection = self._departure.check(observation)
         if rejection is not None and self._requests.current is None:
-            self._stop_with(Outcome(rejection.code, rejection.message, None), now)
-            return None
+            return StopFirst(rejection)
         answer = self._do(
             TaskOperation.START_MISSION,
             OutcomeCode.MISSION_REFUSED,
-            MissionPhase.FLYING,
+            Phase.NAVIGATING,
             observation,
             now,
         )
-        self._started = self._started or self._phase is MissionPhase.FLYING
+        self._started = self._started or self._phase is Phase.NAVIGATING
         return answer
 
     # --- the flight ------------------------------------------------------------------
@@ -273,8 +239,7 @@ class FlyMission(PhasedTask[MissionPhase]):
             code = OutcomeCode.WAYPOINT_MISSED if self._mission.missed else OutcomeCode.SUCCESS
             return Outcome(code, text, self._measures.error_m(observation))
         if self._pause_asked or observation.position_doubt:
-            self._go(MissionPhase.PAUSING, now)
-            return None
+            return Phase.PAUSING
         if observation.mode is not VehicleMode.MISSION:
             return self._out_of_mode(observation, now)
         self._left_s = None
@@ -325,15 +290,13 @@ class FlyMission(PhasedTask[MissionPhase]):
         limit_s = _STUCK_AFTER_S + self._mission.target.hold_time_s
         if now - self._moved_s > limit_s:
             text = f"The vehicle has not moved for {limit_s:g} s in its mission."
-            self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
-            return None
+            return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         if self._headway.is_lost(self._lengths_m(position), now, self._mission.target.hold_time_s):
             text = (
                 f"The vehicle moves but gets no closer to waypoint {self._mission.current} "
                 "(counted from 0, over all laps)."
             )
-            self._stop_with(Outcome(OutcomeCode.TIMEOUT, text, None), now)
-            return None
+            return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         return Wait()
 
     def _lengths_m(self, position: Vector3 | None) -> tuple[float, ...]:
@@ -348,10 +311,9 @@ class FlyMission(PhasedTask[MissionPhase]):
 
     def _stop_for_pause(self, observation: Observation, now: float) -> Answer:
         if self._holds_already(observation):
-            self._go(MissionPhase.PAUSED, now)
-            return None
+            return Phase.PAUSED
         return self._do(
-            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, MissionPhase.PAUSED, observation, now
+            TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, Phase.PAUSED, observation, now
         )
 
     def _stay(self, observation: Observation, now: float) -> Answer:
@@ -361,21 +323,19 @@ class FlyMission(PhasedTask[MissionPhase]):
         if self._pause_asked or observation.position_doubt:
             return Wait()
         self._speed_told = False
-        self._go(MissionPhase.STARTING, now)
-        return None
+        return Phase.STARTING
 
     # --- the end ---------------------------------------------------------------------
 
-    def _stop(self, observation: Observation, now: float) -> Answer:
+    def _come_to_rest(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         if (
             not observation.armed
             and self._requests.current is None
             and not self._arming(observation)
         ):
-            self._go(MissionPhase.CLEARING, now)
-            return None
-        grounded = self._armed_by_us and not self._started
-        down = grounded or (self._armed_by_us and self._measures.on_ground(observation))
+            return self._begin_to_clear(ending)
+        grounded = self._departure.arming_asked and not self._started
+        down = grounded or (self._departure.arming_asked and self._measures.on_ground(observation))
         kind = TaskOperation.DISARM if down else TaskOperation.HOLD
         timeout_s = self._config.cancel_timeout_s
         answer = None
@@ -384,17 +344,13 @@ class FlyMission(PhasedTask[MissionPhase]):
                 Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s
             )
         if isinstance(answer, Outcome):
-            self._add_to_ending(answer.message)
-            self._go(MissionPhase.CLEARING, now)
-            return None
+            return self._begin_to_clear(ending.after(answer.message))
         if answer is not None:
             return answer
         over = now - self._phase_since_s > self._config.cancel_timeout_s
         stopped = self._stopped.holds(observation, self._config.position_stale_s)
         if stopped or not self._traits.hovers or over:
-            self._add_to_ending(self._how_it_stopped(stopped))
-            self._go(MissionPhase.CLEARING, now)
-            return None
+            return self._begin_to_clear(ending.after(self._how_it_stopped(stopped)))
         return Wait()
 
     def _how_it_stopped(self, stopped: bool) -> str:
@@ -404,35 +360,32 @@ class FlyMission(PhasedTask[MissionPhase]):
             return "It has stopped."
         return self._stopped.failure(self._config.cancel_timeout_s)
 
-    def _clear(self, observation: Observation, now: float) -> Answer:
-        assert self._ending is not None
+    def _begin_to_clear(self, ending: Outcome) -> Phase:
+        self._handlers[Phase.CLEARING] = partial(self._clear, ending)
+        return Phase.CLEARING
+
+    def _clear(self, ending: Outcome, observation: Observation, now: float) -> Answer:
         # A PX4 that stands in its mission mode without a mission will not arm again.
         stands_in_mode = not observation.armed and observation.mode is VehicleMode.MISSION
         if stands_in_mode and not self._left_mode:
             hold = Perform(TaskOperation.HOLD)
-            answer = self._requests.perform(hold, self._ending.code, observation, now, _CLEAR_MAX_S)
+            answer = self._requests.perform(hold, ending.code, observation, now, _CLEAR_MAX_S)
             if answer is not None and not isinstance(answer, Outcome):
                 return answer
             self._left_mode = True
         changed = observation.mission is not None and observation.mission.changed
         if not self._stored or changed:
-            return self._ending
+            return ending
         answer = self._requests.perform(
             Perform(TaskOperation.CLEAR_MISSION),
-            self._ending.code,
+            ending.code,
             observation,
             now,
             _CLEAR_MAX_S,
         )
         if isinstance(answer, Outcome):
-            self._add_to_ending(answer.message)
-        elif answer is not None:
-            return answer
-        return self._ending
-
-    def _add_to_ending(self, text: str) -> None:
-        assert self._ending is not None
-        self._ending = replace(self._ending, message=f"{self._ending.message} {text}")
+            return ending.after(answer.message)
+        return answer or ending
 
     def _holds_already(self, observation: Observation) -> bool:
         """Whether it is in its hold mode, and nobody here has asked for another one."""
@@ -447,7 +400,7 @@ class FlyMission(PhasedTask[MissionPhase]):
         return report is not None and report.kind is TaskOperation.ARM
 
     def _status(self, observation: Observation) -> Status:
-        if self._phase is MissionPhase.FLYING:
+        if self._phase is Phase.NAVIGATING:
             taking_off = self._plan.takeoff_from_enu_m is not None and self._measures.on_ground(
                 observation
             )

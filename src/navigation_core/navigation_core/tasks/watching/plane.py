@@ -1,8 +1,4 @@
-r"""Flies a plane: takes off, sends it from target to target, and circles the last.
-
-    PREPARING --> ARMING --> TAKING_OFF --> FLYING <--> CIRCLING, PAUSED
-        \___________________________________^  |
-                                            STOPPING, DISARMING --> ENDED
+"""Flies a plane: takes off, sends it from target to target, and circles the last.
 
 A plane follows no setpoints. It is sent to a place, flies there by itself, and circles it
 until it is sent on. So a pause and a cancel are a place, too: where it is. It cannot stop.
@@ -12,21 +8,21 @@ To give way to traffic it is sent to another height, or to another place, for a 
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import Enum, auto
+from functools import partial
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.conditions import Dwell, check_departure
+from navigation_core.tasks.conditions import Dwell
+from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
+from navigation_core.tasks.intents import Intent, Outcome, Perform, StopFirst, Wait
 from navigation_core.tasks.measurement import (
-    is_airborne,
-    is_located,
+    located,
     measured_speed,
-    measured_state,
 )
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phases import BEFORE_FLIGHT, PLANE, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane_giving_way import PlaneGivingWay
@@ -46,34 +42,13 @@ _LEVEL_CLIMB_MAX_M_S = 1.5
 _HEIGHT_WEIGHT = 5.0
 
 
-class _Phase(Enum):
-    PREPARING = auto()
-    ARMING = auto()
-    TAKING_OFF = auto()
-    FLYING = auto()
-    CIRCLING = auto()
-    PAUSED = auto()
-    STOPPING = auto()
-    DISARMING = auto()
-    ENDED = auto()
+_IN_FLIGHT = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.PAUSED})
 
 
-_STATUS = {
-    _Phase.PREPARING: Status.PREPARING,
-    _Phase.ARMING: Status.ARMING,
-    _Phase.TAKING_OFF: Status.TAKING_OFF,
-    _Phase.FLYING: Status.NAVIGATING,
-    _Phase.CIRCLING: Status.SETTLING,
-    _Phase.PAUSED: Status.PAUSED,
-    _Phase.STOPPING: Status.CANCELLING,
-    _Phase.DISARMING: Status.CANCELLING,
-}
-_BEFORE_FLIGHT = frozenset({_Phase.PREPARING, _Phase.ARMING, _Phase.TAKING_OFF})
-_IN_FLIGHT = frozenset({_Phase.FLYING, _Phase.CIRCLING, _Phase.PAUSED})
-
-
-class FlyPlane(PhasedTask[_Phase]):
+class FlyPlane(PhasedTask):
     """The task of a plane's goal or route. See :class:`navigation_core.tasks.task.Task`."""
+
+    table = PLANE
 
     def __init__(
         self,
@@ -90,7 +65,7 @@ class FlyPlane(PhasedTask[_Phase]):
             traits: what the plane can do.
             takeoff_height_m: height above the ground that a take-off is asked for.
         """
-        super().__init__(config, _Phase.PREPARING)
+        super().__init__(config, Phase.PREPARING)
         self._traits = traits
         self._takeoff_height_m = takeoff_height_m
         # One lap; how it flies between them is the plane's own matter.
@@ -100,24 +75,20 @@ class FlyPlane(PhasedTask[_Phase]):
         self._sent_enu_m: Vector3 | None = None
         self._is_taken = self._was_sent = False
         self._giving_way = PlaneGivingWay(traits)
-        self._stay_enu_m: Vector3 | None = None
         self._speed_told_m_s: float | None = None
         self._speed_problem = ""
-        self._arming_asked = False
+        self._departure = Departure(config, traits, self._requests, self._error_m)
         self._last_enu_m: Vector3 | None = None
         self._circling = Circling(traits.circle_radius_m)
         self._circled = Dwell(config.arrival_dwell_s)
         self._landed = Dwell(config.landed_timeout_s)
         self._nearest_m, self._nearest_s = float("inf"), 0.0
         self._handlers = {
-            _Phase.PREPARING: self._prepare,
-            _Phase.ARMING: self._arm,
-            _Phase.TAKING_OFF: self._take_off,
-            _Phase.FLYING: self._fly,
-            _Phase.CIRCLING: self._circle,
-            _Phase.PAUSED: self._stay,
-            _Phase.STOPPING: self._stop,
-            _Phase.DISARMING: self._disarm,
+            Phase.PREPARING: self._prepare,
+            Phase.ARMING: self._arm,
+            Phase.TAKING_OFF: self._take_off,
+            Phase.NAVIGATING: self._fly,
+            Phase.SETTLING: self._circle,
         }
 
     # --- the task protocol -----------------------------------------------------------
@@ -138,36 +109,31 @@ class FlyPlane(PhasedTask[_Phase]):
         self._is_taken = self._was_sent = False
         if self._phase in _IN_FLIGHT:
             self._circling = Circling(self._traits.circle_radius_m)
-            self._go(_Phase.FLYING, now)
-        elif self._phase in _BEFORE_FLIGHT:
-            self._go(_Phase.PREPARING, now)
+            self._go(Phase.NAVIGATING, now)
+        elif self._phase in BEFORE_FLIGHT:
+            self._go(Phase.PREPARING, now)
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """A take-off has a mode of its own, and PX4 circles by itself after it."""
-        if self._phase is _Phase.DISARMING:
+        if self._phase is Phase.DISARMING:
             # A PX4 that is disarmed leaves its take-off.
             return mode in (VehicleMode.HOLD, VehicleMode.CONTROL)
-        if self._phase not in _BEFORE_FLIGHT:
+        if self._phase not in BEFORE_FLIGHT:
             return False
         return mode in (VehicleMode.TAKE_OFF, VehicleMode.HOLD, VehicleMode.CONTROL)
-
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps: it has flown on by itself."""
-        self._nearest_s = now
-        self._circled.reset()
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of the whole route."""
         position = observation.position_enu_m or self._last_enu_m
-        status, route = _STATUS.get(self._phase, Status.NAVIGATING), self._route.progress()
-        if position is None or self._phase is _Phase.ENDED:
+        status, route = STATUS[self._phase], self._route.progress()
+        if position is None or self._phase is Phase.ENDED:
             return Progress(status, 0.0, 0.0, route)
         self._last_enu_m = position
-        if self._phase in (_Phase.STOPPING, _Phase.DISARMING):
+        if self._phase in STOPPING:
             return Progress(status, 0.0, 1.0, route)
-        if self._phase is _Phase.PAUSED and not self._pause_asked:
+        if self._phase is Phase.PAUSED and not self._pause_asked:
             status = Status.HOLDING  # the position is in doubt
-        if self._phase is _Phase.CIRCLING and self._route.current.hold_time_s > 0.0:
+        if self._phase is Phase.SETTLING and self._route.current.hold_time_s > 0.0:
             status = Status.HOLDING
         measured_m_s = measured_speed(observation) or 0.0
         speed_m_s = max(measured_m_s, 0.5 * _CRUISE_M_S) if self._is_flying() else _CRUISE_M_S
@@ -176,9 +142,9 @@ class FlyPlane(PhasedTask[_Phase]):
         blocked = "" if waiting is None else waiting.text
         if blocked and status is not Status.PAUSED:
             status = Status.WAITING_FOR_TRAFFIC
-        if self._phase is _Phase.CIRCLING:
+        if self._phase is Phase.SETTLING:
             time_s -= min(now - self._phase_since_s, self._route.current.hold_time_s)
-        if self._phase in _BEFORE_FLIGHT and not observation.airborne:
+        if self._phase in BEFORE_FLIGHT and not observation.airborne:
             climb_m = max(self._takeoff_height_m - (position[2] - observation.ground_enu_m), 0.0)
             time_s += climb_m / _CLIMB_M_S + _RUN_UP_S
         time_s += self._config.arrival_dwell_s
@@ -190,8 +156,6 @@ class FlyPlane(PhasedTask[_Phase]):
         return self._phase in _IN_FLIGHT
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
-        if self._cancel_asked and self._phase not in (_Phase.STOPPING, _Phase.DISARMING):
-            self._begin_stop(observation, now)
         answer = super()._answer(observation, now)
         if isinstance(answer, Outcome) and self._speed_problem:
             return replace(answer, message=f"{answer.message} {self._speed_problem}")
@@ -201,14 +165,11 @@ class FlyPlane(PhasedTask[_Phase]):
         answer = self._check_flight(observation, now)
         return super()._handle(observation, now) if answer is None else answer
 
-    def _go(self, phase: _Phase, now: float) -> None:
+    def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
         self._nearest_s = now
         self._nearest_m = float("inf")
         self._circled.reset()
-
-    def _end(self, now: float) -> None:
-        self._phase = _Phase.ENDED
 
     def _check_flight(self, observation: Observation, now: float) -> Answer:
         """Look for what ends every flight."""
@@ -232,29 +193,19 @@ class FlyPlane(PhasedTask[_Phase]):
         return None
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
-        rejection = check_departure(observation, self._config, self._traits)
+        rejection = self._departure.check(observation)
         if rejection is not None:
-            return self._over(rejection.code, rejection.message, observation)
-        if observation.armed and is_airborne(observation, self._config.airborne_height_m):
-            self._go(_Phase.FLYING, now)
-        else:
-            self._go(_Phase.TAKING_OFF if observation.armed else _Phase.ARMING, now)
-        return None
+            return rejection
+        if self._departure.moves(observation):
+            return Phase.NAVIGATING
+        return Phase.TAKING_OFF if observation.armed else Phase.ARMING
 
     def _arm(self, observation: Observation, now: float) -> Answer:
-        self._arming_asked = True
-        refusal = OutcomeCode.ARMING_REFUSED
-        answer = self._requests.perform(Perform(TaskOperation.ARM), refusal, observation, now)
-        if answer is None:
-            self._go(_Phase.TAKING_OFF, now)
-        return answer
+        return self._departure.arm(observation, now) or Phase.TAKING_OFF
 
     def _take_off(self, observation: Observation, now: float) -> Answer:
-        intent = Perform(TaskOperation.TAKE_OFF, self._takeoff_height_m)
-        answer = self._requests.perform(intent, OutcomeCode.TAKEOFF_REFUSED, observation, now)
-        if answer is None:
-            self._go(_Phase.FLYING, now)
-        return answer
+        height_m = self._takeoff_height_m
+        return self._departure.take_off(height_m, observation, now) or Phase.NAVIGATING
 
     # --- the flight ------------------------------------------------------------------
 
@@ -296,7 +247,7 @@ class FlyPlane(PhasedTask[_Phase]):
 
     def _fly(self, observation: Observation, now: float) -> Answer:
         if self._pause_asked or observation.position_doubt:
-            return self._begin_stay(_Phase.PAUSED, observation, now)
+            return self._begin_stay(observation)
         target = self._route.current.position_enu_m
         answer = self._send(target, observation, now)
         if answer is None:
@@ -305,17 +256,17 @@ class FlyPlane(PhasedTask[_Phase]):
             answer = self._check_headway(observation, now)
         if answer is not None:
             return answer
-        if not is_located(observation, self._config.position_stale_s):
+        known = located(observation, self._config.position_stale_s)
+        if known is None:
             return Wait()
-        here = measured_state(observation)
+        here = known.state
         position = here.position_enu_m
         if self._route.passed(position, here.velocity_enu_m_s):
             return self._next(observation, now)
         on_circle = self._circling.watch(position, target) and not self._giving_way.evades
         if self._route.stops and on_circle:
             self._giving_way.restart()
-            self._go(_Phase.CIRCLING, now)
-            return None
+            return Phase.SETTLING
         left_m = distance(position, target) + _HEIGHT_WEIGHT * abs(position[2] - target[2])
         if left_m < self._nearest_m - _PROGRESS_MIN_M:
             self._nearest_m, self._nearest_s = left_m, now
@@ -337,21 +288,21 @@ class FlyPlane(PhasedTask[_Phase]):
     def _circle(self, observation: Observation, now: float) -> Answer:
         """Circle for the dwell, and for the hold time of the waypoint."""
         if self._pause_asked or observation.position_doubt:
-            return self._begin_stay(_Phase.PAUSED, observation, now)
+            return self._begin_stay(observation)
         waypoint = self._route.current
         answer = self._send(waypoint.position_enu_m, observation, now)
         if self._giving_way.evades:
             self._circling = Circling(self._traits.circle_radius_m)
-            self._go(_Phase.FLYING, now)
-            return None
+            return Phase.NAVIGATING
         if answer is not None:
             return answer
         if now - self._phase_since_s > _STUCK_AFTER_S + waypoint.hold_time_s:
             text = "The vehicle did not stay on its circle around the target."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
-        if not is_located(observation, self._config.position_stale_s):
+        known = located(observation, self._config.position_stale_s)
+        if known is None:
             return Wait()
-        here = measured_state(observation)
+        here = known.state
         level = abs(here.velocity_enu_m_s[2]) <= _LEVEL_CLIMB_MAX_M_S
         on_circle = self._circling.watch(here.position_enu_m, waypoint.position_enu_m) and level
         settled = self._circled.holds(on_circle, now - observation.position_age_s)
@@ -364,8 +315,7 @@ class FlyPlane(PhasedTask[_Phase]):
         self._route.advance()
         self._circling = Circling(self._traits.circle_radius_m)
         if not self._route.over:
-            self._go(_Phase.FLYING, now)
-            return None
+            return Phase.NAVIGATING
         text = "The plane circles the target"
         if self._route.total > 1:
             text = (
@@ -376,67 +326,68 @@ class FlyPlane(PhasedTask[_Phase]):
 
     # --- pause, cancel ---------------------------------------------------------------
 
-    def _begin_stay(self, phase: _Phase, observation: Observation, now: float) -> Answer:
-        """Choose where to circle: here, but no lower than is safe."""
+    def _place_to_stay(self, observation: Observation) -> Vector3 | None:
+        """Return where to circle: here, but no lower than is safe."""
         position = observation.position_enu_m
         if position is None:
-            return Wait()
+            return None
         least_m = observation.ground_enu_m + self._traits.height_min_m
-        self._stay_enu_m = (position[0], position[1], max(position[2], least_m))
-        self._go(phase, now)
-        return None
+        return (position[0], position[1], max(position[2], least_m))
 
-    def _stay(self, observation: Observation, now: float) -> Answer:
-        assert self._stay_enu_m is not None
-        answer = self._send(self._stay_enu_m, observation, now)
+    def _begin_stay(self, observation: Observation) -> Answer:
+        place = self._place_to_stay(observation)
+        if place is None:
+            return Wait()
+        self._handlers[Phase.PAUSED] = partial(self._stay, place)
+        return Phase.PAUSED
+
+    def _stay(self, place: Vector3, observation: Observation, now: float) -> Answer:
+        answer = self._send(place, observation, now)
         if answer is None and not (self._pause_asked or observation.position_doubt):
             self._circling = Circling(self._traits.circle_radius_m)
-            self._go(_Phase.FLYING, now)
+            return Phase.NAVIGATING
+        return answer or Wait()
+
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
+        flies = self._departure.moves(observation)
+        if not flies and (self._departure.arming_asked or self._phase is Phase.TAKING_OFF):
+            self._handlers[Phase.DISARMING] = partial(self._disarm, ending)
+            self._go(Phase.DISARMING, now)
             return None
-        return Wait() if answer is None else answer
+        place = self._place_to_stay(observation)
+        if not flies or place is None:
+            return replace(ending, final_error_m=self._error_m(observation))
+        self._handlers[Phase.STOPPING] = partial(self._circle_here, ending, place)
+        self._go(Phase.STOPPING, now)
+        return None
 
-    def _begin_stop(self, observation: Observation, now: float) -> None:
-        flies = observation.armed and is_airborne(observation, self._config.airborne_height_m)
-        if flies:
-            if self._begin_stay(_Phase.STOPPING, observation, now) is not None:
-                self._stay_enu_m = None
-                self._go(_Phase.STOPPING, now)
-        elif self._arming_asked or self._phase is _Phase.TAKING_OFF:
-            self._go(_Phase.DISARMING, now)
-        else:
-            self._stay_enu_m = None
-            self._go(_Phase.STOPPING, now)
-
-    def _stop(self, observation: Observation, now: float) -> Answer:
-        text = "The goal was cancelled."
-        if self._stay_enu_m is None:
-            return self._over(OutcomeCode.CANCELED, text, observation)
-        answer = self._send(self._stay_enu_m, observation, now)
+    def _circle_here(
+        self, ending: Outcome, place: Vector3, observation: Observation, now: float
+    ) -> Answer:
+        answer = self._send(place, observation, now)
         if isinstance(answer, Outcome):
-            return self._over(OutcomeCode.CANCELED, f"{text} {answer.message}", observation)
-        if answer is None:
-            where = "elsewhere, to give way" if self._giving_way.evades else "where it was"
-            text += f" A plane cannot stop: it circles {where}."
-            return self._over(OutcomeCode.CANCELED, text, observation)
-        return answer
+            return ending.after(answer.message, self._error_m(observation))
+        where = "elsewhere, to give way" if self._giving_way.evades else "where it was"
+        text = f"A plane cannot stop: it circles {where}."
+        return answer or ending.after(text, self._error_m(observation))
 
-    def _disarm(self, observation: Observation, now: float) -> Answer:
-        if observation.armed and is_airborne(observation, self._config.airborne_height_m):
-            self._begin_stop(observation, now)
-            return None
-        code, text = OutcomeCode.CANCELED, "The goal was cancelled."
-        answer = self._requests.perform(Perform(TaskOperation.DISARM), code, observation, now)
-        if answer is None:
-            return self._over(code, f"{text} The vehicle is disarmed.", observation)
+    def _disarm(self, ending: Outcome, observation: Observation, now: float) -> Answer:
+        if self._departure.moves(observation):
+            return StopFirst(ending)
+        disarm = Perform(TaskOperation.DISARM)
+        answer = self._requests.perform(disarm, ending.code, observation, now)
         if isinstance(answer, Outcome):
-            text = f"{text} {answer.message} It may still be armed."
-            return self._over(code, text, observation)
-        return answer
+            text = f"{answer.message} It may still be armed."
+            return ending.after(text, self._error_m(observation))
+        return answer or ending.after("The vehicle is disarmed.", self._error_m(observation))
 
     def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
+        return Outcome(code, text, self._error_m(observation))
+
+    def _error_m(self, observation: Observation) -> float | None:
         position = observation.position_enu_m
         target = self._route.current.position_enu_m
-        return Outcome(code, text, None if position is None else distance(position, target))
+        return None if position is None else distance(position, target)
 
 
 def _is_refusal(answer: Answer) -> bool:

@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum, auto
+from functools import partial
 
 from navigation_core.geometry import Vector3, distance, horizontal_norm, subtract
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.conditions import Dwell, Headway
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome, Perform, Wait
+from navigation_core.tasks.intents import Outcome, Perform, Wait
 from navigation_core.tasks.measurement import is_airborne, measured_speed
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
+from navigation_core.tasks.phases import LED, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.traits import Traits
@@ -54,13 +55,6 @@ _NOT_RETURNED_WITHIN_M = 3.0
 _CRASH_SPEED_MIN_M_S, _CRASH_WITHIN_S = 2.0, 1.5
 
 
-class _Phase(Enum):
-    ASKING = auto()
-    UNDER_WAY = auto()
-    STOPPING = auto()
-    ENDED = auto()
-
-
 @dataclass(frozen=True)
 class VehicleLedGoal:
     """The goal that the vehicle carries out by itself.
@@ -80,8 +74,10 @@ LAND = VehicleLedGoal(TaskOperation.LAND, VehicleMode.LAND, "landing")
 RETURN_TO_LAUNCH = VehicleLedGoal(TaskOperation.RETURN, VehicleMode.RETURN, "return")
 
 
-class VehicleLed(PhasedTask[_Phase]):
+class VehicleLed(PhasedTask):
     """Landing or return. See :class:`navigation_core.tasks.task.Task`."""
+
+    table = LED
 
     def __init__(self, goal: VehicleLedGoal, config: GotoConfig, traits: Traits) -> None:
         """Prepare.
@@ -91,10 +87,9 @@ class VehicleLed(PhasedTask[_Phase]):
             config: tolerances and limits of time.
             traits: what the vehicle can do.
         """
-        super().__init__(config, _Phase.ASKING)
+        super().__init__(config, Phase.STARTING)
         self._goal = goal
         self._traits = traits
-        self._cancelled_s = 0.0
         self._landing_seen = False
         self._moved_s = 0.0
         self._moved_from: Vector3 | None = None
@@ -105,18 +100,15 @@ class VehicleLed(PhasedTask[_Phase]):
         self._circling = Circling(traits.circle_radius_m)
         self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_MIN_S)
         self._stopped = Standstill.of_stop(config, traits)
+        self._handlers = {Phase.STARTING: self._begin, Phase.NAVIGATING: self._watch}
 
     # --- the task protocol -----------------------------------------------------------
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
+        super().start(observation, now)
         self._moved_s = now
         self._moved_from = self._begun_at = self._position(observation)
-
-    def cancel(self, now: float) -> None:
-        """Ask the vehicle to hold where it is."""
-        super().cancel(now)
-        self._cancelled_s = now
 
     def pause(self, now: float) -> Rejection | None:
         """Reject: the vehicle flies by itself."""
@@ -130,7 +122,7 @@ class VehicleLed(PhasedTask[_Phase]):
 
     def accepts_mode(self, mode: VehicleMode) -> bool:
         """PX4 changes from its return mode to its landing mode, and to another on the ground."""
-        if self._phase is not _Phase.UNDER_WAY:
+        if self._phase is not Phase.NAVIGATING:
             return False
         if mode is VehicleMode.MISSION:
             # A plane's return may go over to the landing that its mission holds (ArduPlane's
@@ -138,17 +130,12 @@ class VehicleLed(PhasedTask[_Phase]):
             return self._goal is RETURN_TO_LAUNCH and not self._traits.hovers
         return mode in (self._goal.mode, VehicleMode.LAND)
 
-    def resume(self, observation: Observation, now: float) -> None:
-        """Resume after a time without steps."""
-        self._moved_s = now
-        self._headway.restart()
-
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress."""
-        if self._phase is _Phase.ENDED:
+        if self._phase is Phase.ENDED:
             return Progress(self._status(observation), 0.0, 0.0)
         left_m, left_s = self._landing(observation)
-        if self._phase is _Phase.STOPPING:
+        if self._phase is Phase.STOPPING:
             return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s)
         home_m = self._home_m(observation)
         if self._goal is RETURN_TO_LAUNCH and home_m is not None:
@@ -158,39 +145,27 @@ class VehicleLed(PhasedTask[_Phase]):
 
     # --- the state machine -----------------------------------------------------------
 
-    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+    def _handle(self, observation: Observation, now: float) -> Answer:
         speed_m_s = self._speed_m_s(observation)
         if observation.armed and speed_m_s > _CRASH_SPEED_MIN_M_S:
             self._fast = (now, speed_m_s)
-        if self._cancel_asked and self._phase is not _Phase.STOPPING:
-            self._go(_Phase.STOPPING, now)
         if self._on_ground(observation) and self._traits.flies:
             return self._on_the_ground(observation, now)
-        if self._phase is _Phase.STOPPING:
-            return self._stop(observation, now)
-        if self._phase is _Phase.ASKING:
-            if (
-                observation.airborne is False
-                and self._traits.flies
-                and self._requests.current is None
-            ):
-                # Its mode for a return might begin with a climb.
-                text = f"The vehicle is on the ground; no {self._goal.name} is needed."
-                return Outcome(OutcomeCode.NOT_FLYING, text, None)
-            answer = self._ask(Perform(self._goal.operation), observation, now)
-            if answer is not None:
-                return answer
-            self._go(_Phase.UNDER_WAY, now)
-            self._moved_s = now
-        return self._watch(observation, now)
+        return super()._handle(observation, now)
 
-    def _end(self, now: float) -> None:
-        self._phase = _Phase.ENDED
+    def _begin(self, observation: Observation, now: float) -> Answer:
+        grounded = observation.airborne is False and self._traits.flies
+        if grounded and self._requests.current is None:
+            # Its mode for a return might begin with a climb.
+            text = f"The vehicle is on the ground; no {self._goal.name} is needed."
+            return Outcome(OutcomeCode.NOT_FLYING, text, None)
+        self._moved_s = now
+        return self._ask(self._goal.operation, observation, now) or Phase.NAVIGATING
 
-    def _ask(self, intent: Perform, observation: Observation, now: float) -> Answer:
-        return self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
+    def _ask(self, kind: TaskOperation, observation: Observation, now: float) -> Answer:
+        return self._requests.perform(Perform(kind), OutcomeCode.MODE_REFUSED, observation, now)
 
-    def _watch(self, observation: Observation, now: float) -> Intent | Outcome:
+    def _watch(self, observation: Observation, now: float) -> Answer:
         if not observation.armed and not self._traits.flies:
             return self._disarmed(observation, now)
         if self._arrived.holds(self._at_launch(observation), now):
@@ -247,20 +222,24 @@ class VehicleLed(PhasedTask[_Phase]):
             return (height_m,)
         return (way_m, height_m, max(_RETURN_HEIGHT_MAX_M - height_m, 0.0))
 
-    def _stop(self, observation: Observation, now: float) -> Intent | Outcome:
-        answer = self._ask(Perform(TaskOperation.HOLD), observation, now)
-        if isinstance(answer, Outcome):
-            return Outcome(OutcomeCode.CANCELED, f"The goal was cancelled. {answer.message}", None)
+    def _stop(self, ending: Outcome, observation: Observation, now: float) -> None:
+        self._handlers[Phase.STOPPING] = partial(self._hold, ending)
+        self._go(Phase.STOPPING, now)
+
+    def _hold(self, ending: Outcome, observation: Observation, now: float) -> Answer:
+        answer = self._ask(TaskOperation.HOLD, observation, now)
         still = self._stopped.holds(observation, self._config.position_stale_s)
-        if answer is None and not self._traits.hovers:
-            return Outcome(OutcomeCode.CANCELED, "The goal was cancelled; it circles.", None)
-        if answer is None and still:
-            text = "The goal was cancelled. The vehicle has stopped."
-            return Outcome(OutcomeCode.CANCELED, text, None)
-        if now - self._cancelled_s > self._config.cancel_timeout_s:
-            text = f"The goal was cancelled. {self._stopped.failure(self._config.cancel_timeout_s)}"
-            return Outcome(OutcomeCode.CANCELED, text, None)
-        return Wait() if answer is None else answer
+        if isinstance(answer, Outcome):
+            text = answer.message
+        elif answer is None and not self._traits.hovers:
+            text = "It circles."
+        elif answer is None and still:
+            text = "The vehicle has stopped."
+        elif now - self._phase_since_s > self._config.cancel_timeout_s:
+            text = self._stopped.failure(self._config.cancel_timeout_s)
+        else:
+            return answer or Wait()
+        return ending.after(text)
 
     def _on_the_ground(self, observation: Observation, now: float) -> Wait | Outcome:
         fast_s, speed_m_s = self._fast
@@ -310,25 +289,19 @@ class VehicleLed(PhasedTask[_Phase]):
         """Whether a vehicle that does not land is where it was to return to."""
         if self._goal is not RETURN_TO_LAUNCH or observation.mode is not VehicleMode.RETURN:
             return False
-        home_m = self._home_m(observation)
-        if home_m is None:
+        position, home = self._position(observation), observation.home_enu_m
+        if position is None or home is None:
             return False
+        home_m = horizontal_norm(subtract(position, home))
         if not self._traits.hovers:
-            return self._is_about_launch(observation, home_m)
+            # It circles at the height of its return, whatever that is, perhaps further off.
+            rounds = self._circling.watch(position, (home[0], home[1], position[2]))
+            return rounds or home_m <= _CIRCLE_SHARE * self._traits.circle_radius_m
         if self._traits.flies:
             return False  # it lands there
         speed_m_s = measured_speed(observation)
         slow = speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s
         return slow and home_m <= self._arrival_m()
-
-    def _is_about_launch(self, observation: Observation, home_m: float) -> bool:
-        """Whether a plane is as near as its circle, or goes round the launch point further off."""
-        position, home = observation.position_enu_m, observation.home_enu_m
-        assert position is not None
-        assert home is not None
-        # It circles at the height of its return, whatever that is.
-        rounds = self._circling.watch(position, (home[0], home[1], position[2]))
-        return rounds or home_m <= _CIRCLE_SHARE * self._traits.circle_radius_m
 
     def _arrival_m(self) -> float:
         """A ground vehicle stops within its own waypoint radius (WP_RADIUS is 2 m), or about."""
@@ -361,7 +334,7 @@ class VehicleLed(PhasedTask[_Phase]):
         return height_m, low_m / _LAND_SPEED_M_S + fast_s + _TOUCHDOWN_S
 
     def _status(self, observation: Observation) -> Status:
-        if self._phase is _Phase.ASKING:
+        if self._phase is Phase.STARTING:
             return Status.PREPARING
         # PX4 says ON_GROUND for two seconds before it disarms.
         self._landing_seen = self._landing_seen or (
