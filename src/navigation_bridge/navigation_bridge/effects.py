@@ -33,9 +33,9 @@ class Effects:
         self._report = report
         self._close_when_sent = False
 
-    def perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
-        """Begin an operation, unless it is in progress."""
-        if goal.is_new(intent):
+    def perform(self, goal: ActiveGoal, intent: Perform, new: bool, now: float) -> None:
+        """Begin an operation that is new, and continue one that is in progress."""
+        if new:
             if intent.kind is TaskOperation.UPLOAD_MISSION:
                 operation_id, mission = begin_upload(self._vehicle, self._map_frame, intent, now)
                 goal.operation_began(intent, operation_id, mission)

@@ -50,8 +50,8 @@ class ObstacleMarkers:
         if now < self._next_s:
             return
         self._next_s = now + _PERIOD_S
-        feed, shown = self._bridge.obstacles, self._shown
-        known, sensed = feed.standing.known, feed.sensed
+        around, shown = self._bridge.obstacles.look(), self._shown
+        known, sensed = around.known, around.sensed
         if shown is not None and shown[0] is known and shown[1] is sensed:
             return
         if shown is None and not len(known) and not len(sensed):
