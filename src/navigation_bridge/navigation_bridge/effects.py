@@ -15,7 +15,6 @@ from navigation_bridge.vehicle.modes import velocity_only
 from navigation_core.geometry import norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.intents import Fly, Outcome, Perform
-from navigation_core.tasks.observation import TaskOperation
 
 __all__ = ["Effects"]
 
@@ -36,8 +35,10 @@ class Effects:
     def perform(self, goal: ActiveGoal, intent: Perform, new: bool, now: float) -> None:
         """Begin an operation that is new, and continue one that is in progress."""
         if new:
-            if intent.kind is TaskOperation.UPLOAD_MISSION:
-                operation_id, mission = begin_upload(self._vehicle, self._map_frame, intent, now)
+            if intent.mission is not None:
+                operation_id, mission = begin_upload(
+                    self._vehicle, self._map_frame, intent.mission, now
+                )
                 goal.operation_began(intent, operation_id, mission)
             else:
                 operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)

@@ -214,7 +214,15 @@ class Observer:
     @property
     def mode(self) -> VehicleMode:
         """The purpose of the vehicle's mode."""
-        return self._named(self._vehicle.profile, self._vehicle.state.custom_mode)[1]
+        return self._named_mode(self._vehicle.profile, self._vehicle.state.custom_mode)[1]
+
+    def _named_mode(self, profile: Profile | None, custom_mode: int) -> tuple[str, VehicleMode]:
+        """Return the name of the vehicle's mode, and its purpose."""
+        last = self._mode
+        if last is None or last[0] is not profile or last[1] != custom_mode:
+            name = "" if profile is None else profile.mode_name(custom_mode)
+            last = self._mode = (profile, custom_mode, name, vehicle_mode(profile, name))
+        return last[2], last[3]
 
     def configure(self, config: BridgeConfig) -> None:
         """Apply other settings."""
@@ -256,7 +264,7 @@ class Observer:
         ground_enu_m = ground_z_enu_m(state, frame)
         around, standing = obstacles.look(), obstacles.standing
         items, one_way = vehicle.fence_items, vehicle.is_one_way
-        mode_name, mode = self._named(profile, state.custom_mode)
+        mode_name, mode = self._named_mode(profile, state.custom_mode)
         kind: type[Snapshot] = Snapshot
         velocity = position = None
         age_s = math.inf
@@ -325,11 +333,3 @@ class Observer:
         return replace(
             snapshot, obstacles=around.obstacles, obstacles_seen=around.seen, fence=fence
         )
-
-    def _named(self, profile: Profile | None, custom_mode: int) -> tuple[str, VehicleMode]:
-        """Return the name of the vehicle's mode, and its purpose."""
-        last = self._mode
-        if last is None or last[0] is not profile or last[1] != custom_mode:
-            name = "" if profile is None else profile.mode_name(custom_mode)
-            last = self._mode = (profile, custom_mode, name, vehicle_mode(profile, name))
-        return last[2], last[3]
