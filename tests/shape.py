@@ -4,7 +4,8 @@ A simulated flight is traced where one thing happens: a setpoint goes out, a pos
 feedback, a goal is checked and started, a station's MISSION_CLEAR_ALL ends a mission's goal. For
 each, how many functions were called, how many different ones, in how many files, and how often a
 call went from one package into another. Then figures of the source itself. The figures are the same
-on any machine; ``--json`` prints them for comparison.
+on any machine; ``--json`` prints them for comparison. ``--trace setpoint`` prints the calls of the
+flows whose name has that word instead, in order and indented by depth, then the calls of each file.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import ast
 import json
 import re
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -42,11 +44,13 @@ class Turn:
         calls: of functions of the product, all.
         functions: the different ones.
         crossings: calls from one package into another.
+        trace: the calls in order, each with its depth.
     """
 
     calls: int = 0
     functions: set[CodeType] = field(default_factory=set)
     crossings: int = 0
+    trace: list[tuple[int, CodeType]] = field(default_factory=list)
 
     @property
     def files(self) -> set[str]:
@@ -78,12 +82,23 @@ def traced() -> Iterator[Turn]:
         while caller is not None and _package(caller.f_code) is None:
             caller = caller.f_back
         turn.crossings += caller is not None and _package(caller.f_code) != package
+        turn.trace.append((_depth(frame), frame.f_code))
 
     sys.setprofile(note)
     try:
         yield turn
     finally:
         sys.setprofile(None)
+
+
+def _depth(frame: FrameType) -> int:
+    """Return how many functions of the product wait for this one."""
+    depth = 0
+    caller = frame.f_back
+    while caller is not None:
+        depth += _package(caller.f_code) is not None
+        caller = caller.f_back
+    return depth
 
 
 _packages: dict[str, str | None] = {}
@@ -276,11 +291,35 @@ def _comments(text: str, tree: ast.AST) -> Iterator[str]:
             yield from (line.strip() for line in value.value.splitlines())
 
 
+def print_trace(turn: Turn) -> None:
+    """Print the calls of a turn in order, then how many fell to each file and function."""
+    for depth, code in turn.trace:
+        name = Path(code.co_filename).stem
+        print(f"{'  ' * depth}{name}:{code.co_firstlineno} {code.co_qualname}")
+    counts = Counter(code for _, code in turn.trace)
+    for file in sorted(turn.files, key=lambda file: -_calls_in(counts, file)):
+        print(f"\n{_calls_in(counts, file):5} {Path(file).resolve().relative_to(_SOURCES)}")
+        for code, count in counts.most_common():
+            if code.co_filename == file:
+                print(f"{count:10} {code.co_qualname}")
+
+
+def _calls_in(counts: Counter[CodeType], file: str) -> int:
+    return sum(count for code, count in counts.items() if code.co_filename == file)
+
+
 def main() -> int:
     """Print the figures."""
     parser = argparse.ArgumentParser(prog="python -m tests.shape", description=__doc__)
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    parser.add_argument("--trace", metavar="WORD", help="print the calls of these flows instead")
     options = parser.parse_args()
+    if options.trace:
+        for name, flow in FLOWS.items():
+            if options.trace in name:
+                print(name)
+                print_trace(flow())
+        return 0
     turns = {name: flow().figures() for name, flow in FLOWS.items()}
     source = figures_of_source()
     if options.json:

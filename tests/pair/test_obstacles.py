@@ -62,7 +62,7 @@ def test_the_map_shows_obstacles_where_they_truly_are_while_the_vehicle_flies_an
     wrong_m: list[float] = []
     while not flight.ends(goal):
         flight.run_for(1.0)
-        posts = flight.bridge.obstacles.sensed.posts
+        posts = flight.bridge.obstacles.look().sensed.posts
         if not len(posts):
             continue
         level = np.column_stack([posts[:, 1], posts[:, 0], np.full(len(posts), -height_m)])
@@ -224,7 +224,7 @@ def test_a_target_where_only_a_sensor_has_seen_something_is_accepted() -> None:
     world = World(obstacles=THINGS, range_sensor=RangeSensor())
     flight = SimulatedFlight(world=world).ready()
     flight.run_for(2.0)
-    assert flight.bridge.obstacles.sensed.clearance_m(np.array([[6.0, 10.0, 3.0]]))[0] < 1.0
+    assert flight.bridge.obstacles.look().sensed.clearance_m(np.array([[6.0, 10.0, 3.0]]))[0] < 1.0
     assert flight.check(flight.request(6.0, 10.0, 3.0, avoid=True)) is None
 
 

@@ -186,7 +186,7 @@ class _Reader:
             self._feed.take_ranges(event, time_s)
 
     def _look_at_map(self) -> None:
-        seen, shown = self._feed.sensed, self._obstacles
+        seen, shown = self._feed.look().sensed, self._obstacles
         latest = shown[-1] if shown else (-math.inf, NOTHING)
         if seen is not latest[1] and self._time_s - latest[0] >= _LOOK_PERIOD_S:
             shown.append((self._time_s, seen))

@@ -15,7 +15,6 @@ from navigation_bridge.vehicle.modes import velocity_only
 from navigation_core.geometry import norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.intents import Fly, Outcome, Perform
-from navigation_core.tasks.observation import TaskOperation
 
 __all__ = ["Effects"]
 
@@ -33,11 +32,13 @@ class Effects:
         self._report = report
         self._close_when_sent = False
 
-    def perform(self, goal: ActiveGoal, intent: Perform, now: float) -> None:
-        """Begin an operation, unless it is in progress."""
-        if goal.is_new(intent):
-            if intent.kind is TaskOperation.UPLOAD_MISSION:
-                operation_id, mission = begin_upload(self._vehicle, self._map_frame, intent, now)
+    def perform(self, goal: ActiveGoal, intent: Perform, new: bool, now: float) -> None:
+        """Begin an operation that is new, and continue one that is in progress."""
+        if new:
+            if intent.mission is not None:
+                operation_id, mission = begin_upload(
+                    self._vehicle, self._map_frame, intent.mission, now
+                )
                 goal.operation_began(intent, operation_id, mission)
             else:
                 operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)

@@ -82,19 +82,20 @@ class Engine:
         parts, traffic = self._parts, self._traffic.view()
         if goal is None:
             return parts.observer.look(now, traffic=traffic)
-        vehicle, overtaken, tracker = parts.vehicle, parts.overtaken, goal.mission
-        mission = None if tracker is None else tracker.report(vehicle.state, vehicle.mission_change)
-        asks = vehicle.is_one_way or goal.takeover is not None
-        requested = parts.parking.operation_id is not None or overtaken.operation_id is not None
+        overtaken, tracker, taken = parts.overtaken, goal.mission, goal.takeover is not None
+        mission = None
+        if tracker is not None:
+            mission = tracker.report(parts.vehicle.state, parts.vehicle.mission_change)
         return parts.observer.look(
             now,
             operation=goal.operation,
             mission=mission,
             fault=parts.positions.fault(goal.doubt.jumps_ned_m),
             late_s=parts.lateness.lateness.recent_s(now),
-            unanswered_s=vehicle.unanswered_s(now) if asks else 0.0,
-            mode_requested=requested,
-            mode_unclear=goal.takeover is not None and overtaken.is_open,
+            taken=taken,
+            mode_requested=parts.parking.operation_id is not None
+            or overtaken.operation_id is not None,
+            mode_unclear=taken and overtaken.is_open,
             command=parts.features.command if goal.follows_commands else None,
             traffic=traffic,
         )
@@ -212,7 +213,7 @@ class Engine:
                     return
                 ended = Outcome(OutcomeCode.TRAFFIC, waits.text, None)
             else:
-                self._effects.perform(goal, intent, now)
+                self._effects.perform(goal, intent, new, now)
         elif isinstance(intent, Fly):
             ended = self._effects.fly(goal, self._traffic.limited(goal, intent, snapshot), now)
         if ended is not None:
@@ -234,7 +235,7 @@ class Engine:
             or self._parts.stations.ignores_setpoints
         ):
             continued = None  # its last setpoint is obsolete
-        mode, jumps_ned_m = self.look(now).mode, self._parts.positions.jumps_ned_m
+        mode, jumps_ned_m = self._parts.observer.mode, self._parts.positions.jumps_ned_m
         goal = self.goal = successor(goal_id, admitted, continued, mode, jumps_ned_m, now)
         return previous, goal
 

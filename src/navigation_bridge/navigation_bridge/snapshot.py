@@ -23,7 +23,7 @@ from navigation_bridge.vehicle.battery_watch import BatteryWatch
 from navigation_bridge.vehicle.fence import PlacedAreas, fence_of, has_areas
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose, ground_z_enu_m, home_z_enu_m
 from navigation_bridge.vehicle.modes import vehicle_mode
-from navigation_bridge.vehicle.traits import drives, limits_of, traits_of
+from navigation_bridge.vehicle.traits import limits_of, traits_of
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import KnownObstacle, Obstacles
 from navigation_core.safety.fences import Area, Fence
@@ -213,6 +213,19 @@ class Observer:
         self._areas = PlacedAreas()
         self._mode: tuple[Profile | None, int, str, VehicleMode] | None = None
 
+    @property
+    def mode(self) -> VehicleMode:
+        """The purpose of the vehicle's mode."""
+        return self._named_mode(self._vehicle.profile, self._vehicle.state.custom_mode)[1]
+
+    def _named_mode(self, profile: Profile | None, custom_mode: int) -> tuple[str, VehicleMode]:
+        """Return the name of the vehicle's mode, and its purpose."""
+        last = self._mode
+        if last is None or last[0] is not profile or last[1] != custom_mode:
+            name = "" if profile is None else profile.mode_name(custom_mode)
+            last = self._mode = (profile, custom_mode, name, vehicle_mode(profile, name))
+        return last[2], last[3]
+
     def configure(self, config: BridgeConfig) -> None:
         """Apply other settings."""
         self._config = config
@@ -226,7 +239,7 @@ class Observer:
         mission: MissionReport | None = None,
         fault: PositionFault | None = None,
         late_s: float = 0.0,
-        unanswered_s: float = 0.0,
+        taken: bool = False,
         mode_requested: bool = False,
         mode_unclear: bool = False,
         command: VelocityCommand | None = None,
@@ -240,7 +253,7 @@ class Observer:
             mission: state of the mission that was uploaded for the goal.
             fault: why the position is in doubt for the goal.
             late_s: the worst lateness of the last seconds.
-            unanswered_s: for how long the vehicle has answered nothing.
+            taken: whether the vehicle is not under our control any more.
             mode_requested: whether a mode requested outside of the task is pending.
             mode_unclear: whether a request may still overtake the mode that somebody chose.
             command: the velocity command that the goal follows.
@@ -251,16 +264,16 @@ class Observer:
         frame, pose = self._map_frame.frame, self._map_frame.pose(state)
         place = state.global_position
         ground_enu_m = ground_z_enu_m(state, frame)
-        on_ground = drives(profile)
-        items = vehicle.fence_items
-        mode_name, mode = self._named(profile, state.custom_mode)
+        around, standing = obstacles.look(), obstacles.standing
+        items, one_way = vehicle.fence_items, vehicle.is_one_way
+        mode_name, mode = self._named_mode(profile, state.custom_mode)
         kind: type[Snapshot] = Snapshot
         velocity = position = None
         age_s = math.inf
         if place is not None and pose is not None:
             kind = LocatedSnapshot
             position, velocity = pose.position_enu_m, frames.ned_to_enu(place.velocity_ned_m_s)
-            if on_ground:
+            if standing.on_ground:
                 # Its height is that of the ground, whatever the GPS reports.
                 position = (position[0], position[1], ground_enu_m)
                 velocity = (velocity[0], velocity[1], 0.0)
@@ -282,14 +295,14 @@ class Observer:
             home_enu_m=self._map_frame.home_enu_m(state),
             landing=state.landed_state is LandedState.LANDING,
             mission=mission,
-            obstacles=obstacles.obstacles,
-            obstacles_seen=obstacles.seen if on_ground else None,
+            obstacles=around.obstacles,
+            obstacles_seen=around.seen,
             obstacles_age_s=obstacles.age_s(now),
             obstacles_reach_m=obstacles.reach_m,
             moving=obstacles.moving,
             late_s=late_s,
             position_doubt="" if fault is None else fault.reason,
-            fence=obstacles.standing.fence,
+            fence=standing.fence,
             command=command,
             traffic=traffic,
             state=state,
@@ -299,16 +312,16 @@ class Observer:
             frame=frame,
             pose=pose,
             mode_name=mode_name,
-            one_way=vehicle.is_one_way,
-            unanswered_s=unanswered_s,
+            one_way=one_way,
+            unanswered_s=vehicle.unanswered_s(now) if one_way or taken else 0.0,
             mode_unseen=vehicle.mode_unseen,
             mode_requested=mode_requested,
             mode_unclear=mode_unclear,
             fault=fault,
             areas=self._areas.of(items, frame, self._map_frame.enu),
             areas_known=items is not None,
-            known_obstacles=obstacles.standing.known_by_name,
-            sensed_obstacles=obstacles.sensed,
+            known_obstacles=standing.known_by_name,
+            sensed_obstacles=around.sensed,
             has_sensor=obstacles.has_sensor,
             battery=self.battery,
             config=self._config,
@@ -317,20 +330,9 @@ class Observer:
 
     def bounded(self, snapshot: Snapshot) -> Snapshot:
         """Return a snapshot with the limits of the flight that were set since it was made."""
-        obstacles, standing = self._obstacles, self._obstacles.standing
-        if snapshot.fence is standing.fence and snapshot.obstacles is obstacles.obstacles:
+        around, fence = self._obstacles.look(), self._obstacles.standing.fence
+        if snapshot.fence is fence and snapshot.obstacles is around.obstacles:
             return snapshot
         return replace(
-            snapshot,
-            obstacles=obstacles.obstacles,
-            obstacles_seen=None if snapshot.obstacles_seen is None else obstacles.seen,
-            fence=standing.fence,
+            snapshot, obstacles=around.obstacles, obstacles_seen=around.seen, fence=fence
         )
-
-    def _named(self, profile: Profile | None, custom_mode: int) -> tuple[str, VehicleMode]:
-        """Return the name of the vehicle's mode, and its purpose."""
-        last = self._mode
-        if last is None or last[0] is not profile or last[1] != custom_mode:
-            name = "" if profile is None else profile.mode_name(custom_mode)
-            last = self._mode = (profile, custom_mode, name, vehicle_mode(profile, name))
-        return last[2], last[3]

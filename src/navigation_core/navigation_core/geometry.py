@@ -74,19 +74,29 @@ def horizontal_norm(a: Vector3) -> float:
 
 def distance(a: Vector3, b: Vector3) -> float:
     """Return the distance between the points ``a`` and ``b``."""
-    return norm(subtract(a, b))
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return math.sqrt(x * x + y * y + z * z)
 
 
 def across(a: Vector3, direction: Vector3) -> Vector3:
     """Return the part of ``a`` that is perpendicular to the unit vector ``direction``."""
-    return subtract(a, scale(direction, dot(a, direction)))
+    along = a[0] * direction[0] + a[1] * direction[1] + a[2] * direction[2]
+    return (a[0] - direction[0] * along, a[1] - direction[1] * along, a[2] - direction[2] * along)
 
 
 def unit_between(origin: Vector3, target: Vector3) -> Vector3 | None:
     """Return the unit vector between two points; None if they are the same."""
-    offset = subtract(target, origin)
-    length = norm(offset)
-    return None if length < _SAME_M else scale(offset, 1.0 / length)
+    return unit(subtract(target, origin))
+
+
+def unit(a: Vector3) -> Vector3 | None:
+    """Return the unit vector along ``a``; None if that has no length."""
+    x, y, z = a
+    length = math.sqrt(x * x + y * y + z * z)
+    if length < _SAME_M:
+        return None
+    factor = 1.0 / length
+    return (x * factor, y * factor, z * factor)
 
 
 def is_finite(a: Vector3) -> bool:

@@ -35,7 +35,8 @@ PLAN = MissionPlan((EAST, NORTH), (1.0, 2.0, 0.0), 2.5, 5.0)
 def planned(profile: Profile, plan: MissionPlan = PLAN) -> tuple[PlannedItem, ...]:
     frame = MapFrame()
     frame.update(STATE)
-    return plan_items(plan, profile, frame, STATE)
+    assert profile.missions is not None
+    return plan_items(plan, profile, profile.missions, frame, STATE)
 
 
 def commands(profile: Profile, plan: MissionPlan = PLAN) -> list[int]:

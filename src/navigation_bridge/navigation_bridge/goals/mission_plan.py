@@ -40,16 +40,19 @@ class PlannedItem:
 
 
 def plan_items(
-    plan: MissionPlan, profile: Profile, map_frame: MapFrame, state: VehicleState
+    plan: MissionPlan,
+    profile: Profile,
+    rules: MissionRules,
+    map_frame: MapFrame,
+    state: VehicleState,
 ) -> tuple[PlannedItem, ...]:
     """Convert a plan to mission items for the vehicle's firmware and kind.
 
-    The profile has the rules: heights above home, or above sea level where home moves in flight; a
+    By profile and rules: heights above home, or above sea level where home moves in flight; a
     heading as a separate item; a hold as loitering for vehicles that cannot stand still. Home is
     not among the items.
     """
-    assert profile.missions is not None
-    return tuple(_Writer(plan, profile, profile.missions, map_frame, state).items())
+    return tuple(_Writer(plan, profile, rules, map_frame, state).items())
 
 
 class _Writer:

@@ -7,6 +7,7 @@ from navigation_bridge.goals.mission_plan import MissionTracker, plan_items
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.tasks.intents import Perform
 from navigation_core.tasks.observation import TaskOperation
+from navigation_core.tasks.waypoint import MissionPlan
 
 # Operations during which the stream continues, where the vehicle needs one.
 STREAMED = frozenset(
@@ -32,17 +33,14 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
         vehicle.close_stream()
     elif kind is TaskOperation.TAKE_CONTROL and not vehicle.stream_open:
         vehicle.open_stream(now)
-    if kind is TaskOperation.TAKE_OFF:
-        assert intent.height_m is not None
+    if kind is TaskOperation.TAKE_OFF and intent.height_m is not None:
         return vehicle.take_off(intent.height_m, now)
-    if kind is TaskOperation.REPOSITION:
-        assert intent.target_enu_m is not None
+    if kind is TaskOperation.REPOSITION and intent.target_enu_m is not None:
         return vehicle.reposition(*map_frame.geodetic(intent.target_enu_m), now)
     pose = map_frame.pose(vehicle.state)
     if kind is TaskOperation.HOLD and _circles_elsewhere(vehicle) and pose is not None:
         return vehicle.reposition(*map_frame.geodetic(pose.position_enu_m), now)
-    if kind is TaskOperation.CHANGE_SPEED:
-        assert intent.speed_m_s is not None
+    if kind is TaskOperation.CHANGE_SPEED and intent.speed_m_s is not None:
         return vehicle.change_speed(intent.speed_m_s, now)
     simple = {
         TaskOperation.TAKE_CONTROL: vehicle.take_control,
@@ -58,17 +56,21 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
 
 
 def begin_upload(
-    vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now: float
+    vehicle: Vehicle, map_frame: MapFrame, plan: MissionPlan, now: float
 ) -> tuple[int, MissionTracker]:
-    """Begin to store a mission; returns the operation's id and the mission's tracker."""
-    profile, plan = vehicle.profile, intent.mission
-    assert profile is not None
-    assert profile.missions is not None
-    assert plan is not None
+    """Begin to store a mission; returns the operation's id and the mission's tracker.
+
+    Raises:
+        ValueError: this vehicle flies no missions.
+    """
+    profile = vehicle.profile
+    rules = None if profile is None else profile.missions
+    if profile is None or rules is None:
+        raise ValueError("This vehicle flies no missions.")
     vehicle.close_stream()
-    items = plan_items(plan, profile, map_frame, vehicle.state)
+    items = plan_items(plan, profile, rules, map_frame, vehicle.state)
     operation_id = vehicle.missions.upload([planned.item for planned in items], now)
-    return operation_id, MissionTracker(items, profile.missions)
+    return operation_id, MissionTracker(items, rules)
 
 
 def _circles_elsewhere(vehicle: Vehicle) -> bool:

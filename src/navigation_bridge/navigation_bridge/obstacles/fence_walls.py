@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 
 from navigation_core.mapping.obstacles import Box, Cylinder, KnownObstacle
 from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
@@ -60,25 +59,38 @@ def _corners(area: Area) -> tuple[Point2, ...]:
 
 def _walls(
     corners: tuple[Point2, ...], inclusion: bool, shift_m: float, others: tuple[Area, ...]
-) -> Iterator[Box]:
+) -> list[Box]:
     outwards_m = shift_m if inclusion else -shift_m
-    count = len(corners)
-    for i, start in enumerate(corners):
-        before, end, after = corners[i - 1], corners[(i + 1) % count], corners[(i + 2) % count]
-        # Sides that are moved apart meet elsewhere: farther out at a convex corner.
-        longer_m = {
-            start: outwards_m * _half_turn(before, start, end),
-            end: outwards_m * _half_turn(start, end, after),
-        }
-        for a, b in _outside_of(start, end, others):
-            yield from _wall(a, b, outwards_m, longer_m.get(a, 0.0), longer_m.get(b, 0.0))
+    nexts = corners[1:] + corners[:1]
+    # Sides that are moved apart meet elsewhere: farther out at a convex corner.
+    longer_m = [
+        outwards_m * _half_turn(corners[i - 1], corner, nexts[i])
+        for i, corner in enumerate(corners)
+    ]
+    walls: list[Box | None] = []
+    for i, (start, end) in enumerate(zip(corners, nexts, strict=True)):
+        before_m, after_m = longer_m[i], longer_m[i + 1 - len(corners)]
+        if not others:
+            walls.append(_wall(start, end, outwards_m, before_m, after_m))
+            continue
+        walls += [
+            _wall(
+                a,
+                b,
+                outwards_m,
+                before_m if a == start else 0.0,
+                after_m if b == end else 0.0,
+            )
+            for a, b in _outside_of(start, end, others)
+        ]
+    return [wall for wall in walls if wall is not None]
 
 
-def _wall(a: Point2, b: Point2, right_m: float, before_m: float, after_m: float) -> Iterator[Box]:
-    """Yield a side moved to its right and extended at both ends; nothing if none of it is left."""
+def _wall(a: Point2, b: Point2, right_m: float, before_m: float, after_m: float) -> Box | None:
+    """Return a side moved to its right and extended at both ends; None if none of it is left."""
     length_m = math.dist(a, b)
     if length_m < _SHORTEST_M or length_m + before_m + after_m < _SHORTEST_M:
-        return
+        return None
     along = (b[0] - a[0]) / length_m, (b[1] - a[1]) / length_m
     middle_m = 0.5 * (length_m + after_m - before_m)
     middle = (
@@ -86,7 +98,7 @@ def _wall(a: Point2, b: Point2, right_m: float, before_m: float, after_m: float)
         a[1] + along[1] * middle_m - along[0] * right_m,
     )
     size_m = (length_m + before_m + after_m, 0.0)
-    yield Box(_NAME, middle, size_m, math.atan2(along[1], along[0]))
+    return Box(_NAME, middle, size_m, math.atan2(along[1], along[0]))
 
 
 def _half_turn(before: Point2, corner: Point2, after: Point2) -> float:
@@ -99,8 +111,8 @@ def _half_turn(before: Point2, corner: Point2, after: Point2) -> float:
 
 def _outside_of(
     start: Point2, end: Point2, others: tuple[Area, ...]
-) -> Iterator[tuple[Point2, Point2]]:
-    """Yield the pieces of a side that are in none of the alternative areas."""
+) -> list[tuple[Point2, Point2]]:
+    """Return the pieces of a side that are in none of the alternative areas."""
     cuts = {0.0, 1.0}
     for other in others:
         cuts |= {share for share in other.crossings(start, end) if 0.0 < share < 1.0}
@@ -110,6 +122,8 @@ def _outside_of(
             return end
         return start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
 
-    for first, last in itertools.pairwise(sorted(cuts)):
-        if not any(other.contains(at((first + last) / 2.0)) for other in others):
-            yield at(first), at(last)
+    return [
+        (at(first), at(last))
+        for first, last in itertools.pairwise(sorted(cuts))
+        if not any(other.contains(at((first + last) / 2.0)) for other in others)
+    ]

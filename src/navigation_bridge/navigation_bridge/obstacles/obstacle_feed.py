@@ -6,9 +6,7 @@ of the vehicle's fence are added to it.
 
 from __future__ import annotations
 
-import functools
 import math
-import operator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -73,40 +71,54 @@ class SensorPoints:
     points_m: Array
 
 
-class _Kept:
-    """Obstacles joined from parts: the same object until a part is another one."""
+@dataclass(frozen=True)
+class Surroundings:
+    """All obstacles, joined: each the same object until something changes.
 
-    def __init__(self) -> None:
-        self._parts: tuple[Obstacles, ...] = ()
-        self._made = NOTHING
+    Attributes:
+        obstacles: all.
+        seen: all where they are, without where something that moves is about to be; None for a
+            vehicle that flies.
+        sensed: the sensed ones.
+        known: those of the configuration.
+        parts: what they are joined from.
+    """
 
-    def joined(self, *parts: Obstacles, endless: bool = False) -> Obstacles:
-        if len(parts) != len(self._parts) or any(map(operator.is_not, parts, self._parts)):
-            self._parts = parts
-            made = functools.reduce(Obstacles.joined, parts)
-            self._made = made.endless() if endless else made
-        return self._made
+    obstacles: Obstacles
+    seen: Obstacles | None
+    sensed: Obstacles
+    known: Obstacles
+    parts: tuple[Obstacles, Obstacles, Obstacles, bool]
+
+
+# Joined from what no source returns, so that the first look joins anew.
+_NO_PART = Obstacles()
+_NONE_AROUND = Surroundings(NOTHING, None, NOTHING, NOTHING, (_NO_PART, _NO_PART, _NO_PART, False))
 
 
 class ObstacleFeed:
-    """Obstacles of one vehicle, from all sources."""
+    """Obstacles of one vehicle, from all sources.
+
+    Attributes:
+        standing: static obstacles: the known ones, and the limits of the flight.
+        reach_m: range of the sensor that reported last; infinite if unknown.
+    """
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: ObstacleConfig) -> None:
         """Start with the configured obstacles only."""
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._config = config
-        self._standing = StandingObstacles(vehicle, map_frame, config)
+        self.standing = StandingObstacles(vehicle, map_frame, config)
         self._map = ObstacleMap(config.map_size_m, config.cell_m, config.vehicle_radius_m)
         self._origin: Geodetic | None = None
         self._stood_m: float | None = None
         self._heard_s: dict[str, float] = {}
         self._taken_s: dict[str, float] = {}
         self._scans_until_s = -math.inf
-        self._reach_m = math.inf
+        self.reach_m = math.inf
         self._assumed = NOTHING
-        self._sensed, self._seen = _Kept(), _Kept()
-        self._all, self._all_seen = _Kept(), _Kept()
+        self._around = _NONE_AROUND
 
     def start(self, now: float) -> None:
         """Start the silence timers of the configured sensors."""
@@ -120,36 +132,43 @@ class ObstacleFeed:
     def configure(self, config: ObstacleConfig) -> None:
         """Apply other settings; size and cells of the map stay as they are."""
         self._config = config
-        self._standing.configure(config)
+        self.standing.configure(config)
 
     def assume(self, sensed: Obstacles) -> None:
         """Count obstacles as sensed that no sensor here has seen: those of a rehearsal."""
         self._assumed = sensed
+        self._around = _NONE_AROUND
 
     # --- the obstacles ---------------------------------------------------------------
+
+    def look(self) -> Surroundings:
+        """Return all obstacles: the same object until something changes."""
+        standing, last = self.standing, self._around
+        standing.place()
+        known, sensed, walls = standing.known, self._map.obstacles(), standing.walls
+        was_known, was_sensed, were_walls, on_ground = last.parts
+        if (
+            known is was_known
+            and sensed is was_sensed
+            and walls is were_walls
+            and standing.on_ground is on_ground
+        ):
+            return last
+        parts = (known, sensed, walls, standing.on_ground)
+        kept = sensed is was_sensed and on_ground
+        sensed, seen = sensed.joined(self._assumed), None
+        if standing.on_ground:
+            sensed = last.sensed if kept else sensed.endless()
+            shown = self._map.seen().joined(self._assumed).endless()
+            seen = known.joined(shown).joined(walls)
+        joined = known.joined(sensed).joined(walls)
+        self._around = Surroundings(joined, seen, sensed, known, parts)
+        return self._around
 
     @property
     def obstacles(self) -> Obstacles:
         """All obstacles: the same object until something changes."""
-        return self._all.joined(self._standing.known, self.sensed, self._standing.walls)
-
-    @property
-    def seen(self) -> Obstacles:
-        """All obstacles where they are, without where something that moves is about to be."""
-        endless = drives(self._vehicle.profile)
-        sensed = self._seen.joined(self._map.seen(), self._assumed, endless=endless)
-        return self._all_seen.joined(self._standing.known, sensed, self._standing.walls)
-
-    @property
-    def standing(self) -> StandingObstacles:
-        """Static obstacles: the known ones, and the limits of the flight."""
-        return self._standing
-
-    @property
-    def sensed(self) -> Obstacles:
-        """Sensed obstacles."""
-        endless = drives(self._vehicle.profile)
-        return self._sensed.joined(self._map.obstacles(), self._assumed, endless=endless)
+        return self.look().obstacles
 
     @property
     def moving(self) -> tuple[Moving, ...]:
@@ -160,11 +179,6 @@ class ObstacleFeed:
     def has_sensor(self) -> bool:
         """True if a sensor has ever reported, or is configured."""
         return bool(self._heard_s)
-
-    @property
-    def reach_m(self) -> float:
-        """Range of the sensor that reported last; infinite if unknown."""
-        return self._reach_m
 
     @property
     def map_size_and_cell_m(self) -> tuple[float, float]:
@@ -225,7 +239,7 @@ class ObstacleFeed:
         self._integrate(scan, now)
 
     def _integrate(self, scan: RayScan, now: float) -> None:
-        self._reach_m = scan.range_max_m
+        self.reach_m = scan.range_max_m
         self._map.integrate(scan, self._ground_m(), now)
 
     def take_scan(self, scan: SensorScan, now: float) -> None:

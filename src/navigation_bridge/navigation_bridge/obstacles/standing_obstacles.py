@@ -25,19 +25,28 @@ _WALLS_STEP_M = 10.0
 
 
 class StandingObstacles:
-    """Places static obstacles in the map."""
+    """Places static obstacles in the map.
+
+    Attributes:
+        known: the obstacles of the file as tables: the same object until something changes.
+        known_by_name: the same by themselves.
+        on_ground: whether the vehicle is known to stay on the ground.
+        fence: the vehicle's own, if known.
+        walls: walls of the allowed area that are near the vehicle.
+    """
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: ObstacleConfig) -> None:
         """Start with the configured obstacles."""
         self._vehicle = vehicle
         self._map_frame = map_frame
         self._config = config
-        self._placed: tuple[KnownObstacle, ...] = ()
         self._placed_key: object = None
         self._placed_for: tuple[object, object, object] = (None, None, None)
-        self._known = NOTHING
-        self._fence: Fence | None = None
-        self._all_walls = self._walls = NOTHING
+        self.known = NOTHING
+        self.known_by_name: tuple[KnownObstacle, ...] = ()
+        self.on_ground = False
+        self.fence: Fence | None = None
+        self._all_walls = self.walls = NOTHING
         self._walls_key: object = None
         self._walls_about: tuple[int, int] | None = None
 
@@ -45,26 +54,14 @@ class StandingObstacles:
         """Apply other settings."""
         self._config = config
 
-    @property
-    def known(self) -> Obstacles:
-        """The known obstacles as tables: the same object until something changes."""
-        self._place()
-        return self._known
-
-    @property
-    def known_by_name(self) -> tuple[KnownObstacle, ...]:
-        """Obstacles of the file."""
-        self._place()
-        return self._placed
-
-    def _place(self) -> None:
+    def place(self) -> None:
         """Place the known obstacles for the map frame and the kind of vehicle."""
         known, frame, profile = self._config.known, self._map_frame.frame, self._vehicle.profile
         last = self._placed_for
         if last[0] is known and last[1] is frame and last[2] is profile:
             return
         self._placed_for = (known, frame, profile)
-        on_ground = drives(profile)
+        on_ground = self.on_ground = drives(profile)
         key = (known, frame if known.needs_origin else None, on_ground)
         if key == self._placed_key:
             return
@@ -79,17 +76,7 @@ class StandingObstacles:
                 for obstacle in placed
                 if obstacle.bottom_m < HEADROOM_M
             )
-        self._placed, self._known = placed, Obstacles.of(placed)
-
-    @property
-    def fence(self) -> Fence | None:
-        """The vehicle's own fence, if known."""
-        return self._fence
-
-    @property
-    def walls(self) -> Obstacles:
-        """Walls of the allowed area that are near the vehicle."""
-        return self._walls
+        self.known_by_name, self.known = placed, Obstacles.of(placed)
 
     def bound(
         self,
@@ -114,7 +101,7 @@ class StandingObstacles:
         clearance_m = self._config.vehicle_radius_m + self._config.margin_m + _ROUNDING_M
         key = (fence, fence_margin_m, volume, fence_holds, volume_holds, clearance_m)
         if key != self._walls_key:
-            self._fence, self._walls_key, self._walls_about = fence, key, None
+            self.fence, self._walls_key, self._walls_about = fence, key, None
             walls: tuple[KnownObstacle, ...] = ()
             if fence is not None and fence_holds:
                 walls += fence_walls(fence, clearance_m - fence_margin_m)
@@ -130,4 +117,4 @@ class StandingObstacles:
         if about != self._walls_about:
             self._walls_about = about
             centre = about[0] * _WALLS_STEP_M, about[1] * _WALLS_STEP_M, 0.0
-            self._walls = self._all_walls.near(centre, centre, _WALLS_REACH_M)
+            self.walls = self._all_walls.near(centre, centre, _WALLS_REACH_M)

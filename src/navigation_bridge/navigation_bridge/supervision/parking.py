@@ -15,14 +15,18 @@ from navigation_bridge.goals.setpoints import hold_setpoint_ned
 
 
 class Parking:
-    """Switches the vehicle to its own hold mode while the setpoint stream still runs."""
+    """Switches the vehicle to its own hold mode while the setpoint stream still runs.
+
+    Attributes:
+        operation_id: the pending request to hold, or None.
+    """
 
     def __init__(self, vehicle: Vehicle, period_s: float) -> None:
         """Prepare; nothing is sent before :meth:`begin` or :meth:`keep_streaming`."""
         self._vehicle = vehicle
         self._period_s = period_s
         self._setpoint: SetpointNed | None = None
-        self._operation_id: int | None = None
+        self.operation_id: int | None = None
         self._next_s = 0.0
 
     @property
@@ -31,11 +35,6 @@ class Parking:
         profile = self._vehicle.profile
         return profile is not None and profile.setpoints.prestream_s > 0.0
 
-    @property
-    def operation_id(self) -> int | None:
-        """The pending request to hold, or None."""
-        return self._operation_id
-
     def begin(self, setpoint: SetpointNed, now: float) -> bool:
         """Switch the vehicle to its hold mode; False if it does not need that."""
         vehicle = self._vehicle
@@ -43,14 +42,14 @@ class Parking:
             return False
         self._setpoint = setpoint
         self._next_s = now
-        self._operation_id = vehicle.hold(now)
+        self.operation_id = vehicle.hold(now)
         return True
 
     def change_over(self, now: float) -> None:
         """Switch the vehicle to its hold mode first, without a stream."""
         self._vehicle.close_stream()
         self._setpoint = None
-        self._operation_id = self._vehicle.hold(now)
+        self.operation_id = self._vehicle.hold(now)
 
     def keep_streaming(self, now: float) -> None:
         """Stream a setpoint that holds, so that the vehicle will give control."""
@@ -60,11 +59,11 @@ class Parking:
 
     def give_up(self) -> None:
         """Release the vehicle; the stream stays as it is."""
-        self._setpoint = self._operation_id = None
+        self._setpoint = self.operation_id = None
 
     def finish(self, event: OperationFinished) -> bool:
         """Process the end of an operation; True if it was this one's."""
-        if self._operation_id is None or event.operation_id != self._operation_id:
+        if self.operation_id is None or event.operation_id != self.operation_id:
             return False
         self.give_up()
         self._vehicle.close_stream()

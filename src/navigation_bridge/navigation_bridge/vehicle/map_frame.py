@@ -85,12 +85,21 @@ class MapFrame:
 
     def has_pose(self, state: VehicleState) -> bool:
         """Return whether `pose` is not None, which takes less."""
-        position = state.global_position
-        if self.frame is None or position is None or not state.position_valid:
-            return False
+        return self._measured(state) is not None
+
+    def _measured(
+        self, state: VehicleState
+    ) -> tuple[LocalFrame, GlobalPosition, tuple[float, float, float]] | None:
+        """Return what a pose is made of: frame, position, and roll, pitch and yaw (NED)."""
+        frame, position, attitude = self.frame, state.global_position, state.attitude
+        if frame is None or position is None or not state.position_valid:
+            return None
         if state.local_position is None:
-            return False
-        return state.attitude is not None or position.heading_ned_rad is not None
+            return None
+        if attitude is not None:
+            return frame, position, (attitude.roll_rad, attitude.pitch_rad, attitude.yaw_ned_rad)
+        yaw_ned_rad = position.heading_ned_rad
+        return None if yaw_ned_rad is None else (frame, position, (0.0, 0.0, yaw_ned_rad))
 
     def pose(self, state: VehicleState) -> MapPose | None:
         """Return the pose that GLOBAL_POSITION_INT and ATTITUDE give, or None.
@@ -101,29 +110,22 @@ class MapFrame:
         """
         posed = self._posed
         if posed is None or posed[0] is not state or posed[1] is not self.frame:
-            made = self._made(state) if self.has_pose(state) else None
-            posed = self._posed = (state, self.frame, made)
+            posed = self._posed = (state, self.frame, self._made(state))
         return posed[2]
 
-    def _made(self, state: VehicleState) -> MapPose:
-        position = state.global_position
-        assert position is not None
-        yaw_ned_rad = (
-            state.attitude.yaw_ned_rad if state.attitude is not None else position.heading_ned_rad
-        )
-        assert yaw_ned_rad is not None
-        roll_rad, pitch_rad = 0.0, 0.0
-        if state.attitude is not None:
-            roll_rad, pitch_rad = state.attitude.roll_rad, state.attitude.pitch_rad
+    def _made(self, state: VehicleState) -> MapPose | None:
+        measured = self._measured(state)
+        if measured is None:
+            return None
+        frame, position, (roll_rad, pitch_rad, yaw_ned_rad) = measured
         attitude = frames.quaternion_ned_frd_to_enu_flu(
             frames.quaternion_from_euler(roll_rad, pitch_rad, yaw_ned_rad)
         )
         # Of the two quaternions of an attitude, the customary one.
         w, x, y, z = (-part for part in attitude) if attitude[0] < 0.0 else attitude
+        place = (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
         return MapPose(
-            position_enu_m=self.enu(
-                (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
-            ),
+            position_enu_m=frames.ned_to_enu(frame.ned_m(place)),
             yaw_enu_rad=frames.yaw_ned_to_enu(yaw_ned_rad),
             orientation_xyzw=(x, y, z, w),
         )

@@ -76,10 +76,11 @@ class OdomFrame:
 
         Args:
             pose: attitude and position of one time.
-            state: that it is of; it has a global position.
+            state: that it is of; without a global position nothing is taken.
         """
         position, attitude = state.global_position, state.attitude
-        assert position is not None
+        if position is None:
+            return
         x, y, z, w = pose.orientation_xyzw
         here: OdomPose = (pose.position_enu_m, (w, x, y, z))
         now_ms = position.time_boot_ms

@@ -67,8 +67,7 @@ class Box:
             ObstacleError: a number is NaN, or both sides are 0, or the height is not positive.
         """
         place = (*self.centre_enu_m, self.yaw_enu_rad)
-        _check(self.name, place, (max(self.size_m),), self.bottom_m, self.top_m)
-        _check(self.name, self.size_m, (1.0,), self.bottom_m, self.top_m)
+        _check(self.name, place, self.size_m, self.bottom_m, self.top_m)
         if min(self.size_m) < 0.0:
             raise ObstacleError(
                 f"Obstacle {self.name}: a side of {min(self.size_m)} m; give 0 or more."
@@ -85,8 +84,8 @@ def _check(
         raise ObstacleError(
             f"Obstacle {name}: {(*place, *sizes)} holds a value that is not finite."
         )
-    if min(sizes) <= 0.0:
-        raise ObstacleError(f"Obstacle {name}: a size of {min(sizes)} m; give more than 0.")
+    if max(sizes) <= 0.0:
+        raise ObstacleError(f"Obstacle {name}: a size of {max(sizes)} m; give more than 0.")
     if not bottom_m < top_m:
         raise ObstacleError(
             f"Obstacle {name}: its bottom at {bottom_m} m is not below its top at {top_m} m."

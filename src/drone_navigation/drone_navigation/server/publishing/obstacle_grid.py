@@ -40,7 +40,8 @@ class ObstacleGrid:
         east_m, north_m, height_m = pose.position_enu_m
         window = GridWindow.about(east_m, north_m, *feed.map_size_and_cell_m)
         clearance_m = feed.clearance_m
-        beside = feed.standing.known.joined(feed.sensed)
+        around = feed.look()
+        beside = around.known.joined(around.sensed)
         beside = beside.between(height_m - clearance_m, height_m + clearance_m)
         message = grid_message(beside, window)
         message.header.stamp = message.info.map_load_time = stamp()

@@ -53,7 +53,8 @@ class ObstacleMarkers:
             return
         self._next_s = now + _PERIOD_S
         feed, shown = self._bridge.obstacles, self._shown
-        named, known, sensed = feed.standing.known_by_name, feed.standing.known, feed.sensed
+        around, named = feed.look(), feed.standing.known_by_name
+        known, sensed = around.known, around.sensed
         if shown is not None and shown[0] is known and shown[1] is sensed:
             return
         # One that may come to know some is told from one that never will.

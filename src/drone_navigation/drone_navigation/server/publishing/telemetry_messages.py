@@ -332,8 +332,9 @@ def obstacle_diagnostic(
     else:
         judged = DiagnosticStatus.OK, "Obstacle sensors active"
     values = {f"{kind} age": f"{age_s:.1f} s" for kind, age_s in feed.ages_s(now).items()}
-    values["known obstacles"] = str(len(feed.standing.known))
-    values["sensed obstacles"] = str(len(feed.sensed))
+    around = feed.look()
+    values["known obstacles"] = str(len(around.known))
+    values["sensed obstacles"] = str(len(around.sensed))
     values["ignored messages"] = str(bridge.vehicle.ranges.ignored)
     return diagnostic_status(f"{name}: obstacle sensors", hardware_id, judged, values)
 

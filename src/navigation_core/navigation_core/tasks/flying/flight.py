@@ -70,7 +70,7 @@ class SetpointFlight(PhasedTask):
         self._follower = PathFollower(section.goal, terms)
         self._avoider = None
         if terms.avoidance is not None:
-            self._avoider = Avoider(terms.avoidance, self._follower)
+            self._avoider = Avoider(terms.avoidance, traits, self._follower)
         self._run_out_limiter = RunOutLimiter(
             terms.avoidance, traits, self._follower.limits, terms.bounds
         )
@@ -112,12 +112,14 @@ class SetpointFlight(PhasedTask):
     @property
     def commanded(self) -> KinematicState | None:
         """State of the setpoint sent last, for a successor; None before the first."""
-        return self._follower.commanded
+        sent = self._follower.commanded
+        return None if sent is None else sent.state
 
     @property
     def commanded_yaw_enu_rad(self) -> float | None:
         """Yaw of the setpoint sent last; None before the first."""
-        return self._follower.commanded_yaw
+        sent = self._follower.commanded
+        return None if sent is None else sent.yaw_enu_rad
 
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:

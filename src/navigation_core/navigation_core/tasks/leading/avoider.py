@@ -17,10 +17,11 @@ from navigation_core.planning.replanner import Decision, Replanner, ReplanRules,
 from navigation_core.safety.braking import must_brake
 from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.checked_path import CheckedPath
+from navigation_core.tasks.leading.checked_path import CheckedPath, braking_limits
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traits import Traits
 
 # A long path is extended while it is flown. Time between two attempts; time to the next point below
 # which the vehicle is too near to it; and how long a better moment is waited for.
@@ -32,17 +33,17 @@ _IN_CORNER_M_S2 = 0.05
 class Avoider:
     """Keeps the path to one goal away from obstacles."""
 
-    def __init__(self, config: AvoidanceConfig, follower: PathFollower) -> None:
+    def __init__(self, config: AvoidanceConfig, traits: Traits, follower: PathFollower) -> None:
         """Prepare.
 
         Args:
             config: how to keep away.
+            traits: what the vehicle can do.
             follower: of the path; it must have been made with the same.
         """
-        assert follower.planner is not None
         self._config = config
         self._follower = follower
-        self._planner = follower.planner
+        self._braking_limits = braking_limits(traits, follower.limits)
         self._replanner = Replanner(
             ReplanRules(
                 config.conflict_clearance_m,
@@ -110,15 +111,16 @@ class Avoider:
 
         While a search continues, the old path is flown, and the brake watches.
         """
-        if self._replanner.state is State.BLOCKED:
+        path, carrot = self._follower.path, self._follower.carrot
+        if self._replanner.state is State.BLOCKED or path is None or carrot is None:
             return
-        decision = self._check(observation, now)
+        decision = self._check(path, carrot, observation, now)
         if decision is Decision.REPLAN:
             self._replan(observation, now)
         elif decision is Decision.COMPARE:
-            self._compare(observation, now)
+            self._compare(carrot, observation, now)
         else:
-            self._plan_on(observation, now)
+            self._plan_on(path, carrot, observation, now)
 
     def wait(self, observation: Observation, now: float, may_plan: bool) -> Decision:
         """Decide what to do while there is no path, which may be looked for or not."""
@@ -169,9 +171,7 @@ class Avoider:
         if now - self._gave_way_s < self._config.retry_s:
             return
         self._gave_way_s = now
-        assert follower.commanded is not None
-        assert follower.evasion is not None
-        away = follower.evasion.plan_away(follower.start(observation), observation.obstacles)
+        away = follower.path_away(observation)
         if away is not None:
             follower.take(away, leads_to_goal=False)
 
@@ -189,13 +189,13 @@ class Avoider:
         """Ask the layer that knows nothing of paths."""
         here, commanded = measured_state(observation), self._follower.commanded
         if commanded is not None:
-            here = replace(here, acceleration_enu_m_s2=commanded.acceleration_enu_m_s2)
+            here = replace(here, acceleration_enu_m_s2=commanded.state.acceleration_enu_m_s2)
         # A rover or boat cannot back away from an obstacle that it stops too near to.
         late_s = observation.late_s if self._follower.starts_here else 0.0
         acts = must_brake(
             MotionSamples.at(here),
             observation.obstacles,
-            self._planner.braking_limits,
+            self._braking_limits,
             self._config.brake_clearance_m,
             self._config.reaction_s + late_s,
         )
@@ -206,10 +206,9 @@ class Avoider:
         limit_m = self._config.conflict_clearance_m
         return first_conflict(rest, observation.obstacles, limit_m) is not None
 
-    def _check(self, observation: Observation, now: float) -> Decision:
-        path, carrot = self._follower.path, self._follower.carrot
-        if path is None or carrot is None:
-            return Decision.KEEP
+    def _check(
+        self, path: CheckedPath, carrot: Carrot, observation: Observation, now: float
+    ) -> Decision:
         place = carrot.state.position_enu_m
         return self._replanner.check(
             path.samples,
@@ -221,10 +220,11 @@ class Avoider:
             now,
         )
 
-    def _plan_on(self, observation: Observation, now: float) -> None:
+    def _plan_on(
+        self, path: CheckedPath, carrot: Carrot, observation: Observation, now: float
+    ) -> None:
         """Plan the rest of a long path before it gets there, or stop where its plan ends."""
-        path, carrot = self._follower.path, self._follower.carrot
-        if path is None or carrot is None or carrot.time_s < path.extend_s:
+        if carrot.time_s < path.extend_s:
             return
         # In a corner, or right before one, it could not be done without a stop.
         next_m = distance(carrot.state.position_enu_m, self._follower.points[0].position_enu_m)
@@ -269,10 +269,9 @@ class Avoider:
             self._follower.take(path)
             self._replanner.found(place, now)
 
-    def _compare(self, observation: Observation, now: float) -> None:
+    def _compare(self, carrot: Carrot, observation: Observation, now: float) -> None:
         """Go over to a path that is clearly shorter, if there is one."""
-        place, carrot = measured_state(observation).position_enu_m, self._follower.carrot
-        assert carrot is not None
+        place = measured_state(observation).position_enu_m
         path = self._follower.find_path(observation, under_way=True)
         if path is None:
             return

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from navigation_core.geometry import (
-    ZERO,
     KinematicState,
     Vector3,
     across,
@@ -16,7 +15,7 @@ from navigation_core.geometry import (
     scale,
     slew_angle,
     subtract,
-    unit_between,
+    unit,
     wrap_angle,
 )
 from navigation_core.tasks.goto_config import GotoConfig
@@ -50,6 +49,14 @@ class Carrot:
     An autopilot flies the feed-forward, and as much faster as it is behind. So the rate also
     falls where the two together would exceed the speed: what the vehicle is late by is not made
     up for by flying too fast.
+
+    Attributes:
+        trajectory: where it walks.
+        time_s: its position along the trajectory, in trajectory time.
+        rate: the share of the planned speed that it has now.
+        nominal: where it is on the trajectory, at the speed that is planned there.
+        state: the setpoint's position and its true derivatives.
+        yaw_enu_rad: the setpoint's yaw.
     """
 
     def __init__(
@@ -72,38 +79,17 @@ class Carrot:
         """
         self.trajectory = trajectory
         self._config = config
-        self._yaw = wrap_angle(yaw_enu_rad)
-        self._yaw_goal = wrap_angle(yaw_goal_enu_rad)
-        self._time_s = time_s
+        self.yaw_enu_rad = wrap_angle(yaw_enu_rad)
+        self._yaw_goal_enu_rad = wrap_angle(yaw_goal_enu_rad)
+        self.time_s = time_s
         self._stalled_s = 0.0
         self._stalled_at_s = time_s
-        self._rate = 1.0
+        self.rate = 1.0
         self._rate_average = 1.0
-        self._nominal = (time_s, trajectory.sample(time_s))
-        self._state = self._nominal[1]
+        self.nominal = self.state = trajectory.sample(time_s)
+        self._limits = trajectory.limits_at(time_s)
+        self._yaw_rate_rad_s = trajectory.limits.yaw_rate_rad_s
         self._driven: DrivenPath | None = None
-
-    @property
-    def state(self) -> KinematicState:
-        """The setpoint's position and its true derivatives."""
-        return self._state
-
-    @property
-    def time_s(self) -> float:
-        """Its position along the trajectory, in trajectory time."""
-        return self._time_s
-
-    @property
-    def rate(self) -> float:
-        """The share of the planned speed that it has now."""
-        return self._rate
-
-    @property
-    def nominal(self) -> KinematicState:
-        """Where it is on the trajectory, at the speed that is planned there."""
-        if self._nominal[0] != self._time_s:
-            self._nominal = (self._time_s, self.trajectory.sample(self._time_s))
-        return self._nominal[1]
 
     def ahead(self, lead_s: float) -> tuple[float, KinematicState]:
         """Return where it will stand after a while at its present pace, and in which state.
@@ -115,28 +101,35 @@ class Carrot:
             Trajectory time and state.
         """
         if lead_s <= 0.0:
-            return self._time_s, self._state
-        time_s = self._time_s + self._rate * lead_s
+            return self.time_s, self.state
+        time_s = self.time_s + self.rate * lead_s
         return time_s, self._scaled(self.trajectory.sample(time_s), 0.0)
 
     def turn_to(self, yaw_enu_rad: float) -> None:
         """Turn to another yaw from now on, the shorter way round."""
-        self._yaw_goal = wrap_angle(yaw_enu_rad)
-
-    @property
-    def yaw_enu_rad(self) -> float:
-        """The setpoint's yaw."""
-        return self._yaw
+        self._yaw_goal_enu_rad = wrap_angle(yaw_enu_rad)
 
     @property
     def setpoint(self) -> Setpoint:
-        """The setpoint to send now."""
-        return Setpoint(
-            self._state.position_enu_m,
-            self._state.velocity_enu_m_s,
-            self._leading_acceleration(),
-            self._yaw,
-        )
+        """The setpoint to send now.
+
+        An airframe needs time to lean. While it gains speed over ground, the acceleration that is
+        wanted after that time is sent; else it would keep accelerating beyond the speed. Not
+        while it brakes: it would stop short of its target.
+        """
+        state = self.state
+        acceleration, velocity = state.acceleration_enu_m_s2, state.velocity_enu_m_s
+        if acceleration[0] * velocity[0] + acceleration[1] * velocity[1] > 0.0:
+            now = self.nominal.acceleration_enu_m_s2
+            lean_s = self._config.response_s * self.rate
+            then = self.trajectory.sample(self.time_s + lean_s).acceleration_enu_m_s2
+            gain = self.rate * self.rate
+            acceleration = (
+                acceleration[0] + gain * (then[0] - now[0]),
+                acceleration[1] + gain * (then[1] - now[1]),
+                acceleration[2],
+            )
+        return Setpoint(state.position_enu_m, velocity, acceleration, self.yaw_enu_rad)
 
     @property
     def stalled_s(self) -> float:
@@ -146,28 +139,24 @@ class Carrot:
     @property
     def ended(self) -> bool:
         """Whether the trajectory has come to its end."""
-        return self._time_s >= self.trajectory.duration_s
+        return self.time_s >= self.trajectory.duration_s
 
     @property
     def arrived(self) -> bool:
         """Whether the trajectory and the turn have come to their end."""
-        return self.ended and self._yaw == self._yaw_goal
+        return self.ended and self.yaw_enu_rad == self._yaw_goal_enu_rad
 
     @property
     def distance_remaining_m(self) -> float:
         """Length of the path that is left."""
-        return self.trajectory.remaining_distance_m(self._time_s)
+        return self.trajectory.remaining_distance_m(self.time_s)
 
     @property
     def time_remaining_s(self) -> float:
         """Time that is left at the pace of the last seconds."""
-        left_s = max(self.trajectory.duration_s - self._time_s, 0.0)
-        turn_s = abs(wrap_angle(self._yaw_goal - self._yaw)) / self._yaw_rate
+        left_s = max(self.trajectory.duration_s - self.time_s, 0.0)
+        turn_s = abs(wrap_angle(self._yaw_goal_enu_rad - self.yaw_enu_rad)) / self._yaw_rate_rad_s
         return max(left_s / max(self._rate_average, _RATE_FLOOR), turn_s)
-
-    @property
-    def _yaw_rate(self) -> float:
-        return self.trajectory.limits.yaw_rate_rad_s
 
     def advance(self, dt_s: float, position_enu_m: Vector3 | None, rate_max: float = 1.0) -> None:
         """Walk on.
@@ -179,13 +168,14 @@ class Carrot:
         """
         if dt_s <= 0.0:
             return
-        before = self._rate
-        planned_m_s = self.nominal.velocity_enu_m_s
-        self._rate = self._next_rate(dt_s, position_enu_m, planned_m_s, rate_max)
+        before = self.rate
+        self.rate = self._next_rate(dt_s, position_enu_m, rate_max)
         # The mean of both rates makes the position the integral of the velocity.
-        self._walk_to(self._time_s + 0.5 * (before + self._rate) * dt_s, self._rate, dt_s)
-        self._state = self._scaled(self.nominal, (self._rate - before) / dt_s)
-        self._yaw = slew_angle(self._yaw, self._yaw_goal, self._yaw_rate * dt_s)
+        self._walk_to(self.time_s + 0.5 * (before + self.rate) * dt_s, self.rate, dt_s)
+        self.state = self._scaled(self.nominal, (self.rate - before) / dt_s)
+        self.yaw_enu_rad = slew_angle(
+            self.yaw_enu_rad, self._yaw_goal_enu_rad, self._yaw_rate_rad_s * dt_s
+        )
 
     def follow(
         self, dt_s: float, position_enu_m: Vector3, braking_m_s2: float, until_s: float = math.inf
@@ -206,9 +196,9 @@ class Carrot:
         self._driven.limit(until_s)
         self._driven.advance(position_enu_m)
         if dt_s > 0.0:
-            time_s = max(self._driven.time_s, self._time_s)
-            self._walk_to(time_s, (time_s - self._time_s) / dt_s, dt_s)
-            self._state = self.nominal
+            time_s = max(self._driven.time_s, self.time_s)
+            self._walk_to(time_s, (time_s - self.time_s) / dt_s, dt_s)
+            self.state = self.nominal
         return self._driven
 
     def restart_patience(self) -> None:
@@ -217,81 +207,66 @@ class Carrot:
 
     def finish(self) -> None:
         """Walk to the end at once."""
-        self._time_s = self.trajectory.duration_s
-        self._state = self.nominal
+        self._stand_at(self.trajectory.duration_s)
+        self.state = self.nominal
 
     def _walk_to(self, time_s: float, rate: float, dt_s: float) -> None:
         share = min(dt_s / _RATE_AVERAGE_S, 1.0)
         self._rate_average += share * (rate - self._rate_average)
-        self._time_s = time_s
+        self._stand_at(time_s)
         self._stalled_s += dt_s
-        if self._time_s - self._stalled_at_s >= _PROGRESS_S:
-            self._stalled_s, self._stalled_at_s = 0.0, self._time_s
+        if time_s - self._stalled_at_s >= _PROGRESS_S:
+            self._stalled_s, self._stalled_at_s = 0.0, time_s
 
-    def _next_rate(
-        self,
-        dt_s: float,
-        position_enu_m: Vector3 | None,
-        velocity_enu_m_s: Vector3,
-        rate_max: float,
-    ) -> float:
+    def _stand_at(self, time_s: float) -> None:
+        if time_s != self.time_s:
+            self.time_s = time_s
+            self.nominal = self.trajectory.sample(time_s)
+            self._limits = self.trajectory.limits_at(time_s)
+
+    def _next_rate(self, dt_s: float, position_enu_m: Vector3 | None, rate_max: float) -> float:
+        velocity_enu_m_s = self.nominal.velocity_enu_m_s
         wanted = rate_max
         if position_enu_m is not None:
             error_max_m = self._config.tracking_error_max_m
             room_m = error_max_m - self._lag_m(position_enu_m)
             wanted = min(max(room_m / (error_max_m * (1.0 - _FREE_SHARE)), 0.0), rate_max)
         change = _RATE_CHANGE_PER_S
-        course = unit_between(ZERO, velocity_enu_m_s)
+        course = unit(velocity_enu_m_s)
         if course is not None:
-            axis = self.trajectory.limits_at(self._time_s).along(course)
+            axis = self._limits.along(course)
             speed_m_s = norm(velocity_enu_m_s)
             change = min(change, axis.acceleration_m_s2 / speed_m_s)
             if position_enu_m is not None:
-                behind_m = dot(subtract(self._state.position_enu_m, position_enu_m), course)
+                behind_m = dot(subtract(self.state.position_enu_m, position_enu_m), course)
                 hurry_m_s = self._config.following_gain_per_s * behind_m
                 allowed_m_s = _HURRY_SHARE * axis.speed_forward_m_s
                 wanted = min(wanted, max((allowed_m_s - hurry_m_s) / speed_m_s, 0.0))
-        return min(max(wanted, self._rate - change * dt_s), self._rate + change * dt_s)
+        return min(max(wanted, self.rate - change * dt_s), self.rate + change * dt_s)
 
     def _lag_m(self, position_enu_m: Vector3) -> float:
         """Return how far the vehicle is behind or beside the setpoint; ahead does not count."""
-        offset = subtract(self._state.position_enu_m, position_enu_m)
-        course = unit_between(ZERO, self._state.velocity_enu_m_s)
+        offset = subtract(self.state.position_enu_m, position_enu_m)
+        course = unit(self.state.velocity_enu_m_s)
         if course is None:
             return norm(offset)
-        natural_m = self._config.tracking_lag_s * norm(self._state.velocity_enu_m_s)
+        natural_m = self._config.tracking_lag_s * norm(self.state.velocity_enu_m_s)
         behind_m = max(dot(offset, course) - natural_m, 0.0)
         return math.hypot(behind_m, norm(across(offset, course)))
-
-    def _leading_acceleration(self) -> Vector3:
-        """Return the acceleration to send.
-
-        An airframe needs time to lean. While it gains speed over ground, the acceleration that is
-        wanted after that time is sent; else it would keep accelerating beyond the speed. Not
-        while it brakes: it would stop short of its target.
-        """
-        wanted, velocity = self._state.acceleration_enu_m_s2, self._state.velocity_enu_m_s
-        if wanted[0] * velocity[0] + wanted[1] * velocity[1] <= 0.0:
-            return wanted
-        now = self.nominal.acceleration_enu_m_s2
-        then = self.trajectory.sample(self._time_s + self._config.response_s * self._rate)
-        change = subtract(then.acceleration_enu_m_s2, now)
-        gain = self._rate * self._rate
-        return (wanted[0] + gain * change[0], wanted[1] + gain * change[1], wanted[2])
 
     def _scaled(self, nominal: KinematicState, rate_change_per_s: float) -> KinematicState:
         velocity = nominal.velocity_enu_m_s
         acceleration = add(
-            scale(nominal.acceleration_enu_m_s2, self._rate * self._rate),
+            scale(nominal.acceleration_enu_m_s2, self.rate * self.rate),
             scale(velocity, rate_change_per_s),
         )
-        limits = self.trajectory.limits_at(self._time_s)
+        limits = self._limits
         ceiling = max(
             norm(nominal.acceleration_enu_m_s2),
             math.hypot(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2),
         )
         return KinematicState(
             nominal.position_enu_m,
-            scale(velocity, self._rate),
+            scale(velocity, self.rate),
             limit_norm(acceleration, ceiling),
         )

@@ -79,6 +79,14 @@ class CheckedPath:
         return self.trajectory.remaining_distance_m(self.entered_s)
 
 
+def braking_limits(traits: Traits, limits: Limits) -> Limits:
+    """Return the limits of a brake: what drives may brake less hard than it speeds up."""
+    if traits.flies:
+        return limits
+    braking_m_s2 = min(limits.acceleration_horizontal_m_s2, traits.braking_m_s2)
+    return replace(limits, acceleration_horizontal_m_s2=braking_m_s2)
+
+
 class _Fault(Enum):
     """Where a trajectory could not be made sound."""
 
@@ -100,10 +108,7 @@ class PathPlanner:
         self._config = config
         self._traits = traits
         self._far: tuple[tuple[RoutePoint, ...], RouteTrajectory] | None = None
-        self.braking_limits = limits
-        if not traits.flies:
-            braking_m_s2 = min(limits.acceleration_horizontal_m_s2, traits.braking_m_s2)
-            self.braking_limits = replace(limits, acceleration_horizontal_m_s2=braking_m_s2)
+        self._braking_limits = braking_limits(traits, limits)
 
     def plan(
         self,
@@ -247,7 +252,7 @@ class PathPlanner:
             yield None
         if norm(start.velocity_enu_m_s) < _SLOW_M_S:
             return
-        stop = plan_stop(start, self.braking_limits)
+        stop = plan_stop(start, self._braking_limits)
         braked = MotionSamples.of(stop).positions_enu_m
         if first_conflict(braked, obstacles, self._config.flown_clearance_m) is None:
             yield stop
@@ -256,7 +261,7 @@ class PathPlanner:
         """Return when the brake would act."""
         config = self._config
         return must_brake(
-            motion, obstacles, self.braking_limits, config.brake_clearance_m, config.reaction_s
+            motion, obstacles, self._braking_limits, config.brake_clearance_m, config.reaction_s
         )
 
     # --- lines ---------------------------------------------------------------------------
@@ -336,7 +341,7 @@ class PathPlanner:
         """Return the braking path from full speed."""
         velocity = scale(course_enu, limits.along(course_enu).speed_forward_m_s)
         cruise = MotionSamples.at(KinematicState(ZERO, velocity))
-        end = stopping_ends(cruise, self.braking_limits, self._config.reaction_s)
+        end = stopping_ends(cruise, self._braking_limits, self._config.reaction_s)
         return float(np.linalg.norm(end))
 
 

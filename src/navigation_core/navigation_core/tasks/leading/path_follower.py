@@ -22,6 +22,7 @@ from navigation_core.planning.planner import NoPath
 from navigation_core.safety.braking import STANDING_M_S
 from navigation_core.searches import Search
 from navigation_core.tasks.goto_config import GotoGoal
+from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath, PathPlanner
 from navigation_core.tasks.leading.driven_path import DrivenPath
@@ -70,6 +71,28 @@ def cruise_limits(limits: Limits, speed_m_s: float | None, traits: Traits) -> Li
 
 
 @dataclass(frozen=True)
+class Commanded:
+    """The setpoint sent last.
+
+    Attributes:
+        state: its position and true derivatives.
+        yaw_enu_rad: its yaw.
+    """
+
+    state: KinematicState
+    yaw_enu_rad: float
+
+
+@dataclass(frozen=True)
+class _Avoiding:
+    """How the flight keeps away from obstacles within its present limits."""
+
+    config: AvoidanceConfig
+    planner: PathPlanner
+    evasion: Evasion
+
+
+@dataclass(frozen=True)
 class _Pending:
     """A search for a path that is under way.
 
@@ -90,18 +113,28 @@ class _Pending:
     begins_here: bool
 
 
+def joins(sent: KinematicState, path: CheckedPath, time_s: float) -> bool:
+    """Return whether the setpoint can go over to a path at a time without a jump."""
+    state = path.trajectory.sample(time_s)
+    velocity = subtract(state.velocity_enu_m_s, sent.velocity_enu_m_s)
+    gap_m = distance(state.position_enu_m, sent.position_enu_m)
+    return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
+
+
 class PathFollower:
     """Plans trajectories and follows them; each plan fits the setpoint sent last."""
 
     def __init__(self, goal: GotoGoal, terms: FlightTerms) -> None:
         """Prepare the flight to a goal."""
-        config, traits, avoidance = terms.config, terms.traits, terms.avoidance
+        config, traits = terms.config, terms.traits
         self.limits = cruise_limits(config.limits, goal.max_speed_m_s, traits)
         self.carrot: Carrot | None = None
         # Where the last plan to the goal leads.
         self.path_enu_m: tuple[Vector3, ...] = ()
-        self.commanded = terms.handover.commanded
-        self.commanded_yaw = terms.handover.yaw_enu_rad
+        self.commanded: Commanded | None = None
+        state, yaw_enu_rad = terms.handover.commanded, terms.handover.yaw_enu_rad
+        if state is not None and yaw_enu_rad is not None:
+            self.commanded = Commanded(state, yaw_enu_rad)
         # Time that the setpoint has yet to walk in this step.
         self.dt_s = 0.0
         # Whether time has passed without setpoints, so that the last one says nothing.
@@ -121,23 +154,21 @@ class PathFollower:
         # Whether one is still searched for.
         self.undecided = False
         self._pending: _Pending | None = None
-        self._avoidance = avoidance
         self._leads_to_goal = False
         self._traits = traits
-        self.planner: PathPlanner | None = None
-        self.evasion: Evasion | None = None
+        self._avoiding: _Avoiding | None = None
         # A rover or boat is led from its measured position, not from the planned one.
         self.starts_here = not traits.flies
-        self._keep(self.limits)
+        self._keep(self.limits, terms.avoidance)
 
-    def _keep(self, limits: Limits) -> None:
+    def _keep(self, limits: Limits, avoidance: AvoidanceConfig | None) -> None:
         """Plan with these limits from now on."""
         self.limits = limits
         braking_m_s2 = limits.acceleration_horizontal_m_s2
         self._braking_m_s2 = min(self._traits.braking_m_s2, braking_m_s2)
-        if self._avoidance is not None:
-            self.planner = PathPlanner(self._avoidance, self._traits, limits)
-            self.evasion = Evasion(self._avoidance, self._traits, limits)
+        if avoidance is not None:
+            planner = PathPlanner(avoidance, self._traits, limits)
+            self._avoiding = _Avoiding(avoidance, planner, Evasion(avoidance, self._traits, limits))
 
     @property
     def passed(self) -> int:
@@ -189,17 +220,16 @@ class PathFollower:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        if self.planner is not None:
+        if self._avoiding is not None:
             self._plan_around(observation)
             return
         self.carrot = None
-        if not self._choose_start(observation):
+        sent = self._choose_start(observation)
+        if sent is None:
             return
-        assert self.commanded is not None
-        assert self.commanded_yaw is not None
         if self._yaw_goal is None:
-            self._yaw_goal = self._yaw_of_travel(self.commanded.position_enu_m, self.commanded_yaw)
-        start = self.commanded
+            self._yaw_goal = self._yaw_of_travel(sent.state.position_enu_m, sent.yaw_enu_rad)
+        start = sent.state
         if self.starts_here:
             # Of its path only the line counts; how it gets round to that is the pursuit's.
             start = KinematicState(start.position_enu_m)
@@ -209,16 +239,16 @@ class PathFollower:
         else:
             trajectory = plan_to(start, self._goal.position_enu_m, self.limits)
             self._passed_s = ()
-        self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self._yaw_goal)
+        self.carrot = Carrot(trajectory, self._config, sent.yaw_enu_rad, self._yaw_goal)
         self.path_enu_m = trajectory.path_enu_m
 
     def _plan_around(self, observation: Observation) -> None:
         """Advance to the goal around obstacles, or stop while no path is known."""
         self.no_path, self.undecided = "", False
-        if not self._is_searching_from_here():
+        if self._search_from_here() is None:
             before, held = self.commanded, self.carrot
             self.carrot = None
-            if not self._choose_start(observation):
+            if self._choose_start(observation) is None:
                 return
             if held is not None and not self._leads_to_goal and self.commanded is before:
                 self.carrot = held
@@ -235,12 +265,16 @@ class PathFollower:
         self, position_enu_m: Vector3, observation: Observation
     ) -> Search[CheckedPath | NoPath] | None:
         """Search for the path around obstacles as it would be from a place, to estimate it."""
-        if self.planner is None or self._avoidance is None:
+        if self._avoiding is None:
             return None
         yaw = observation.yaw_enu_rad or 0.0
-        start, points = KinematicState(position_enu_m), self._points
-        planner, known, seen = self.planner, observation.obstacles, observation.obstacles_now
-        return self._avoidance.searcher.begin(
+        start, points, planner = (
+            KinematicState(position_enu_m),
+            self._points,
+            self._avoiding.planner,
+        )
+        known, seen = observation.obstacles, observation.obstacles_now
+        return self._avoiding.config.searcher.begin(
             lambda is_wanted: planner.plan(start, yaw, points, known, seen, is_wanted)
         )
 
@@ -254,30 +288,32 @@ class PathFollower:
         when the setpoint has come there.
 
         Args:
-            observation: what is known; there must have been a setpoint.
+            observation: what is known.
             under_way: whether the points that were passed are left out.
 
         Returns:
-            The path, why there is none, or None while that is not known.
+            The path, why there is none, or None while that is not known, as it is before the
+            first setpoint and where no obstacles are avoided.
 
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        if not self._is_searching_from_here():
-            self._begin_search(observation, under_way)
-        pending = self._pending
-        assert pending is not None
-        assert self._avoidance is not None
+        avoiding, sent = self._avoiding, self.commanded
+        if avoiding is None or sent is None:
+            return None
+        pending = self._search_from_here()
+        if pending is None:
+            pending = self._begin_search(avoiding, sent, observation, under_way)
         try:
             found = pending.search.result()
         except Exception:
             self._pending = None
             raise
         if found is None:
-            if observation.time_s - pending.begun_s <= self._avoidance.search_timeout_s:
+            limit_s = avoiding.config.search_timeout_s
+            if observation.time_s - pending.begun_s <= limit_s:
                 return None
             self._give_search_up()
-            limit_s = self._avoidance.search_timeout_s
             return NoPath(f"The search for a path took longer than {limit_s:g} s.")
         if isinstance(found, NoPath) or pending.carrot is None or pending.begins_here:
             self._pending = None
@@ -287,27 +323,27 @@ class PathFollower:
         if late_s < 0.0:
             return None
         self._pending = None
-        if not self._joins(found, late_s):
-            self._begin_search(observation, under_way)
+        if not joins(sent.state, found, late_s):
+            self._begin_search(avoiding, sent, observation, under_way)
             return None
         return replace(found, entered_s=late_s)
 
-    def _is_searching_from_here(self) -> bool:
-        """Whether the search in progress continues from the motion that is flown."""
+    def _search_from_here(self) -> _Pending | None:
+        """Return the search in progress if it continues from the motion that is flown."""
         pending = self._pending
         if pending is None:
-            return False
+            return None
         if pending.carrot is self.carrot and pending.route == self._points:
-            return True
+            return pending
         self._give_search_up()
-        return False
+        return None
 
-    def _begin_search(self, observation: Observation, under_way: bool) -> None:
-        assert self.planner is not None
-        assert self._avoidance is not None
-        assert self.commanded is not None
-        searcher, carrot = self._avoidance.searcher, self.carrot
-        start, joint_s, begins_here = self.start(observation), 0.0, self._begins_here(observation)
+    def _begin_search(
+        self, avoiding: _Avoiding, sent: Commanded, observation: Observation, under_way: bool
+    ) -> _Pending:
+        searcher, carrot, joint_s = avoiding.config.searcher, self.carrot, 0.0
+        begins_here = self._begins_here(sent, observation)
+        start = self._start(sent, observation)
         if begins_here:
             # The vehicle keeps its present velocity at least until the new path is found.
             moved = scale(start.velocity_enu_m_s, searcher.lead_s)
@@ -324,7 +360,7 @@ class PathFollower:
             gap_m = distance(points[0].position_enu_m, start.position_enu_m)
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
-        planner, yaw = self.planner, observation.yaw_enu_rad or 0.0
+        planner, yaw = avoiding.planner, observation.yaw_enu_rad or 0.0
         known, seen = observation.obstacles, observation.obstacles_now
         search = searcher.begin(
             lambda is_wanted: planner.plan(start, yaw, points, known, seen, is_wanted)
@@ -332,29 +368,32 @@ class PathFollower:
         self._pending = _Pending(
             search, carrot, self._points, joint_s, observation.time_s, begins_here
         )
+        return self._pending
 
     def _give_search_up(self) -> None:
         if self._pending is not None:
             self._pending.search.abandon()
             self._pending = None
 
-    def _joins(self, path: CheckedPath, time_s: float) -> bool:
-        """Whether the setpoint can go over to a path there without a jump."""
-        assert self.commanded is not None
-        state = path.trajectory.sample(time_s)
-        velocity = subtract(state.velocity_enu_m_s, self.commanded.velocity_enu_m_s)
-        gap_m = distance(state.position_enu_m, self.commanded.position_enu_m)
-        return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
+    def path_away(self, observation: Observation) -> CheckedPath | None:
+        """Return a path to the nearest clear position; None if none is known (see `Evasion`).
 
-    def start(self, observation: Observation) -> KinematicState:
-        """Return where a path around obstacles begins; there must have been a setpoint."""
-        assert self.commanded is not None
+        Raises:
+            TrajectoryError: no trajectory could be calculated.
+        """
+        if self._avoiding is None or self.commanded is None:
+            return None
+        start = self._start(self.commanded, observation)
+        return self._avoiding.evasion.plan_away(start, observation.obstacles)
+
+    def _start(self, sent: Commanded, observation: Observation) -> KinematicState:
+        """Return where a path around obstacles begins."""
         located = is_located(observation, self._config.position_stale_s)
-        if located and self._begins_here(observation):
+        if located and self._begins_here(sent, observation):
             return self._measured(observation)
-        return self.commanded
+        return sent.state
 
-    def _begins_here(self, observation: Observation) -> bool:
+    def _begins_here(self, sent: Commanded, observation: Observation) -> bool:
         """Whether a path begins where the vehicle is, and not at its setpoint.
 
         It does for a rover or boat; and for an aircraft that has not stopped at its setpoint but
@@ -364,13 +403,12 @@ class PathFollower:
         """
         if self.starts_here:
             return True
-        assert self.commanded is not None
-        if norm(self.commanded.velocity_enu_m_s) > STANDING_M_S:
+        if norm(sent.state.velocity_enu_m_s) > STANDING_M_S:
             return False
         if not is_located(observation, self._config.position_stale_s):
             return False
         here = measured_state(observation).position_enu_m
-        return distance(here, self.commanded.position_enu_m) > _RUN_OUT_M
+        return distance(here, sent.state.position_enu_m) > _RUN_OUT_M
 
     def _measured(self, observation: Observation) -> KinematicState:
         """Return the state that a flight begins with where the vehicle is."""
@@ -382,20 +420,22 @@ class PathFollower:
         return here
 
     def take(self, path: CheckedPath, leads_to_goal: bool = True) -> None:
-        """Fly a path that begins at :meth:`start`.
+        """Fly a path that begins at the setpoint sent last, or where the vehicle is.
 
         Args:
             path: what to fly.
             leads_to_goal: whether it goes through the points that are left, or elsewhere.
         """
-        assert self.commanded_yaw is not None
+        if self.commanded is None:
+            return
+        yaw_enu_rad = self.commanded.yaw_enu_rad
         self._passed_s = ()
         if leads_to_goal:
             gone = len(self._points) - len(path.passed_s)
             self._passed_s = (-math.inf,) * gone + path.passed_s
             self.path_enu_m = path.trajectory.path_enu_m
         self.carrot = Carrot(
-            path.trajectory, self._config, self.commanded_yaw, self.commanded_yaw, path.entered_s
+            path.trajectory, self._config, yaw_enu_rad, yaw_enu_rad, path.entered_s
         )
         self.path = path
         self._leads_to_goal = leads_to_goal
@@ -409,16 +449,15 @@ class PathFollower:
         self.carrot = self.path = None
         self._leads_to_goal = False
         self._passed_s = ()
-        if not self._choose_start(observation):
+        sent = self._choose_start(observation)
+        if sent is None:
             return
-        assert self.commanded is not None
-        assert self.commanded_yaw is not None
-        if self.evasion is None:
-            trajectory = plan_stop(self.commanded, self.limits)
+        if self._avoiding is None:
+            trajectory = plan_stop(sent.state, self.limits)
         else:
-            self.path = self.evasion.stop(self.commanded, observation.obstacles)
+            self.path = self._avoiding.evasion.stop(sent.state, observation.obstacles)
             trajectory = self.path.trajectory
-        self.carrot = Carrot(trajectory, self._config, self.commanded_yaw, self.commanded_yaw)
+        self.carrot = Carrot(trajectory, self._config, sent.yaw_enu_rad, sent.yaw_enu_rad)
 
     def walk(self, position_enu_m: Vector3 | None, rate_max: float = 1.0) -> None:
         """Let the carrot walk on by the time of this step, at a share of its speed at most."""
@@ -460,30 +499,28 @@ class PathFollower:
 
     def note(self, carrot: Carrot) -> None:
         """Remember the setpoint that is sent."""
-        self.commanded, self.commanded_yaw = carrot.state, carrot.yaw_enu_rad
+        self.commanded = Commanded(carrot.state, carrot.yaw_enu_rad)
 
     def forget_commanded(self) -> None:
         """Drop the last setpoint; the next flight begins where the vehicle is."""
-        self.commanded = self.commanded_yaw = self.carrot = None
+        self.commanded = self.carrot = None
 
-    def _choose_start(self, observation: Observation) -> bool:
+    def _choose_start(self, observation: Observation) -> Commanded | None:
         """Begin at the last setpoint if that still makes sense, else where the vehicle is.
 
         Returns:
-            Whether there is anything to begin with.
+            The setpoint to begin with; None if nothing is known.
         """
-        located = is_located(observation, self._config.position_stale_s)
-        usable = self.commanded is not None and self.commanded_yaw is not None
-        if not usable or (located and self._must_start_anew(observation)):
-            if not located:
-                return False
-            self.commanded = self._measured(observation)
-            self.commanded_yaw = observation.yaw_enu_rad
+        located, sent = is_located(observation, self._config.position_stale_s), self.commanded
+        if sent is None or (located and self._must_start_anew(sent, observation)):
+            yaw_enu_rad = observation.yaw_enu_rad
+            if not located or yaw_enu_rad is None:
+                return None
+            sent = self.commanded = Commanded(self._measured(observation), yaw_enu_rad)
             self.is_stale = False
             self.dt_s = 0.0
-        assert self.commanded is not None
-        self._allow_slowing(horizontal_norm(self.commanded.velocity_enu_m_s))
-        return True
+        self._allow_slowing(horizontal_norm(sent.state.velocity_enu_m_s))
+        return sent
 
     def _allow_slowing(self, speed_m_s: float) -> None:
         """Let a vehicle that is faster than its goal allows slow down as hard as others do.
@@ -494,19 +531,18 @@ class PathFollower:
         usual = self._config.limits
         limits = self.limits.slowing_from(speed_m_s, usual)
         if limits != self.limits:
-            self._keep(limits)
+            self._keep(limits, None if self._avoiding is None else self._avoiding.config)
         self._via = tuple(
             dataclasses.replace(point, limits=point.limits.slowing_from(speed_m_s, usual))
             for point in self._via
         )
 
-    def _must_start_anew(self, observation: Observation) -> bool:
+    def _must_start_anew(self, sent: Commanded, observation: Observation) -> bool:
         """Whether the last setpoint is nothing to continue from."""
         if self.starts_here or self.is_stale:
             return True
-        assert self.commanded is not None
         here = measured_state(observation).position_enu_m
-        error_m = distance(self.commanded.position_enu_m, here)
+        error_m = distance(sent.state.position_enu_m, here)
         return error_m > _START_ERROR_SHARE * self._config.tracking_error_max_m
 
     def _yaw_of_travel(self, start_enu_m: Vector3, yaw_enu_rad: float) -> float:

@@ -19,10 +19,8 @@ from navigation_core.geometry import (
     ZERO,
     KinematicState,
     Vector3,
-    distance,
     norm,
     scale,
-    subtract,
     unit_between,
 )
 from navigation_core.limits import Limits
@@ -34,7 +32,7 @@ from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.giving_way import GivingWay
-from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.leading.path_follower import PathFollower, joins
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
@@ -77,8 +75,6 @@ _STRAIGHT_M = 0.03
 _ASIDES_MAX = 5
 # Radius by which corners of a detour are cut.
 _CORNER_M = 1.0
-# Maximum gap in position and velocity between setpoint and detour, as for a path found late.
-_JOINT_M, _JOINT_M_S = 0.15, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,24 +233,22 @@ class PathInTraffic:
 
         There must be a path. It may be changed: for a detour, or for a stop.
         """
-        view, carrot = observation.traffic, self._follower.carrot
+        view = observation.traffic
+        if view is not None and self._follower.carrot is not None:
+            self._braking_m_s2 = self._braking()
+            self._take_detour(view, observation, now)
+        carrot = self._follower.carrot
         if view is None or carrot is None:
             self.forget()
             return 1.0
-        self._braking_m_s2 = self._braking()
-        self._take_detour(view, observation, now)
-        carrot = self._follower.carrot
-        assert carrot is not None
         if self._left_path and carrot.ended:
             # The next path begins at the setpoint, where the vehicle stands.
             self._elsewhere = self._follower.carrot = None
             return 1.0
         if self._is_stop:
             return 1.0
-        if self._course is None or self._course.trajectory is not carrot.trajectory:
-            self._course, self._granted = _Course.of(carrot.trajectory, view), 0
-            self._looked_s = min(self._looked_s, now - _DETOUR_RETRY_S)
-        room_m = self._reserve(view, carrot, observation, now)
+        course = self._course_of(carrot, view, now)
+        room_m = self._reserve(view, course, carrot, observation, now)
         self._running_m_s = self._speed_for(min(room_m, self._aside_m), runs_out=True)
         self._allowed_m_s = min(
             self._speed_for(room_m, runs_out=False), max(self._running_m_s, _BY_POSITION_M_S)
@@ -265,7 +259,7 @@ class PathInTraffic:
             self._course, self._elsewhere, self._stops = None, self._follower.carrot, True
             return 1.0
         if self._giving_way.waiting is None:
-            self._look_around(view, observation, carrot, now)
+            self._look_around(view, course, observation, carrot, now)
         share = self._share(carrot)
         share = self._giving_way.step(
             view, observation, carrot, share, self._clear(observation), now
@@ -298,12 +292,24 @@ class PathInTraffic:
 
     # --- what is reserved --------------------------------------------------------------------
 
+    def _course_of(self, carrot: Carrot, view: TrafficView, now: float) -> _Course:
+        """Return the path as it can be reserved; of another path, nothing is reserved yet."""
+        course = self._course
+        if course is None or course.trajectory is not carrot.trajectory:
+            course = self._course = _Course.of(carrot.trajectory, view)
+            self._granted = 0
+            self._looked_s = min(self._looked_s, now - _DETOUR_RETRY_S)
+        return course
+
     def _reserve(
-        self, view: TrafficView, carrot: Carrot, observation: Observation, now: float
+        self,
+        view: TrafficView,
+        course: _Course,
+        carrot: Carrot,
+        observation: Observation,
+        now: float,
     ) -> float:
         """Reserve more of the path, and return how much of it is, in metres from the setpoint."""
-        course = self._course
-        assert course is not None
         here = measured_state(observation).position_enu_m
         first = max(int(np.searchsorted(course.times_s, carrot.time_s, side="right")) - 1, 0)
         count, granted = len(course.times_s), max(self._granted - first, 0)
@@ -431,13 +437,16 @@ class PathInTraffic:
     # --- detours -------------------------------------------------------------------------------
 
     def _look_around(
-        self, view: TrafficView, observation: Observation, carrot: Carrot, now: float
+        self,
+        view: TrafficView,
+        course: _Course,
+        observation: Observation,
+        carrot: Carrot,
+        now: float,
     ) -> None:
         """Begin to look for a detour where waiting would take longer."""
         if self._looking is not None or now - self._looked_s < _DETOUR_RETRY_S:
             return
-        course = self._course
-        assert course is not None
         stands = self._speed_m_s(carrot, observation) < _STANDS_M_S
         is_needed = self._waiting is not None and stands and view.must_give_way(now)
         first = int(np.searchsorted(course.times_s, carrot.time_s))
@@ -519,7 +528,8 @@ class PathInTraffic:
         late_s = looking.carrot.time_s - looking.joint_s if self._traits.flies else 0.0
         if looking.carrot.ended:
             late_s = 0.0
-        if self._traits.flies and not self._joins(path, late_s):
+        commanded = self._follower.commanded
+        if self._traits.flies and (commanded is None or not joins(commanded.state, path, late_s)):
             return
         if not self._begins_free(view, path, now):
             _note_stuck(looking, view, now)
@@ -537,15 +547,6 @@ class PathInTraffic:
         needed_m = stopping_distance_m(speed, 0.0, self._braking_m_s2) + 0.5
         count = max(int(np.searchsorted(course.lengths_m, needed_m)) + 1, 2)
         return view.reservations.blocked_by(view.name, course.volume, count) is None
-
-    def _joins(self, path: CheckedPath, time_s: float) -> bool:
-        commanded = self._follower.commanded
-        if commanded is None:
-            return False
-        state = path.trajectory.sample(time_s)
-        velocity = subtract(state.velocity_enu_m_s, commanded.velocity_enu_m_s)
-        gap_m = distance(state.position_enu_m, commanded.position_enu_m)
-        return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
 
 
 class IsFree:
