@@ -52,7 +52,7 @@ from mavlink_vehicle.protocols.monitoring.direct_measurements import DirectMeasu
 from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
-from mavlink_vehicle.protocols.monitoring.stream_gap import STREAM_GAP_S, StreamGap
+from mavlink_vehicle.protocols.monitoring.stream_gap import StreamGap
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
@@ -66,7 +66,8 @@ from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream, StreamStatistics
 from mavlink_vehicle.ranges import RangeReader
 from mavlink_vehicle.state.live_state import LiveState
-from mavlink_vehicle.state.reducer import MEASUREMENTS, VehicleState, reduce
+from mavlink_vehicle.state.measurements import MEASUREMENTS
+from mavlink_vehicle.state.reducer import VehicleState, reduce
 from mavlink_vehicle.state.restarts import evolve
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
@@ -75,7 +76,9 @@ _HEARTBEAT = mavlink.MAVLink_heartbeat_message
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 _CURRENT_MODE = mavlink.MAVLink_current_mode_message
 # Messages that can make no event but by their time since boot: most of the work is not for them.
-_TELEMETRY = frozenset({*MEASUREMENTS, mavlink.MAVLink_gps_raw_int_message})
+_TELEMETRY = frozenset({*MEASUREMENTS, mavlink.MAVLink_gps_raw_int_message}) - {
+    mavlink.MAVLink_extended_sys_state_message
+}
 # Without setpoints our HEARTBEAT is what we run for, at least.
 _LATE_S = 0.25
 # A stream that is a little shorter than what the firmware allows may be too long on its side.
@@ -144,7 +147,7 @@ class VehicleCore:
             self._own_gap,
             self._gap,
             self._watch,
-            lambda: self.slot.pending is not None,
+            self.slot,
         )
         self._answer_watch = AnswerWatch(
             self._timesync, lambda: self.address, lambda: self._gap.heard_s
@@ -388,6 +391,9 @@ class VehicleCore:
 
     def receive(self, message: Message, now: float) -> None:
         """Process one message, whoever sent it."""
+        is_known = self.profile is not None and self._is_sender(message)
+        if is_known and self._direct.take(message, now):
+            return
         self.notice(now)
         header = message._header
         if not self._is_from_vehicle(message, now):
@@ -395,10 +401,6 @@ class VehicleCore:
             return
         before = self.state
         kind = message.__class__
-        measure = MEASUREMENTS.get(kind)
-        if measure is not None and now - self._gap.heard_s <= STREAM_GAP_S and self.profile:
-            self._measured(measure(before, message, now), header.seq, header.msgId, now)
-            return
         shows_mode = kind is _HEARTBEAT or kind is _CURRENT_MODE
         before = self.state = self._gap.heard(self.state, self.profile, shows_mode, now)
         newer = self._follow_order(kind, header.seq, now)
@@ -430,6 +432,9 @@ class VehicleCore:
     def _is_from_vehicle(self, message: Message, now: float) -> bool:
         if isinstance(message, _HEARTBEAT):
             return self._is_vehicle(message, now)
+        return self._is_sender(message)
+
+    def _is_sender(self, message: Message) -> bool:
         header, state = message._header, self._live.known
         return header.srcComponent == state.component_id and (
             state.system_id in (0, header.srcSystem)
@@ -465,21 +470,6 @@ class VehicleCore:
         self.state = VehicleState(
             system_id=system_id, component_id=self.config.target_component, boot_count=boots
         )
-
-    def _measured(self, state: VehicleState, sequence: int, number: int, now: float) -> None:
-        """Do the little that is left of `receive` for what is nothing but a measurement."""
-        self._gap.heard_s = self._watch.heard_s = now
-        self._order.place(sequence, now)
-        self._rates.count(number)
-        before = self.state
-        if state is before:
-            return
-        self.state = state
-        if state.boot_count != before.boot_count:
-            self._compare(before, False, now)
-            self._compare_mission(before, now)
-        if self.slot.pending is not None:
-            self._observe(now)
 
     def _observe(self, now: float) -> None:
         """Let the pending operation see the state."""
