@@ -1,7 +1,7 @@
 """Measurements of position and attitude, made of the fields of their messages in wire order.
 
 They come more often than anything else, and without pymavlink's objects where nobody needs those:
-the reducer and `monitoring.direct_measurements` take the changes of the state from here.
+the reducer and `protocols.direct_measurements` take the changes of the state from here.
 """
 
 from __future__ import annotations
