@@ -135,7 +135,7 @@ class ClientServices:
         """
         if len(names) > _PARAMETERS_MAX or not all(map(_PARAMETER.fullmatch, names)):
             raise ValueError(f"Give at most {_PARAMETERS_MAX} names such as WPNAV_SPEED.")
-        values = self._vehicle.read_parameters(names, now)
+        values = self._vehicle.parameters.read(names, now)
         return [math.nan if value is None else value for value in values]
 
     def correct_gps(self, data: bytes, now: float) -> None:
@@ -166,11 +166,11 @@ class ClientServices:
         unreached = self._unreached
         if unreached:
             raise ExternalPositionError(unreached)
-        self._vehicle.send_external_pose(pose, now)
+        self._vehicle.external_position.offer(pose, self._vehicle.state, now)
 
     @property
     def _unreached(self) -> str:
         """Why nothing reaches the vehicle, a sentence; empty while it is reached."""
         if self.refusal is not None:
             return self.refusal.message
-        return "" if self._vehicle.connected else "There is no connection to a vehicle."
+        return "" if self._vehicle.heartbeats.alive else "There is no connection to a vehicle."

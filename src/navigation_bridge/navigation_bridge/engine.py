@@ -83,8 +83,12 @@ class Engine:
         if goal is None:
             return parts.observer.look(now, traffic=traffic)
         vehicle, overtaken, tracker = parts.vehicle, parts.overtaken, goal.mission
-        mission = None if tracker is None else tracker.report(vehicle.state, vehicle.mission_change)
-        asks = vehicle.is_one_way or goal.takeover is not None
+        mission = (
+            None
+            if tracker is None
+            else tracker.report(vehicle.state, vehicle.stations.mission_change)
+        )
+        asks = vehicle.answers.one_way or goal.takeover is not None
         requested = parts.parking.operation_id is not None or overtaken.operation_id is not None
         return parts.observer.look(
             now,
@@ -92,7 +96,7 @@ class Engine:
             mission=mission,
             fault=parts.positions.fault(goal.doubt.jumps_ned_m),
             late_s=parts.lateness.lateness.recent_s(now),
-            unanswered_s=vehicle.unanswered_s(now) if asks else 0.0,
+            unanswered_s=vehicle.answers.unanswered_s(now) if asks else 0.0,
             mode_requested=requested,
             mode_unclear=goal.takeover is not None and overtaken.is_open,
             command=parts.commands.current if goal.follows_commands else None,

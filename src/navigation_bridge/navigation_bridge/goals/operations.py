@@ -29,9 +29,9 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
     kind = intent.kind
     needs_stream = profile is not None and profile.setpoints.prestream_s > 0.0
     if not needs_stream or kind not in STREAMED:
-        vehicle.close_stream()
-    elif kind is TaskOperation.TAKE_CONTROL and not vehicle.stream_open:
-        vehicle.open_stream(now)
+        vehicle.setpoints.close()
+    elif kind is TaskOperation.TAKE_CONTROL and not vehicle.setpoints.is_open:
+        vehicle.setpoints.open(now)
     if kind is TaskOperation.TAKE_OFF:
         assert intent.height_m is not None
         return vehicle.take_off(intent.height_m, now)
@@ -65,7 +65,7 @@ def begin_upload(
     assert profile is not None
     assert profile.missions is not None
     assert plan is not None
-    vehicle.close_stream()
+    vehicle.setpoints.close()
     items = plan_items(plan, profile, map_frame, vehicle.state)
     operation_id = vehicle.missions.upload([planned.item for planned in items], now)
     return operation_id, MissionTracker(items, profile.missions)

@@ -115,7 +115,9 @@ class Admission:
         if self._storage.writes_list:
             text = "The vehicle's fence or rally points are being written; send the goal again."
             return Rejection(OutcomeCode.BUSY, text)
-        off_m = self._vehicle.external_difference_m(now)
+        off_m = self._vehicle.external_position.difference_m(
+            self._vehicle.state.local_position, now
+        )
         if off_m is not None and off_m > _EXTERNAL_OFF_M:
             # A PX4 with EKF2_HGT_REF 3 counts these heights from sea level, not from the origin.
             text = (

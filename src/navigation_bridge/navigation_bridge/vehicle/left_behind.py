@@ -29,14 +29,14 @@ def what_is_left(vehicle: Vehicle) -> WhatIsLeft:
 
     A vehicle that is not heard always needs attention.
     """
-    if not vehicle.discovered:
+    if vehicle.profile is None:
         return WhatIsLeft("Server stopped. No vehicle was found.", False)
     state = vehicle.state
     place = _PLACES.get(state.landed_state)
     where = place or "airborne or on the ground (unknown)"
     armed = "armed" if state.armed else "disarmed"
     facts = f"{where}, {armed}, in mode {vehicle.mode_name}"
-    if not vehicle.connected:
+    if not vehicle.heartbeats.alive:
         text = f"Server stopped. The vehicle is silent; last known state: {facts}."
         return WhatIsLeft(text, True)
     return WhatIsLeft(f"Server stopped. Vehicle left {facts}.", state.armed)

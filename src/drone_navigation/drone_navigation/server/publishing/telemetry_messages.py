@@ -278,7 +278,7 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     vehicle, state = bridge.vehicle, bridge.vehicle.state
     message = VehicleStatus()
     message.header.stamp = stamp
-    message.connected = vehicle.connected
+    message.connected = vehicle.heartbeats.alive
     message.autopilot = "" if vehicle.profile is None else vehicle.profile.name
     message.firmware_version = state.firmware_version or ""
     message.mode = vehicle.mode_name
@@ -334,7 +334,7 @@ def obstacle_diagnostic(
     values = {f"{kind} age": f"{age_s:.1f} s" for kind, age_s in feed.ages_s(now).items()}
     values["known obstacles"] = str(len(feed.standing.known))
     values["sensed obstacles"] = str(len(feed.sensed))
-    values["ignored messages"] = str(bridge.vehicle.ranges.ignored)
+    values["ignored messages"] = str(bridge.vehicle.range_sensors.reader.ignored)
     return _diagnostic(f"{name}: obstacle sensors", hardware_id, judged, values)
 
 
@@ -358,7 +358,7 @@ def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> 
 
 def external_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> Any:
     """Return the state of the external poses; None while none are in use."""
-    silent_s = bridge.vehicle.external_silence_s(now)
+    silent_s = bridge.vehicle.external_position.silent_s(now)
     if silent_s is None:
         return None
     judged = DiagnosticStatus.OK, "External poses received"
@@ -432,11 +432,11 @@ def _or_unknown(value: float | None, form: str, unit: str = "") -> str:
 
 
 def _level(bridge: Bridge, health: LinkHealth) -> tuple[Any, str]:
-    if not bridge.vehicle.discovered:
+    if bridge.vehicle.profile is None:
         return DiagnosticStatus.ERROR, "No autopilot found yet"
-    if not bridge.vehicle.connected:
+    if not bridge.vehicle.heartbeats.alive:
         return DiagnosticStatus.STALE, "No HEARTBEAT"
-    if bridge.vehicle.is_one_way:
+    if bridge.vehicle.answers.one_way:
         return DiagnosticStatus.ERROR, "One way: telemetry arrives, but nothing is answered"
     if health.loss_share > health.LOSS_WARNING:
         return DiagnosticStatus.WARN, f"{100.0 * health.loss_share:.0f} % of the messages are lost"

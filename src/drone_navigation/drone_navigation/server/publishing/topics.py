@@ -274,9 +274,10 @@ class Topics:
 
     def _measured(self, time_boot_ms: int, now: float) -> Any:
         """Return the stamp of a sample with the vehicle's own time."""
+        vehicle = self._bridge.vehicle
         age_s = max(
             self._times.age_s(time_boot_ms, now),
-            self._bridge.vehicle.sample_age_s(time_boot_ms, now) or 0.0,
+            vehicle.data_age.age_s(time_boot_ms, vehicle.state.boot_count, now) or 0.0,
         )
         return (self._node.get_clock().now() - Duration(seconds=age_s)).to_msg()
 
@@ -291,7 +292,7 @@ def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
         state.failsafe,
         state.texts,
         bridge.has_pose,
-        vehicle.connected,
+        vehicle.heartbeats.alive,
         vehicle.in_control_mode,
         bridge.active_goal_id,
     )
