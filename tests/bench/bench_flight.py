@@ -135,7 +135,7 @@ def _fly(flight: SimulatedFlight, goal: Vector3, speed_m_s: float) -> Flight:
     config = flight.config.bridge.goto
     began_s = next(t for t, item in told if item.status is Status.NAVIGATING)
     assert flight.vehicle.profile is not None
-    traits = traits_of(flight.vehicle.profile, flight.vehicle.parameters)
+    traits = traits_of(flight.vehicle.profile, flight.vehicle.parameters.values)
     limits = limits_of(traits, config.limits)
     limits = limits.with_speed(min(speed_m_s, traits.speed_max_m_s))
     path_m = distance(start, goal)
@@ -147,7 +147,7 @@ def _fly(flight: SimulatedFlight, goal: Vector3, speed_m_s: float) -> Flight:
         least_time_s(
             path_m,
             limits.along(along),
-            driving_of(flight.vehicle.parameters).braking_m_s2 or math.inf,
+            driving_of(flight.vehicle.parameters.values).braking_m_s2 or math.inf,
         ),
         beyond_m,
         off_m,

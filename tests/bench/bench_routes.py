@@ -91,7 +91,7 @@ def _fly(
     flight.fly_up()
     config = flight.config.bridge.goto
     assert flight.vehicle.profile is not None
-    traits = traits_of(flight.vehicle.profile, flight.vehicle.parameters)
+    traits = traits_of(flight.vehicle.profile, flight.vehicle.parameters.values)
     limits = limits_of(traits, config.limits).with_speed(speed_m_s)
     rng, flown_s, least_s, strays_m = random.Random(_SEED), 0.0, 0.0, []
     for _ in range(routes):

@@ -212,7 +212,7 @@ def test_what_we_announce_does_not_come_back_as_traffic() -> None:
     ]
     fleet = FlownFleet(configs, announce_adsb="enabled").ready()
     fleet.run_for(5.0)
-    sent = [craft.bridge.vehicle.message_refusal("ADSB_VEHICLE") for craft in fleet.crafts]
+    sent = [craft.bridge.vehicle.rates.refusal("ADSB_VEHICLE") for craft in fleet.crafts]
     assert sent == [None, None]
     assert set(fleet.traffic[0].reservations.entries) == {"v00", "v01"}
 

@@ -214,7 +214,7 @@ def test_a_log_is_downloaded_byte_for_byte(
     assert received(pair) == bytes(pair.copter.logbook.logs[0].data)
     rate = len(received(pair)) / (pair.now - began)
     print(f"{autopilot} {faults}: {len(received(pair))} bytes, {rate / 1e3:.1f} kB/s")
-    assert pair.vehicle.connected
+    assert pair.vehicle.heartbeats.alive
 
 
 @pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
@@ -273,7 +273,7 @@ def test_a_hang_of_our_own_machine_is_no_lost_link(means: LogMeans) -> None:
     # From then on silence counts.
     pair.copter.link.silent = True
     began = pair.now
-    pair.run_until(lambda: not pair.vehicle.connected, 10.0)
+    pair.run_until(lambda: not pair.vehicle.heartbeats.alive, 10.0)
     assert pair.now - began < 3.5
 
 

@@ -70,13 +70,13 @@ def test_a_rover_is_as_fast_as_its_goal_allows(autopilot: str, speed_m_s: float)
     pose, profile = drive.bridge.pose, drive.vehicle.profile
     assert pose is not None
     assert profile is not None
-    traits = traits_of(profile, drive.vehicle.parameters)
+    traits = traits_of(profile, drive.vehicle.parameters.values)
     way_m = driven_way_m(pose.position_enu_m, pose.yaw_enu_rad, goal, traits.turning_radius_m)
     _, speeds = drive_to_end(drive, goal_id)
     (end,) = drive.ends(goal_id)
     assert end.code.value == "SUCCESS", end.message
     limits = limits_of(traits, drive.config.bridge.goto.limits).with_speed(speed_m_s)
-    braking_m_s2 = driving_of(drive.vehicle.parameters).braking_m_s2
+    braking_m_s2 = driving_of(drive.vehicle.parameters.values).braking_m_s2
     assert braking_m_s2 is not None
     least_s = least_time_s(way_m, limits.along((0.0, 1.0, 0.0)), braking_m_s2)
     assert under_way_s(drive, goal_id) <= _SHARE * least_s

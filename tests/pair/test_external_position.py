@@ -42,7 +42,7 @@ class ExternalFlight(SimulatedFlight):
 
     def tick(self) -> None:
         super().tick()
-        if self.seeing and self.now >= self._next_s and self.vehicle.connected:
+        if self.seeing and self.now >= self._next_s and self.vehicle.heartbeats.alive:
             self._next_s = self.now + _PERIOD_S
             self.bridge.feature(ExternalPositions).send(self.seen(), self.now)
 

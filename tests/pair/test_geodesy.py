@@ -219,7 +219,7 @@ def test_a_fence_stands_where_the_vehicle_has_it(autopilot: str) -> None:
         [PlanItem(vertex, 0, (4.0, 0.0, 0.0, 0.0), *place) for place in places]
     )
     flight.ready()
-    flight.run_until(lambda: flight.vehicle.fence_items is not None, 30.0)
+    flight.run_until(lambda: flight.vehicle.stored_lists.fence is not None, 30.0)
     inside = flight.check(flight.request(499.9, 0.0, 5.0))
     assert inside is None, inside
     outside = flight.check(flight.request(500.1, 0.0, 5.0))

@@ -285,7 +285,7 @@ def test_no_vehicle_and_no_position_are_rejected() -> None:
     nobody = flight.check(flight.request(1.0, 1.0, 2.0))
     assert nobody is not None
     assert nobody.code is OutcomeCode.NO_VEHICLE
-    flight.run_until(lambda: flight.vehicle.connected, 10.0)
+    flight.run_until(lambda: flight.vehicle.heartbeats.alive, 10.0)
     lost = flight.check(flight.request(1.0, 1.0, 2.0))
     assert lost is not None
     assert lost.code is OutcomeCode.NO_POSITION

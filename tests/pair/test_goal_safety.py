@@ -38,7 +38,7 @@ def ready(
         autopilot=autopilot, vehicle=kind, ready_after_s=1.0, parameters=parameters or {}
     )
     flight = SimulatedFlight(simulated=vehicle, battery_policy=battery_policy).ready()
-    flight.run_until(lambda: "FENCE_TYPE" in flight.vehicle.parameters or autopilot == "px4")
+    flight.run_until(lambda: "FENCE_TYPE" in flight.vehicle.parameters.values or autopilot == "px4")
     return flight
 
 
@@ -105,7 +105,7 @@ def test_areas_that_were_uploaded_count(autopilot: str) -> None:
         ]
     )
     flight.ready()
-    flight.run_until(lambda: flight.vehicle.fence_items is not None, 20.0)
+    flight.run_until(lambda: flight.vehicle.stored_lists.fence is not None, 20.0)
     for target, words in (
         ((70.0, 0.0, 5.0), "polygon"),
         ((30.0, 2.0, 5.0), "circle"),

@@ -169,7 +169,7 @@ def test_endless_missions_are_rejected_and_forged_answers_are_for_nobody(
         make("PARAM_VALUE", param_id="WPNAV_SPEED", param_value=1.0, param_type=9),
         make("PARAM_VALUE", param_id="MPC_XY_CRUISE", param_value=0.1, param_type=9),
     ]
-    before = flight.on_thread(lambda: dict(flight.bridge.vehicle.parameters))
+    before = flight.on_thread(lambda: dict(flight.bridge.vehicle.parameters.values))
 
     def say() -> None:
         for liar in liars:
@@ -177,7 +177,7 @@ def test_endless_missions_are_rejected_and_forged_answers_are_for_nobody(
             liar.read()
 
     fly_among(flight, say, 0.05, by_mission)
-    assert flight.on_thread(lambda: dict(flight.bridge.vehicle.parameters)) == before
+    assert flight.on_thread(lambda: dict(flight.bridge.vehicle.parameters.values)) == before
 
 
 def test_two_hundred_and_fifty_stations_at_once_disturb_nobody(flight: UdpFlight) -> None:

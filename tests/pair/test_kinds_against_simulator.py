@@ -56,7 +56,7 @@ def driving(kind: str) -> VehiclePair:
     pair = pair_of(kind)
     achieve(pair, pair.vehicle.take_control(pair.now))
     achieve(pair, pair.vehicle.arm(pair.now))
-    pair.vehicle.open_stream(pair.now)
+    pair.vehicle.setpoints.open(pair.now)
     return pair
 
 
@@ -75,7 +75,7 @@ def test_a_ground_vehicle_follows_a_velocity_with_its_heading(kind: str) -> None
     assert speed_m_s(pair) == pytest.approx(1.5, abs=0.4)
     assert not [t for t in pair.all(StatusTextReceived) if "Ignoring" in t.text]
     achieve(pair, pair.vehicle.hold(pair.now))
-    assert not pair.vehicle.stream_open
+    assert not pair.vehicle.setpoints.is_open
     pair.run_for(8.0)
     assert speed_m_s(pair) < 0.5
     assert all(change.requested for change in pair.all(ModeChanged))
@@ -95,7 +95,7 @@ def test_a_rover_stops_by_itself_when_the_stream_ends() -> None:
 def test_a_disarmed_rover_gets_no_setpoint_that_it_would_act_on_when_armed() -> None:
     pair = pair_of("rover")
     achieve(pair, pair.vehicle.take_control(pair.now))
-    pair.vehicle.open_stream(pair.now)
+    pair.vehicle.setpoints.open(pair.now)
     with pytest.raises(SetpointError, match="disarmed"):
         pair.vehicle.send_setpoint(SetpointNed(velocity_ned_m_s=(1.0, 0.0, 0.0)), pair.now)
     achieve(pair, pair.vehicle.arm(pair.now))
@@ -160,6 +160,6 @@ def test_a_plane_rejects_unsupported_goals() -> None:
         assert words in end.reason
     achieve(pair, vehicle.take_control(pair.now))
     achieve(pair, vehicle.arm(pair.now))
-    vehicle.open_stream(pair.now)
+    vehicle.setpoints.open(pair.now)
     with pytest.raises(SetpointError, match="sent to targets by reposition"):
         vehicle.send_setpoint(SetpointNed(position_ned_m=(1.0, 0.0, -50.0)), pair.now)

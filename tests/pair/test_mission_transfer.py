@@ -176,7 +176,7 @@ def test_a_cancelled_upload_leaves_an_ardupilot_with_a_mission_cut_short() -> No
     assert upload(pair, MISSION).result is OperationResult.ACHIEVED
     operation = pair.vehicle.missions.upload([take_off(7.0)], pair.now)
     pair.flush()
-    pair.vehicle.cancel_operation(pair.now)
+    pair.vehicle.operations.abandon(pair.now)
     end = pair.finish(operation)
     assert end.result is OperationResult.CANCELLED
     assert "MISSION_ACK" in pair.names_sent()

@@ -272,7 +272,7 @@ def test_a_path_that_is_found_stays_inside_of_the_fence() -> None:
     fence = [PlanItem(5001, 0, (float(len(places)), 0.0, 0.0, 0.0), *place) for place in places]
     vehicle.firmware.plans.fence.replace(fence)
     flight.ready()
-    flight.run_until(lambda: flight.vehicle.fence_items is not None, 20.0)
+    flight.run_until(lambda: flight.vehicle.stored_lists.fence is not None, 20.0)
     first = flight.run_to_end(flight.send(0.0, 30.0, 5.0))
     assert first.code is OutcomeCode.SUCCESS, first.message
     across = flight.request(30.0, 0.0, 5.0)

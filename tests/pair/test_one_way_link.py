@@ -129,12 +129,12 @@ def test_a_bad_link_is_not_one_way(autopilot: str, name: str) -> None:
         config=ServerSide(heartbeat_timeout_s=6.0),
         simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0, faults=BAD_LINKS[name]),
     )
-    pair.run_until(lambda: pair.vehicle.connected)
+    pair.run_until(lambda: pair.vehicle.heartbeats.alive)
     for _ in range(600):
-        pair.vehicle.expect_answers(True, pair.now)
+        pair.vehicle.answers.expect(pair.vehicle.heartbeats.alive, pair.now)
         pair.run_for(0.1)
-        assert not pair.vehicle.is_one_way, pair.now
-    assert pair.vehicle.round_trip_s is not None
+        assert not pair.vehicle.answers.one_way, pair.now
+    assert pair.vehicle.timesync.round_trip_s is not None
 
 
 @pytest.mark.parametrize("loss", [0.8, 0.9, 0.95])

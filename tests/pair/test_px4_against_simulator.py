@@ -56,7 +56,7 @@ def stream(pair: VehiclePair, seconds: float, setpoint: SetpointNed = NORTH) -> 
 
 def stream_until_finished(pair: VehiclePair, operation_id: int) -> OperationResult:
     for _ in range(400):
-        if pair.vehicle.operation != operation_id:
+        if pair.vehicle.operations.operation_id != operation_id:
             break
         stream(pair, 0.05)
     return pair.finish(operation_id, 1.0).result
@@ -69,7 +69,7 @@ def fly_up(pair: VehiclePair, height_m: float = 10.0) -> None:
 
 def in_offboard(pair: VehiclePair) -> None:
     fly_up(pair)
-    pair.vehicle.open_stream(pair.now)
+    pair.vehicle.setpoints.open(pair.now)
     assert stream_until_finished(pair, pair.vehicle.take_control(pair.now)) is ACHIEVED
 
 
@@ -88,7 +88,7 @@ def test_a_rate_that_the_firmware_does_not_reach_is_asked_for_once() -> None:
     ]
     assert {436, 42} <= set(asked)
     assert {asked.count(number) for number in set(asked)} == {1}
-    assert not pair.vehicle.refused_messages
+    assert not pair.vehicle.rates.refusals
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_a_whole_flight(seed: int, faults: LinkFaults | None) -> None:
     assert height_m(pair) == pytest.approx(10.0, abs=1.5)
     assert vehicle.mode_name in ("AUTO.TAKEOFF", "AUTO.LOITER")
 
-    vehicle.open_stream(pair.now)
+    vehicle.setpoints.open(pair.now)
     assert stream_until_finished(pair, vehicle.take_control(pair.now)) is ACHIEVED
     assert vehicle.in_control_mode
     north_m = pair.simulation.truth.position_ned_m[0][0]
@@ -113,7 +113,7 @@ def test_a_whole_flight(seed: int, faults: LinkFaults | None) -> None:
     assert stream_until_finished(pair, vehicle.hold(pair.now)) is ACHIEVED
     pair.run_for(6.0)
     assert math.hypot(*pair.simulation.truth.velocity_ned_m_s[0][:2]) < 0.5
-    assert not vehicle.stream_open
+    assert not vehicle.setpoints.is_open
 
     achieve(pair, vehicle.land(pair.now))
     pair.run_until(lambda: not vehicle.state.armed, 90.0)
@@ -129,7 +129,7 @@ def test_offboard_is_not_asked_for_before_the_stream_has_run() -> None:
     end = pair.finish(pair.vehicle.take_control(pair.now))
     assert end.result is REFUSED
     assert "only while setpoints are received" in end.reason
-    pair.vehicle.open_stream(pair.now)
+    pair.vehicle.setpoints.open(pair.now)
     end = pair.finish(pair.vehicle.take_control(pair.now))
     assert end.result is OperationResult.LATE
     assert "setpoints were not streamed without a gap within 10.0 s" in end.reason
@@ -140,7 +140,7 @@ def test_offboard_is_not_asked_for_before_the_stream_has_run() -> None:
 def test_the_command_goes_out_when_the_stream_has_run_long_enough() -> None:
     pair = px4_pair()
     fly_up(pair)
-    pair.vehicle.open_stream(pair.now)
+    pair.vehicle.setpoints.open(pair.now)
     begin_s = pair.now
     assert stream_until_finished(pair, pair.vehicle.take_control(pair.now)) is ACHIEVED
     (sent_s,) = [t for t, m in pair.sent if m.get_type() == "COMMAND_LONG" and m.command == 176]
@@ -185,12 +185,12 @@ def test_the_ground_stations_hold_ends_control_and_the_stream() -> None:
     in_offboard(pair)
     assert pair.copter.pilot_mode_change("AUTO.LOITER")
     for _ in range(40):
-        if not pair.vehicle.stream_open:
+        if not pair.vehicle.setpoints.is_open:
             break
         stream(pair, 0.05)
     change = pair.all(ModeChanged)[-1]
     assert (change.name, change.requested) == ("AUTO.LOITER", False)
-    assert not pair.vehicle.stream_open
+    assert not pair.vehicle.setpoints.is_open
     pair.run_for(5.0)
     assert pair.vehicle.mode_name == "AUTO.LOITER"
 

@@ -45,7 +45,7 @@ def test_a_ground_vehicle_drives_by_velocity_until_the_stream_ends(kind: str) ->
     pair = pair_of(kind)
     vehicle = pair.vehicle
     achieve(pair, vehicle.arm(pair.now))
-    vehicle.open_stream(pair.now)
+    vehicle.setpoints.open(pair.now)
     operation = vehicle.take_control(pair.now)
     stream(pair, 3.0)
     achieve(pair, operation, 0.1)
@@ -59,7 +59,7 @@ def test_a_ground_vehicle_drives_by_velocity_until_the_stream_ends(kind: str) ->
     pair.run_until(lambda: bool(pair.all(FailsafeBegan)), 3.0)
     assert pair.all(FailsafeBegan)[0].kind is FailsafeKind.OFFBOARD
     assert not vehicle.in_control_mode
-    assert not vehicle.stream_open
+    assert not vehicle.setpoints.is_open
 
 
 def test_a_plane_takes_off_and_goes_where_it_is_sent() -> None:

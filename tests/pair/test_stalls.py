@@ -134,7 +134,7 @@ def test_a_vehicle_that_is_still_ours_flies_on_once_its_mode_is_seen() -> None:
     beat_s = flight.vehicle.state.last_heartbeat_s
     flight.run_until(lambda: bool(flight.commanding(hung_until_s)), 3.0)
     assert flight.vehicle.state.last_heartbeat_s != beat_s
-    assert not flight.vehicle.mode_unseen
+    assert not flight.vehicle.own_gap.is_open
     end = flight.run_to_end(f"{2:032x}")
     assert end.code.value == "SUCCESS", end.message
 
@@ -181,6 +181,6 @@ def test_the_mode_is_seen_soon_after_a_hang_and_not_only_with_the_next_second(
     flight.stall(1.9)
     hung_until_s = flight.now
     flight.tick()
-    assert flight.vehicle.mode_unseen
-    flight.run_until(lambda: not flight.vehicle.mode_unseen, 2.0)
+    assert flight.vehicle.own_gap.is_open
+    flight.run_until(lambda: not flight.vehicle.own_gap.is_open, 2.0)
     assert flight.now - hung_until_s < 0.5

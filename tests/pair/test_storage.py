@@ -100,7 +100,11 @@ def test_lists_are_written_read_back_replaced_and_removed(
         assert end.result is OperationResult.ACHIEVED, end.reason
         assert stored(pair, kind) == shown(items)
         assert len(end.items or ()) == len(items)
-        known = pair.vehicle.fence_items if kind is FENCE else pair.vehicle.rally_items
+        known = (
+            pair.vehicle.stored_lists.fence
+            if kind is FENCE
+            else pair.vehicle.stored_lists.rally_points
+        )
         assert known == end.items
     assert pair.vehicle.storage.read_list(RALLY, pair.now) is None
     assert ended(pair).items == ()
@@ -139,7 +143,7 @@ def test_rally_points_that_are_rejected_half_way_are_restored(autopilot: str) ->
     how = "was restored" if autopilot == "ardupilot" else "is still stored"
     assert f"The former list (3 items) {how}." in end.reason
     assert stored(pair, RALLY) == shown(former)
-    assert pair.vehicle.rally_items == end.items
+    assert pair.vehicle.stored_lists.rally_points == end.items
 
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)

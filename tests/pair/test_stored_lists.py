@@ -50,7 +50,7 @@ def with_lists(autopilot: str) -> SimulatedFlight:
     ]
     plans.mission.replace([*home, *mission], _IDENTITY)
     flight.ready()
-    flight.run_until(lambda: flight.vehicle.mission_items is not None, 20.0)
+    flight.run_until(lambda: flight.vehicle.stored_lists.mission is not None, 20.0)
     return flight
 
 
@@ -115,9 +115,9 @@ def test_mission_current_of_a_px4_shows_another_list_at_once(listed: PlanType) -
     flight.simulation.vehicles[0].firmware.plans.of(listed).replace([], 0)
     vehicle = flight.vehicle
     read = {
-        PlanType.FENCE: lambda: vehicle.fence_items == (),
-        PlanType.RALLY: lambda: vehicle.rally_items == (),
-        PlanType.MISSION: lambda: vehicle.mission_items == (),
+        PlanType.FENCE: lambda: vehicle.stored_lists.fence == (),
+        PlanType.RALLY: lambda: vehicle.stored_lists.rally_points == (),
+        PlanType.MISSION: lambda: vehicle.stored_lists.mission == (),
     }
     flight.run_until(read[listed], 3.0)
 
@@ -132,10 +132,10 @@ def test_a_mission_that_a_station_uploads_while_we_read_is_taken_and_then_read(
     flight.upload(3, seen=seen)
     plans = flight.simulation.vehicles[0].firmware.plans
     assert len(plans.mission.items) == 3
-    flight.run_until(lambda: bool(flight.vehicle.mission_items), 15.0)
+    flight.run_until(lambda: bool(flight.vehicle.stored_lists.mission), 15.0)
     flight.run_for(5.0)
     expected = 2 if autopilot == "ardupilot" else 3  # the first is an ArduPilot's home
-    assert len(flight.vehicle.mission_items or ()) == expected
+    assert len(flight.vehicle.stored_lists.mission or ()) == expected
 
 
 def test_a_mission_of_our_own_is_known_without_reading_it_again() -> None:
@@ -143,7 +143,7 @@ def test_a_mission_of_our_own_is_known_without_reading_it_again() -> None:
     flight.run_for(5.0)
     began = len(flight.sent)
     flight.start(flight.goal(flight.far(20.0), by_mission=True))
-    flight.run_until(lambda: bool(flight.vehicle.mission_items), 20.0)
+    flight.run_until(lambda: bool(flight.vehicle.stored_lists.mission), 20.0)
     flight.run_for(5.0)
     lists = [m for _, m in flight.sent[began:] if m.get_type() == "MISSION_REQUEST_LIST"]
     assert len(lists) == 1  # the read-back of the upload
@@ -163,7 +163,7 @@ def reading(flight: SimulatedFlight) -> SimulatedFlight:
 def test_the_end_of_our_reading_is_sent_before_our_upload_begins() -> None:
     """A PX4 takes a later one for the end of the upload (mavlink_mission.cpp)."""
     flight = reading(with_lists("px4"))
-    flight.vehicle.missions.upload(flight.vehicle.mission_items or (), flight.now)
+    flight.vehicle.missions.upload(flight.vehicle.stored_lists.mission or (), flight.now)
     sent = [message.get_type() for message in flight.vehicle.messages_to_send()]
     assert [name for name in sent if name.startswith("MISSION")] == ["MISSION_ACK", "MISSION_COUNT"]
 

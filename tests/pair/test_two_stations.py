@@ -146,14 +146,14 @@ def test_both_get_the_parameters_the_fence_and_the_time(network: Network) -> Non
     vehicles = (network.board.vehicle, network.ground.vehicle)
     network.run_until(
         lambda: all(
-            vehicle.round_trip_s is not None
-            and vehicle.fence_items is not None
-            and len(vehicle.parameters) > 2
+            vehicle.timesync.round_trip_s is not None
+            and vehicle.stored_lists.fence is not None
+            and len(vehicle.parameters.values) > 2
             for vehicle in vehicles
         )
     )
     # Ten milliseconds of each tick there and back, and what the link adds.
-    assert all(0.1 <= (vehicle.round_trip_s or 0.0) <= 0.6 for vehicle in vehicles)
+    assert all(0.1 <= (vehicle.timesync.round_trip_s or 0.0) <= 0.6 for vehicle in vehicles)
 
 
 def test_two_uploads_at_once_are_reported_by_their_results(network: Network) -> None:
@@ -170,7 +170,7 @@ def test_two_uploads_at_once_are_reported_by_their_results(network: Network) -> 
             stored = station.vehicle.missions.stored
             assert [item.z for item in stored or ()] == [item.z for item in sent]
         else:
-            assert station.vehicle.mission_change == ""
+            assert station.vehicle.stations.mission_change == ""
     told = {act.act for act in board.acts}
     assert told <= {StationAct.REPLACED_MISSION, StationAct.CHANGED_ITEM}
     assert all(act.station == ON_GROUND for act in board.acts)
@@ -185,10 +185,10 @@ def test_who_replaces_our_mission_is_named_once(network: Network) -> None:
     network.run_until(lambda: board.vehicle.state.mission.time_s > fresh_s)  # type: ignore[union-attr]
     board.events.clear()
     replace = ground.vehicle.missions.upload(items(3, 30.0), network.now)
-    network.run_until(lambda: ground.end(replace) and board.vehicle.mission_change)
+    network.run_until(lambda: ground.end(replace) and board.vehicle.stations.mission_change)
     acts = [act for act in board.acts if act.act is StationAct.REPLACED_MISSION]
     assert [act.station for act in acts] == [ON_GROUND]
-    assert "3 items instead of 5" in board.vehicle.mission_change
+    assert "3 items instead of 5" in board.vehicle.stations.mission_change
     board.events.clear()
     ground.vehicle.missions.clear(network.now)
     network.run_until(lambda: board.acts)

@@ -98,7 +98,7 @@ def test_a_whole_flight_over_any_link(name: str, seed: int) -> None:
     assert height_m(pair) > 4.3
     assert vehicle.state.landed_state is LandedState.IN_AIR
 
-    vehicle.open_stream(pair.now)
+    vehicle.setpoints.open(pair.now)
     target = (8.0, 4.0, -6.0)
     end_s = pair.now + 25.0
     while pair.now < end_s:
@@ -106,8 +106,8 @@ def test_a_whole_flight_over_any_link(name: str, seed: int) -> None:
         pair.run_for(0.05)
     position = pair.simulation.truth.position_ned_m[0]
     assert math.dist(position, target) < 1.0
-    assert vehicle.stream_statistics.sent > 400
-    vehicle.close_stream()
+    assert vehicle.setpoints.statistics.sent > 400
+    vehicle.setpoints.close()
 
     assert pair.finish(vehicle.change_mode("LAND", pair.now)).result is ACHIEVED
     pair.run_until(lambda: not vehicle.state.armed, 90.0)
@@ -125,7 +125,7 @@ def test_setpoints_are_rejected_while_they_would_do_harm(name: str) -> None:
     setpoint = SetpointNed(position_ned_m=(0.0, 0.0, -5.0))
     with pytest.raises(SetpointError, match="closed"):
         vehicle.send_setpoint(setpoint, pair.now)
-    vehicle.open_stream(pair.now)
+    vehicle.setpoints.open(pair.now)
     with pytest.raises(SetpointError, match="change to GUIDED first"):
         vehicle.send_setpoint(setpoint, pair.now)
     pair.finish(vehicle.change_mode("GUIDED", pair.now))
@@ -205,7 +205,7 @@ def test_the_pilots_mode_change_is_not_ours_and_closes_the_stream(name: str, mod
     pair = VehiclePair(6, LINKS[name], PATIENT).ready()
     vehicle = pair.vehicle
     fly_up(pair)
-    vehicle.open_stream(pair.now)
+    vehicle.setpoints.open(pair.now)
     pair.run_for(7.0)
     pair.events.clear()
     assert pair.copter.pilot_mode_change(mode)
@@ -247,7 +247,7 @@ def test_a_mode_change_that_showed_up_late_is_still_ours(name: str) -> None:
     vehicle = pair.vehicle
     operation = vehicle.change_mode("GUIDED", pair.now)
     pair.flush()
-    vehicle.cancel_operation(pair.now)
+    vehicle.operations.abandon(pair.now)
     assert pair.finish(operation).result is CANCELLED
     pair.run_for(4.0)
     for change in pair.all(ModeChanged):
@@ -283,7 +283,7 @@ def test_a_new_operation_ends_the_one_under_way_first(name: str) -> None:
     pair.finish(second)
     pair.run_for(5.0)
     assert not vehicle.state.armed
-    assert vehicle.operation is None
+    assert vehicle.operations.operation_id is None
 
 
 @pytest.mark.parametrize("name", LINKS)
@@ -298,7 +298,7 @@ def test_after_a_reboot_the_rates_are_asked_for_again(name: str) -> None:
     assert position is not None
     assert pair.now - position.time_s < 1.5
     assert len(pair.all(VehicleRebooted)) == 1
-    assert vehicle.connected
+    assert vehicle.heartbeats.alive
 
 
 @pytest.mark.parametrize("name", ["good", "bad"])
@@ -345,14 +345,14 @@ def test_silence_is_lost_and_a_return_is_regained_with_telemetry() -> None:
     pair.run_for(10.0)
     (lost,) = pair.all(HeartbeatLost)
     assert lost.silent_s == pytest.approx(3.0, abs=0.2)
-    assert not vehicle.connected
+    assert not vehicle.heartbeats.alive
     asked = pair.names_sent().count("COMMAND_LONG")
     pair.run_for(10.0)
     assert pair.names_sent().count("COMMAND_LONG") == asked  # nobody would hear it
     pair.simulation.link.silent = False
     pair.run_for(5.0)
     assert pair.all(HeartbeatRegained) == [HeartbeatRegained(rebooted=False)]
-    assert vehicle.connected
+    assert vehicle.heartbeats.alive
     assert pair.names_sent().count("COMMAND_LONG") > asked
 
 
@@ -398,7 +398,7 @@ def test_a_rejected_message_is_asked_for_once_and_not_nagged_for() -> None:
     for name in ("ODOMETRY", "OBSTACLE_DISTANCE"):
         assert message_id(name) not in asked  # the profile knows that ArduPilot has none
     assert {asked.count(number) for number in set(asked)} == {1}
-    refused = pair.vehicle.refused_messages
+    refused = pair.vehicle.rates.refusals
     assert refused.items() >= {"WHEEL_DISTANCE": "DENIED", "HYGROMETER_SENSOR": "DENIED"}.items()
     texts = [e.text for e in pair.all(StatusTextReceived) if "No ap_message" in e.text]
     assert len(texts) == len(set(texts)) == len(refused)

@@ -177,8 +177,8 @@ def test_answers_to_others_change_nothing(steps: list[Said | str | int], autopil
     assert among_others.events == alone.events
     assert among_others.sent == alone.sent
     assert among_others.vehicle.missions.stored == alone.vehicle.missions.stored
-    assert among_others.vehicle.fence_items == alone.vehicle.fence_items
-    assert among_others.vehicle.round_trip_s == alone.vehicle.round_trip_s
+    assert among_others.vehicle.stored_lists.fence == alone.vehicle.stored_lists.fence
+    assert among_others.vehicle.timesync.round_trip_s == alone.vehicle.timesync.round_trip_s
     assert among_others.vehicle.state == alone.vehicle.state
 
 

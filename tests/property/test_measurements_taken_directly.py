@@ -112,8 +112,8 @@ def outcome(of: Bridge, sender: Codec, now: float) -> list[Any]:
         [sender.encode(message) for message in of.messages_to_send()],
         of.next_deadline(),
         repr(of.pose),
-        vehicle.connected,
-        vehicle.mode_unseen,
+        vehicle.heartbeats.alive,
+        vehicle.own_gap.is_open,
         repr(of._positions.check(now)),
         repr(vars(of._observer.battery.consumption)),
     ]

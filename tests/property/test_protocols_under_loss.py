@@ -110,7 +110,7 @@ def the_one_end(pair: Pair, limit_s: float) -> OperationFinished:
     assert len(pair.ends()) == 1, "no end in bounded time"
     pair.run(6.0)
     assert len(pair.ends()) == 1, "a second end"
-    assert pair.vehicle.operation is None
+    assert pair.vehicle.operations.operation_id is None
     return pair.ends()[0]
 
 

@@ -52,9 +52,9 @@ def act(vehicle: Vehicle, what: str | None, now: float) -> None:
     if what in OPERATIONS:
         OPERATIONS[what](vehicle, now)
     elif what == "cancel":
-        vehicle.cancel_operation(now)
+        vehicle.operations.abandon(now)
     elif what == "stream":
-        vehicle.open_stream(now)
+        vehicle.setpoints.open(now)
     elif what == "setpoint":
         with contextlib.suppress(SetpointError):
             vehicle.send_setpoint(SetpointNed((1.0, 2.0, -3.0), (0.1, 0.0, 0.0)), now)

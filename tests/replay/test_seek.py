@@ -37,7 +37,7 @@ def state_of(bridge: Bridge) -> tuple[Any, ...]:
         None if pose is None else pose.position_enu_m,
         None if pose is None else pose.yaw_enu_rad,
         None if state.battery is None else state.battery.remaining,
-        tuple(text.text for text in state.texts.texts), bridge.vehicle.connected,
+        tuple(text.text for text in state.texts.texts), bridge.vehicle.heartbeats.alive,
     )  # fmt: skip
 
 

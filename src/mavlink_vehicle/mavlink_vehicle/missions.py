@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from mavlink_vehicle.events import OperationKind, OperationResult
 from mavlink_vehicle.mission_items import MissionItem
-from mavlink_vehicle.operation_requests import OperationRequests
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.mission.list_operation import ListOperation
 from mavlink_vehicle.protocols.mission.mission_goals import MissionModeGoal, MissionStartGoal
 from mavlink_vehicle.protocols.mission.mission_operation import MissionJob, MissionTiming
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operation_slot import Wanted
+from mavlink_vehicle.protocols.operations.command import CommandTiming
 from mavlink_vehicle.protocols.operations.operation_parts import OperationTiming
 from mavlink_vehicle.state.restarts import evolve
 from mavlink_vehicle.vehicle_core import VehicleCore
@@ -30,15 +30,15 @@ class Missions:
     Each method but :attr:`stored` returns the id of an operation, as those of `Vehicle` do.
     """
 
-    def __init__(self, core: VehicleCore, desk: OperationRequests) -> None:
+    def __init__(self, core: VehicleCore) -> None:
         """Operate on the mission of this autopilot."""
         self._core = core
-        self._desk = desk
 
     @property
     def stored(self) -> tuple[MissionItem, ...] | None:
         """The items read by the last upload, download or clearing; None before."""
-        return self._core.stored_mission
+        last = self._core.operations.last_mission
+        return None if last is None else last.stored
 
     def upload(self, items: Sequence[MissionItem], now: float) -> int:
         """Store a mission; returns the operation's id.
@@ -69,14 +69,14 @@ class Missions:
         """
         profile, kind = self._core.profile, OperationKind.START_MISSION
         if profile is None:
-            return self._desk.nobody(kind, now)
+            return self._core.operations.nobody(kind, now)
         rules, name = profile.missions, profile.mission_mode
         if rules is None or name is None:
-            return self._desk.refuse(kind, _no_missions(profile), now)
+            return self._core.operations.refuse(kind, _no_missions(profile), now)
         if not self._core.state.armed:
             # ArduPilot and PX4 show the mode and wait in it; arming would then set them off.
             reason = f"Mission start rejected: {profile.name} is disarmed; arm it first."
-            return self._desk.refuse(kind, reason, now)
+            return self._core.operations.refuse(kind, reason, now)
         mode = profile.modes[name]
         goal = (
             MissionStartGoal(name, mode, profile)
@@ -84,27 +84,29 @@ class Missions:
             else MissionModeGoal(name, mode, profile)
         )
         timing = OperationTiming(self._core.config.operation_timeout_s, rejected_s=_START_JUDGED_S)
-        return self._desk.begin(profile, goal, Wanted(mode=mode), timing, now)
+        return self._core.operations.begin(goal, Wanted(mode=mode), timing, now)
 
     def _operate(self, kind: OperationKind, items: tuple[MissionItem, ...], now: float) -> int:
-        profile = self._core.profile
+        core, profile = self._core, self._core.profile
         if profile is None:
-            return self._desk.nobody(kind, now)
+            return core.operations.nobody(kind, now)
         if profile.missions is None:
-            return self._desk.refuse(kind, _no_missions(profile), now)
-        pending = self._core.list_jobs.pending
+            return core.operations.refuse(kind, _no_missions(profile), now)
+        pending = core.list_jobs.pending
         if isinstance(pending, ListOperation) and pending.writes:
             reason = "The fence or the rally points are being written; try again after that."
-            return self._desk.refuse(kind, reason, now)
+            return core.operations.refuse(kind, reason, now)
         instead = "a mission is transferred instead"
-        self._core.list_jobs.stop(OperationResult.CANCELLED, instead, now)
+        core.list_jobs.stop(OperationResult.CANCELLED, instead, now)
         job = MissionJob(kind, items, profile.missions, profile.name)
         timing = MissionTiming(
             _TRANSFER_TIMEOUT_S + _TRANSFER_TIMEOUT_PER_ITEM_S * len(items),
-            TransferTiming(self._core.config.mission_timeout_s, self._core.config.mission_retries),
-            self._core.command_timing,
+            TransferTiming(core.config.mission_timeout_s, core.config.mission_retries),
+            CommandTiming(core.config.command_timeout_s, core.config.command_retries),
         )
-        return self._core.begin_mission(job, timing, now)
+        core.stations.mission_sent(kind)
+        core.stored_lists.make_way(now)
+        return core.operations.begin_mission(job, timing, now)
 
 
 def _no_missions(profile: Profile) -> str:

@@ -100,14 +100,15 @@ class Storage:
             return _NOBODY
         if core.profile.missions is None:
             return f"The mission rules of {core.profile.name} are unknown, so nothing is sent."
-        if not core.connected:
+        if not core.heartbeats.alive:
             return _SILENT
         if core.state.speaks_mavlink_1 and kind is not MissionType.MISSION:
             return _MAVLINK_1
         if core.transfers_mission:
             return "Another list is being transferred; try again after that."
         timing = TransferTiming(core.config.mission_timeout_s, core.config.mission_retries)
-        core.make_way_for_list(now)
+        core.stored_lists.make_way(now)
+        core.parameters.refresh(now)  # the fence's are written by it
         job = ListOperation(kind, items, core.address, timing, lambda: core.state)
         core.list_jobs.begin(job, now)
         core.collect(now)
@@ -117,7 +118,7 @@ class Storage:
         core = self._core
         if core.profile is None:
             return None, _NOBODY
-        if not core.connected:
+        if not core.heartbeats.alive:
             return None, _SILENT
         if core.parameter_jobs.pending is not None:
             return None, "Parameters are being read or changed; try again after that."

@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationKind
 from mavlink_vehicle.missions import Missions
-from mavlink_vehicle.operation_requests import OperationRequests
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.operation_slot import Wanted
 from mavlink_vehicle.protocols.operations.operation_goals import (
@@ -52,8 +51,7 @@ class Vehicle(VehicleCore):
     ) -> None:
         """Prepare; nothing happens before `start`. `further` services run beside the others."""
         super().__init__(config, further)
-        self._desk = OperationRequests(self)
-        self.missions = Missions(self, self._desk)
+        self.missions = Missions(self)
         self.storage = Storage(self)
 
     # Modes
@@ -62,11 +60,11 @@ class Vehicle(VehicleCore):
         """Change to the mode called `name`; returns the operation's id."""
         profile, kind = self.profile, OperationKind.CHANGE_MODE
         if profile is None:
-            return self._desk.nobody(kind, now)
+            return self.operations.nobody(kind, now)
         if name not in profile.modes:
             known = ", ".join(sorted(profile.modes)) or "none known"
             reason = f"{profile.name} has no mode {name!r}; its modes are {known}."
-            return self._desk.refuse(kind, reason, now)
+            return self.operations.refuse(kind, reason, now)
         return self._to_mode(profile, name, kind, now)
 
     def restore_mode(self, custom_mode: int, now: float) -> int:
@@ -76,10 +74,10 @@ class Vehicle(VehicleCore):
         """
         profile, kind = self.profile, OperationKind.RESTORE_MODE
         if profile is None:
-            return self._desk.nobody(kind, now)
+            return self.operations.nobody(kind, now)
         goal = ModeGoal(profile.mode_name(custom_mode), custom_mode, profile, kind)
         timing = OperationTiming(self.config.operation_timeout_s)
-        return self._desk.begin(profile, goal, Wanted(mode=custom_mode), timing, now)
+        return self.operations.begin(goal, Wanted(mode=custom_mode), timing, now)
 
     def take_control(self, now: float) -> int:
         """Enter the mode in which the vehicle is flown by us; returns the operation's id.
@@ -89,23 +87,23 @@ class Vehicle(VehicleCore):
         """
         profile, kind = self.profile, OperationKind.TAKE_CONTROL
         if profile is None:
-            return self._desk.nobody(kind, now)
+            return self.operations.nobody(kind, now)
         prestream_s = profile.setpoints.prestream_s
         if prestream_s == 0.0 or profile.control_mode is None:
             return self._own_mode(profile.control_mode, kind, now)
         if not self.state.armed:
             # Setpoints for a disarmed vehicle would set it off when it is armed.
             reason = f"{profile.name} is disarmed; arm it before {profile.control_mode} is entered."
-            return self._desk.refuse(kind, reason, now)
-        if not self.stream_open:
+            return self.operations.refuse(kind, reason, now)
+        if not self.setpoints.is_open:
             reason = (
                 f"{profile.name} enters {profile.control_mode} only while setpoints are received; "
                 "open the stream and send them first."
             )
-            return self._desk.refuse(kind, reason, now)
+            return self.operations.refuse(kind, reason, now)
 
         def gate(now: float) -> float:
-            return self._stream.steady_from_s(prestream_s, now)
+            return self.setpoints.steady_from_s(prestream_s, now)
 
         return self._to_mode(profile, profile.control_mode, kind, now, gate)
 
@@ -140,8 +138,7 @@ class Vehicle(VehicleCore):
         if profile is None or name is None:
             return self._set_armed(goal, now)
         mode = profile.modes[name]
-        return self._desk.begin(
-            profile,
+        return self.operations.begin(
             ArmingModeGoal(name, mode, profile),
             Wanted(mode=mode),
             OperationTiming(self.config.operation_timeout_s),
@@ -161,15 +158,15 @@ class Vehicle(VehicleCore):
         """
         profile, kind = self.profile, OperationKind.TAKE_OFF
         if profile is None:
-            return self._desk.nobody(kind, now)
+            return self.operations.nobody(kind, now)
         problem = takeoff_problem(height_above_ground_m, self.state, profile)
         if problem is not None:
-            return self._desk.refuse(kind, f"Take-off rejected: {problem}.", now)
+            return self.operations.refuse(kind, f"Take-off rejected: {problem}.", now)
         timeout_s = self.config.takeoff_timeout_s or takeoff_timeout_s(height_above_ground_m)
         goal = TakeoffGoal(height_above_ground_m, self.state, profile)
         timing = OperationTiming(timeout_s, doubt_s=_TAKEOFF_DOUBT_S)
         wanted = Wanted(mode=profile.mode_number(profile.takeoff.mode))
-        return self._desk.begin(profile, goal, wanted, timing, now)
+        return self.operations.begin(goal, wanted, timing, now)
 
     # Places and speeds
 
@@ -192,14 +189,14 @@ class Vehicle(VehicleCore):
         """
         profile, kind = self.profile, OperationKind.REPOSITION
         if profile is None:
-            return self._desk.nobody(kind, now)
+            return self.operations.nobody(kind, now)
         place = (latitude_deg, longitude_deg, altitude_amsl_m)
         problem = reposition_problem(place, radius_m, self.state, profile)
         if problem is not None:
-            return self._desk.refuse(kind, f"Reposition rejected: {problem}.", now)
+            return self.operations.refuse(kind, f"Reposition rejected: {problem}.", now)
         goal = reposition_goal(place, radius_m, self.state, profile)
         timing = OperationTiming(self.config.operation_timeout_s)
-        return self._desk.begin(profile, goal, Wanted(mode=goal.custom_mode), timing, now)
+        return self.operations.begin(goal, Wanted(mode=goal.custom_mode), timing, now)
 
     def change_speed(self, speed_m_s: float, now: float) -> int:
         """Change the speed by command, where the profile says so; returns the operation's id.
@@ -208,33 +205,20 @@ class Vehicle(VehicleCore):
         """
         profile, kind = self.profile, OperationKind.CHANGE_SPEED
         if profile is None:
-            return self._desk.nobody(kind, now)
+            return self.operations.nobody(kind, now)
         problem = speed_problem(speed_m_s, self.mode_name, profile)
         if problem is not None or profile.speed_command is None:
-            return self._desk.refuse(kind, f"Speed change rejected: {problem}.", now)
+            return self.operations.refuse(kind, f"Speed change rejected: {problem}.", now)
         goal = SpeedGoal(speed_m_s, profile.speed_command.speed_type)
         timing = OperationTiming(self.config.operation_timeout_s)
-        return self._desk.begin(profile, goal, Wanted(), timing, now)
-
-    def cancel_operation(self, now: float) -> None:
-        """End the operation in progress, if any, as CANCELLED. Nothing is sent to the vehicle."""
-        self.slot.cancel("it was abandoned", now)
-        self.collect(now)
+        return self.operations.begin(goal, Wanted(), timing, now)
 
     # Setpoints
-
-    def open_stream(self, now: float) -> None:
-        """Allow setpoints."""
-        self._stream.open(now)
-
-    def close_stream(self) -> None:
-        """Forbid setpoints; those not yet handed out are dropped."""
-        self._stream.close()
 
     def send_setpoint(self, setpoint: SetpointNed, now: float) -> None:
         """Send SET_POSITION_TARGET_LOCAL_NED with what the profile's `setpoints.form` has of it.
 
-        While `mode_unseen` it is dropped.
+        While `own_gap.is_open` it is dropped.
 
         Raises:
             SetpointError: says why this must not be sent, or not now.
@@ -243,9 +227,9 @@ class Vehicle(VehicleCore):
         if profile is None:
             raise SetpointError("No vehicle has been detected yet; wait for its HEARTBEAT.")
         self.notice(now)
-        if self.mode_unseen:
+        if self.own_gap.is_open:
             return
-        pending = self.slot.pending
+        pending = self.operations.pending
         if (
             pending is not None
             and pending.goal.kind is OperationKind.TAKE_OFF
@@ -255,14 +239,14 @@ class Vehicle(VehicleCore):
                 f"{profile.name} is taking off; setpoints would keep it on the ground. Wait until "
                 "it has taken off."
             )
-        if self._stream.is_open:
+        if self.setpoints.is_open:
             self._check_interlock(profile)
         if profile.setpoints.acceleration_is_push:
             if self.in_control_mode and self.state.armed:
                 self._drag.learn(self.state.attitude, self.state.local_position)
             setpoint = self._drag.added_to(setpoint)
         self.note_setpoint(now)
-        self._stream.offer(
+        self.setpoints.offer(
             setpoint,
             now,
             profile=profile,
@@ -286,11 +270,11 @@ class Vehicle(VehicleCore):
     def _own_mode(self, name: str | None, kind: OperationKind, now: float) -> int:
         profile = self.profile
         if profile is None:
-            return self._desk.nobody(kind, now)
+            return self.operations.nobody(kind, now)
         if name is None:
             why = profile.unsupported or f"{profile.name} has no mode for this."
             sentence = f"{kind.value[0].upper()}{kind.value[1:]} rejected: {why}"
-            return self._desk.refuse(kind, sentence, now)
+            return self.operations.refuse(kind, sentence, now)
         return self._to_mode(profile, name, kind, now)
 
     def _to_mode(
@@ -299,7 +283,7 @@ class Vehicle(VehicleCore):
         mode = profile.modes[name]
         timing = OperationTiming(self.config.operation_timeout_s)
         goal = ModeGoal(name, mode, profile, kind)
-        return self._desk.begin(profile, goal, Wanted(mode=mode), timing, now, gate)
+        return self.operations.begin(goal, Wanted(mode=mode), timing, now, gate)
 
     def _mode_to_arm_in(self, profile: Profile) -> str | None:
         """Return the mode to change to before arming; None when it may be armed as it is."""
@@ -313,7 +297,7 @@ class Vehicle(VehicleCore):
 
     def _set_armed(self, goal: ArmGoal, now: float, operation_id: int | None = None) -> int:
         if self.profile is None:
-            return self._desk.nobody(goal.kind, now)
+            return self.operations.nobody(goal.kind, now)
         timing = OperationTiming(self.config.operation_timeout_s)
         wanted = Wanted(armed=goal.armed)
-        return self._desk.begin(self.profile, goal, wanted, timing, now, operation_id=operation_id)
+        return self.operations.begin(goal, wanted, timing, now, operation_id=operation_id)

@@ -440,7 +440,8 @@ class Bridge:
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
-        self._vehicle.expect_answers(self._engine.goal is not None, now)
+        is_flown = self._engine.goal is not None and self._vehicle.heartbeats.alive
+        self._vehicle.answers.expect(is_flown, now)
         self._vehicle.handle_timer(now)
         self._events.handle(now)
         self._parking.handle_timer(now)

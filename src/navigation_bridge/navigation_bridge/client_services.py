@@ -126,5 +126,5 @@ class ClientServices:
         """
         if len(names) > _PARAMETERS_MAX or not all(map(_PARAMETER.fullmatch, names)):
             raise ValueError(f"Give at most {_PARAMETERS_MAX} names such as WPNAV_SPEED.")
-        values = self._vehicle.read_parameters(names, now)
+        values = self._vehicle.parameters.read(names, now)
         return [math.nan if value is None else value for value in values]

@@ -56,12 +56,12 @@ class Effects:
     def fly(self, goal: ActiveGoal, intent: Fly, now: float) -> Outcome | None:
         """Send a setpoint; return the end of a goal whose setpoint must not be sent."""
         if goal.operation is not None:
-            self._vehicle.cancel_operation(now)
+            self._vehicle.operations.abandon(now)
             goal.operation_dropped()
         try:
             self._close_when_sent = False
-            if not self._vehicle.stream_open:
-                self._vehicle.open_stream(now)
+            if not self._vehicle.setpoints.is_open:
+                self._vehicle.setpoints.open(now)
             self._vehicle.send_setpoint(intended_ned(intent), now)
         except SetpointError as error:
             return Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None)
@@ -72,11 +72,11 @@ class Effects:
         """Stop a vehicle that is still under our control, at the end of its goal."""
         vehicle = self._vehicle
         if goal.operation is not None:
-            vehicle.cancel_operation(now)
+            vehicle.operations.abandon(now)
         commanded = goal.task.commanded
         moving = commanded is not None and norm(commanded.velocity_enu_m_s) > 0.0
         still = hold_setpoint_ned(vehicle, goal.task.commanded_yaw_enu_rad)
-        if (moving or velocity_only(vehicle.profile)) and vehicle.stream_open:
+        if (moving or velocity_only(vehicle.profile)) and vehicle.setpoints.is_open:
             # The last setpoint still carries a velocity, which an autopilot would follow
             # for seconds (ArduCopter: GUID_TIMEOUT).
             try:
@@ -89,11 +89,11 @@ class Effects:
     def leave(self, goal: ActiveGoal, now: float) -> None:
         """Send nothing more to a vehicle that is not under our control any more."""
         if goal.operation is not None:
-            self._vehicle.cancel_operation(now)
-        self._vehicle.close_stream()
+            self._vehicle.operations.abandon(now)
+        self._vehicle.setpoints.close()
 
     def sent(self) -> None:
         """All messages of a turn have been handed out."""
         if self._close_when_sent:
             self._close_when_sent = False
-            self._vehicle.close_stream()
+            self._vehicle.setpoints.close()

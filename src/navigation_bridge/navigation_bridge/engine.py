@@ -85,7 +85,7 @@ class Engine:
         overtaken, tracker, taken = parts.overtaken, goal.mission, goal.takeover is not None
         mission = None
         if tracker is not None:
-            mission = tracker.report(parts.vehicle.state, parts.vehicle.mission_change)
+            mission = tracker.report(parts.vehicle.state, parts.vehicle.stations.mission_change)
         return parts.observer.look(
             now,
             operation=goal.operation,

@@ -95,7 +95,11 @@ class Scene:
     def fence(self) -> SceneFence | None:
         """Return the vehicle's fence, None while it is unknown."""
         vehicle, frame = self._vehicle, self._map_frame.frame
-        profile, items, parameters = vehicle.profile, vehicle.fence_items, vehicle.parameters
+        profile, items, parameters = (
+            vehicle.profile,
+            vehicle.stored_lists.fence,
+            vehicle.parameters.values,
+        )
         if profile is None or frame is None or (items is None and has_areas(profile, parameters)):
             return None
         stored = self._areas.of(items, frame, self._map_frame.enu)
@@ -145,11 +149,13 @@ class Scene:
 
     def mission(self) -> tuple[SceneItem, ...] | None:
         """Return the stored mission without ArduPilot's home, None while it is unknown."""
-        return self._items(self._vehicle.mission_items, self._vehicle.mission_offset)
+        return self._items(
+            self._vehicle.stored_lists.mission, self._vehicle.stored_lists.mission_offset
+        )
 
     def rally_points(self) -> tuple[SceneItem, ...] | None:
         """Return the stored rally points, None while they are unknown."""
-        return self._items(self._vehicle.rally_items, 0)
+        return self._items(self._vehicle.stored_lists.rally_points, 0)
 
     def _items(
         self, items: Sequence[MissionItem] | None, first: int

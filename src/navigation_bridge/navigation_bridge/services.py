@@ -64,7 +64,7 @@ class ServiceDesk:
                 )
                 self._report.served(number, False, text)
                 return
-        vehicle.close_stream()
+        vehicle.setpoints.close()
         self._operation_id = vehicle.change_mode(name, now)
 
     def wait_for(self, number: int, operation_id: int) -> None:
@@ -76,7 +76,7 @@ class ServiceDesk:
         if self._number is None:
             return
         number, self._number, self._operation_id = self._number, None, None
-        self._vehicle.cancel_operation(now)
+        self._vehicle.operations.abandon(now)
         self._report.served(number, False, why)
 
     def finish(self, event: OperationFinished) -> bool:

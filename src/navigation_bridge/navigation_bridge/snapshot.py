@@ -265,7 +265,7 @@ class Observer:
         place = state.global_position
         ground_enu_m = ground_z_enu_m(state, frame)
         around, standing = obstacles.look(), obstacles.standing
-        items, one_way = vehicle.fence_items, vehicle.is_one_way
+        items, one_way = vehicle.stored_lists.fence, vehicle.answers.one_way
         mode_name, mode = self._named_mode(profile, state.custom_mode)
         kind: type[Snapshot] = Snapshot
         velocity = position = None
@@ -277,7 +277,7 @@ class Observer:
                 # Its height is that of the ground, whatever the GPS reports.
                 position = (position[0], position[1], ground_enu_m)
                 velocity = (velocity[0], velocity[1], 0.0)
-            sample_s = vehicle.sample_age_s(place.time_boot_ms, now) or 0.0
+            sample_s = vehicle.data_age.age_s(place.time_boot_ms, state.boot_count, now) or 0.0
             age_s = max(now - place.time_s, sample_s)
         return kind(
             time_s=now,
@@ -289,7 +289,7 @@ class Observer:
             airborne=_AIRBORNE[state.landed_state],
             ground_enu_m=ground_enu_m,
             position_age_s=age_s,
-            connected=vehicle.connected,
+            connected=vehicle.heartbeats.alive,
             operation=operation,
             mode=mode,
             home_enu_m=self._map_frame.home_enu_m(state),
@@ -308,13 +308,13 @@ class Observer:
             state=state,
             found=profile is not None,
             profile=profile or GENERIC,
-            parameters=vehicle.parameters,
+            parameters=vehicle.parameters.values,
             frame=frame,
             pose=pose,
             mode_name=mode_name,
             one_way=one_way,
-            unanswered_s=vehicle.unanswered_s(now) if one_way or taken else 0.0,
-            mode_unseen=vehicle.mode_unseen,
+            unanswered_s=vehicle.answers.unanswered_s(now) if one_way or taken else 0.0,
+            mode_unseen=vehicle.own_gap.is_open,
             mode_requested=mode_requested,
             mode_unclear=mode_unclear,
             fault=fault,

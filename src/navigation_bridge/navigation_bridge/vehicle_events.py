@@ -130,7 +130,7 @@ class VehicleEvents:
             self._parts.stations.take_away(goal, event.chosen_name, now)
         self._parts.features.lose_vehicle()
         self._parts.parking.give_up()
-        self._vehicle.close_stream()
+        self._vehicle.setpoints.close()
         self._parts.overtaken.restore(event, now)
 
     def _give_up_restarted(self, now: float) -> None:

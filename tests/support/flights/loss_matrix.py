@@ -165,8 +165,8 @@ def fly(firmware: str, action: Action, disturbance: Disturbance, seed: int = 1) 
 
 def _judge(flight: SimulatedFlight, goal_id: str, accepted_s: float) -> Cell:
     """Watch for a while what is still sent, and say how it was."""
-    if flight.vehicle.stream_open:  # a PX4 is handed over to its own hold mode meanwhile
-        _until(flight, lambda: not flight.vehicle.stream_open)
+    if flight.vehicle.setpoints.is_open:  # a PX4 is handed over to its own hold mode meanwhile
+        _until(flight, lambda: not flight.vehicle.setpoints.is_open)
     flight.run_for(_WATCH_S)
     ends = flight.ends(goal_id)
     ended_s = next(time_s for time_s, output in flight.outputs if output is ends[0])

@@ -172,7 +172,7 @@ class UdpFlight:
 
     def setpoints(self) -> int:
         """Return how many setpoints have left for the active goal."""
-        return self._driver.call(lambda: self.bridge.vehicle.stream_statistics.sent)
+        return self._driver.call(lambda: self.bridge.vehicle.setpoints.statistics.sent)
 
     def close(self) -> None:
         """End everything."""

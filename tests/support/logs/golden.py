@@ -130,7 +130,7 @@ def _state(bridge: Bridge, now: float) -> dict[str, Any]:
     state, battery = vehicle.state, vehicle.state.battery
     return {
         "time_s": round(now, 2),
-        "connected": vehicle.connected,
+        "connected": vehicle.heartbeats.alive,
         "mode": vehicle.mode_name,
         "armed": state.armed,
         "landed": state.landed_state.name,

@@ -245,8 +245,11 @@ def test_an_obstacle_that_has_gone_is_drawn_once_and_apart_from_those_still_held
     ever, held = Obstacles(np.array([post, lower, gone, as_low])), Obstacles(np.array([post]))
     once, now = obstacle_traces(Sensed(ever, held))
     corners = 5  # four, and the break after them
-    assert [len(trace["x"]) for trace in (once, now)] == [corners, corners]
-    assert min(value for value in once["x"] if value is not None) > 7.0
+    once_x, now_x = once["x"], now["x"]
+    assert isinstance(once_x, list)
+    assert isinstance(now_x, list)
+    assert [len(once_x), len(now_x)] == [corners, corners]
+    assert min(value for value in once_x if value is not None) > 7.0
 
 
 def test_a_command_without_an_answer_in_five_seconds_is_unanswered(tmp_path: Path) -> None:

@@ -38,14 +38,10 @@ def offered(
     *poses: ExternalPose, is_px4: bool = False, origin: Origin | None = None, needs: bool = True
 ) -> list[Message]:
     sender = ExternalPositionSender(origin)
+    firmware = mavlink.MAV_AUTOPILOT_PX4 if is_px4 else mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    state = VehicleState(system_id=7, autopilot=firmware, armed=not needs)
     for pose in poses:
-        sender.offer(
-            pose,
-            pose.measured_s + 0.01,
-            target_system=7,
-            is_px4=is_px4,
-            needs_origin=lambda: needs,
-        )
+        sender.offer(pose, state, pose.measured_s + 0.01)
     return sender.messages_to_send()
 
 
@@ -99,10 +95,8 @@ def test_a_pose_that_cannot_be_is_rejected(change: dict[str, object], said: str)
     with pytest.raises(ExternalPositionError, match=said):
         sender.offer(
             replace(POSE, **change),  # type: ignore[arg-type]
+            VehicleState(),
             100.0,
-            target_system=1,
-            is_px4=False,
-            needs_origin=lambda: False,
         )
     assert sender.messages_to_send() == []
 
@@ -174,7 +168,7 @@ def test_a_source_that_stops_is_reported_once_and_so_is_its_return() -> None:
 
     def offer(now: float) -> None:
         pose = replace(POSE, measured_s=now - 0.01)
-        sender.offer(pose, now, target_system=1, is_px4=True, needs_origin=lambda: False)
+        sender.offer(pose, VehicleState(autopilot=mavlink.MAV_AUTOPILOT_PX4), now)
 
     assert sender.next_deadline() is None
     assert sender.silent_s(99.0) is None

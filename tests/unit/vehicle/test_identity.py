@@ -99,7 +99,7 @@ def test_who_is_no_vehicle_is_never_found() -> None:
             vehicle.start(0.0)
             vehicle.receive(beat(kind, autopilot, (7, 1)), 1.0)
             assert vehicle.profile is None
-            assert not vehicle.connected
+            assert not vehicle.heartbeats.alive
 
 
 def test_the_better_known_vehicle_replaces_the_other_with_all_that_is_known_of_it() -> None:
@@ -134,7 +134,7 @@ def test_a_vehicle_that_flies_is_not_replaced_before_it_is_disarmed_or_silent() 
     assert vehicle.state.system_id == 8
     for tenths in range(12, 110):
         vehicle.handle_timer(0.1 * tenths)
-    assert not vehicle.connected
+    assert not vehicle.heartbeats.alive
     vehicle.receive(copter(), 11.1)
     assert vehicle.state.system_id == 1
-    assert vehicle.connected
+    assert vehicle.heartbeats.alive

@@ -97,7 +97,7 @@ class Network:
             self.answer(say("MISSION_ITEM_INT", **fields))
         if not self.px4:
             self.answer(say.ack(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, 0))
-        assert self.vehicle.operation is None
+        assert self.vehicle.operations.operation_id is None
         assert self.vehicle.missions.stored == ITEMS
 
 
@@ -381,7 +381,7 @@ def test_a_crowd_of_stations_does_not_fill_the_memory(network: Network) -> None:
     for system in range(2, 250):
         network.say("MISSION_COUNT", (system, 190), count=3)
         network.say("MISSION_CLEAR_ALL", (system, 190))
-    assert len(network.vehicle.stations_heard) == 32
+    assert len(network.vehicle.stations.stations) == 32
 
 
 def test_a_flood_of_jumps_is_cut_and_hides_no_pause(network: Network) -> None:
@@ -479,7 +479,7 @@ def test_a_fence_that_another_station_uploads_is_read_at_once(
     us = {"target_system": 1, "target_component": 191}
     network.vehicle.handle_timer(network.now)
     network.answer(network.autopilot("MISSION_COUNT", **us, count=0, mission_type=1))
-    assert network.vehicle.fence_items == ()
+    assert network.vehicle.stored_lists.fence == ()
     network.now += 1.0
     network.to_station("MISSION_ACK", type=result, mission_type=mission_type)
     network.vehicle.handle_timer(network.now)
@@ -505,12 +505,12 @@ def test_mission_current_reports_what_nobody_was_seen_to_do(
     network = Network("px4")
     network.upload()
     assert network.answer(network.current(3, 8)) == []
-    assert network.vehicle.mission_change == ""
+    assert network.vehicle.stations.mission_change == ""
     (act,) = network.answer(network.current(total, mission_id))
     assert (act.act, act.station) == (what, None)
     assert act.how.startswith("MISSION_CURRENT shows")
     assert how in act.how
-    assert network.vehicle.mission_change == act.how
+    assert network.vehicle.stations.mission_change == act.how
     assert network.answer(network.current(total, mission_id)) == []
 
 
@@ -547,7 +547,7 @@ def test_what_was_sent_before_our_upload_was_over_proves_nothing() -> None:
     # Late and twice, before and after the first one that counts.
     assert network.answer(*old, early, *old) == []
     assert network.answer(network.current(3, 8), *old, network.current(3, 8)) == []
-    assert network.vehicle.mission_change == ""
+    assert network.vehicle.stations.mission_change == ""
 
 
 def test_what_is_under_way_by_ourselves_is_no_change() -> None:
@@ -557,7 +557,7 @@ def test_what_is_under_way_by_ourselves_is_no_change() -> None:
     network.vehicle.missions.clear(network.now)
     assert network.answer(network.current(0xFFFF, 0)) == []
     assert network.answer(network.current(5, 3)) == []
-    assert network.vehicle.mission_change == ""
+    assert network.vehicle.stations.mission_change == ""
 
 
 def test_without_a_mission_of_ours_there_is_nothing_to_change() -> None:
@@ -583,7 +583,7 @@ def test_a_clearing_that_was_seen_is_not_reported_again_by_mission_current() -> 
     network.say("MISSION_CLEAR_ALL")
     network.now += 1.0
     assert network.answer(network.current(0xFFFF, 0)) == []
-    assert network.vehicle.mission_change != ""
+    assert network.vehicle.stations.mission_change != ""
 
 
 def test_a_clearing_long_ago_explains_nothing() -> None:

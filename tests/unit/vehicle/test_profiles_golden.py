@@ -68,7 +68,7 @@ def sent(
 
 def stream(setpoint: SetpointNed) -> Action:
     def action(vehicle: Vehicle) -> None:
-        vehicle.open_stream(10.0)
+        vehicle.setpoints.open(10.0)
         vehicle.send_setpoint(setpoint, 10.0)
 
     return action
@@ -201,7 +201,7 @@ def test_what_a_kind_cannot_do_is_rejected_with_the_reason(
 
 def test_px4s_offboard_command_comes_after_the_stream() -> None:
     def act(vehicle: Vehicle, until_s: float) -> None:
-        vehicle.open_stream(10.0)
+        vehicle.setpoints.open(10.0)
         vehicle.take_control(10.0)
         now = 10.0
         while now < until_s:

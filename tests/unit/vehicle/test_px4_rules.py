@@ -308,7 +308,7 @@ def test_the_ground_is_remembered_only_while_it_stands_there_disarmed() -> None:
 def test_a_stream_whose_control_was_taken_never_starts_again() -> None:
     """PX4 would take a new stream as the reason to go back to OFFBOARD."""
     px4 = Px4(OFFBOARD)
-    px4.vehicle.open_stream(px4.now)
+    px4.vehicle.setpoints.open(px4.now)
     px4.vehicle.send_setpoint(SPEED, px4.now)
     events = px4.tell(px4.mode(RTL, OFFBOARD))
     assert any(isinstance(event, StreamClosed) for event in events)
@@ -319,7 +319,7 @@ def test_a_stream_whose_control_was_taken_never_starts_again() -> None:
 
 def test_the_stream_runs_on_until_our_own_hold_is_shown() -> None:
     px4 = Px4(OFFBOARD)
-    px4.vehicle.open_stream(px4.now)
+    px4.vehicle.setpoints.open(px4.now)
     px4.vehicle.hold(px4.now)
     px4.vehicle.send_setpoint(SPEED, px4.now)
     px4.tell(px4.say.ack(SET_MODE, ACCEPTED), px4.say.ack(SET_MODE, ACCEPTED))
@@ -331,15 +331,15 @@ def test_the_stream_runs_on_until_our_own_hold_is_shown() -> None:
 
 def test_somebody_elses_mode_while_the_stream_runs_ahead_closes_it() -> None:
     px4 = Px4()
-    px4.vehicle.open_stream(px4.now)
+    px4.vehicle.setpoints.open(px4.now)
     px4.vehicle.send_setpoint(SPEED, px4.now)
     px4.tell(px4.beat(RTL))
-    assert not px4.vehicle.stream_open
+    assert not px4.vehicle.setpoints.is_open
 
 
 def test_no_setpoint_goes_to_a_disarmed_px4() -> None:
     px4 = Px4(armed=False, status=3)
-    px4.vehicle.open_stream(px4.now)
+    px4.vehicle.setpoints.open(px4.now)
     with pytest.raises(SetpointError, match="disarmed"):
         px4.vehicle.send_setpoint(SPEED, px4.now)
     px4.vehicle.take_control(px4.now)
@@ -417,7 +417,7 @@ def test_a_configured_heartbeat_type_wins() -> None:
 
 def test_a_place_is_never_not_a_number_where_a_setpoint_goes() -> None:
     px4 = Px4(OFFBOARD)
-    px4.vehicle.open_stream(px4.now)
+    px4.vehicle.setpoints.open(px4.now)
     with pytest.raises(SetpointError, match="finite"):
         px4.vehicle.send_setpoint(SetpointNed((math.nan, 0.0, 0.0)), px4.now)
     with pytest.raises(SetpointError, match="neither position"):

@@ -109,7 +109,7 @@ def test_a_service_plugs_in_without_a_change_of_the_vehicle() -> None:
 def test_the_mode_is_asked_for_before_anything_else_after_a_gap() -> None:
     """A service that commands waits for its answer; a command under way is dropped meanwhile."""
     vehicle = connected()
-    vehicle.open_stream(0.0)
+    vehicle.setpoints.open(0.0)
     vehicle.send_setpoint(SETPOINT, 0.1)
     vehicle.hold(0.1)
     vehicle.handle_timer(5.0)
@@ -145,12 +145,12 @@ def test_the_end_of_a_reading_goes_out_before_the_upload_that_follows_it() -> No
 def test_of_one_moment_a_mode_goes_out_first_then_the_setpoint_and_last_the_data() -> None:
     """A setpoint before its mode is ignored; what is repeated or replaced can wait."""
     vehicle = connected()
-    vehicle.open_stream(0.9)
+    vehicle.setpoints.open(0.9)
     vehicle.send_setpoint(SETPOINT, 1.0)
     vehicle.rtcm.offer(bytes.fromhex("d300133ed7d30202980edeef34b4bd62ac0941986f33360b98"), 1.0)
     vehicle.change_mode("GUIDED", 1.0)
     vehicle.hold(1.0)
-    vehicle.read_parameters(["WP_SPD"], 1.0)
+    vehicle.parameters.read(["WP_SPD"], 1.0)
     vehicle.handle_timer(1.0)
     names = sent(vehicle)
     order = [
@@ -165,5 +165,5 @@ def test_of_one_moment_a_mode_goes_out_first_then_the_setpoint_and_last_the_data
 
 
 def test_each_rank_is_that_of_a_service() -> None:
-    ranks = {service.rank for service in Vehicle()._services}
+    ranks = {service.rank for service in Vehicle().services}
     assert ranks == {*SendingRank}

@@ -58,7 +58,7 @@ def test_before_anyone_is_heard_it_only_beats() -> None:
     header = script.sent[0].get_header()
     assert (header.srcSystem, header.srcComponent) == (1, 191)
     assert script.vehicle.mode_name == ""
-    assert not script.vehicle.connected
+    assert not script.vehicle.heartbeats.alive
     assert not script.vehicle.in_control_mode
 
 
@@ -150,22 +150,22 @@ def test_a_request_of_ours_that_shows_late_is_not_a_third_mode(script: Script) -
 def test_one_operation_at_a_time(script: Script) -> None:
     first = script.vehicle.change_mode("GUIDED", 0.0)
     second = script.vehicle.arm(0.0)
-    assert script.vehicle.operation == second
+    assert script.vehicle.operations.operation_id == second
     (end,) = script.events()
     assert isinstance(end, OperationFinished)
     assert (end.operation_id, end.result) == (first, OperationResult.CANCELLED)
     assert end.reason.endswith("ended: arming was requested instead.")
-    script.vehicle.cancel_operation(0.0)
-    script.vehicle.cancel_operation(0.0)
+    script.vehicle.operations.abandon(0.0)
+    script.vehicle.operations.abandon(0.0)
     assert len(script.events()) == 1
-    assert script.vehicle.operation is None
+    assert script.vehicle.operations.operation_id is None
 
 
 def test_a_restart_ends_the_operation_and_closes_the_stream() -> None:
     script = Script()
     autopilot = script.autopilot
     script.tell(autopilot.heartbeat(mode=GUIDED, armed=True), autopilot.position(100.0))
-    script.vehicle.open_stream(0.0)
+    script.vehicle.setpoints.open(0.0)
     script.vehicle.change_mode("RTL", 0.0)
     script.events()
     script.wait(1.5)
@@ -176,7 +176,7 @@ def test_a_restart_ends_the_operation_and_closes_the_stream() -> None:
     assert isinstance(events[2], OperationFinished)
     assert events[2].result is OperationResult.LINK_LOST
     assert "restarted" in events[2].reason
-    assert not script.vehicle.stream_open
+    assert not script.vehicle.setpoints.is_open
 
 
 def test_a_booting_autopilot_is_asked_for_its_rates_again() -> None:
@@ -194,17 +194,17 @@ def test_a_booting_autopilot_is_asked_for_its_rates_again() -> None:
 def test_only_leaving_the_control_mode_closes_the_stream(mode: int, closed: bool) -> None:
     script = Script()
     script.tell(script.autopilot.heartbeat(mode=GUIDED, armed=True))
-    script.vehicle.open_stream(0.0)
+    script.vehicle.setpoints.open(0.0)
     events = script.tell(script.autopilot.heartbeat(mode=mode, armed=True))
     assert any(isinstance(event, StreamClosed) for event in events) is closed
-    assert script.vehicle.stream_open is not closed
+    assert script.vehicle.setpoints.is_open is not closed
 
 
 def test_disarming_closes_the_stream_for_good() -> None:
     script = Script()
     setpoint = SetpointNed(velocity_ned_m_s=(1.0, 0.0, 0.0))
     script.tell(script.autopilot.heartbeat(mode=GUIDED, armed=True))
-    script.vehicle.open_stream(0.0)
+    script.vehicle.setpoints.open(0.0)
     script.vehicle.send_setpoint(setpoint, 0.0)
     script.tell(script.autopilot.heartbeat(mode=GUIDED, armed=False))
     script.tell(script.autopilot.heartbeat(mode=GUIDED, armed=True))  # somebody arms it again
@@ -214,7 +214,7 @@ def test_disarming_closes_the_stream_for_good() -> None:
 
 def test_setpoints_need_a_vehicle() -> None:
     script = Script()
-    script.vehicle.open_stream(0.0)
+    script.vehicle.setpoints.open(0.0)
     with pytest.raises(SetpointError, match="No vehicle has been detected"):
         script.vehicle.send_setpoint(SetpointNed(position_ned_m=(0.0, 0.0, -1.0)), 0.0)
 
@@ -227,7 +227,7 @@ def test_a_profile_may_want_the_stream_before_its_mode(script: Script) -> None:
             COPTER.setpoints, outside_control_mode=True, while_disarmed=True
         ),
     )
-    script.vehicle.open_stream(0.0)
+    script.vehicle.setpoints.open(0.0)
     script.vehicle.send_setpoint(SetpointNed(position_ned_m=(0.0, 0.0, -1.0)), 0.0)
     assert [m.get_type() for m in script.vehicle.messages_to_send()].count(
         "SET_POSITION_TARGET_LOCAL_NED"

@@ -187,7 +187,7 @@ class Checker:
         """Return the pending item as text; None when the check is complete."""
         if self._found_s is None:
             return "a HEARTBEAT"
-        if not self.vehicle.connected:
+        if not self.vehicle.heartbeats.alive:
             return "the vehicle to respond again"
         elapsed_s = now - self._found_s
         if self._reader.reading and elapsed_s < _PARAMETERS_S:
@@ -212,7 +212,7 @@ class Checker:
         profile = self.vehicle.profile
         if profile is None:
             return []
-        refused = self.vehicle.refused_messages
+        refused = self.vehicle.rates.refusals
         return [
             self._rate(
                 name, asked_hz, refused.get(name), profile.messages.own_rates_hz.get(name), now
@@ -268,7 +268,7 @@ class Checker:
         if time_ms == self._boot_time_ms:
             return
         self._boot_time_ms = time_ms
-        age_s = self.vehicle.sample_age_s(time_ms, now)
+        age_s = self.vehicle.data_age.age_s(time_ms, self.vehicle.state.boot_count, now)
         if age_s is not None:
             self.data_age_s = max(age_s, self.data_age_s or 0.0)
 

@@ -113,7 +113,7 @@ def _traffic_receiver(checker: Checker, profile: Profile) -> Line:
         return Line(what, "not asked for")
     if checker.has_received(_TRAFFIC):
         return Line(what, f"{_TRAFFIC} is received")
-    refusal = checker.vehicle.message_refusal(_TRAFFIC)
+    refusal = checker.vehicle.rates.refusal(_TRAFFIC)
     value = None if name is None else checker.parameters.get(name)
     if value == 0.0:
         return Line(what, f"unknown to the vehicle: {name} is 0, it has no ADS-B receiver")
@@ -249,7 +249,7 @@ def _data_age(checker: Checker) -> Line:
         late = f"A goal slows the vehicle down from {LATE_S:g} s on, and stops it from "
         late += f"{TOO_LATE_S:g} s on. Reduce the load on this machine, or check the link."
         return Line(name, f"{age_s:.2f} s at most", late if age_s >= LATE_S else None)
-    if checker.vehicle.round_trip_s is None:
+    if checker.vehicle.timesync.round_trip_s is None:
         value = "unknown: the vehicle does not answer TIMESYNC, so old data is not noticed"
     else:
         value = "unknown: no two quick answers to TIMESYNC with the vehicle's time yet"

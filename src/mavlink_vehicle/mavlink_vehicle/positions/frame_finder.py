@@ -76,23 +76,20 @@ class FrameFinder:
                 for i, axis in enumerate(self._axes)
             ]
             if any(learned):
-                self._lay()
+                self._lay(self._anchor, _measured(self._axes))
 
     def _begin(self, place: Geodetic, position_ned_m: Vector3) -> None:
-        self._anchor = place, position_ned_m
-        if self._projection is None:
-            assumed = true_to_scale(place[0])
-            self._axes = _Axis(assumed.radius_north_m), _Axis(assumed.radius_east_m)
-        self._lay()
-
-    def _lay(self) -> None:
-        """Lay the frame through its anchor."""
-        assert self._anchor is not None
+        self._anchor = anchor = place, position_ned_m
         projection = self._projection
         if projection is None:
-            assert self._axes is not None
-            projection = AzimuthalEquidistant(*(axis.radius_m for axis in self._axes))
-        place, position_ned_m = self._anchor
+            assumed = true_to_scale(place[0])
+            self._axes = axes = _Axis(assumed.radius_north_m), _Axis(assumed.radius_east_m)
+            projection = _measured(axes)
+        self._lay(anchor, projection)
+
+    def _lay(self, anchor: tuple[Geodetic, Vector3], projection: Projection) -> None:
+        """Lay the frame through its anchor."""
+        place, position_ned_m = anchor
         if self._told is not None:
             self._frame = LocalFrame(self._told, projection)
         else:
@@ -118,3 +115,8 @@ class _Axis:
         assumed = (_ASSUMED_FOR_M / self._assumed_m) ** 2
         self.radius_m = (self._assumed_m * assumed + way_m * angle_rad) / (assumed + angle_rad**2)
         return True
+
+
+def _measured(axes: tuple[_Axis, _Axis]) -> Projection:
+    """Return the projection by the lengths of metres north and east."""
+    return AzimuthalEquidistant(*(axis.radius_m for axis in axes))

@@ -5,14 +5,15 @@ from __future__ import annotations
 import enum
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 from mavlink_vehicle.errors import ProtocolError
 from mavlink_vehicle.protocols.outbox import TimedOutbox
 
 EventT = TypeVar("EventT")
 
-Action = Callable[[Any, float], None]
+Action = Callable[..., None]
+"""A method of the machine, with the time in seconds."""
 Table = Mapping[tuple[enum.Enum, enum.Enum], tuple[enum.Enum, "Action | None"]]
 """(state, input) -> (next state, what to do on the way). A missing key is an error."""
 

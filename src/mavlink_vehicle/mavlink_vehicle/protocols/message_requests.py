@@ -111,12 +111,10 @@ class MessageRequests(TimedOutbox, VehicleService):
                 self._asked = self._deadline = None
             elif number == self._asked:
                 self._ask_next(now)
-        elif isinstance(message, _COMMAND_ACK) and self._asked is not None:
-            self._take_answer(message, self._asked, now)
+        elif self._asked is not None and self._address is not None:
+            self._take_answer(ack_result(message, _REQUEST, self._address), self._asked, now)
 
-    def _take_answer(self, ack: Message, asked: int, now: float) -> None:
-        assert self._address is not None
-        result = ack_result(ack, _REQUEST, self._address)
+    def _take_answer(self, result: int | None, asked: int, now: float) -> None:
         denied = result == mavlink.MAV_RESULT_DENIED and self._has_position()
         if (result in _NEVER or denied) and now >= self._unsure_until_s:
             self._refused.add(asked)

@@ -8,8 +8,14 @@ from dataclasses import dataclass
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
-from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
+from mavlink_vehicle.protocols.known_vehicle import KnownVehicle
+from mavlink_vehicle.protocols.mission.mission_operation import (
+    MissionJob,
+    MissionOperation,
+    MissionTiming,
+)
 from mavlink_vehicle.protocols.mission.transfer import MISSION_ANSWERS
+from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
 from mavlink_vehicle.protocols.operations.crossings import Crossings
 from mavlink_vehicle.protocols.operations.operation_parts import Gate, Goal, OperationTiming
@@ -46,16 +52,41 @@ class _ModeRequest:
 
 
 class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
-    """Holds one operation at a time: a new one cancels the pending one first."""
+    """Holds one operation at a time: a new one cancels the pending one first.
+
+    Attributes:
+        last_mission: the last operation on the mission; None before.
+    """
 
     rank = SendingRank.OPERATIONS
     handles = (mavlink.MAVLink_command_ack_message, *MISSION_ANSWERS)
     commands = True
 
-    def __init__(self, command_timing: CommandTiming, grace_s: float) -> None:
-        """Begin empty; see `RequestedChanges` for the grace period."""
+    def __init__(
+        self,
+        vehicle: KnownVehicle,
+        heartbeats: HeartbeatWatch,
+        command_timing: CommandTiming,
+        *,
+        requested: Callable[[float], None],
+        done: Callable[[float], None],
+    ) -> None:
+        """Begin empty.
+
+        Args:
+            vehicle: the vehicle to operate.
+            heartbeats: whether it is heard.
+            command_timing: of each command.
+            requested: called with the time in seconds before a request is processed.
+            done: called after it, for the events.
+        """
         super().__init__()
+        self._vehicle = vehicle
+        self._heartbeats = heartbeats
+        self._on_request, self._on_done = requested, done
+        self.last_mission: MissionOperation | None = None
         self._command_timing = command_timing
+        grace_s = vehicle.config.grace_s
         self._requested = RequestedChanges(grace_s)
         self._crossings = Crossings(grace_s)
         self._asked: _ModeRequest | None = None
@@ -68,17 +99,17 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         """Whether a mode command on its way may still overtake the mode that somebody chose."""
         return self._crossings.is_open
 
+    @property
+    def operation_id(self) -> int | None:
+        """Id of the operation in progress, None when there is none."""
+        return None if self._part is None else self._part.operation_id
+
     def begin(
         self,
         goal: Goal,
         wanted: Wanted,
         timing: OperationTiming,
-        address: Address,
-        state: VehicleState,
         now: float,
-        *,
-        connected: bool,
-        first_ack_counts: bool,
         gate: Gate | None = None,
         then: Begin | None = None,
         operation_id: int | None = None,
@@ -88,6 +119,11 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         `then` begins what follows when it is achieved, with the same `operation_id`: only the
         end of that is reported.
         """
+        self._on_request(now)
+        vehicle, address, profile = self._vehicle, self._vehicle.address, self._vehicle.profile
+        first_ack_counts = (
+            profile is None or goal.request.command not in profile.messages.later_ack_counts
+        )
         self.cancel(f"{goal.kind.value} was requested instead", now)
         operation = Operation(
             self._take_id() if operation_id is None else operation_id,
@@ -106,34 +142,47 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
             self._asked = _ModeRequest(goal.request.command, wanted.mode, acks, address)
         doubt = self._requested.contradicted(now, mode=wanted.mode, armed=wanted.armed)
         silent_until_s = self._silent_until_s()
-        operation.begin(state, connected, now, SETTLE_S if doubt else 0.0, silent_until_s)
+        settle_s = SETTLE_S if doubt else 0.0
+        operation.begin(vehicle.state, self._heartbeats.alive, now, settle_s, silent_until_s)
         if not operation.finished and wanted != Wanted():
             self._requested.add(mode=wanted.mode, armed=wanted.armed)
         self._collect(now)
+        self._on_done(now)
         return operation.operation_id
 
-    def begin_mission(
-        self,
-        make: Callable[[int], MissionOperation],
-        state: VehicleState,
-        now: float,
-        *,
-        connected: bool,
-    ) -> int:
-        """Start an operation on the stored mission, made with the id that is returned."""
-        operation = make(self._take_id())
+    def begin_mission(self, job: MissionJob, timing: MissionTiming, now: float) -> int:
+        """Start an operation on the stored mission, and return its id."""
+        self._on_request(now)
+        vehicle = self._vehicle
+        operation = MissionOperation(self._take_id(), job, vehicle.address, timing)
+        self.last_mission = operation
         self.cancel(f"{operation.goal.kind.value} was requested instead", now)
         self._part = operation
-        operation.begin(state, connected, now)
+        operation.begin(vehicle.state, self._heartbeats.alive, now)
+        self._on_done(now)
         return operation.operation_id
 
-    def end_at_once(
+    def refuse(self, kind: OperationKind, reason: str, now: float) -> int:
+        """End an operation at once as `REFUSED`; returns its id."""
+        return self._end_at_once(kind, OperationResult.REFUSED, reason, now)
+
+    def nobody(self, kind: OperationKind, now: float) -> int:
+        """End an operation at once, as there is no vehicle yet; returns its id."""
+        reason = "No vehicle has been detected yet; check the link and the vehicle's power."
+        return self._end_at_once(kind, OperationResult.LINK_LOST, reason, now)
+
+    def abandon(self, now: float) -> None:
+        """End the operation in progress, if any, as CANCELLED. Nothing is sent to the vehicle."""
+        self.cancel("it was abandoned", now)
+        self._on_done(now)
+
+    def _end_at_once(
         self, kind: OperationKind, result: OperationResult, reason: str, now: float
     ) -> int:
-        """Report the end of an operation that can't even begin; returns its id."""
         self.cancel(f"{kind.value} was requested instead", now)
         operation_id = self._take_id()
         self._events.append(OperationFinished(operation_id, kind, result, reason))
+        self._on_done(now)
         return operation_id
 
     def cancel(self, reason: str, now: float) -> None:

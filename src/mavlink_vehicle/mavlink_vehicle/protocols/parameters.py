@@ -118,6 +118,12 @@ class ParameterReader(TimedOutbox, VehicleService):
                 self._asked_s[name] = now
                 self._request(name, self._address)
 
+    def read(self, names: Iterable[str], now: float) -> list[float | None]:
+        """Return any parameters; those not known yet are None, and are asked for."""
+        names = tuple(names)
+        self.ask(names, now)
+        return [self.value(name) for name in names]
+
     def refresh(self, now: float) -> None:
         """Read everything again."""
         self._missing = list(self._wanted)

@@ -1,7 +1,8 @@
 """The interface of a service of an autopilot: operations, mission lists, logs, corrections.
 
 A service says which messages it handles, what another state of the link means to it, when it wants
-to be called, and what it sends. `VehicleCore` runs all of them: it knows none by what it does.
+to be called, and what it sends. `services.Services` runs all of them, and knows none by what it
+does; what follows for one of them from an event of another stands in `consequences.py`.
 """
 
 from __future__ import annotations
@@ -57,12 +58,14 @@ class VehicleService:
         commands: whether what it sends moves the vehicle or changes its mode. That is dropped while
             the mode has not been seen since we stood still.
         hears_companions: whether it also gets those of other components of the vehicle.
+        asked_directly: whether requests that make events come to it past the vehicle.
     """
 
     rank: ClassVar[SendingRank] = SendingRank.QUESTIONS
     handles: tuple[type[Message], ...] = ()
     commands: ClassVar[bool] = False
     hears_companions: ClassVar[bool] = False
+    asked_directly: ClassVar[bool] = False
 
     def start(self, now: float) -> None:
         """Begin to work; no vehicle is known yet."""
@@ -84,6 +87,9 @@ class VehicleService:
 
     def vehicle_armed(self) -> None:
         """End what must not continue in flight."""
+
+    def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
+        """Process the difference of two states; measurements alone make none."""
 
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from mavlink_vehicle.state.restarts import evolve
+from mavlink_vehicle.state.restarts import REORDER_LIMIT_MS, Changes, evolve
 from mavlink_vehicle.state.telemetry import GlobalPosition
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -27,7 +25,7 @@ class LiveState:
     def set(self, state: VehicleState) -> None:
         """Replace the whole state."""
         self.known = state
-        self.measured: dict[str, Any] = {}
+        self.measured: Changes = {}
         self.boot_time_ms = state.boot_time_ms
 
     def get(self) -> VehicleState:
@@ -40,17 +38,21 @@ class LiveState:
     @property
     def global_position(self) -> GlobalPosition | None:
         """The position; the state need not be made for it."""
-        position: GlobalPosition | None = self.measured.get(
-            "global_position", self.known.global_position
+        position = self.measured.get("global_position", self.known.global_position)
+        return position if isinstance(position, GlobalPosition) else None
+
+    def is_next(self, time_boot_ms: int) -> bool:
+        """Return whether a time since boot follows the newest, of a clock that is not in doubt."""
+        newest_ms = self.boot_time_ms
+        return (
+            newest_ms is not None
+            and newest_ms <= time_boot_ms <= newest_ms + REORDER_LIMIT_MS
+            and self.known.restart_signs.doubt is None
         )
-        return position
 
-    def measure(self, attribute: str, value: object, time_boot_ms: int, now: float) -> None:
-        """Take a measurement that is not older than anything that came before."""
-        self.measured[attribute] = value
-        self.tell_time(time_boot_ms, now)
-
-    def tell_time(self, time_boot_ms: int, now: float) -> None:
-        """Take a time since boot that is not older than anything that came before."""
-        self.measured["boot_time_ms"] = self.boot_time_ms = time_boot_ms
-        self.measured["boot_time_s"] = now
+    def measure(self, changes: Changes, time_boot_ms: int, now: float) -> None:
+        """Take a measurement, of a time since boot that `is_next`."""
+        measured = self.measured
+        measured |= changes
+        measured["boot_time_ms"] = self.boot_time_ms = time_boot_ms
+        measured["boot_time_s"] = now

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.mission_items import fence_id, mission_id, rally_id
 from mavlink_vehicle.positions.frames import Vector3
 from mavlink_vehicle.state import measurements, telemetry
 from mavlink_vehicle.state.failsafe import assess
-from mavlink_vehicle.state.restarts import BootTime, evolve, follow_clock, is_late
+from mavlink_vehicle.state.restarts import evolve, follow_clock, is_late
 from mavlink_vehicle.state.signs import follow
 from mavlink_vehicle.state.status_reducers import (
     autopilot_version,
@@ -29,9 +29,9 @@ from mavlink_vehicle.state.status_reducers import (
     status_text,
     sys_status,
 )
-from mavlink_vehicle.state.vehicle_state import VehicleState, is_on_ground
+from mavlink_vehicle.state.vehicle_state import VehicleState
 
-__all__ = ["MEASUREMENTS", "VehicleState", "reduce"]
+__all__ = ["VehicleState", "reduce"]
 
 _UINT16_MAX = 0xFFFF
 _FIX_2D, _FIX_3D = 2, 3
@@ -88,67 +88,37 @@ def _system_time(
     return evolve(state, changes)
 
 
-def _clock_of(
-    state: VehicleState, sample: _Sample | None, message: _SampleMessage, now: float
-) -> BootTime | None:
-    """Return what the time of a message says; None if it is older than the sample there is."""
-    clock = follow_clock(state, message.__class__, message.time_boot_ms, now)
-    restarted = "boot_count" in clock.changes
-    return None if is_late(sample, clock.time_ms) and not restarted else clock
-
-
 def _global_position(
     state: VehicleState, message: mavlink.MAVLink_global_position_int_message, now: float
 ) -> VehicleState:
-    clock = _clock_of(state, state.global_position, message, now)
-    if clock is None:
-        return state
-    time_boot_ms, changes = clock
-    position = measurements.global_position(
-        now,
-        time_boot_ms,
-        message.lat,
-        message.lon,
-        message.alt,
-        message.relative_alt,
-        message.vx,
-        message.vy,
-        message.vz,
-        message.hdg,
-    )
-    changes["global_position"] = position
-    if position is not None and is_on_ground(state):
-        changes["ground_altitude_amsl_m"] = position.altitude_amsl_m
-    return evolve(state, changes)
+    return _measured(state, state.global_position, message, measurements.GLOBAL_POSITION, now)
 
 
 def _local_position(
     state: VehicleState, message: mavlink.MAVLink_local_position_ned_message, now: float
 ) -> VehicleState:
-    clock = _clock_of(state, state.local_position, message, now)
-    if clock is None:
-        return state
-    time_boot_ms, changes = clock
-    x, y, z, vx, vy, vz = message.x, message.y, message.z, message.vx, message.vy, message.vz
-    position = measurements.local_position(now, time_boot_ms, x, y, z, vx, vy, vz)
-    changes["local_position"] = position
-    if position is not None and is_on_ground(state):
-        changes["ground_down_m"] = z
-    return evolve(state, changes)
+    return _measured(state, state.local_position, message, measurements.LOCAL_POSITION, now)
 
 
 def _attitude(
     state: VehicleState, message: mavlink.MAVLink_attitude_message, now: float
 ) -> VehicleState:
-    clock = _clock_of(state, state.attitude, message, now)
-    if clock is None:
+    return _measured(state, state.attitude, message, measurements.ATTITUDE, now)
+
+
+def _measured(
+    state: VehicleState,
+    before: _Sample | None,
+    message: _SampleMessage,
+    measurement: measurements.Measurement,
+    now: float,
+) -> VehicleState:
+    """Return the state with a measurement, unless it is older than the one before."""
+    clock = follow_clock(state, message.__class__, message.time_boot_ms, now)
+    if is_late(before, clock.time_ms) and "boot_count" not in clock.changes:
         return state
-    time_boot_ms, changes = clock
-    roll, pitch, yaw = message.roll, message.pitch, message.yaw
-    rates = (message.rollspeed, message.pitchspeed, message.yawspeed)
-    attitude = measurements.attitude(now, time_boot_ms, roll, pitch, yaw, *rates)
-    changes["attitude"] = attitude
-    return evolve(state, changes)
+    values = (clock.time_ms, *measurement.values(message)[1:])
+    return evolve(state, clock.changes | (measurement.changes(state, now, values) or {}))
 
 
 def _home_position(
@@ -299,18 +269,12 @@ def _wind_cov(
     return evolve(state, {"wind_ned_m_s": wind}) if _finite(wind) else state
 
 
-# Each takes the messages of its class.
-_Reducer = Callable[[VehicleState, Any, float], VehicleState]
-MEASUREMENTS: dict[type, _Reducer] = {
+# Each takes the state, a message of its class and the time in seconds.
+_REDUCERS: dict[type[Message], Callable[..., VehicleState]] = {
     mavlink.MAVLink_system_time_message: _system_time,
     mavlink.MAVLink_global_position_int_message: _global_position,
     mavlink.MAVLink_local_position_ned_message: _local_position,
     mavlink.MAVLink_attitude_message: _attitude,
-}
-"""Messages that come most often and hold nothing but a measurement; a caller that takes the reducer
-from here has checked that the message is the vehicle's own."""
-_REDUCERS: dict[type, _Reducer] = {
-    **MEASUREMENTS,
     mavlink.MAVLink_heartbeat_message: heartbeat,
     mavlink.MAVLink_current_mode_message: current_mode,
     mavlink.MAVLink_battery_status_message: battery_status,

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mavlink_vehicle.codec import is_mavlink_1, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.state.batteries import deciding, fraction, read_battery, with_battery
 from mavlink_vehicle.state.identity import is_vehicle
-from mavlink_vehicle.state.restarts import beat_changes, evolve
+from mavlink_vehicle.state.restarts import Changes, beat_changes, evolve
 from mavlink_vehicle.state.signs import radio_ok
 from mavlink_vehicle.state.status_text import add_chunk, expire
 from mavlink_vehicle.state.telemetry import Battery
@@ -33,7 +31,7 @@ def heartbeat(
     if not is_vehicle(message.autopilot, message.type):
         return state
     header = message._header
-    changes = {
+    changes: Changes = {
         "system_id": header.srcSystem,
         "component_id": header.srcComponent,
         "autopilot": message.autopilot,
@@ -63,7 +61,7 @@ def current_mode(
     state: VehicleState, message: mavlink.MAVLink_current_mode_message, _now: float
 ) -> VehicleState:
     """PX4's HEARTBEAT comes once a second whatever happens; this one can be had more often."""
-    changes = {
+    changes: Changes = {
         "custom_mode": message.custom_mode,
         "intended_mode": message.intended_custom_mode,
     }
@@ -92,7 +90,7 @@ def sys_status(
     tells_prearm = state.autopilot == mavlink.MAV_AUTOPILOT_PX4 or bool(
         message.onboard_control_sensors_present & _PREARM_CHECK
     )
-    changes: dict[str, Any] = {
+    changes: Changes = {
         "sensors_health": health,
         "prearm_ok": bool(health & _PREARM_CHECK) if tells_prearm else None,
     }
@@ -133,7 +131,7 @@ def fence_status(
     state: VehicleState, message: mavlink.MAVLink_fence_status_message, now: float
 ) -> VehicleState:
     """Process whether a fence is breached; it comes only while a fence is enabled."""
-    changes = {"fence_breached": message.breach_status != 0, "fence_told_s": now}
+    changes: Changes = {"fence_breached": message.breach_status != 0, "fence_told_s": now}
     return evolve(state, changes)
 
 
@@ -142,7 +140,7 @@ def autopilot_version(
 ) -> VehicleState:
     """Process the firmware's version and what it can do."""
     version = message.flight_sw_version
-    changes: dict[str, Any] = {"capabilities": message.capabilities}
+    changes: Changes = {"capabilities": message.capabilities}
     if not version:
         return evolve(state, changes)
     suffix = _release(version & 0xFF)

@@ -30,9 +30,9 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
     kind = intent.kind
     needs_stream = profile is not None and profile.setpoints.prestream_s > 0.0
     if not needs_stream or kind not in STREAMED:
-        vehicle.close_stream()
-    elif kind is TaskOperation.TAKE_CONTROL and not vehicle.stream_open:
-        vehicle.open_stream(now)
+        vehicle.setpoints.close()
+    elif kind is TaskOperation.TAKE_CONTROL and not vehicle.setpoints.is_open:
+        vehicle.setpoints.open(now)
     if kind is TaskOperation.TAKE_OFF and intent.height_m is not None:
         return vehicle.take_off(intent.height_m, now)
     if kind is TaskOperation.REPOSITION and intent.target_enu_m is not None:
@@ -67,7 +67,7 @@ def begin_upload(
     rules = None if profile is None else profile.missions
     if profile is None or rules is None:
         raise ValueError("This vehicle flies no missions.")
-    vehicle.close_stream()
+    vehicle.setpoints.close()
     items = plan_items(plan, profile, rules, map_frame, vehicle.state)
     operation_id = vehicle.missions.upload([planned.item for planned in items], now)
     return operation_id, MissionTracker(items, rules)

@@ -29,11 +29,14 @@ class ExternalPositions(Feature):
         """
         if self.parts.unreached:
             raise ExternalPositionError(self.parts.unreached)
-        self.parts.vehicle.send_external_pose(pose, now)
+        vehicle = self.parts.vehicle
+        vehicle.external_position.offer(pose, vehicle.state, now)
 
     def objection(self, now: float) -> Rejection | None:
         """Return that the vehicle is elsewhere by its own estimate."""
-        off_m = self.parts.vehicle.external_difference_m(now)
+        off_m = self.parts.vehicle.external_position.difference_m(
+            self.parts.vehicle.state.local_position, now
+        )
         if off_m is None or off_m <= _OFF_M:
             return None
         # A PX4 with EKF2_HGT_REF 3 counts these heights from sea level, not from the origin.

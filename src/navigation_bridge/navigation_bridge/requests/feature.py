@@ -61,7 +61,7 @@ class FeatureParts:
         refusal = self.refusal()
         if refusal is not None:
             return refusal.message
-        return "" if self.vehicle.connected else "There is no connection to a vehicle."
+        return "" if self.vehicle.heartbeats.alive else "There is no connection to a vehicle."
 
 
 class Feature:

@@ -147,12 +147,12 @@ class LogRequests(Feature):
         vehicle, occupied = self._vehicle, self.parts.occupied()
         if occupied is not None:
             return occupied
-        if not vehicle.connected:
+        if not vehicle.heartbeats.alive:
             return Rejection(OutcomeCode.NO_VEHICLE, "There is no connection to a vehicle.")
         if vehicle.state.armed:
             text = "The vehicle is armed; disarm it to list or download logs."
             return Rejection(OutcomeCode.BUSY, text)
-        if vehicle.logs.busy or vehicle.operation is not None:
+        if vehicle.logs.busy or vehicle.operations.operation_id is not None:
             return Rejection(OutcomeCode.BUSY, "Another request is being processed; try again.")
         return None
 

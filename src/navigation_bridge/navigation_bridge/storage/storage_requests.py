@@ -141,7 +141,7 @@ class StorageRequests(Feature):
         if pose is None or not vehicle.state.position_valid:
             return "The vehicle is armed and its position is unknown; it may be outside the fence."
         areas = areas_of(items, self._map_frame.enu)
-        fence = uploaded_fence(profile, vehicle.parameters, areas)
+        fence = uploaded_fence(profile, vehicle.parameters.values, areas)
         if fence.allows(pose.position_enu_m[:2]):
             return None
         return "The armed vehicle would be outside of this fence, which could end its flight."
@@ -216,7 +216,7 @@ class StorageRequests(Feature):
         take, self._take_list = self._take_list, None
         success = event.result is OperationResult.ACHIEVED
         message, is_fence = event.reason, event.kind is MissionType.FENCE
-        profile, parameters = self._vehicle.profile, self._vehicle.parameters
+        profile, parameters = self._vehicle.profile, self._vehicle.parameters.values
         if is_fence and success and event.items and profile is not None:
             message += f" {enforcement(profile, parameters)}"
         if self._writes or not success:

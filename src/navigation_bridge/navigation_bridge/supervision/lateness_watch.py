@@ -53,7 +53,8 @@ class LatenessWatch:
         if time_ms == self._data_time_ms:
             return  # nothing came: that is for the rules about the link
         self._data_time_ms = time_ms
-        self.data_age_s = self._vehicle.sample_age_s(time_ms, now)
+        vehicle = self._vehicle
+        self.data_age_s = vehicle.data_age.age_s(time_ms, vehicle.live.known.boot_count, now)
         age_s = self.data_age_s or 0.0
         if self.lateness.note(age_s, now):
             self._warn(

@@ -29,7 +29,7 @@ class OvertakenMode:
     @property
     def is_open(self) -> bool:
         """Whether it is not clear yet in which mode the vehicle stays."""
-        return self.operation_id is not None or self._vehicle.choice_is_unclear
+        return self.operation_id is not None or self._vehicle.operations.choice_is_unclear
 
     def restore(self, event: ModeOvertaken, now: float) -> None:
         """Ask for the mode again."""

@@ -38,7 +38,7 @@ class Parking:
     def begin(self, setpoint: SetpointNed, now: float) -> bool:
         """Switch the vehicle to its hold mode; False if it does not need that."""
         vehicle = self._vehicle
-        if not (self.needed and vehicle.stream_open and vehicle.in_control_mode):
+        if not (self.needed and vehicle.setpoints.is_open and vehicle.in_control_mode):
             return False
         self._setpoint = setpoint
         self._next_s = now
@@ -47,13 +47,13 @@ class Parking:
 
     def change_over(self, now: float) -> None:
         """Switch the vehicle to its hold mode first, without a stream."""
-        self._vehicle.close_stream()
+        self._vehicle.setpoints.close()
         self._setpoint = None
         self.operation_id = self._vehicle.hold(now)
 
     def keep_streaming(self, now: float) -> None:
         """Stream a setpoint that holds, so that the vehicle will give control."""
-        if not (self.needed and self._vehicle.stream_open):
+        if not (self.needed and self._vehicle.setpoints.is_open):
             return
         self._send(hold_setpoint_ned(self._vehicle, None), now)
 
@@ -66,7 +66,7 @@ class Parking:
         if self.operation_id is None or event.operation_id != self.operation_id:
             return False
         self.give_up()
-        self._vehicle.close_stream()
+        self._vehicle.setpoints.close()
         return True
 
     def next_deadline(self) -> float | None:
@@ -78,7 +78,7 @@ class Parking:
         if self._setpoint is None or now < self._next_s:
             return
         self._next_s = max(self._next_s + self._period_s, now)
-        if not self._vehicle.stream_open:
+        if not self._vehicle.setpoints.is_open:
             self.give_up()  # the vehicle has left the mode
             return
         self._send(self._setpoint, now)

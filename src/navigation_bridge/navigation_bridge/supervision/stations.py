@@ -142,9 +142,9 @@ class Stations:
     def let_go(self, goal: ActiveGoal, now: float) -> None:
         """Send nothing to the vehicle of a goal any more."""
         if goal.operation is not None:
-            self._vehicle.cancel_operation(now)
+            self._vehicle.operations.abandon(now)
             goal.operation_dropped()
-        self._vehicle.close_stream()
+        self._vehicle.setpoints.close()
         goal.due(now)
 
     def free(self, now: float) -> bool:

@@ -164,7 +164,7 @@ class VehicleSeparation:
         # No detour leads lower than a take-off: near the ground it would be taken for a landing.
         low_m = ground_m + max(config.volume.altitude_min_m, config.goto.takeoff_height_m)
         high_m = ground_m + config.volume.altitude_max_m
-        fence = fence_of(profile, self._vehicle.parameters, home)
+        fence = fence_of(profile, self._vehicle.parameters.values, home)
         if fence is not None and home is not None:
             margin_m = config.safety.fence_margin_m
             if profile.kind is VehicleKind.PLANE:
@@ -489,7 +489,7 @@ class VehicleSeparation:
             return
         if snapshot.connected:
             name, scale = height
-            (value,) = self._vehicle.read_parameters((name,), snapshot.time_s)
+            (value,) = self._vehicle.parameters.read((name,), snapshot.time_s)
             self._return_m = None if value is None else value * scale
 
     @property

@@ -36,7 +36,7 @@ def what_is_left(vehicle: Vehicle, is_recorded: bool = False) -> WhatIsLeft:
     """
     if is_recorded:
         return WhatIsLeft("Server stopped. A recording was played; no vehicle is left.", False)
-    if not vehicle.discovered:
+    if vehicle.profile is None:
         return WhatIsLeft("Server stopped. No vehicle was found.", False)
     state = vehicle.state
     armed = "armed" if state.armed else "disarmed"
@@ -44,7 +44,7 @@ def what_is_left(vehicle: Vehicle, is_recorded: bool = False) -> WhatIsLeft:
     if not drives(vehicle.profile):
         place = _PLACES.get(state.landed_state, "airborne or on the ground (unknown)")
         facts = f"{place}, {facts}"
-    if not vehicle.connected:
+    if not vehicle.heartbeats.alive:
         text = f"Server stopped. The vehicle is silent; last known state: {facts}."
         return WhatIsLeft(text, True)
     return WhatIsLeft(f"Server stopped. Vehicle left {facts}.", state.armed)

@@ -32,7 +32,7 @@ class LinkHealth:
         self._frames, self._lost, self._time_s = statistics.frames, statistics.lost_total, now
         self.loss_share = lost / (frames + lost) if frames + lost > 0 else 0.0
         heard_s = vehicle.state.last_heartbeat_s
-        round_trip_s = vehicle.round_trip_s
+        round_trip_s = vehicle.timesync.round_trip_s
         self.values = {
             "messages per second": "unknown" if not period_s else f"{frames / period_s:.1f}",
             "lost": f"{100.0 * self.loss_share:.1f} %",
@@ -47,6 +47,6 @@ class LinkHealth:
             "messages over the rate limit since start": str(statistics.throttled),
             "last HEARTBEAT": "never" if heard_s is None else f"{now - heard_s:.1f} s ago",
             "round trip": "unknown" if round_trip_s is None else f"{1000.0 * round_trip_s:.1f} ms",
-            "one way": "yes" if vehicle.is_one_way else "no",
-            "rejected message requests": ", ".join(sorted(vehicle.refused_messages)) or "none",
+            "one way": "yes" if vehicle.answers.one_way else "no",
+            "rejected message requests": ", ".join(sorted(vehicle.rates.refusals)) or "none",
         }

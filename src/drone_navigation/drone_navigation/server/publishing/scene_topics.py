@@ -49,11 +49,13 @@ class SceneTopics:
         self._tell(self._fence, bridge.scene.fence(), fence_message, stamp)
         self._tell(self._volume, bridge.scene.volume(), fence_message, stamp)
         current = -1
-        if vehicle.mission_items and state.mission is not None:
+        if vehicle.stored_lists.mission and state.mission is not None:
             current = state.mission.current
         scene = bridge.scene
-        mission = self._kept("mission", (vehicle.mission_items, *scene.place), scene.mission)
-        rally = self._kept("rally", (vehicle.rally_items, *scene.place), scene.rally_points)
+        mission = self._kept("mission", (vehicle.stored_lists.mission, *scene.place), scene.mission)
+        rally = self._kept(
+            "rally", (vehicle.stored_lists.rally_points, *scene.place), scene.rally_points
+        )
         self._tell(self._mission, (mission, current), items_message, stamp)
         self._tell(self._rally, (rally, -1), items_message, stamp)
 

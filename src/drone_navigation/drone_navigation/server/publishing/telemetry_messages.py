@@ -276,7 +276,7 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     vehicle, state = bridge.vehicle, bridge.vehicle.state
     message = VehicleStatus()
     message.header.stamp = stamp
-    message.connected = vehicle.connected
+    message.connected = vehicle.heartbeats.alive
     message.autopilot = "" if vehicle.profile is None else vehicle.profile.name
     message.firmware_version = state.firmware_version or ""
     message.mode = vehicle.mode_name
@@ -335,7 +335,7 @@ def obstacle_diagnostic(
     around = feed.look()
     values["known obstacles"] = str(len(around.known))
     values["sensed obstacles"] = str(len(around.sensed))
-    values["ignored messages"] = str(bridge.vehicle.ranges.ignored)
+    values["ignored messages"] = str(bridge.vehicle.range_sensors.reader.ignored)
     return diagnostic_status(f"{name}: obstacle sensors", hardware_id, judged, values)
 
 
@@ -421,11 +421,11 @@ def _or_unknown(value: float | None, form: str, unit: str = "") -> str:
 
 
 def _level(bridge: Bridge, health: LinkHealth) -> tuple[bytes, str]:
-    if not bridge.vehicle.discovered:
+    if bridge.vehicle.profile is None:
         return DiagnosticStatus.ERROR, "No autopilot found yet"
-    if not bridge.vehicle.connected:
+    if not bridge.vehicle.heartbeats.alive:
         return DiagnosticStatus.STALE, "No HEARTBEAT"
-    if bridge.vehicle.is_one_way:
+    if bridge.vehicle.answers.one_way:
         return DiagnosticStatus.ERROR, "One way: telemetry arrives, but nothing is answered"
     if health.loss_share > health.LOSS_WARNING:
         return DiagnosticStatus.WARN, f"{100.0 * health.loss_share:.0f} % of the messages are lost"

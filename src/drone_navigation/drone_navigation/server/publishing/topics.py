@@ -276,9 +276,10 @@ class Topics:
         A thread that waits for the processor publishes late; the stamp does not become later.
         """
         late_s = 0.0 if self._clock is None else self._clock.now() - now
+        vehicle = self._bridge.vehicle
         age_s = max(
             self._times.age_s(time_boot_ms, now),
-            self._bridge.vehicle.sample_age_s(time_boot_ms, now) or 0.0,
+            vehicle.data_age.age_s(time_boot_ms, vehicle.state.boot_count, now) or 0.0,
         )
         return (self._node.get_clock().now() - Duration(seconds=age_s + late_s)).to_msg()
 
@@ -293,7 +294,7 @@ def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
         state.failsafe,
         state.texts,
         bridge.has_pose,
-        vehicle.connected,
+        vehicle.heartbeats.alive,
         vehicle.in_control_mode,
         bridge.active_goal_id,
     )

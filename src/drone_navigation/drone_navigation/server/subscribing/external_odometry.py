@@ -82,7 +82,7 @@ def external_diagnostic(
     bridge: Bridge, name: str, hardware_id: str, now: float
 ) -> DiagnosticStatus | None:
     """Return the state of the external poses; None while none are in use."""
-    silent_s = bridge.vehicle.external_silence_s(now)
+    silent_s = bridge.vehicle.external_position.silent_s(now)
     if silent_s is None:
         return None
     judged = DiagnosticStatus.OK, "External poses received"

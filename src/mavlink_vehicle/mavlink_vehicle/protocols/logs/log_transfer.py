@@ -33,6 +33,7 @@ class LogTransfer(Slot[_Part, LogEvent]):
     """Lists and downloads logs; each transfer ends in one `LogTransferEnded`."""
 
     rank = SendingRank.LOGS
+    asked_directly = True
     handles = (
         mavlink.MAVLink_log_entry_message, mavlink.MAVLink_log_data_message, FTP_MESSAGE
     )  # fmt: skip

@@ -14,7 +14,8 @@ import math
 from collections.abc import Callable
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.mission_items import MissionItem, MissionType
+from mavlink_vehicle.events import StoredListFinished
+from mavlink_vehicle.mission_items import HOME_PLACEHOLDER, MissionItem, MissionType
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
 from mavlink_vehicle.protocols.mission.transfer import (
     MISSION_ANSWERS,
@@ -54,7 +55,11 @@ def lists_taken(answer: Message) -> tuple[MissionType, ...]:
 
 
 class StoredLists(Outbox, VehicleService):
-    """Reads the three lists."""
+    """Reads the three lists.
+
+    Attributes:
+        mission_offset: the autopilot's own number of the first item of `mission`.
+    """
 
     rank = SendingRank.LISTS
     handles = MISSION_ANSWERS
@@ -62,6 +67,7 @@ class StoredLists(Outbox, VehicleService):
     def __init__(self, timing: TransferTiming, may_read: Callable[[], bool]) -> None:
         """Prepare; `may_read` says whether no other transfer is in progress."""
         super().__init__()
+        self.mission_offset = 0
         self._items: dict[MissionType, tuple[MissionItem, ...]] = {}
         self._timing = timing
         self._may_read = may_read
@@ -77,8 +83,26 @@ class StoredLists(Outbox, VehicleService):
         """Return a list as it is stored, with ArduPilot's home; None while it is unknown."""
         return self._items.get(kind)
 
+    @property
+    def fence(self) -> tuple[MissionItem, ...] | None:
+        """The items of the fence that was uploaded to it; None while they are not known."""
+        return self._items.get(MissionType.FENCE)
+
+    @property
+    def rally_points(self) -> tuple[MissionItem, ...] | None:
+        """The rally points that it stores; None while they are not known."""
+        return self._items.get(MissionType.RALLY)
+
+    @property
+    def mission(self) -> tuple[MissionItem, ...] | None:
+        """The mission that it stores, without ArduPilot's home; None while it is not known."""
+        items = self._items.get(MissionType.MISSION)
+        return None if items is None else items[self.mission_offset :]
+
     def vehicle_came(self, conversation: Conversation, now: float) -> None:
         """Read the lists of a vehicle that has them."""
+        rules = conversation.profile.missions
+        self.mission_offset = 0 if rules is None else rules.offset
         if conversation.profile.wanted_parameters:
             self.resume(conversation.address, now)
 
@@ -112,6 +136,23 @@ class StoredLists(Outbox, VehicleService):
         if kind in self._due_s:
             self._due_s[kind] = now + _AGAIN_S
 
+    def put_mission(self, items: tuple[MissionItem, ...], now: float) -> None:
+        """Take the mission, without home, that an operation has read."""
+        self.put(MissionType.MISSION, (HOME_PLACEHOLDER,) * self.mission_offset + items, now)
+
+    def ended(self, event: StoredListFinished, now: float) -> None:
+        """Take the list that a job has read or written; another end leaves it unknown."""
+        if event.items is None:
+            self.refresh(event.kind, now)
+        else:
+            self.put(event.kind, event.items, now)
+
+    def refresh_taken(self, answer: Message, now: float) -> None:
+        """Read again what the autopilot says it has taken from somebody else, or cleared."""
+        for kind in lists_taken(answer):
+            if self._may_read():
+                self.refresh(kind, now)
+
     def make_way(self, now: float) -> None:
         """End the reading: another transfer begins, or is under way."""
         self._cancel(now)
@@ -128,6 +169,12 @@ class StoredLists(Outbox, VehicleService):
             return
         if sender != (address.source_system, address.source_component):
             self.make_way(now)
+
+    def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
+        """Look at what shows another list, unless that is our own transfer."""
+        mission, earlier = state.mission, before.mission
+        if mission is not earlier and mission and earlier and self._may_read():
+            self.compare(earlier, mission, now)
 
     def compare(self, before: MissionProgress, mission: MissionProgress, now: float) -> None:
         """Read again what MISSION_CURRENT shows to be another list."""

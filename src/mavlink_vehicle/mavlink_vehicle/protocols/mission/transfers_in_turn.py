@@ -32,7 +32,7 @@ class TransfersInTurn(Machine[_Event]):
             self._upload.receive(message, now)  # a transfer that a late MISSION_COUNT began again
             self._outbox += self._upload.messages_to_send()
         self._part.receive(message, now)
-        self._step(now)
+        self._step(self._part, now)
 
     def _on_deadline(self, now: float) -> None:
         """Repeat, or end."""
@@ -40,16 +40,14 @@ class TransfersInTurn(Machine[_Event]):
             self._end_late(now)
         elif self._part is not None:
             self._part.handle_timer(now)
-            self._step(now)
+            self._step(self._part, now)
 
     def _begin_part(self, part: Part, now: float) -> None:
         self._part = part
         part.start(now)
-        self._step(now)
+        self._step(part, now)
 
-    def _step(self, now: float) -> None:
-        part = self._part
-        assert part is not None
+    def _step(self, part: Part, now: float) -> None:
         self._outbox += part.messages_to_send()
         end = part.next_event()
         if end is None:

@@ -61,7 +61,15 @@ class DataAge:
         self._known.append((now, told_ms))
 
     def age_s(self, boot_ms: int | None, boot_count: int, now: float) -> float | None:
-        """Return the age of a sample that the vehicle took at a time; None while unknown."""
+        """Return the age of a sample by the vehicle's clock; None while unknown.
+
+        The shortest time on the link does not count.
+
+        Args:
+            boot_ms: when the vehicle took it, since boot; None: not known.
+            boot_count: restarts of the vehicle.
+            now: time in seconds.
+        """
         if boot_ms is None or boot_count != self._boot_count or len(self._known) < 2:
             return None
         (first_s, first_ms), (last_s, last_ms) = self._known[0], self._known[-1]

@@ -10,6 +10,7 @@ from collections import deque
 
 from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
 from mavlink_vehicle.protocols.service import VehicleService
+from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.state.warning_signs import Failsafe
 
 _TEXTS_S = 0.5
@@ -24,6 +25,11 @@ class FailsafeWatch(VehicleService):
         self._told: FailsafeKind | None = None
         self._deadline: float | None = None
         self._events: deque[FailsafeBegan | FailsafeEnded] = deque()
+
+    def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
+        """Process what the state says now."""
+        if state.failsafe is not before.failsafe:
+            self.observe(state.failsafe, now)
 
     def observe(self, failsafe: Failsafe | None, now: float) -> None:
         """Process what the state says now."""

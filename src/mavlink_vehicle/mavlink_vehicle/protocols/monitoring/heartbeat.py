@@ -17,7 +17,7 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.outbox import TimedOutbox
-from mavlink_vehicle.protocols.service import SendingRank, VehicleService
+from mavlink_vehicle.protocols.service import Conversation, SendingRank, VehicleService
 
 PATIENCE = 3.0
 """How many times longer HEARTBEAT may be missing while other messages of the autopilot come."""
@@ -28,21 +28,31 @@ class HeartbeatSender(TimedOutbox, VehicleService):
 
     rank = SendingRank.HEARTBEAT
 
-    def __init__(self, interval_s: float, mav_type: int) -> None:
-        """Send as `mav_type` (such as MAV_TYPE_ONBOARD_CONTROLLER) every `interval_s`."""
+    def __init__(self, interval_s: float, mav_type: int | None = None) -> None:
+        """Send as `mav_type` (such as MAV_TYPE_ONBOARD_CONTROLLER) every `interval_s`.
+
+        None takes what the vehicle's profile says. Until it is known who is there, that is a
+        station: a PX4 that has seen an onboard computer would say that it is lost.
+        """
         super().__init__()
         self._interval_s = interval_s
-        self.mav_type = mav_type
+        self._takes_type = mav_type is None
+        self.mav_type = mavlink.MAV_TYPE_GCS if mav_type is None else mav_type
 
     def start(self, now: float) -> None:
         """Send the first one."""
         self._deadline = now
         self.handle_timer(now)
 
+    def vehicle_came(self, conversation: Conversation, now: float) -> None:
+        """Send as what this kind of vehicle expects."""
+        if self._takes_type:
+            self.mav_type = conversation.profile.messages.heartbeat_type
+
     def _on_deadline(self, now: float) -> None:
         """Send one if it is due; after a pause only one, not all that were missed."""
-        assert self._deadline is not None
-        self._deadline = max(self._deadline + self._interval_s, now + self._interval_s / 2)
+        due_s = now if self._deadline is None else self._deadline
+        self._deadline = max(due_s + self._interval_s, now + self._interval_s / 2)
         self._outbox.append(
             make(
                 "HEARTBEAT",

@@ -116,9 +116,8 @@ class ParameterChanges(Outbox):
         if self._events or (self._listing is None and self._one is None):
             return
         if self._one is not None:
-            self._one.stop(reason)
-            assert self._one.outcome is not None
-            self._outcomes[self._one.outcome.name] = self._one.outcome
+            outcome = self._one.stop(reason)
+            self._outcomes[outcome.name] = outcome
         self._give_up(result, reason)
 
     def _go_on(self, now: float) -> None:

@@ -77,14 +77,16 @@ class OneParameter(TimedOutbox):
         """
         super().__init__()
         self._name = name
-        self._wanted = wanted
+        self._is_read_only = wanted is None
+        self._wanted = math.nan if wanted is None else wanted
         self._address = address
         self._bytewise = bytewise
         self._old: Parameter | None = known
         self._new: Parameter | None = known
         self._step = _Step.READING
         self._reads = self._sets = 0
-        self._differs = False
+        self._differs: Parameter | None = None
+        self._text_before = ""
         self.outcome: ParameterOutcome | None = None
         """How it ended; None before."""
 
@@ -114,8 +116,8 @@ class OneParameter(TimedOutbox):
         """Ask again, or give up."""
         if self._step is _Step.SETTING:
             self._check(now)
-        elif self._differs:
-            self._set_again(now)
+        elif self._differs is not None:
+            self._set_again(self._differs, now)
         elif self._reads < _READS:
             self._read(now)
         elif self._step is _Step.READING:
@@ -126,15 +128,15 @@ class OneParameter(TimedOutbox):
             self._new = None
             self._end(ParameterChange.FAILED, text)
 
-    def stop(self, reason: str) -> None:
-        """End it for this reason, part of a sentence."""
-        if self._step is _Step.FINISHED:
-            return
+    def stop(self, reason: str) -> ParameterOutcome:
+        """End it for this reason, part of a sentence, if it has not ended; returns how it ended."""
+        if self.outcome is not None:
+            return self.outcome
         text = f"{self._name} was not changed: {reason}."
         if self._sets:
             self._new = None
             text = f"{self._name} was set, but not read back: {reason}; its value is unknown."
-        self._end(ParameterChange.FAILED, text)
+        return self._end(ParameterChange.FAILED, text)
 
     def _take(self, parameter: Parameter, now: float) -> None:
         if self._step is _Step.READING:
@@ -147,7 +149,8 @@ class OneParameter(TimedOutbox):
 
     def _judge(self, parameter: Parameter, now: float) -> None:
         """Compare what it has with what it is to have."""
-        if self._wanted is None:
+        self._text_before = parameter.text
+        if self._is_read_only:
             text = f"{self._name} is {parameter.text}."
             self._end(ParameterChange.READ, text)
             return
@@ -162,31 +165,27 @@ class OneParameter(TimedOutbox):
             self._set(parameter.type, now)
 
     def _check(self, now: float) -> None:
-        self._step, self._reads, self._differs = _Step.CHECKING, 0, False
+        self._step, self._reads, self._differs = _Step.CHECKING, 0, None
         self._read(now)
         self._deadline = now + _CHECK_S
 
     def _compare(self, parameter: Parameter) -> None:
-        assert self._wanted is not None
-        assert self._old is not None
         self._new = parameter
-        self._differs = not same_value(self._wanted, parameter)
-        if not self._differs:
-            text = f"{self._name} is {parameter.text}, read back; it was {self._old.text}."
+        if not same_value(self._wanted, parameter):
+            self._differs = parameter
+        else:
+            text = f"{self._name} is {parameter.text}, read back; it was {self._text_before}."
             self._end(ParameterChange.CHANGED, text)
 
-    def _set_again(self, now: float) -> None:
-        assert self._wanted is not None
-        assert self._new is not None
+    def _set_again(self, parameter: Parameter, now: float) -> None:
         if self._sets < _SETS:
-            self._set(self._new.type, now)
+            self._set(parameter.type, now)
         else:
             wanted = parameter_text(self._wanted)
-            text = f"{self._name} is {self._new.text} after it was set to {wanted} {_SETS} times."
+            text = f"{self._name} is {parameter.text} after it was set to {wanted} {_SETS} times."
             self._end(ParameterChange.FAILED, text)
 
     def _set(self, kind: int, now: float) -> None:
-        assert self._wanted is not None
         try:
             number = encode_value(self._wanted, kind, self._bytewise)
         except ValueError as error:
@@ -212,6 +211,8 @@ class OneParameter(TimedOutbox):
             )
         )
 
-    def _end(self, change: ParameterChange, reason: str) -> None:
+    def _end(self, change: ParameterChange, reason: str) -> ParameterOutcome:
         self._step, self._deadline = _Step.FINISHED, None
-        self.outcome = ParameterOutcome(self._name, change, reason, self._old, self._new)
+        outcome = ParameterOutcome(self._name, change, reason, self._old, self._new)
+        self.outcome = outcome
+        return outcome

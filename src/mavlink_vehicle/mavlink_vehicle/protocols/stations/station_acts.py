@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import StationAct
@@ -188,7 +187,7 @@ COMMANDS: dict[int, Callable[[_Command, Profile], Act | None]] = {
 }
 """The functions that read a command, by its number."""
 # Each takes the messages of its class.
-_READERS: dict[type, Callable[[Any, Profile], Act | None]] = {
+_READERS: dict[type, Callable[..., Act | None]] = {
     mavlink.MAVLink_command_long_message: _command,
     mavlink.MAVLink_command_int_message: _command,
     mavlink.MAVLink_set_mode_message: _set_mode,

@@ -31,11 +31,21 @@ class StationObserver(VehicleService):
     handles = ANSWERS
 
     def __init__(
-        self, address: Callable[[], Address], profile: Callable[[], Profile | None]
+        self,
+        address: Callable[[], Address],
+        profile: Callable[[], Profile | None],
+        place: Callable[[], int],
     ) -> None:
-        """Begin without having heard anybody; asked for the addresses and the vehicle's profile."""
+        """Begin without having heard anybody.
+
+        Args:
+            address: returns the addresses of the conversation.
+            profile: returns the vehicle's.
+            place: returns the place of the last message in the order of sending.
+        """
         self._address = address
         self._profile = profile
+        self._place = place
         self._watch = StationWatch()
         self._ours = StoredMission()
 
@@ -66,21 +76,14 @@ class StationObserver(VehicleService):
         """Process what the vehicle answered, perhaps to somebody else."""
         self._watch.answered(message, self._address(), now)
 
-    def compare(
-        self, before: VehicleState, state: VehicleState, profile: Profile, place: int, now: float
-    ) -> None:
-        """Look at the difference of two states.
-
-        Args:
-            before: the earlier state.
-            state: the present one.
-            profile: the vehicle's.
-            place: the present one's place in the order of messages.
-            now: time in seconds.
-        """
+    def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
+        """Look at what shows another mission, or a pause."""
+        profile = self._profile()
+        if profile is None:
+            return
         if state.boot_count != before.boot_count:
             self._ours.forget()
-        done = self._done_to_mission(before, state, place)
+        done = self._done_to_mission(before, state, self._place())
         if done is not None:
             self._watch.mission_changed(done, self._ours.change, now)
         self._compare_pause(before, state, profile, now)
@@ -90,25 +93,17 @@ class StationObserver(VehicleService):
         if kind is not OperationKind.DOWNLOAD_MISSION:
             self._ours.forget()
 
-    def operation_ended(
-        self,
-        event: OperationFinished,
-        stored: tuple[MissionItem, ...],
-        profile: Profile | None,
-        place: int,
-    ) -> None:
+    def operation_ended(self, event: OperationFinished, stored: tuple[MissionItem, ...]) -> None:
         """Record the end of an operation: what was uploaded is ours.
 
         Args:
             event: the end.
             stored: the items that the vehicle gave back.
-            profile: the vehicle's.
-            place: the place of this moment in the order of messages.
         """
-        uploaded = event.kind is OperationKind.UPLOAD_MISSION
+        uploaded, profile = event.kind is OperationKind.UPLOAD_MISSION, self._profile()
         rules = None if profile is None else profile.missions
         if uploaded and event.result is OperationResult.ACHIEVED and rules is not None:
-            self._ours.stored(len(stored), rules, place)
+            self._ours.stored(len(stored), rules, self._place())
 
     def _compare_pause(
         self, before: VehicleState, state: VehicleState, profile: Profile, now: float

@@ -12,7 +12,6 @@ once, by SET_GPS_GLOBAL_ORIGIN, before it has a position and while it is disarme
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from mavlink_vehicle.codec import Message, make, mavlink
@@ -20,6 +19,7 @@ from mavlink_vehicle.events import ExternalPosesResumed, ExternalPosesStopped
 from mavlink_vehicle.positions.frames import Quaternion, Vector3
 from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.service import SendingRank, VehicleService
+from mavlink_vehicle.state.telemetry import LocalPosition
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 __all__ = ["FRESH_S", "ExternalPose", "ExternalPositionError", "ExternalPositionSender", "Origin"]
@@ -77,6 +77,7 @@ class ExternalPositionSender(Outbox, VehicleService):
     """
 
     rank = SendingRank.DATA
+    asked_directly = True
 
     def __init__(self, origin: Origin | None = None) -> None:
         """Prepare; `origin` is set where the autopilot has none."""
@@ -89,23 +90,13 @@ class ExternalPositionSender(Outbox, VehicleService):
         self._has_stopped = False
         self._event: ExternalPosesStopped | ExternalPosesResumed | None = None
 
-    def offer(
-        self,
-        pose: ExternalPose,
-        now: float,
-        *,
-        target_system: int,
-        is_px4: bool,
-        needs_origin: Callable[[], bool],
-    ) -> None:
+    def offer(self, pose: ExternalPose, state: VehicleState, now: float) -> None:
         """Send a pose.
 
         Args:
             pose: newer than the last one.
+            state: the vehicle's.
             now: time in seconds.
-            target_system: the vehicle's.
-            is_px4: whether it is a PX4; else an ArduPilot.
-            needs_origin: whether the autopilot is disarmed and has no origin.
 
         Raises:
             ExternalPositionError: it is not sent, and why.
@@ -122,9 +113,11 @@ class ExternalPositionSender(Outbox, VehicleService):
             self.resets += 1
         self._last = pose
         self._note_sent(now)
-        if self._origin is not None and needs_origin() and now - self._origin_s >= _ORIGIN_AGAIN_S:
+        origin_is_due = now - self._origin_s >= _ORIGIN_AGAIN_S
+        if self._origin is not None and origin_is_due and _needs_origin(state):
             self._origin_s = now
-            self._outbox.append(_origin_message(self._origin, target_system))
+            self._outbox.append(_origin_message(self._origin, state.system_id))
+        is_px4 = state.autopilot == mavlink.MAV_AUTOPILOT_PX4
         reset_counter = self.resets % 256
         if is_px4 or pose.velocity_frd_m_s is not None:
             frame = mavlink.MAV_FRAME_LOCAL_NED if is_px4 else mavlink.MAV_FRAME_LOCAL_FRD
@@ -132,17 +125,15 @@ class ExternalPositionSender(Outbox, VehicleService):
         else:
             self._outbox.append(_vision_position(pose, reset_counter))
 
-    def difference_m(self, position_ned_m: Vector3, now: float) -> float | None:
-        """Return how far the autopilot's position is from the last pose; None without a fresh one.
+    def difference_m(self, local: LocalPosition | None, now: float) -> float | None:
+        """Return how far the autopilot's local position is from the last pose.
 
-        Args:
-            position_ned_m: from the origin of the autopilot's local frame.
-            now: time in seconds.
+        None without a local position or a fresh pose.
         """
         last = self._last
-        if last is None or now - last.measured_s > FRESH_S:
+        if local is None or last is None or now - last.measured_s > FRESH_S:
             return None
-        return math.dist(position_ned_m, last.position_ned_m)
+        return math.dist(local.position_ned_m, last.position_ned_m)
 
     def _note_sent(self, now: float) -> None:
         if self._has_stopped and self._sent_s is not None:
@@ -269,6 +260,10 @@ def _vision_position(pose: ExternalPose, reset_counter: int) -> Message:
         covariance=_diagonal(pose.pose_variance),
         reset_counter=reset_counter,
     )
+
+
+def _needs_origin(state: VehicleState) -> bool:
+    return state.origin is None and not state.position_valid and not state.armed
 
 
 def _origin_message(origin: Origin, target_system: int) -> Message:
