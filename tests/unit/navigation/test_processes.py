@@ -108,7 +108,7 @@ _DOMAIN = "from drone_navigation.processes import free_domain; print(free_domain
 
 
 def test_a_ros_domain_is_given_to_one_program_only() -> None:
-    """Nobody has a node in it yet: a demo that starts now would fly among a test's servers."""
+    """A domain without nodes may be about to be used by the program that asked for it."""
     mine = free_domain(40)
     other = Process("other", ["python", "-c", _DOMAIN])
     assert other.wait(patient_s(5.0)) == 0

@@ -100,7 +100,7 @@ class NavigationClient:
         self._waiting = False
         self._obstacles: Subscription | None = None
         self._knows_obstacles = False
-        # Who says nothing about obstacles has them avoided wherever the vehicle may know any.
+        # Without an option, obstacles are avoided wherever the vehicle may know any.
         if options.avoid is None:
             topic = f"{SERVER_NODE_NAME}/obstacles"
             self._obstacles = node.create_subscription(

@@ -53,7 +53,7 @@ _PLANS = 5
 
 @dataclass(frozen=True)
 class Knowledge:
-    """What is known for a rehearsal.
+    """Vehicle, obstacles and settings as known for a rehearsal.
 
     Attributes:
         values: members of its request.

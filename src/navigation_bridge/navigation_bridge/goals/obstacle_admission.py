@@ -89,7 +89,7 @@ def _straight(
                 hit.setdefault(_named(obstacle), []).append(_told(end))
             elif not rows.is_clear(*leg, kept_m):
                 near.setdefault(_named(obstacle), []).append(_told(end))
-        # What was seen are hundreds of cells: the first of them is named.
+        # A sensor sees hundreds of cells: the first of them is named.
         if (cell := _first_on(leg, sensed, hull_m)) is not None:
             hit.setdefault(f"a sensed one at {cell}", []).append(_told(end))
     sentences = []
