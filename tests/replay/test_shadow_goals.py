@@ -113,7 +113,10 @@ def test_goals_end_by_what_was_recorded_with_its_reason() -> None:
     flight, landing = shadowed(ROOT / "tests/data/copter_lowbatt.tlog", *goals)
     assert flight.end == "FAILSAFE_BATTERY"
     assert "Battery Failsafe" in flight.message
-    assert {status for _, status, _ in flight.statuses} == {"NAVIGATING"}
+    warning, *others = flight.statuses
+    assert warning[1] == "PREPARING"
+    assert "battery" in warning[2]
+    assert {status for _, status, _ in others} == {"NAVIGATING"}
     assert landing.end == "MODE_REFUSED"
     assert "GUIDED meanwhile" in landing.message
 
