@@ -189,7 +189,7 @@ def test_a_straight_path_through_what_a_sensor_sees_is_reported_at_once_and_its_
     flight.run_for(1.0)
     goal = flight.start(flight.request(9.0, 16.0, 4.0))
     (words,) = [text for text in remarks(flight) if "straight legs hit" in text]
-    assert "a sensed one at (5." in words
+    assert "straight legs hit sensed ones: at (5." in words
     end = flight.run_to_end(goal)
     assert end.code is OutcomeCode.DISARMED
     assert "The autopilot reported: 'Crash: hit oak at" in end.message

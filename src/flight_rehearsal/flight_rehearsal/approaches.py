@@ -1,4 +1,4 @@
-"""How near a path comes to obstacles, where, and to which."""
+"""Clearance of a path: the least, where that is, and to which obstacle."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["SENSED", "Approach", "Surroundings"]
 
 SENSED = "a sensed obstacle"
 _STEP_M = 0.1
-"""A path is looked at every so many metres: thinner than the hull of any vehicle"""
+"""Points of a path that are looked at are this far apart, less than any hull is wide"""
 
 
 @dataclass(frozen=True)

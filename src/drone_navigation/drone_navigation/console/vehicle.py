@@ -49,6 +49,7 @@ _SILENT_S = 2.5
 _STILL_M_S = 0.5
 _EVENTS = 40
 _PLANS = 5
+_REMARKS = 3
 
 
 @dataclass(frozen=True)
@@ -196,6 +197,7 @@ class VehicleClient:
         if message.event == GoalEvent.ACCEPTED:
             self._plans.clear()
             self._board.put(self._name, "earlier", [])
+            self._board.put(self._name, "remarks", [])
             self._set_active(message.goal_id)
             text = f"Accepted from {by or 'another client'}. {text}".strip()
         elif message.event == GoalEvent.ENDED and message.goal_id == self._active:
@@ -207,8 +209,15 @@ class VehicleClient:
             end = {"event": message.event, "code": message.what, "text": text}
             self._board.put(self._name, "end", {**end, "number": self._event_count + 1})
         elif message.event == GoalEvent.STATUS:
+            self._remark(message)
             text = f"{message.what} {text}".strip()
         self._tell(message.header.stamp, message.event.lower(), text)
+
+    def _remark(self, message: GoalEvent) -> None:
+        """Keep what was said about the active goal, such as a warning of its acceptance."""
+        remarks = self._board.get(self._name, "remarks") or []
+        if message.message and message.message not in remarks:
+            self._board.put(self._name, "remarks", [*remarks, message.message][-_REMARKS:])
 
     def _tell(self, stamp: Any, kind: str, text: str) -> None:
         self._event_count += 1

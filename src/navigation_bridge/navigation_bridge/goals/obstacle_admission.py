@@ -19,6 +19,7 @@ __all__ = ["avoidance_of", "check_obstacles"]
 _NO_SENSOR = "No obstacle sensor reports; only the known obstacles are avoided."
 _MISSION = "The autopilot flies the mission itself; obstacles are not avoided."
 _PLANE = "A plane is guided by its own autopilot; obstacles are not avoided."
+_STRAIGHT = "Obstacles are not avoided, and straight legs"
 _ROUNDING_M = 0.01
 _NAMED_MAX = 4
 
@@ -80,6 +81,7 @@ def _straight(
     config = snapshot.config.obstacles
     hull_m, kept_m = config.vehicle_radius_m, config.vehicle_radius_m + config.margin_m
     hit: dict[str, list[str]] = {}
+    seen: dict[str, list[str]] = {}
     near: dict[str, list[str]] = {}
     for start, end in dict.fromkeys(itertools.pairwise([(x, y, z), *targets_enu_m])):
         leg = _level(start, snapshot), _level(end, snapshot)
@@ -91,18 +93,14 @@ def _straight(
                 near.setdefault(_named(obstacle), []).append(_told(end))
         # A sensor sees hundreds of cells: the first of them is named.
         if (cell := _first_on(leg, sensed, hull_m)) is not None:
-            hit.setdefault(f"a sensed one at {cell}", []).append(_told(end))
-    sentences = []
-    if hit:
-        sentences.append(
-            f"Obstacles are not avoided, and straight legs hit known ones: {_on(hit)}."
-        )
-    if near:
-        passed = "Obstacles are not avoided, and straight legs pass nearer than"
-        sentences.append(
-            f"{passed} {kept_m:.2f} m (vehicle_radius_m + obstacle_margin_m) to: {_on(near)}."
-        )
-    return tuple(sentences)
+            seen.setdefault(f"at {cell}", []).append(_told(end))
+    kept = f"{kept_m:.2f} m (vehicle_radius_m + obstacle_margin_m)"
+    kinds = (
+        ("hit known ones", hit),
+        ("hit sensed ones", seen),
+        (f"pass nearer than {kept} to", near),
+    )
+    return tuple(f"{_STRAIGHT} {words}: {_on(found)}." for words, found in kinds if found)
 
 
 def _first_on(leg: tuple[Vector3, Vector3], sensed: Obstacles, clearance_m: float) -> str | None:

@@ -55,6 +55,10 @@ export class Alerts {
       for (const [key, text] of now) {
         if (!before.has(key) || this.open.has(`${vehicle} ${key}`)) this.open.set(`${vehicle} ${key}`, `${this.name(vehicle)}: ${text}`);
       }
+      // The end of the goal says more than that the motors were disarmed.
+      if (now.some(([key]) => key.startsWith("disarmed"))) {
+        for (const key of this.open.keys()) if (key.startsWith(`${vehicle} fell`)) this.open.delete(key);
+      }
       this.seen.set(vehicle, new Set(now.map(([key]) => key)));
     }
     this.show();

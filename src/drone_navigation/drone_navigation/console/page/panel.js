@@ -133,6 +133,9 @@ export function showPanel(link, v) {
   setText($("banner"), text);
   showFacts(v ?? {});
   setText($("progress"), v ? progress(v) : "");
+  const remarks = v?.goal ? (v.remarks ?? []).join(" ") : "";
+  $("remarks").hidden = !remarks;
+  setText($("remarks"), remarks, Boolean(remarks));
   $("progress").dataset.status = v?.feedback?.status ?? "";
   setText($("end"), v?.end ? `Last: ${v.end.text}` : "", Boolean(v?.end) && v.end.code !== "SUCCESS");
   $("end").dataset.number = v?.end?.number ?? 0;
