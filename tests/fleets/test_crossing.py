@@ -156,6 +156,24 @@ def test_a_landing_waits_for_who_is_below_and_a_return_for_who_is_at_home() -> N
     assert codes(fleet) == ["SUCCESS"] * 5
 
 
+@pytest.mark.wide
+def test_a_return_waits_for_longer_than_the_longest_wait_of_other_goals() -> None:
+    """It may be for an empty battery: no wait ends it."""
+    places = [(0.0, 0.0), (12.0, 0.0)]
+    fleet = FlownFleet(copters(places), traffic_timeout_s=5.0).ready()
+    returns, hovers = fleet.crafts
+    with fleet.holding():
+        fleet.go(returns, 0.0, 12.0, 5.0)
+        fleet.go(hovers, 0.0, 0.0, 5.0)
+        fleet.run_to_end(60.0)
+        assert isinstance(fleet.send(returns, ReturnRequest()), str)
+        fleet.run_for(12.0)
+        assert returns.statuses()[-1] == "WAITING_FOR_TRAFFIC", fleet.report()
+        fleet.go(hovers, 12.0, 0.0, 5.0)
+        fleet.run_until(lambda: returns.bridge.vehicle.mode_name == "RTL", 30.0)
+    assert len(returns.ends()) == 1, fleet.report()
+
+
 def test_others_seen_by_adsb_are_kept_clear_of() -> None:
     fleet = FlownFleet(copters([(0.0, 0.0)])).ready()
     (craft,) = fleet.crafts

@@ -12,15 +12,19 @@ from tests.fleets.test_crossing import codes, copters
 pytestmark = [pytest.mark.night, pytest.mark.timeout(900)]
 
 
-def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_makes_room() -> None:
+def above_each_others_launch_points() -> FlownFleet:
+    """Return two copters that hover there, at 5 and 9 m."""
     places = [(0.0, 0.0), (12.0, 0.0)]
     fleet = FlownFleet(copters(places)).ready()
+    for craft, (east, north), height_m in zip(fleet.crafts, places[::-1], (5.0, 9.0), strict=True):
+        fleet.go(craft, east, north, height_m)
+    fleet.run_to_end(100.0)
+    return fleet
+
+
+def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_makes_room() -> None:
+    fleet = above_each_others_launch_points()
     with fleet.holding():
-        for craft, (east, north), height_m in zip(
-            fleet.crafts, places[::-1], (5.0, 9.0), strict=True
-        ):
-            fleet.go(craft, east, north, height_m)
-        fleet.run_to_end(100.0)
         for craft in fleet.crafts:
             assert isinstance(fleet.send(craft, ReturnRequest()), str)
         fleet.run_to_end(200.0)
@@ -28,14 +32,8 @@ def test_of_two_that_hover_above_each_others_launch_points_the_last_to_return_ma
 
 
 def test_one_whose_position_was_old_when_it_was_asked_to_return_makes_room() -> None:
-    places = [(0.0, 0.0), (12.0, 0.0)]
-    fleet = FlownFleet(copters(places)).ready()
+    fleet = above_each_others_launch_points()
     with fleet.holding():
-        for craft, (east, north), height_m in zip(
-            fleet.crafts, places[::-1], (5.0, 9.0), strict=True
-        ):
-            fleet.go(craft, east, north, height_m)
-        fleet.run_to_end(100.0)
         first, last = fleet.crafts
         assert isinstance(fleet.send(first, ReturnRequest()), str)
         link = fleet.simulation.vehicles[last.row].link

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from navigation_core.geometry import add, norm, subtract
+from navigation_core.geometry import Vector3, add, norm, subtract
 from navigation_core.limits import Limits
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Outcome
@@ -318,8 +318,10 @@ def test_the_path_back_after_an_evasion_begins_at_the_setpoint() -> None:
     mass = PointMass((0.0, 0.0, 5.0), armed=True, in_control=True, airborne=True, now=0.0)
     task = fly_to(GotoGoal((60.0, 0.0, 5.0)), FlightTerms(config, traits=Traits()))
     task.start(mass.observe(), 0.0)
-    paths, jumps_m_s, statuses = set(), [], set()
-    before: tuple[float, float, float] | None = None
+    paths: set[tuple[Vector3, ...]] = set()
+    statuses: set[Status] = set()
+    jumps_m_s: list[float] = []
+    before: Vector3 | None = None
     for tick in range(300):
         now = 0.1 * tick
         place, velocity = np.array([90.0 - 8.0 * now, 0.0, 5.0]), np.array([-8.0, 0.0, 0.0])

@@ -52,7 +52,7 @@ def run(signals: StopSignals, defaults: Mapping[str, float | bool]) -> None:
     executor.add_node(node)
     others = OtherServers(node)
     vehicle = ServerState(node)
-    # OtherServers are discovered meanwhile.
+    # Others are discovered meanwhile.
     _spin_until(executor, lambda: signals.is_requested, _DISCOVERY_S)
     # A client that does not ask whether it is active sends its goal at once.
     _spin_until(executor, lambda: signals.is_requested or not vehicle.why_not(), _HEAR_TIMEOUT_S)
