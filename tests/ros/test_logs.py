@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -184,3 +185,17 @@ def test_the_client_lists_and_downloads(flight: Flight) -> None:
     assert {line["log_id"] for line in lines if line["event"] == "progress"} == {last}
     code, lines = run("download", "77")
     assert code == 3, lines
+
+
+def test_a_server_that_is_stopped_ends_a_download(flight: Flight, folder: Path) -> None:
+    for stored in (folder / "stored").glob("*"):
+        stored.unlink()
+    flight.relay.loss, flight.relay.withheld = 0.0, frozenset({"LOG_DATA"})
+    handle, _ = begun(flight, 1)
+    flight.wait(lambda: bool(list((folder / "stored").glob("*.part"))), ANSWER_S, "its file")
+    answer = handle.get_result_async()
+    assert flight.server is not None
+    flight.server.signal(signal.SIGTERM)
+    flight.wait(answer.done, ANSWER_S, "the end of the download")
+    assert answer.result().result.error_code == GoalCode.SHUTTING_DOWN
+    assert flight.server.wait(5.0) == 0
