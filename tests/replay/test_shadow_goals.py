@@ -115,7 +115,7 @@ def test_goals_end_by_what_was_recorded_with_its_reason() -> None:
     assert "Battery Failsafe" in flight.message
     warning, *others = flight.statuses
     assert warning[1] == "PREPARING"
-    assert "battery" in warning[2]
+    assert "fence is not known" in warning[2]
     assert {status for _, status, _ in others} == {"NAVIGATING"}
     assert landing.end == "MODE_REFUSED"
     assert "GUIDED meanwhile" in landing.message
