@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from collections.abc import Iterable
 from functools import partial
@@ -243,7 +244,7 @@ def test_an_obstacle_that_has_gone_is_drawn_once_and_apart_from_those_still_held
     post, lower = (1.0, 2.0, 0.2, 0.0, 5.0), (1.0, 2.0, 0.2, 0.0, 3.0)
     gone, as_low = (8.0, 2.0, 0.2, 0.0, 5.0), (8.0, 2.0, 0.2, 0.0, 3.0)
     ever, held = Obstacles(np.array([post, lower, gone, as_low])), Obstacles(np.array([post]))
-    once, now = obstacle_traces(Sensed(ever, held))
+    once, now = json.loads(json.dumps(obstacle_traces(Sensed(ever, held))))
     corners = 5  # four, and the break after them
     once_x, now_x = once["x"], now["x"]
     assert isinstance(once_x, list)

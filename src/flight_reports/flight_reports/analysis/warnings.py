@@ -159,26 +159,22 @@ def _of_others(flight: Flight) -> list[Moment]:
 
 
 def _of_recorder(flight: Flight) -> list[Moment]:
-    counts = flight.contents.counts
-    told = [
-        Moment(0.0, "damage", phrase, EventSeverity.WARNING) for phrase in flight.contents.damage
-    ]
+    contents, counts = flight.contents, flight.contents.counts
+    told = [("damage", phrase) for phrase in contents.damage]
     if counts.steps_back > 0:
         text = (
             f"The recorder's clock stepped back {counts.steps_back} times; what was recorded "
             "until it caught up is shown at one moment"
-        ).replace("back 1 times", "back once")
-        told.append(Moment(0.0, "clock", text, EventSeverity.WARNING))
-    if flight.contents.times_mended:
-        text = f"{flight.contents.times_mended} packets have an implausible time"
-        told.append(Moment(0.0, "damage", text, EventSeverity.WARNING))
-    if counts.bad_checksums:
-        text = f"{counts.bad_checksums} packets have a wrong checksum and were skipped"
-        told.append(Moment(0.0, "damage", text, EventSeverity.WARNING))
-    if counts.bytes_outside:
-        text = f"{counts.bytes_outside} bytes of the file are outside packets"
-        told.append(Moment(0.0, "damage", text, EventSeverity.WARNING))
-    return told
+        )
+        told.append(("clock", text.replace("back 1 times", "back once")))
+    for count, what in (
+        (contents.times_mended, "packets have an implausible time"),
+        (counts.bad_checksums, "packets have a wrong checksum and were skipped"),
+        (counts.bytes_outside, "bytes of the file are outside packets"),
+    ):
+        if count:
+            told.append(("damage", f"{count} {what}"))
+    return [Moment(0.0, kind, text, EventSeverity.WARNING) for kind, text in told]
 
 
 def lacking(flight: Flight) -> list[str]:
