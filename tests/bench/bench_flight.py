@@ -23,8 +23,7 @@ from typing import Any
 
 from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.goal import GoalFeedback
-from navigation_bridge.vehicle.driving import driving_of
-from navigation_bridge.vehicle.traits import limits_of, traits_of
+from navigation_bridge.vehicle.traits import driving_of, limits_of, traits_of
 from navigation_core.geometry import Vector3, distance, dot, subtract, unit_between
 from navigation_core.tasks.progress import Status
 from tests.bench.rows import row

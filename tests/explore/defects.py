@@ -28,7 +28,7 @@ _EFFECTS = "navigation_bridge.effects"
 _EVENTS = "navigation_bridge.vehicle_events"
 _SERVICES = "navigation_bridge.client_services"
 _GOAL = "navigation_bridge.goals.active_goal"
-_LINK_RULE = "navigation_bridge.rules.link"
+_LINK_RULE = "navigation_bridge.rules.goal_rules"
 _FLIGHT = "navigation_core.tasks.flying.flight"
 _STOPPING = "navigation_core.tasks.flying.stopping"
 _ARRIVAL = "navigation_core.tasks.flying.arrival"
@@ -83,7 +83,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("steps are twice as long", _ENGINE,
            "goal.step_begins(self.config.setpoint_period_s, now)",
            "goal.step_begins(20.0 * self.config.setpoint_period_s, now)"),
-    Mutant("the setpoint continues in another mode", "navigation_bridge.rules.takeover",
+    Mutant("the setpoint continues in another mode", "navigation_bridge.rules.goal_rules",
            "    if takeover is None:", "    if True:"),
     Mutant("an end has no code", _REPORT, "        finished = goal.finish(outcome,",
            "        outcome = Outcome(outcome.code, '', None)\n"
@@ -154,7 +154,7 @@ MUTANTS: tuple[Mutant, ...] = (
            "        if rejection is not None:\n            return rejection\n", ""),
     Mutant("a rejection says nothing", "navigation_bridge.tasks.admission",
            'is active and on_new_goal is \'reject\'; cancel it first."', 'is active"'),
-    Mutant("the volume is not watched", "navigation_bridge.rules.bounds",
+    Mutant("the volume is not watched", "navigation_bridge.rules.goal_rules",
            "    if left_m <= _LEFT_M or _VOLUME not in goal.facts:", "    if True:"),
     # --- guard and admission
     Mutant("the fence is not checked", "navigation_bridge.supervision.preflight",

@@ -11,8 +11,7 @@ import pytest
 from mavlink_sitl import MoverPath, Obstacle, RangeSensor, Underway, VehicleConfig, World
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.requests import WaypointRequest, WaypointsRequest
-from navigation_bridge.vehicle.driving import driving_of
-from navigation_bridge.vehicle.traits import limits_of, traits_of
+from navigation_bridge.vehicle.traits import driving_of, limits_of, traits_of
 from navigation_core.tasks.progress import Status
 from tests.support.flights.driving import drive_to_end
 from tests.support.flights.simulated_flight import SimulatedFlight

@@ -32,10 +32,9 @@ from navigation_bridge.scene import Scene
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.snapshot import LocatedSnapshot, Observer
 from navigation_bridge.supervision.battery_forecast import share_for_return
-from navigation_bridge.supervision.lateness_watch import LatenessWatch
+from navigation_bridge.supervision.data_watches import LatenessWatch, PositionWatch
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
-from navigation_bridge.supervision.position_watch import PositionWatch
 from navigation_bridge.supervision.stations import Stations
 from navigation_bridge.tasks.admission import Admission
 from navigation_bridge.tasks.registry import TASKS, task_of

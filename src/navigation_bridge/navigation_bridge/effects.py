@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 from mavlink_vehicle.errors import SetpointError
-from mavlink_vehicle.vehicle import Vehicle
+from mavlink_vehicle.positions import frames
+from mavlink_vehicle.vehicle import SetpointNed, Vehicle
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.operations import STREAMED, begin_operation, begin_upload
-from navigation_bridge.goals.setpoints import hold_setpoint_ned, intended_ned
 from navigation_bridge.reporting import Reporter
-from navigation_bridge.supervision.parking import Parking
+from navigation_bridge.supervision.parking import Parking, hold_setpoint_ned
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_bridge.vehicle.modes import velocity_only
-from navigation_core.geometry import norm
+from navigation_bridge.vehicle.traits import velocity_only
+from navigation_core.geometry import dot, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 
@@ -97,3 +99,28 @@ class Effects:
         if self._close_when_sent:
             self._close_when_sent = False
             self._vehicle.setpoints.close()
+
+
+def intended_ned(intent: Fly) -> SetpointNed:
+    """Convert what a task wants to be flown into the autopilot's local frame.
+
+    The map origin is the autopilot's local origin, so only the axes are converted.
+    """
+    setpoint, rate_rad_s = intent.setpoint, intent.turn_rate_rad_s
+    if rate_rad_s is not None:
+        nose = (math.cos(setpoint.yaw_enu_rad), math.sin(setpoint.yaw_enu_rad), 0.0)
+        forward_m_s = dot(setpoint.velocity_enu_m_s, nose)
+        # Seen from above, a positive rate is counter-clockwise in ENU and clockwise in NED.
+        return SetpointNed(drive_frd_m_s=(forward_m_s, 0.0, 0.0), yaw_rate_rad_s=-rate_rad_s)
+    if intent.by_velocity:
+        return SetpointNed(
+            velocity_ned_m_s=frames.enu_to_ned(setpoint.velocity_enu_m_s),
+            yaw_ned_rad=frames.yaw_enu_to_ned(setpoint.yaw_enu_rad),
+        )
+    return SetpointNed(
+        position_ned_m=frames.enu_to_ned(setpoint.position_enu_m),
+        velocity_ned_m_s=frames.enu_to_ned(setpoint.velocity_enu_m_s),
+        acceleration_ned_m_s2=frames.enu_to_ned(setpoint.acceleration_enu_m_s2),
+        yaw_ned_rad=frames.yaw_enu_to_ned(setpoint.yaw_enu_rad),
+        yaw_rate_rad_s=None,
+    )

@@ -1,7 +1,8 @@
 """One turn of a goal: snapshot, rules, task, effects, outputs. No ROS.
 
-A turn makes a :class:`Snapshot`, asks the :data:`RULES` in their order, then the task, and carries
-out the answer (:mod:`navigation_bridge.effects`). A goal begins in :meth:`Engine.begin` and ends in
+A turn makes a :class:`Snapshot`, asks the rules (:mod:`navigation_bridge.rules.goal_rules`) in
+their order, then the task, and carries out the answer (:mod:`navigation_bridge.effects`). A goal
+begins in :meth:`Engine.begin` and ends in
 :meth:`Engine.end`, with the vehicle still under our control, or in :meth:`Engine.abandon`.
 """
 
@@ -19,14 +20,11 @@ from navigation_bridge.goals.succession import successor
 from navigation_bridge.obstacles.standing_obstacles import StandingObstacles
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.requests.feature import Feature
-from navigation_bridge.rules.order import RULES
-from navigation_bridge.rules.stations import judge_yielded
-from navigation_bridge.rules.verdict import Abandon, Doubt, SendNothing, Stop, Verdict, Warn, Yield
+from navigation_bridge.rules import goal_rules as rules
 from navigation_bridge.snapshot import Observer, Snapshot
-from navigation_bridge.supervision.lateness_watch import LatenessWatch, own_share
+from navigation_bridge.supervision.data_watches import LatenessWatch, PositionWatch, own_share
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
-from navigation_bridge.supervision.position_watch import PositionWatch
 from navigation_bridge.supervision.stations import Stations
 from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.outcomes import OutcomeCode
@@ -83,9 +81,10 @@ class Engine:
         if goal is None:
             return parts.observer.look(now, traffic=traffic)
         overtaken, tracker, taken = parts.overtaken, goal.mission, goal.takeover is not None
-        mission = None
+        vehicle, mission = parts.vehicle, None
         if tracker is not None:
-            mission = tracker.report(parts.vehicle.state, parts.vehicle.stations.mission_change)
+            mission = tracker.report(vehicle.state, vehicle.stations.mission_change)
+        requested = parts.parking.operation_id is not None or overtaken.operation_id is not None
         return parts.observer.look(
             now,
             operation=goal.operation,
@@ -93,8 +92,7 @@ class Engine:
             fault=parts.positions.fault(goal.doubt.jumps_ned_m),
             late_s=parts.lateness.lateness.recent_s(now),
             taken=taken,
-            mode_requested=parts.parking.operation_id is not None
-            or overtaken.operation_id is not None,
+            mode_requested=requested,
             mode_unclear=taken and overtaken.is_open,
             command=parts.features.command if goal.follows_commands else None,
             traffic=traffic,
@@ -140,14 +138,14 @@ class Engine:
     def _step(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         goal.see_failsafe(snapshot.state)
         due = guarded = goal.is_guarded(snapshot.time_s)
-        for rule in RULES:
+        for rule in rules.RULES:
             if rule.guards and not guarded:
                 continue
             verdict = rule.judge(snapshot, goal)
-            if isinstance(verdict, Abandon):
+            if isinstance(verdict, rules.Abandon):
                 self.abandon(verdict.code, verdict.text, snapshot.time_s)
                 return
-            if isinstance(verdict, SendNothing):
+            if isinstance(verdict, rules.SendNothing):
                 if verdict.shown:
                     self._show_status(goal, snapshot)
                 return
@@ -160,7 +158,7 @@ class Engine:
         if goal.yielded is None:
             self._step_task(goal, snapshot)
             return
-        outcome = judge_yielded(snapshot, goal, goal.yielded)
+        outcome = rules.judge_yielded(snapshot, goal, goal.yielded)
         if outcome is not None:
             self.end(goal, outcome, snapshot.time_s)
         else:
@@ -174,20 +172,20 @@ class Engine:
         self._parts.standing.bound(snapshot.own_fence, margin_m, config.volume, place)
         return self._parts.observer.bounded(snapshot)
 
-    def _apply(self, verdict: Verdict, goal: ActiveGoal, snapshot: Snapshot) -> None:
+    def _apply(self, verdict: rules.Verdict, goal: ActiveGoal, snapshot: Snapshot) -> None:
         """Carry out a verdict that does not end the turn."""
         now = snapshot.time_s
-        if isinstance(verdict, Yield):
+        if isinstance(verdict, rules.Yield):
             goal.yield_vehicle(Standstill.of_stop(snapshot.config.goto, snapshot.traits), now)
             self._parts.stations.let_go(goal, now)
-        elif isinstance(verdict, Warn):
+        elif isinstance(verdict, rules.Warn):
             goal.remember(verdict.rule, verdict.fact)
             if verdict.text:
                 goal.note(verdict.text)
                 self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {verdict.text}")
-        elif isinstance(verdict, Stop):
+        elif isinstance(verdict, rules.Stop):
             self.stop(goal, verdict.outcome, now)
-        elif isinstance(verdict, Doubt):
+        elif isinstance(verdict, rules.Doubt):
             goal.doubted(verdict.doubt, now)
             if verdict.text:
                 self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {verdict.text}")

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import itertools
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from functools import partial
 
-from mavlink_vehicle.codec import Message
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import (
     HeartbeatLost,
     HeartbeatRegained,
     OperationFinished,
+    OperationKind,
+    OperationResult,
     StatusTextReceived,
     StoodStill,
     VehicleDiscovered,
@@ -37,9 +39,8 @@ from navigation_bridge.goals.goal import (
 )
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.snapshot import Snapshot
-from navigation_bridge.vehicle.autopilot_words import answers_in, worst_text
-from navigation_bridge.vehicle.failsafes import FAILSAFE_CODES
 from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.vehicle.takeover import FAILSAFE_CODES
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -277,3 +278,65 @@ class Reporter:
             self.log(LogLevel.WARN, "No HEARTBEAT from the vehicle")
         elif isinstance(event, HeartbeatRegained):
             self.log(LogLevel.INFO, "HEARTBEAT received again")
+
+
+RECENT_S = 30.0
+"""Maximum age of a text that explains an end, counted from the last HEARTBEAT.
+
+Some ends come long after their cause: a goal without progress ends after 20 s (`settle_timeout_s`),
+a blocked one after 30 s. Observed on ArduCopter 4.7 with a dead motor:
+"Potential Thrust Loss (1)" 15.5 s before TIMEOUT.
+"""
+# Lower severities are remarks (https://mavlink.io/en/messages/common.html#MAV_SEVERITY), such as
+# every answer to a request for messages: ArduPilot's "No ap_message for mavlink id" and "Requested
+# rate ... too fast" have severity INFO (observed on ArduCopter and ArduRover 4.7).
+_LEAST_SEVERE = mavlink.MAV_SEVERITY_WARNING
+_AS_ASKED = frozenset({OutcomeCode.SUCCESS, OutcomeCode.CANCELED, OutcomeCode.PREEMPTED})
+# During these the vehicle flies, so a text may concern the flight instead of the request.
+_FLOWN = frozenset(
+    {
+        OperationKind.TAKE_OFF,
+        OperationKind.LAND,
+        OperationKind.RETURN_TO_LAUNCH,
+        OperationKind.REPOSITION,
+        OperationKind.START_MISSION,
+    }
+)
+
+
+def worst_text(
+    texts: Iterable[StatusText],
+    code: OutcomeCode,
+    since_s: float,
+    heard_s: float,
+    answers: Collection[StatusText] = (),
+) -> str:
+    """Return the text to quote for the end of a goal: the worst recent one (then the latest).
+
+    Args:
+        texts: texts of the autopilot, oldest first.
+        code: code of the end. Nothing is quoted for a requested end.
+        since_s: time of acceptance.
+        heard_s: time of the last message; a silent vehicle gave its reason before the silence.
+        answers: texts that only answered a request of this server.
+
+    Returns:
+        Empty if there is nothing to quote.
+    """
+    if code in _AS_ASKED:
+        return ""
+    begin_s = max(since_s, heard_s - RECENT_S)
+    candidates = [
+        text
+        for text in texts
+        if text.time_s >= begin_s and text.severity <= _LEAST_SEVERE and text not in answers
+    ]
+    worst = min(reversed(candidates), key=lambda text: text.severity, default=None)
+    return "" if worst is None else worst.text.strip()
+
+
+def answers_in(event: OperationFinished, texts: Iterable[StatusText]) -> frozenset[StatusText]:
+    """Return the texts with which a vehicle rejected a request; the event's reason quotes them."""
+    if event.result is not OperationResult.REFUSED or event.kind in _FLOWN:
+        return frozenset()
+    return frozenset(text for text in texts if f'"{text.text}"' in event.reason)

@@ -22,8 +22,7 @@ from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.vehicle.battery_watch import BatteryWatch
 from navigation_bridge.vehicle.fence import PlacedAreas, fence_of, has_areas
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose, ground_z_enu_m, home_z_enu_m
-from navigation_bridge.vehicle.modes import vehicle_mode
-from navigation_bridge.vehicle.traits import limits_of, traits_of
+from navigation_bridge.vehicle.traits import limits_of, traits_of, vehicle_mode
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import KnownObstacle, Obstacles
 from navigation_core.safety.fences import Area, Fence

@@ -18,7 +18,7 @@ from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.supervision.station_rules import takes_vehicle
-from navigation_bridge.vehicle.modes import vehicle_mode
+from navigation_bridge.vehicle.traits import vehicle_mode
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.lateness import TOO_LATE_S
 from navigation_core.tasks.observation import OperationStatus

@@ -7,7 +7,7 @@ import pytest
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import OperationFinished, OperationKind, OperationResult
 from mavlink_vehicle.state.status_text import StatusText
-from navigation_bridge.vehicle.autopilot_words import RECENT_S, answers_in, worst_text
+from navigation_bridge.reporting import RECENT_S, answers_in, worst_text
 from navigation_core.outcomes import OutcomeCode
 
 CRASH = StatusText(99.8, mavlink.MAV_SEVERITY_CRITICAL, "Crash: hit scaffold at 0.9 m/s")

@@ -7,8 +7,7 @@ import math
 import pytest
 
 from mavlink_vehicle.profiles import ardupilot, px4
-from navigation_bridge.vehicle.driving import Driving, driving_of
-from navigation_bridge.vehicle.traits import limits_of, traits_of
+from navigation_bridge.vehicle.traits import Driving, driving_of, limits_of, traits_of
 from navigation_core.limits import Limits
 
 # The parameters of the firmwares' own simulated rovers.

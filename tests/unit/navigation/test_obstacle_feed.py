@@ -15,8 +15,8 @@ from mavlink_vehicle.vehicle import Vehicle, VehicleConfig
 from navigation_bridge.configuration.known_obstacles import KnownObstacles, parse_obstacles
 from navigation_bridge.configuration.sensor_poses import SensorPose, SensorPoseError, carrier_at
 from navigation_bridge.configuration.settings import ObstacleConfig
-from navigation_bridge.obstacles.fence_walls import fence_walls
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed, SensorPoints, SensorScan
+from navigation_bridge.obstacles.standing_obstacles import fence_walls
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import Obstacles

@@ -6,7 +6,7 @@ import pytest
 
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile, ardupilot, px4
-from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.goals.admitted import FlightPlan
 from navigation_bridge.vehicle.fence import NO_FENCE, areas_of, fence_of, has_areas
 from navigation_core.geometry import Vector3
 from navigation_core.safety.fences import CircleArea, PolygonArea

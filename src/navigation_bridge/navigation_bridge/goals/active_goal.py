@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from mavlink_vehicle.state.vehicle_state import VehicleState
+from navigation_bridge.goals.admitted import FlightPlan
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_bridge.goals.lifecycle import (
     TERMINAL_STATES,
@@ -16,7 +17,6 @@ from navigation_bridge.goals.lifecycle import (
     terminal_event,
 )
 from navigation_bridge.goals.mission_plan import MissionTracker
-from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_bridge.vehicle.takeover import Takeover
 from navigation_core.geometry import Vector3

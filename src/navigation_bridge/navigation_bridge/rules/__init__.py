@@ -1,1 +1,1 @@
-"""Rules that end, hold or pause a goal, one file each. ``judge(snapshot, goal)`` never acts."""
+"""Rules that end, hold or pause a goal, and their verdicts."""

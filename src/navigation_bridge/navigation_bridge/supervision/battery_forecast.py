@@ -6,7 +6,7 @@ import math
 
 from mavlink_vehicle.state.health import battery_is_low
 from mavlink_vehicle.state.vehicle_state import VehicleState
-from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.goals.admitted import FlightPlan
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_core.geometry import Vector3
 

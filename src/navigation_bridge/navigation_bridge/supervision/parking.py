@@ -8,10 +8,16 @@ would take control again.
 
 from __future__ import annotations
 
+import math
+
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import OperationFinished
+from mavlink_vehicle.positions import frames
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle
-from navigation_bridge.goals.setpoints import hold_setpoint_ned
+from navigation_bridge.vehicle.traits import velocity_only
+
+# Slow enough to count as standing, but with a direction.
+_NEXT_TO_NOTHING_M_S = 0.001
 
 
 class Parking:
@@ -88,3 +94,24 @@ class Parking:
             self._vehicle.send_setpoint(setpoint, now)
         except SetpointError:
             self._setpoint = None
+
+
+def hold_setpoint_ned(vehicle: Vehicle, yaw_enu_rad: float | None) -> SetpointNed:
+    """Return the setpoint that stops a vehicle wherever it is: zero velocity.
+
+    A rover or boat gets a tiny velocity along its nose instead. ArduRover and PX4's rovers take the
+    direction of a zero velocity as north, and steer there while they brake (observed: turns of 88
+    and 100 degrees from 3 m/s).
+    """
+    velocity, attitude = (0.0, 0.0, 0.0), vehicle.state.attitude
+    if velocity_only(vehicle.profile) and attitude is not None:
+        yaw = attitude.yaw_ned_rad
+        north, east = _NEXT_TO_NOTHING_M_S * math.cos(yaw), _NEXT_TO_NOTHING_M_S * math.sin(yaw)
+        velocity = (north, east, 0.0)
+    return SetpointNed(
+        position_ned_m=None,
+        velocity_ned_m_s=velocity,
+        acceleration_ned_m_s2=None,
+        yaw_ned_rad=None if yaw_enu_rad is None else frames.yaw_enu_to_ned(yaw_enu_rad),
+        yaw_rate_rad_s=None,
+    )

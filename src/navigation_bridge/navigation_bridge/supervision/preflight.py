@@ -8,11 +8,10 @@ from mavlink_vehicle.events import FailsafeKind
 from mavlink_vehicle.profiles import VehicleKind
 from mavlink_vehicle.state.health import arming_faults, estimator_faults
 from navigation_bridge.configuration.settings import BatteryPolicy
-from navigation_bridge.goals.admitted import Admitted
-from navigation_bridge.goals.straight_legs import FlightPlan
+from navigation_bridge.goals.admitted import Admitted, FlightPlan
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.supervision.battery_forecast import shortage, unknown_charge
-from navigation_bridge.vehicle.failsafes import failsafe_code
+from navigation_bridge.vehicle.takeover import failsafe_code
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.fences import Fence, check_route, check_targets
 from navigation_core.safety.target_checks import RESOLUTION_M, beside

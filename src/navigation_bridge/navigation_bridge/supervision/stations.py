@@ -32,8 +32,8 @@ from navigation_bridge.supervision.station_rules import (
     told,
     working_mode,
 )
-from navigation_bridge.vehicle.modes import vehicle_mode
 from navigation_bridge.vehicle.takeover import Takeover
+from navigation_bridge.vehicle.traits import vehicle_mode
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.intents import Outcome
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from mavlink_vehicle.events import LandedState
-from navigation_bridge.goals.admitted import Admitted
+from navigation_bridge.goals.admitted import Admitted, FlightPlan
 from navigation_bridge.goals.obstacle_admission import avoidance_of
 from navigation_bridge.goals.point_requests import check_speed
 from navigation_bridge.goals.requests import VelocityRequest
-from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.names import VELOCITY_ACTION_NAME
 from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_bridge.tasks.task_kind import TaskKind

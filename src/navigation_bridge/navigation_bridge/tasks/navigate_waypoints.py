@@ -6,11 +6,10 @@ import math
 from dataclasses import replace
 
 from navigation_bridge.configuration.settings import MissedWaypoint
-from navigation_bridge.goals.admitted import Admitted, may_move
+from navigation_bridge.goals.admitted import Admitted, FlightPlan, may_move
 from navigation_bridge.goals.obstacle_admission import avoidance_of, check_obstacles
 from navigation_bridge.goals.requests import WaypointsRequest
 from navigation_bridge.goals.route_requests import MISSION_WAYPOINTS_MAX, resolve_waypoints
-from navigation_bridge.goals.straight_legs import FlightPlan
 from navigation_bridge.names import WAYPOINTS_ACTION_NAME
 from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_bridge.tasks.task_kind import TaskKind

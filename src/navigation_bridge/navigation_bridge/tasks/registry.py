@@ -8,9 +8,8 @@ from typing import Any
 from navigation_bridge.goals.requests import Request
 from navigation_bridge.tasks.follow_velocity import FOLLOW_VELOCITY
 from navigation_bridge.tasks.land_and_return import LAND, RETURN_TO_LAUNCH
-from navigation_bridge.tasks.navigate import NAVIGATE
+from navigation_bridge.tasks.navigate import NAVIGATE, TAKEOFF
 from navigation_bridge.tasks.navigate_waypoints import NAVIGATE_WAYPOINTS
-from navigation_bridge.tasks.takeoff import TAKEOFF
 from navigation_bridge.tasks.task_kind import TaskKind
 
 TASKS: tuple[TaskKind[Any], ...] = (

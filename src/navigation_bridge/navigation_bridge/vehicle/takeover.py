@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from mavlink_vehicle.events import FailsafeKind
 from mavlink_vehicle.state.failsafe import failsafe_words
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.state.warning_signs import Failsafe
-from navigation_bridge.vehicle.failsafes import failsafe_code
 from navigation_core.outcomes import OutcomeCode
 
 # FENCE_STATUS and SYS_STATUS come every half second, HEARTBEAT every second.
@@ -68,3 +68,23 @@ class Takeover:
         if said:
             text += f" The autopilot reported: {'; '.join(dict.fromkeys(said))}."
         return failsafe_code(failsafe), text
+
+
+_CODES = {
+    FailsafeKind.BATTERY: OutcomeCode.FAILSAFE_BATTERY,
+    FailsafeKind.FENCE: OutcomeCode.FAILSAFE_FENCE,
+    FailsafeKind.RC: OutcomeCode.FAILSAFE_RC,
+    FailsafeKind.GCS: OutcomeCode.FAILSAFE_GCS,
+    FailsafeKind.GPS: OutcomeCode.FAILSAFE_GPS,
+    FailsafeKind.OFFBOARD: OutcomeCode.FAILSAFE_OFFBOARD,
+}
+
+FAILSAFE_CODES = frozenset({OutcomeCode.VEHICLE_FAILSAFE, *_CODES.values()})
+"""Outcome codes of goals ended by a failsafe of the vehicle."""
+
+
+def failsafe_code(failsafe: Failsafe | None) -> OutcomeCode:
+    """Return the code for a failsafe; ``VEHICLE_FAILSAFE`` if its kind is unknown."""
+    if failsafe is None:
+        return OutcomeCode.VEHICLE_FAILSAFE
+    return _CODES.get(failsafe.kind, OutcomeCode.VEHICLE_FAILSAFE)

@@ -27,10 +27,10 @@ from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.state.telemetry import Battery, GpsFix
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.goals.goal import GoalRejected
-from navigation_bridge.vehicle.failsafes import failsafe_code
 from navigation_bridge.vehicle.link_health import LinkHealth
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_bridge.vehicle.station_health import StationHealth
+from navigation_bridge.vehicle.takeover import failsafe_code
 from navigation_core.geometry import Vector3
 from navigation_core.safety.lateness import LATE_S, TOO_LATE_S, WINDOW_S
 
