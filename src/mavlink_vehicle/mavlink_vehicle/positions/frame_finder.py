@@ -32,7 +32,13 @@ _JUDGED_FROM_M = 20.0
 
 
 class FrameFinder:
-    """Follows one vehicle from one start of its autopilot to the next."""
+    """Follows one vehicle from one start of its autopilot to the next.
+
+    Attributes:
+        frame: the local frame, None until its origin is known. An origin that the autopilot
+            reported may move. One from a pair stays, so that the frame does not wander, but for
+            what is learned of the projection.
+    """
 
     def __init__(self, projection: Projection | None) -> None:
         """Begin with the projection of the firmware; None: it is to be measured."""
@@ -40,21 +46,12 @@ class FrameFinder:
         self._anchor: tuple[Geodetic, Vector3] | None = None
         self._told: Geodetic | None = None
         self._axes: tuple[_Axis, _Axis] | None = None
-        self._frame: LocalFrame | None = None
-
-    @property
-    def frame(self) -> LocalFrame | None:
-        """The local frame, None until its origin is known.
-
-        An origin that the autopilot reported may move. One from a pair stays, so that the frame
-        does not wander, but for what is learned of the projection.
-        """
-        return self._frame
+        self.frame: LocalFrame | None = None
 
     @property
     def wants_pairs(self) -> bool:
         """Whether there is anything to learn from a pair."""
-        return self._projection is None or self._frame is None
+        return self._projection is None or self.frame is None
 
     def tell(self, origin: Geodetic) -> None:
         """Take the origin from the vehicle itself (GPS_GLOBAL_ORIGIN)."""
@@ -66,9 +63,9 @@ class FrameFinder:
         """Take where the vehicle is, on earth and in its local frame, at one moment."""
         if self._anchor is None:
             self._begin(place, position_ned_m)
-        elif self._axes is not None and self._frame is not None:
+        elif self._axes is not None and self.frame is not None:
             anchor, anchor_ned_m = self._anchor
-            origin = self._frame.origin
+            origin = self.frame.origin
             here = _ANGLES.to_local(place[0], place[1], origin)
             there = _ANGLES.to_local(anchor[0], anchor[1], origin)
             learned = [
@@ -91,9 +88,9 @@ class FrameFinder:
         """Lay the frame through its anchor."""
         place, position_ned_m = anchor
         if self._told is not None:
-            self._frame = LocalFrame(self._told, projection)
+            self.frame = LocalFrame(self._told, projection)
         else:
-            self._frame = LocalFrame.through(place, position_ned_m, projection)
+            self.frame = LocalFrame.through(place, position_ned_m, projection)
 
 
 class _Axis:

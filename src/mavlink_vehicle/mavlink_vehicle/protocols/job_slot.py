@@ -37,15 +37,15 @@ class JobSlot(Slot[Job[EventT], EventT]):
 
     def begin(self, job: Job[EventT], now: float) -> None:
         """Start a job; there must be none."""
-        assert self._part is None
-        self._part = job
+        assert self.pending is None
+        self.pending = job
         job.start(now)
         self._collect(now)
 
     def stop(self, result: OperationResult, reason: str, now: float) -> None:
         """End the pending job, if any, for this reason."""
-        if self._part is not None:
-            self._part.stop(result, reason, now)
+        if self.pending is not None:
+            self.pending.stop(result, reason, now)
             self._collect(now)
 
     def vehicle_gone(self, reason: str, now: float) -> None:
@@ -53,7 +53,7 @@ class JobSlot(Slot[Job[EventT], EventT]):
         self.stop(OperationResult.LINK_LOST, reason, now)
 
     def _collect(self, now: float) -> None:
-        event = None if self._part is None else self._part.next_event()
+        event = None if self.pending is None else self.pending.next_event()
         if event is not None:
             self._vacate()
             self._events.append(event)

@@ -102,7 +102,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
     @property
     def operation_id(self) -> int | None:
         """Id of the operation in progress, None when there is none."""
-        return None if self._part is None else self._part.operation_id
+        return None if self.pending is None else self.pending.operation_id
 
     def begin(
         self,
@@ -134,7 +134,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
             first_ack_counts=first_ack_counts,
             gate=gate,
         )
-        self._part, self._then = operation, then
+        self.pending, self._then = operation, then
         self._asked = None
         if wanted.mode is not None:
             self._crossings.settle()
@@ -157,7 +157,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         operation = MissionOperation(self._take_id(), job, vehicle.address, timing)
         self.last_mission = operation
         self.cancel(f"{operation.goal.kind.value} was requested instead", now)
-        self._part = operation
+        self.pending = operation
         operation.begin(vehicle.state, self._heartbeats.alive, now)
         self._on_done(now)
         return operation.operation_id
@@ -187,15 +187,15 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
 
     def cancel(self, reason: str, now: float) -> None:
         """End the pending operation, if any, as CANCELLED."""
-        if self._part is not None:
-            self._part.cancel(reason, now)
+        if self.pending is not None:
+            self.pending.cancel(reason, now)
             self._collect(now)
 
     def lose(self, reason: str, now: float) -> None:
         """End the pending operation, if any, as LINK_LOST: the vehicle restarted."""
         self._crossings.forget()
-        if self._part is not None:
-            self._part.lose(reason, now)
+        if self.pending is not None:
+            self.pending.lose(reason, now)
             self._collect(now)
 
     def link_lost(self, state: VehicleState, now: float) -> None:
@@ -208,8 +208,8 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
 
     def excuse(self, gap_s: float) -> None:
         """Do not count a time in which we did not run."""
-        if self._part is not None:
-            self._part.excuse(gap_s)
+        if self.pending is not None:
+            self.pending.excuse(gap_s)
 
     def mode_asked(self, mode: int, now: float) -> None:
         """Somebody else has asked the vehicle for a mode; it need not obey.
@@ -218,7 +218,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         """
         self._crossings.chosen(mode, now)
         self._foreign = (mode, now + SETTLE_S)
-        operation = self._part
+        operation = self.pending
         if isinstance(operation, Operation):
             operation.keep_silent(self._silent_until_s())
 
@@ -239,7 +239,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
 
     def _mode_goes_on(self, state: VehicleState, name: str, requested: bool, now: float) -> bool:
         """Let the pending operation see the mode; returns whether the mode was asked for."""
-        operation = self._part
+        operation = self.pending
         if operation is not None:
             if requested:
                 operation.settle()
@@ -252,14 +252,14 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
     def armed_changed(self, armed: bool, now: float) -> bool:
         """Record arming or disarming; returns whether it was asked for."""
         requested = self._requested.take_armed(armed, now)
-        if requested and self._part is not None:
-            self._part.settle()
+        if requested and self.pending is not None:
+            self.pending.settle()
         return requested
 
     def observe(self, state: VehicleState, connected: bool, now: float) -> None:
         """Process the vehicle's new state."""
-        if self._part is not None:
-            self._part.observe(state, connected, now)
+        if self.pending is not None:
+            self.pending.observe(state, connected, now)
             self._collect(now)
 
     def receive(self, message: Message, now: float) -> None:
@@ -282,7 +282,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         return [*super().messages_to_send(), *self._crossings.messages_to_send()]
 
     def _restores(self) -> bool:
-        operation = self._part
+        operation = self.pending
         return operation is not None and operation.goal.kind is OperationKind.RESTORE_MODE
 
     def _silent_until_s(self) -> float:
@@ -299,12 +299,12 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         asked.counted = operation.attempts
 
     def _collect(self, now: float) -> None:
-        if isinstance(self._part, Operation) and self._asked is not None and not self._restores():
-            self._note_sent(self._part, self._asked, now)
-        event = None if self._part is None else self._part.next_event()
-        if event is not None and self._part is not None:
+        if isinstance(self.pending, Operation) and self._asked is not None and not self._restores():
+            self._note_sent(self.pending, self._asked, now)
+        event = None if self.pending is None else self.pending.next_event()
+        if event is not None and self.pending is not None:
             if event.result is OperationResult.ACHIEVED:
-                for mode in self._part.next_modes():
+                for mode in self.pending.next_modes():
                     self._requested.add(mode=mode)
             self._vacate()
             self._asked = None

@@ -33,40 +33,39 @@ PartT = TypeVar("PartT", bound=Part)
 
 
 class Slot(VehicleService, Generic[PartT, EventT]):
-    """Runs one part at a time; a subclass decides what follows from what it does."""
+    """Runs one part at a time; a subclass decides what follows from what it does.
+
+    Attributes:
+        pending: the part that is under way; None without one.
+    """
 
     def __init__(self) -> None:
         """Begin empty."""
-        self._part: PartT | None = None
+        self.pending: PartT | None = None
         self._last_words: list[Message] = []
         self._events: deque[EventT] = deque()
 
-    @property
-    def pending(self) -> PartT | None:
-        """The part that is under way; None without one."""
-        return self._part
-
     def receive(self, message: Message, now: float) -> None:
         """Process one message of the autopilot."""
-        if self._part is not None:
-            self._part.receive(message, now)
+        if self.pending is not None:
+            self.pending.receive(message, now)
             self._collect(now)
 
     def next_deadline(self) -> float | None:
         """Return when `handle_timer` wants to be called."""
-        return None if self._part is None else self._part.next_deadline()
+        return None if self.pending is None else self.pending.next_deadline()
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
-        if self._part is not None:
-            self._part.handle_timer(now)
+        if self.pending is not None:
+            self.pending.handle_timer(now)
             self._collect(now)
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent."""
         messages, self._last_words = self._last_words, []
-        if self._part is not None:
-            messages += self._part.messages_to_send()
+        if self.pending is not None:
+            messages += self.pending.messages_to_send()
         return messages
 
     def next_event(self) -> EventT | None:
@@ -75,9 +74,9 @@ class Slot(VehicleService, Generic[PartT, EventT]):
 
     def _vacate(self) -> None:
         """Empty the slot; what its part still has to say is said, such as an acknowledgement."""
-        if self._part is not None:
-            self._last_words += self._part.messages_to_send()
-            self._part = None
+        if self.pending is not None:
+            self._last_words += self.pending.messages_to_send()
+            self.pending = None
 
     @abstractmethod
     def _collect(self, now: float) -> None:

@@ -47,7 +47,7 @@ class LogTransfer(Slot[_Part, LogEvent]):
     @property
     def busy(self) -> bool:
         """Whether a transfer is in progress."""
-        return self._part is not None
+        return self.pending is not None
 
     def list_logs(self, now: float) -> None:
         """Begin to list; a transfer in progress ends as CANCELLED."""
@@ -82,9 +82,9 @@ class LogTransfer(Slot[_Part, LogEvent]):
 
     def stop(self, reason: str, result: OperationResult = OperationResult.CANCELLED) -> None:
         """End the transfer in progress, if any."""
-        if isinstance(self._part, LogDownloader):
-            self._part.end()
-        if self._part is not None:
+        if isinstance(self.pending, LogDownloader):
+            self.pending.end()
+        if self.pending is not None:
             self._end(result, reason)
 
     def _ftp_list(self, now: float) -> FtpLogList:
@@ -92,15 +92,15 @@ class LogTransfer(Slot[_Part, LogEvent]):
 
     def _begin(self, part: _Part, now: float) -> None:
         self.stop("Replaced by another transfer.")
-        self._part = part
+        self.pending = part
         part.start(now)
         self._collect(now)
 
     def _collect(self, now: float) -> None:
         """Hand out what has come, and end what is complete or was given up."""
-        part = self._part
+        part = self.pending
         if isinstance(part, LogList) and part.problem and self._means is LogMeans.AUTO:
-            self._part = part = self._ftp_list(now)
+            self.pending = part = self._ftp_list(now)
             part.start(now)
         if isinstance(part, LogLister) and part.logs is not None:
             self._events.append(LogsListed(tuple(part.logs.values())))
@@ -110,8 +110,8 @@ class LogTransfer(Slot[_Part, LogEvent]):
                 self._events.append(LogChunkReceived(*chunk))
             if part.done:
                 self._end(OperationResult.ACHIEVED, "The log was downloaded completely.")
-        if self._part is not None and self._part.problem:
-            self._end(OperationResult.TIMED_OUT, self._part.problem)
+        if self.pending is not None and self.pending.problem:
+            self._end(OperationResult.TIMED_OUT, self.pending.problem)
 
     def _end(self, result: OperationResult, reason: str) -> None:
         self._vacate()
