@@ -71,7 +71,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with ExitStack() as stack:
         try:
             log = stack.enter_context(Path(options.tlog).open("wb")) if options.tlog else None
-            simulation = Simulation(options.vehicles, options.seed, log, world=options.world)
+            simulation = Simulation(
+                options.vehicles,
+                options.seed,
+                log,
+                world=options.world,
+                collisions=options.collisions,
+            )
             reporter = ConsoleReporter(simulation, options.quiet)
             summary = Summary(simulation) if options.summary else None
 

@@ -15,13 +15,16 @@ from mavlink_sitl.config import (
     DEFAULT_HEADING_DEG,
     DEFAULT_HOME,
     ConfigurationError,
+    Underway,
     VehicleConfig,
 )
+from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.links.addresses import AddressError, LinkAddress, parse_address
+from mavlink_sitl.links.faults import LinkFaults
 from mavlink_sitl.mavlink.codec import MAVLINK_1
 from mavlink_sitl.world.loader import WorldError, load_world
-from mavlink_sitl.world.model import World
+from mavlink_sitl.world.model import Wind, World, wind_from
 
 APART_M = 10.0
 DEFAULT_LINK = "udpout://127.0.0.1:14550"
@@ -40,6 +43,7 @@ examples:
   python -m mavlink_sitl
   python -m mavlink_sitl --link tcpin://127.0.0.1:5760 --link udpout://127.0.0.1:14550
   python -m mavlink_sitl --speedup 10 --seed 7 --tlog flight.tlog
+  python -m mavlink_sitl --fault loss=0.2,delay=0.5 --battery cells=4,capacity=5000
 
 Stop it with Ctrl-C or SIGTERM; it then exits with 0. An invalid option prints one sentence and
 exits with 2."""
@@ -82,11 +86,48 @@ def _home(text: str) -> tuple[GeoPoint, float]:
     return GeoPoint(values[0], values[1], values[2]), values[3]
 
 
+def _underway(text: str) -> Underway:
+    north, east, up = _numbers(text, "NORTH,EAST,UP")
+    return Underway((north, east, -up))
+
+
+def _wind(text: str) -> Wind:
+    form = "SPEED_M_S,FROM_DEG,GUST_M_S" if text.count(",") > 1 else "SPEED_M_S,FROM_DEG"
+    speed, from_deg, *gust = _numbers(text, form)
+    if not 0.0 <= speed <= 60.0 or not 0.0 <= sum(gust) <= 30.0:
+        raise argparse.ArgumentTypeError(
+            f"wind must be 0 to 60 m/s and gusts 0 to 30 m/s, not {text!r}"
+        )
+    return wind_from(speed, from_deg, gust_m_s=sum(gust))
+
+
 def _world(path: str) -> World:
     try:
         return load_world(path)
     except WorldError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _settings(known: dict[str, str]) -> Callable[[str], dict[str, float]]:
+    """KEY=VALUE,... with the keys of `known`, renamed to its values."""
+
+    def parse(text: str) -> dict[str, float]:
+        settings = {}
+        for part in text.split(","):
+            key, _, value = part.partition("=")
+            if key not in known:
+                raise argparse.ArgumentTypeError(
+                    f"{key!r} is not one of {', '.join(known)} (written {key or 'KEY'}=NUMBER)"
+                )
+            try:
+                settings[known[key]] = float(value)
+            except ValueError:
+                settings[known[key]] = math.nan
+            if not math.isfinite(settings[known[key]]):
+                raise argparse.ArgumentTypeError(f"{key} needs a number, not {value!r}")
+        return settings
+
+    return parse
 
 
 def _parameter(text: str) -> tuple[str, float]:
@@ -181,6 +222,11 @@ def make_parser() -> argparse.ArgumentParser:
         "from --system-id; all share the same links (default: 1)",
     )
     add(
+        "--collisions",
+        action="store_true",
+        help="vehicles hit each other; else they pass through each other",
+    )
+    add(
         "--mavlink1",
         choices=MAVLINK_1[1:],
         default="",
@@ -201,6 +247,44 @@ def make_parser() -> argparse.ArgumentParser:
         help="at the end, write the true least clearance and the collisions as JSON",
     )
     add(
+        "--fault",
+        type=_settings(
+            {
+                "loss": "loss",
+                "duplicate": "duplicate",
+                "delay": "delay_s",
+                "jitter": "jitter_s",
+                "corrupt": "corrupt",
+            }
+        ),
+        default={},
+        metavar="KEY=NUMBER,...",
+        help="link faults: loss, duplicate and corrupt (fractions, 0 to 1), delay and jitter "
+        "(seconds)",
+    )
+    add(
+        "--battery",
+        type=_settings(
+            {
+                "cells": "cells",
+                "capacity": "capacity_mah",
+                "resistance": "internal_resistance_ohm",
+                "remaining": "remaining",
+            }
+        ),
+        default={},
+        metavar="KEY=NUMBER,...",
+        help="battery: cells, capacity (mAh), resistance (ohm), remaining (0 to 1) (default: "
+        "cells=3,capacity=11600,resistance=0.01,remaining=1)",
+    )
+    add(
+        "--wind",
+        type=_wind,
+        metavar="SPEED,FROM[,GUST]",
+        help="wind that replaces the world's: speed in m/s, direction it comes from in degrees, "
+        "and standard deviation of gusts in m/s (default: none)",
+    )
+    add(
         "--world",
         type=_world,
         default=World(),
@@ -216,6 +300,12 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="NAME=NUMBER",
         help="set a firmware parameter, for example BATT_FS_LOW_ACT=2; may be repeated",
     )
+    add(
+        "--underway",
+        type=_underway,
+        metavar="NORTH,EAST,UP",
+        help="begin there, metres from home: armed, and hovering if it flies; not for planes",
+    )
     add("--quiet", action="store_true", help="print errors only")
     add("--version", action=PrintVersion, help="print the version and exit")
     return parser
@@ -227,8 +317,13 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
     Raises:
         ConfigurationError: it cannot be.
     """
+    battery = dict(options.battery)
+    remaining = battery.pop("remaining", 1.0)
+    if "cells" in battery:
+        battery["cells"] = int(battery["cells"])
     home, heading_deg = options.home or (DEFAULT_HOME, DEFAULT_HEADING_DEG)
     try:
+        faults = LinkFaults(**options.fault) if options.fault else None
         config = VehicleConfig(
             vehicle=options.vehicle,
             autopilot=options.autopilot,
@@ -238,6 +333,10 @@ def vehicle_config(options: argparse.Namespace) -> VehicleConfig:
             ready_after_s=options.ready_after,
             mavlink_1=options.mavlink1,
             parameters=dict(options.param),
+            battery=BatteryModel(**battery),
+            battery_remaining=remaining,
+            underway=options.underway,
+            faults=faults,
             links=_roles(options),
         )
         Parameters(config.personality().parameter_table, config.parameters)
@@ -292,6 +391,8 @@ def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, VehicleConfig]:
     """
     parser = make_parser()
     options = parser.parse_args(_joined(arguments))
+    if options.wind is not None:
+        options.world = replace(options.world, wind=options.wind)
     defaults = DEFAULT_PX4_LINKS if options.autopilot == "px4" else (DEFAULT_LINK,)
     links = options.link or [_link(link) for link in defaults]
     options.roles = [role for role, _ in links]
@@ -309,7 +410,7 @@ def _joined(arguments: Sequence[str]) -> list[str]:
     waiting = list(arguments)
     while waiting:
         word = waiting.pop(0)
-        if word == "--home" and waiting:
+        if word in ("--home", "--wind", "--underway") and waiting:
             word = f"{word}={waiting.pop(0)}"
         joined.append(word)
     return joined

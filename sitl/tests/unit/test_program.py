@@ -85,9 +85,7 @@ def test_at_any_speed_the_same_inputs_give_the_same_bytes(speedup: str, tmp_path
     """The bytes from the socket, flown again in-process at the logged times, give the same log."""
     log, again = tmp_path / "flight.tlog", io.BytesIO()
     port = free_udp_port()
-    world = tmp_path / "gusts.yaml"
-    world.write_text("wind: {speed_m_s: 4, from_deg: 200, gust_m_s: 1}\n", "utf-8")
-    options = ("--speedup", speedup, "--seed", "11", "--ready-after", "1", "--world", str(world))
+    options = ("--speedup", speedup, "--seed", "11", "--ready-after", "1", "--wind", "4,200,1")
     with (
         client(f"udpin:127.0.0.1:{port}") as connection,
         running("--link", f"udpout:127.0.0.1:{port}", "--tlog", str(log), *options) as program,

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.config import ConfigurationError, Underway, VehicleConfig
 from mavlink_sitl.simulation import Simulation
 from mavlink_sitl.world.model import Obstacle, RangeSensor, World
@@ -65,6 +66,11 @@ def test_it_may_also_stand_elsewhere() -> None:
     simulation.run_for(5.0)
     assert not simulation.vehicles[0].firmware.armed
     assert simulation.truth.position_ned_m[0] == pytest.approx((5.0, 6.0, 0.0), abs=0.01)
+
+
+def test_it_is_an_option_of_the_program() -> None:
+    _, config = parse(["--underway", "30,-20,12"])
+    assert config.underway == Underway((30.0, -20.0, -12.0))
 
 
 def test_planes_and_broken_numbers_are_rejected() -> None:
