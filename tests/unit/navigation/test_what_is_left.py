@@ -67,10 +67,9 @@ def test_the_final_state_of_the_vehicle_is_reported(
     heard: bool, connected: bool, armed: bool, landed: LandedState, sentence: str, attention: bool
 ) -> None:
     vehicle = SimpleNamespace(
-        discovered=heard,
-        connected=connected,
+        heartbeats=SimpleNamespace(alive=connected),
         mode_name="GUIDED",
-        profile=None,
+        profile=SimpleNamespace(kind=VehicleKind.COPTER) if heard else None,
         state=VehicleState(armed=armed, landed_state=landed),
     )
     left = what_is_left(vehicle)  # type: ignore[arg-type]
@@ -80,8 +79,7 @@ def test_the_final_state_of_the_vehicle_is_reported(
 @pytest.mark.parametrize("landed", [LandedState.UNDEFINED, LandedState.ON_GROUND])
 def test_of_a_vehicle_that_drives_no_height_is_told(landed: LandedState) -> None:
     rover = SimpleNamespace(
-        discovered=True,
-        connected=True,
+        heartbeats=SimpleNamespace(alive=True),
         mode_name="GUIDED",
         profile=SimpleNamespace(kind=VehicleKind.ROVER),
         state=VehicleState(armed=True, landed_state=landed),

@@ -72,7 +72,7 @@ class SensorPoints:
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class JoinedObstacles:
     """All obstacles, joined: each the same object until something changes.
 
     Attributes:
@@ -93,7 +93,9 @@ class Surroundings:
 
 # Joined from what no source returns, so that the first look joins anew.
 _NO_PART = Obstacles()
-_NONE_AROUND = Surroundings(NOTHING, None, NOTHING, NOTHING, (_NO_PART, _NO_PART, _NO_PART, False))
+_NONE_AROUND = JoinedObstacles(
+    NOTHING, None, NOTHING, NOTHING, (_NO_PART, _NO_PART, _NO_PART, False)
+)
 
 
 class ObstacleFeed:
@@ -141,7 +143,7 @@ class ObstacleFeed:
 
     # --- the obstacles ---------------------------------------------------------------
 
-    def look(self) -> Surroundings:
+    def look(self) -> JoinedObstacles:
         """Return all obstacles: the same object until something changes."""
         standing, last = self.standing, self._around
         standing.place()
@@ -162,7 +164,7 @@ class ObstacleFeed:
             shown = self._map.seen().joined(self._assumed).endless()
             seen = known.joined(shown).joined(walls)
         joined = known.joined(sensed).joined(walls)
-        self._around = Surroundings(joined, seen, sensed, known, parts)
+        self._around = JoinedObstacles(joined, seen, sensed, known, parts)
         return self._around
 
     @property
