@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, example, given, settings
 from hypothesis import strategies as st
 
 from navigation_core.geometry import (
@@ -215,8 +215,13 @@ def test_the_remaining_distance_falls_to_zero(
     assert second.remaining_distance_m(second.duration_s + 5.0) == 0.0
 
 
+# Ruckig finds no solution from an acceleration that is next to nothing.
+_NEXT_TO_NOTHING = KinematicState((0.0,) * 3, (0.0,) * 3, (0.0, 1.0, 1.1873723838401382e-159))
+
+
 @quickly
 @given(states, points, limits)
+@example(_NEXT_TO_NOTHING, (1.0, 0.0, 0.0), Limits(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
 def test_many_times_have_the_states_of_each(
     start: KinematicState, goal: Vector3, bounds: Limits
 ) -> None:

@@ -44,6 +44,8 @@ TINY_S = 1e-6
 # From a faster start the climb rate changes by itself, as fast as it may: a descent must not
 # be drawn out by a long turn, because there is ground below.
 _ABOUT_REST_M_S = 0.3
+# Ruckig 0.19 finds no solution from an acceleration such as 1e-159 m/s2.
+_NOTHING = 1e-12
 
 
 class TrajectoryError(RuntimeError):
@@ -193,7 +195,7 @@ def _reach(
     request = ruckig.InputParameter(len(axes))
     request.control_interface = ruckig.ControlInterface.Velocity
     request.synchronization = ruckig.Synchronization.No
-    request.target_velocity = [dot(target_m_s, axis) for axis in axes]
+    request.target_velocity = _along(axes, target_m_s)
     return _solve(request, state, axes, limits)
 
 
@@ -225,8 +227,8 @@ def _solve(
     """
     axis_limits = [limits.along(axis) for axis in axes]
     request.current_position = [0.0] * len(axes)
-    request.current_velocity = [dot(state.velocity_enu_m_s, axis) for axis in axes]
-    request.current_acceleration = [dot(state.acceleration_enu_m_s2, axis) for axis in axes]
+    request.current_velocity = _along(axes, state.velocity_enu_m_s)
+    request.current_acceleration = _along(axes, state.acceleration_enu_m_s2)
     request.max_acceleration = [limit.acceleration_m_s2 for limit in axis_limits]
     request.max_jerk = [limit.jerk_m_s3 for limit in axis_limits]
     profile = ruckig.Trajectory(len(axes))
@@ -239,6 +241,12 @@ def _solve(
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise TrajectoryError(f"Ruckig finds no trajectory ({result}) for {request}")
     return MotionPiece(state.position_enu_m, axes, profile, profile.duration, limits)
+
+
+def _along(axes: tuple[Vector3, ...], vector: Vector3) -> list[float]:
+    """Return the components along axes, without those that are next to nothing."""
+    components = [dot(vector, axis) for axis in axes]
+    return [0.0 if abs(component) < _NOTHING else component for component in components]
 
 
 def relaxed_velocity(state: KinematicState, limits: Limits) -> Vector3:
