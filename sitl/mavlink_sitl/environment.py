@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mavlink_sitl.exchange import RangeReading
+from mavlink_sitl.exchange import RangeReading, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.physics.copter_pipeline import Physics
 from mavlink_sitl.world import disturbance, range_finder, shapes
@@ -75,6 +75,7 @@ class Environment:
     ) -> None:
         self.world = world
         self.collided = np.zeros(physics.count, dtype=np.bool_)
+        self._excused = np.zeros(physics.count, dtype=np.bool_)
         self._physics = physics
         self._seed = seed
         self._rows = rows
@@ -86,6 +87,7 @@ class Environment:
             self.move_origin(lane, frames[row].origin)
         self._shapes = shapes.Shapes(world.obstacles)
         self._gusts = disturbance.Gusts(world.wind, seed, physics.o, DRAW_S, rows)
+        self._own_wind = np.zeros((physics.count, 3))
         self._dropouts = disturbance.Dropouts(world.gps, seed, rows)
         self._draw_ticks = round(DRAW_S / physics.dt_s)
         self._check_tick = 0
@@ -156,9 +158,15 @@ class Environment:
         """Vehicles whose receivers lose (False) or regain (True) their fix at random, by row."""
         return self._dropouts.changes(time_s)
 
+    def blow(self, index: int, velocity_ned_m_s: Vector) -> None:
+        """A wind on one vehicle, on top of the world's."""
+        self._own_wind[index] = velocity_ned_m_s
+        self._feel_wind(self._tick % self._draw_ticks / self._draw_ticks)
+
     def _feel_wind(self, part: float) -> None:
         o, (n, e, d) = self._physics.o, self._gusts.velocity(part)
-        self._physics.wind = (o.full(0.0) + n, o.full(0.0) + e, o.full(0.0) + d)
+        own = [o.pack(column) for column in self._own_wind.T.tolist()]
+        self._physics.wind = (o.full(0.0) + n + own[0], e + own[1], d + own[2])
 
     def _collide(self, tick: int, position: Array) -> list[Hit]:
         if not len(self._shapes):
@@ -175,7 +183,8 @@ class Environment:
         touching &= position[:, 2:3] > found.top_down_m + 1e-3
         hits = []
         in_touch = touching.any(axis=1)
-        for index in np.flatnonzero(in_touch & ~self.collided):
+        self._excused &= in_touch
+        for index in np.flatnonzero(in_touch & ~self.collided & ~self._excused):
             which = int(np.argmin(np.where(touching[index], gaps[index], np.inf)))
             speed_m_s = float(np.linalg.norm(self.velocities()[index]))
             hits.append(Hit(int(index), found.names[which], speed_m_s))
@@ -185,9 +194,18 @@ class Environment:
 
     def wreck(self, index: int) -> None:
         """A vehicle has hit something: it stops at once and flies no more."""
-        self.collided = self.collided.copy()  # snapshots of the truth keep the old one
-        self.collided[index] = True
+        self._mark(index, True)
         self._physics.stop_dead(index)
+
+    def _mark(self, lane: int, collided: bool) -> None:
+        """Another array: snapshots of the truth keep the old one."""
+        self.collided = self.collided.copy()
+        self.collided[lane] = collided
+
+    def recover(self, index: int) -> None:
+        """Somebody has mended the vehicle; what it still leans on does not count."""
+        self._mark(index, False)
+        self._excused[index] = True
 
     def clearance(self, index: int) -> TrueClearance:
         """The distance of one vehicle to its nearest obstacle."""

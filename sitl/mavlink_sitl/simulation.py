@@ -32,12 +32,12 @@ from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.links.tlog import TlogWriter
 from mavlink_sitl.physics.copter_pipeline import DT_S
 from mavlink_sitl.physics.fleets import make_fleets
-from mavlink_sitl.truth import FleetState, Truth
+from mavlink_sitl.truth import Estimate, FleetState, Truth
 from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import load_world
 from mavlink_sitl.world.model import World
 
-__all__ = ["SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
+__all__ = ["Estimate", "SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
 
 TICK_US = round(DT_S * 1e6)
 THINK_US = 50_000
@@ -134,6 +134,16 @@ class Simulation:
             for rows, physics, environment in self._kinds
         ]
         return Truth(fleets, [vehicle.offset_ned_m for vehicle in self.vehicles])
+
+    @property
+    def estimate(self) -> Estimate:
+        """The estimated state of the vehicles, in the same form; `collided` is still the truth."""
+        motions = np.array([vehicle.firmware.motion for vehicle in self.vehicles], dtype=np.float64)
+        offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
+        landed = np.array([vehicle.firmware.landed for vehicle in self.vehicles], dtype=np.bool_)
+        return Estimate(
+            motions[:, 0:3] + offsets, motions[:, 3:6], motions[:, 8], landed, self.truth.collided
+        )
 
     def run_for(self, seconds: float) -> None:
         """Let simulated time pass.

@@ -228,13 +228,13 @@ def _store(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 def inject_failure(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """INJECT_FAILURE."""
-    unit, kind = (int(value) for value in command.params[:2])
-    return server.vehicle.body.inject_failure(unit, kind)
+    unit, kind, instance = (int(value) for value in command.params[:3])
+    return server.vehicle.body.inject_failure(unit, kind, instance)
 
 
 SHARED: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_CHANGE_SPEED: (change_speed, 2),
-    dialect.MAV_CMD_INJECT_FAILURE: (inject_failure, 2),
+    dialect.MAV_CMD_INJECT_FAILURE: (inject_failure, 3),
     dialect.MAV_CMD_RUN_PREARM_CHECKS: (lambda s, _: s.vehicle.arming.run_checks(), 0),
     dialect.MAV_CMD_GET_HOME_POSITION: (request(242), 0),
 }

@@ -183,6 +183,11 @@ class VehicleBody:
         lane = physics.with_value(physics.battery.override_v, self._lane, voltage_v)
         physics.battery = physics.battery._replace(override_v=lane)
 
+    @property
+    def battery_consumed_mah(self) -> float:
+        """The charge taken from the pack."""
+        return self._physics.at(self._physics.battery.consumed_mah, self._lane)
+
     def set_battery_remaining(self, fraction: float) -> None:
         """Fill or empty the pack, 0..1."""
         physics = self._physics
@@ -193,3 +198,8 @@ class VehicleBody:
     def weaken_motors(self, efficiency: float) -> None:
         """Scale the motors' thrust by a factor, 0..1; 1 is full thrust."""
         self._physics.weaken(self._lane, efficiency)
+
+    def blow(self, velocity_ned_m_s: Vector) -> None:
+        """A wind on this vehicle, on top of the world's."""
+        if self._environment is not None:
+            self._environment.blow(self._lane, velocity_ned_m_s)

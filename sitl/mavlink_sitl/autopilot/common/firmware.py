@@ -51,7 +51,7 @@ class Body(Protocol):
     """The vehicle that a firmware runs in, as far as it reaches it without guidance.
 
     Attributes:
-        damage: why it will not fly again; None when it is whole.
+        damage: why it will not fly again before it is mended; None when it is whole.
     """
 
     damage: str | None
@@ -59,8 +59,8 @@ class Body(Protocol):
     def moving_target(self) -> Vector:
         """Where the controllers' moving target is, NED metres."""
 
-    def inject_failure(self, unit: int, kind: int) -> Result:
-        """Break something: FAILURE_UNIT and FAILURE_TYPE."""
+    def inject_failure(self, unit: int, kind: int, instance: int) -> Result:
+        """Break something: FAILURE_UNIT, FAILURE_TYPE, and which one, from 1; 0 for all."""
 
     def take_external_position(self, position_ned_m: Vector, reset: bool) -> None:
         """Take a position from outside, and whether its source was reset."""

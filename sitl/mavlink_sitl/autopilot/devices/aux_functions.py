@@ -97,7 +97,7 @@ def _disarm(vehicle: Commander, position: int) -> None:
 
 
 def _disable_gps(vehicle: Commander, position: int) -> None:
-    vehicle.body.inject_failure(GPS_UNIT, OFF if position == HIGH else WELL)
+    vehicle.body.inject_failure(GPS_UNIT, OFF if position == HIGH else WELL, 0)
 
 
 def _choose_source(vehicle: Commander, position: int) -> None:

@@ -30,7 +30,7 @@ _MODES = (
 )
 
 # Defaults are the firmware's where it has one and the recordings do not say otherwise.
-_PARAMETERS = (*shared.COMMON, *shared.HEIGHT_FENCE, *table("arducopter"))
+_PARAMETERS = (*shared.COMMON, *shared.HEIGHT_FENCE, *shared.SIM_WIND, *table("arducopter"))
 
 ARDUCOPTER = Personality(
     name="ArduCopter",

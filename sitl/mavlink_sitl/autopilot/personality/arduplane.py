@@ -36,7 +36,7 @@ _MODES = (
 )
 
 # Those of the recordings where they show, else the firmware's defaults.
-_PARAMETERS = (*shared.COMMON, *shared.HEIGHT_FENCE, *table("arduplane"))
+_PARAMETERS = (*shared.COMMON, *shared.HEIGHT_FENCE, *shared.SIM_WIND, *table("arduplane"))
 
 ARDUPLANE = replace(
     TRAVELLER,

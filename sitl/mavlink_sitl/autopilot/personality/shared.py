@@ -16,6 +16,11 @@ HEIGHT_FENCE = (
     ParameterSpec("FENCE_ALT_MIN", -10.0),
 )
 """Of those that leave the ground"""
+SIM_WIND = (
+    ParameterSpec("SIM_WIND_DIR", 180.0),
+    ParameterSpec("SIM_WIND_SPD", 0.0),
+)
+"""Of those that the wind moves"""
 COMMON = table("ardupilot")
 """Of every vehicle type"""
 
