@@ -133,7 +133,7 @@ def test_both_read_the_same_mission_at_once(network: Network) -> None:
     assert [end.result for end in ends] == [ACHIEVED, ACHIEVED], ends
     assert board.missions.stored == ground.missions.stored
     assert len(board.missions.stored or ()) == len(stored)
-    assert board.mission_change == ""
+    assert board.stations.mission_change == ""
 
 
 def test_the_same_command_at_once_is_confirmed_to_both(network: Network) -> None:
