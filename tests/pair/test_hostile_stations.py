@@ -128,8 +128,9 @@ def test_garbage_old_packets_and_false_names_are_counted_and_not_believed(
         babbler.write(bytes(bent))
         babbler.write(frame[: source.randrange(len(frame))])
         babbler.write(source.randbytes(source.randrange(1, 300)))
-        heard.extend(echo.read())
-        for data in heard[-10:] + heard[:10]:
+        new = echo.read()
+        heard.extend(new)
+        for data in new + heard[:10]:
             echo.write(data)
         for liar in liars:
             liar.send(*lies)
