@@ -3,17 +3,30 @@
 Measured with the real firmware on two links: a COMMAND_ACK, the requests of an upload and its
 MISSION_ACK go only where their target was heard; SET_MODE, which names no component, is handed
 on to a link on which a component of the same system was heard; telemetry goes out everywhere.
+
+A serial port with bit 10 of SERIALn_OPTIONS is private: nothing from it is handed on, and to it
+only what names a component that was heard there (MAVLink_routing.cpp).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
+from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.mavlink.codec import Message
 
 _AUTOPILOT = 1
 _NO_FURTHER = frozenset(("RADIO", "RADIO_STATUS", "SETUP_SIGNING"))
 """Messages that are never forwarded to another link, whatever their target"""
+
+_PRIVATE = 1 << 10
+
+
+def private_links(parameters: Parameters, count: int) -> list[int]:
+    """Return which of the first links are private, by the parameters at power-up."""
+    names = [f"SERIAL{place}_OPTIONS" for place in range(count)]
+    known = [(place, name) for place, name in enumerate(names) if name in parameters]
+    return [place for place, name in known if int(parameters[name]) & _PRIVATE]
 
 
 class Routes:
@@ -22,10 +35,12 @@ class Routes:
     Args:
         system_id: our own.
         links: how many there are.
+        private: those that are private.
     """
 
-    def __init__(self, system_id: int, links: int) -> None:
+    def __init__(self, system_id: int, links: int, private: Collection[int] = ()) -> None:
         self._system_id = system_id
+        self._private = private
         self._all: Sequence[int] = range(links)
         self._heard: dict[tuple[int, int], int] = {}
 
@@ -45,15 +60,16 @@ class Routes:
         if sender == (self._system_id, _AUTOPILOT):
             return []
         self._heard[sender] = place
-        if message.get_type() in _NO_FURTHER:
+        if message.get_type() in _NO_FURTHER or place in self._private:
             return []
         system = getattr(message, "target_system", 0)
         component = getattr(message, "target_component", 0)
         if system == 0:
-            return [other for other in self._all if other != place]
+            return [one for one in self._all if one != place and one not in self._private]
         found = {
             where
             for (heard, part), where in self._heard.items()
-            if heard == system and component in (0, part)
+            if heard == system
+            and (component == part or (component == 0 and where not in self._private))
         }
         return sorted(found - {place})

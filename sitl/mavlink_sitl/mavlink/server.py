@@ -40,7 +40,7 @@ from mavlink_sitl.mavlink.messages.streams import NEVER_US, StreamSchedule
 from mavlink_sitl.mavlink.missions.mission_transfer import MissionServer
 from mavlink_sitl.mavlink.parameters import ParameterServer, saved_parameter
 from mavlink_sitl.mavlink.received_command import from_message
-from mavlink_sitl.mavlink.routes import Routes
+from mavlink_sitl.mavlink.routes import Routes, private_links
 from mavlink_sitl.mavlink.traffic import ADSB_VEHICLE, TrafficList, TrafficQueue
 
 T = TypeVar("T")
@@ -110,7 +110,8 @@ class MavlinkServer:
         self.corrections = self.corrections_class()
         self.traffic = self.make_traffic()
         self._encoders = encoders
-        self._routes = Routes(system_id, len(encoders))
+        count = len(encoders)
+        self._routes = Routes(system_id, count, private_links(vehicle.parameters, count))
         self._snapshot = snapshot
         self._decoders = [Decoder(encoder.signing, encoder.hears) for encoder in encoders]
         self._texts = StatusTextEncoder()

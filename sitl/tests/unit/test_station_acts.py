@@ -219,9 +219,11 @@ def test_auto_without_a_mission_is_rejected_in_flight() -> None:
 # Two links of an ArduPilot.
 
 
-def two_links() -> tuple[GroundStation, GroundStation]:
+def two_links(
+    parameters: dict[str, float] | None = None,
+) -> tuple[GroundStation, GroundStation]:
     """A companion computer (1/191) and a station (255/190), each on a link of its own."""
-    station = copter(links=("gcs", "gcs"))
+    station = copter(links=("gcs", "gcs"), parameters=parameters)
     companion = GroundStation(station.simulation, system=1, component=191)
     other = GroundStation(station.simulation, link=1)
     for each in (companion, other):
@@ -277,6 +279,24 @@ def test_what_is_for_another_goes_to_the_link_where_that_one_was_heard() -> None
     companion.run(0.1)
     asked = companion.messages("PARAM_REQUEST_LIST")
     assert [(m.target_system, m.target_component) for m in asked] == [(1, 191)]
+
+
+def test_nothing_from_a_private_port_is_handed_on_and_to_it_only_what_names_its_component() -> None:
+    companion, station = two_links({"SERIAL1_OPTIONS": 1024.0})
+    companion.log.clear()
+    station.send(mav.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+    station.send(mav.MAVLink_param_request_list_message(1, 191))
+    companion.send(mav.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3))
+    companion.send(mav.MAVLink_param_request_list_message(255, 0))
+    companion.send(mav.MAVLink_param_request_list_message(255, 190))
+    companion.run(0.1)
+    assert not [m for _, m in companion.log if m.get_srcSystem() == 255]
+    station.read()
+    others = [
+        (m.get_type(), m.target_component) for _, m in station.log if m.get_srcComponent() == 191
+    ]
+    assert others == [("PARAM_REQUEST_LIST", 190)]
+    assert station.command(PAUSE, 0) == ACCEPTED
 
 
 # PX4.
