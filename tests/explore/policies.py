@@ -495,8 +495,10 @@ def accepted_targets_are_in_the_volume(asked: Asked, view: View, now_s: float) -
 
 @always(of_kind("asked"), OURS)
 def accepted_goals_have_a_position(asked: Asked, view: View, now_s: float) -> bool:
-    """No goal but a landing is accepted before the vehicle's position is known."""
-    return not asked.goal_id or asked.located or isinstance(asked.request, LandRequest)
+    """No goal but a landing and a return is accepted before the vehicle's position is known."""
+    # Whether it can return is known to its autopilot, which rejects the mode otherwise.
+    by_itself = isinstance(asked.request, LandRequest | ReturnRequest)
+    return not asked.goal_id or asked.located or by_itself
 
 
 @never(_ended(OutcomeCode.NO_POSITION), OURS)
