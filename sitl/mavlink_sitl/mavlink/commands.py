@@ -178,7 +178,7 @@ def _set_current_item(server: MavlinkServer, command: ReceivedCommand) -> Result
     vehicle, seq, again = server.vehicle, int(command.params[0]), command.params[1] == 1.0
     if again and 0 <= seq < len(vehicle.plans.mission.items):
         vehicle.plans.forget_progress()
-    result = vehicle.set_current_item(seq)
+    result = vehicle.auto.set_current(seq)
     if result is Result.ACCEPTED:
         server.send_later(42)
     return result
@@ -190,7 +190,7 @@ def _jump_to_tag(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if not 0 <= tag <= 0xFFFF:
         return Result.DENIED
     place = server.vehicle.plans.place_of_tag(tag)
-    if place is None or server.vehicle.set_current_item(place) is not Result.ACCEPTED:
+    if place is None or server.vehicle.auto.set_current(place) is not Result.ACCEPTED:
         return Result.FAILED
     server.send_later(42)
     return Result.ACCEPTED

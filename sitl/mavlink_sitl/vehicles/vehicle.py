@@ -6,7 +6,7 @@ lanes of `physics`.
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.common.commander import PowerUp
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans.plans import Plans
 from mavlink_sitl.config import Underway, VehicleConfig

@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.common.commander import Commander, PowerUp
+from mavlink_sitl.autopilot.common.firmware import Firmware
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
@@ -66,6 +67,18 @@ class ManualControl:
     at_s: float
 
 
+def px4_table(**parts: Any) -> Firmware:
+    """What PX4 is, with the parts of a kind of vehicle; in AUTO.LOITER without a receiver."""
+    return Firmware(
+        arming=Px4Arming,
+        failsafes=Px4Failsafes,
+        fence=Px4Geofence,
+        first_mode=px4.LOITER,
+        keeps_early_mode=True,
+        **parts,
+    )
+
+
 class Px4Vehicle(Commander):
     """A vehicle with PX4, from power-up to the next; one class a kind derives from it.
 
@@ -81,6 +94,9 @@ class Px4Vehicle(Commander):
     """
 
     navigator: Px4Navigator
+    arming: Px4Arming
+    failsafe: Px4Failsafes
+    fence: Px4Geofence
     mode: Px4Mode
 
     def __init__(self, start: PowerUp) -> None:
@@ -95,13 +111,6 @@ class Px4Vehicle(Commander):
         self.after_disarming = px4.LOITER
         self._refused_at_s = -math.inf
         super().__init__(start)
-        self.arming: Px4Arming = Px4Arming(self)
-        self.failsafe: Px4Failsafes = Px4Failsafes(self)
-        self.fence: Px4Geofence = Px4Geofence(self)
-
-    def first_mode(self) -> int:
-        """AUTO.LOITER: what it starts in without a receiver."""
-        return px4.LOITER
 
     # State.
 
@@ -156,7 +165,7 @@ class Px4Vehicle(Commander):
         if number == px4.OFFBOARD:
             return self.stream_alive()
         if number == px4.MISSION:
-            return self.has_mission
+            return self.auto.has_mission
         if spec.behaviour in NEEDS_STICKS:
             return self.manual_alive()
         return True
@@ -176,8 +185,6 @@ class Px4Vehicle(Commander):
 
     def update(self, observation: Observation) -> None:
         """Process the latest state and act; called at a fixed rate."""
-        if observation.time_s >= self.estimator.scaled(self.personality.standby_s):
-            self.started = True
         self.battery.update(observation.time_s, self.armed)
         super().update(observation)
         self.feasibility.holds()
@@ -263,7 +270,7 @@ class Px4Vehicle(Commander):
         return Result.ACCEPTED
 
     def hold_underway(self) -> None:
-        """See `Firmware`: AUTO.LOITER, and in flight long enough that home no longer drifts."""
+        """See `Commander`: AUTO.LOITER, and in flight long enough that home no longer drifts."""
         self.in_flight = True
         self.took_off_at_s = self.arming.lift_began_s = self.boot_s - HOME_DRIFT_S
         self.restart_mode(px4.LOITER)
@@ -332,7 +339,7 @@ class Px4Vehicle(Commander):
         Args:
             first: an item that has to exist, or -1; it begins at the current one all the same.
         """
-        if not (self.has_mission and self.feasibility.known()):
+        if not (self.auto.has_mission and self.feasibility.known()):
             self.say(Severity.CRITICAL, "Mission start denied! No valid mission")
             return Result.DENIED
         if not -1.0 <= first < len(self.plans.mission.items):

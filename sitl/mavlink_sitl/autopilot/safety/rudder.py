@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.autopilot.state.radio import FULL_STICK
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 HELD_S, HELD_ON_A_PLANE_S = 2.0, 3.0
 OFF, ARMS_AND_DISARMS = 0, 2
@@ -22,7 +22,7 @@ BY_ORDER = ("auto", "guided")
 class Rudder:
     """Watches the stick that steers: yaw of aircraft, steering of rovers and boats."""
 
-    def __init__(self, vehicle: Firmware) -> None:
+    def __init__(self, vehicle: Commander) -> None:
         self._vehicle = vehicle
         self._since_s: float | None = None
         self._done = False
@@ -69,7 +69,7 @@ class Rudder:
         vehicle = self._vehicle
         if self._drives:
             return vehicle.radio.angle("Throttle", vehicle.now_s) == 0.0
-        return vehicle.radio.range("Throttle", vehicle.now_s) == 0.0
+        return vehicle.radio.throttle(vehicle.now_s) == 0.0
 
     def _possible(self) -> bool:
         """Whether it is of use to hold the stick there."""

@@ -67,7 +67,7 @@ class TakeOffTask(CopterTask):
             not self.vehicle.landed
             or self.auto.may_take_off
             or bool(int(self.vehicle.parameters["AUTO_OPTIONS"]) & ALLOW_TAKEOFF)
-            or self.vehicle.pilot_throttle() > THROTTLE_RAISED
+            or self.vehicle.radio.throttle(self.vehicle.now_s) > THROTTLE_RAISED
         )
 
     def update(self) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter import copter_modes as modes
 from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
@@ -11,7 +9,7 @@ from mavlink_sitl.autopilot.px4.multicopter.copter_navigation import CopterNavig
 from mavlink_sitl.autopilot.px4.multicopter.follow_target import FollowTarget
 from mavlink_sitl.autopilot.px4.multicopter.offboard import Offboard
 from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit, OrbitRequest
-from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
@@ -30,20 +28,22 @@ class Px4Copter(Px4Vehicle):
     """A multicopter with PX4."""
 
     navigator: CopterNavigator
-    navigator_class = CopterNavigator
-    behaviours: ClassVar = {
-        "px4_hold": modes.Hold,
-        "px4_manual": modes.Manual,
-        "px4_altitude": modes.Manual,
-        "px4_position": modes.Manual,
-        "px4_mission": Mission,
-        "px4_return": modes.Return,
-        "px4_offboard": Offboard,
-        "px4_takeoff": modes.Takeoff,
-        "px4_land": modes.Land,
-        "px4_orbit": Orbit,
-        "px4_follow_target": FollowTarget,
-    }
+    table = px4_table(
+        modes={
+            "px4_hold": modes.Hold,
+            "px4_manual": modes.Manual,
+            "px4_altitude": modes.Manual,
+            "px4_position": modes.Manual,
+            "px4_mission": Mission,
+            "px4_return": modes.Return,
+            "px4_offboard": Offboard,
+            "px4_takeoff": modes.Takeoff,
+            "px4_land": modes.Land,
+            "px4_orbit": Orbit,
+            "px4_follow_target": FollowTarget,
+        },
+        navigator=CopterNavigator,
+    )
     _left_ground = False
 
     def takes_off(self) -> bool:
@@ -65,7 +65,7 @@ class Px4Copter(Px4Vehicle):
             return False
         returned = self.mode.spec.number == px4.RTL
         unloaded_s = UNLOADED_IN_RTL_S if returned else UNLOADED_S
-        return not self._left_ground or self.now_s - self._landing.landed_since_s >= unloaded_s
+        return not self._left_ground or self.now_s - self.state.landing.since_s >= unloaded_s
 
     def orbit(self, wanted: OrbitRequest) -> Result:
         """DO_ORBIT: changes the mode, whatever is wrong with the circle."""
