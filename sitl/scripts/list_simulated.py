@@ -25,7 +25,7 @@ from mavlink_sitl.mavlink import commands, kind_commands
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.messages import known_messages
 from mavlink_sitl.mavlink.px4 import kind_commands as px4_commands
-from mavlink_sitl.mavlink.px4 import known_messages as px4_messages
+from mavlink_sitl.mavlink.px4 import rates as px4_messages
 
 ROOT = Path(__file__).resolve().parents[1]
 PARAMETERS = ROOT / "docs/parameters.md"

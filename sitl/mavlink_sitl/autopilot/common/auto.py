@@ -24,7 +24,6 @@ from mavlink_sitl.exchange import ItemReached, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
     from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
@@ -382,3 +381,37 @@ class Auto(Mode):
     def go_on(self) -> Result:
         """DO_PAUSE_CONTINUE 1."""
         return Result.ACCEPTED
+
+
+class AutoTask:
+    """An item in flight."""
+
+    def __init__(self, auto: Auto, item: PlanItem) -> None:
+        self.auto = auto
+        self.vehicle = auto.vehicle
+        self.item = item
+
+    @property
+    def landing(self) -> bool:
+        """Whether it sinks to land."""
+        return False
+
+    def update(self) -> None:
+        """Run one step; called at the autopilot's rate."""
+
+    def finished(self) -> bool:
+        """Whether the next item's turn has come."""
+        return False
+
+
+class Delay(AutoTask):
+    """Stay for param1 seconds."""
+
+    def __init__(self, auto: Auto, item: PlanItem) -> None:
+        super().__init__(auto, item)
+        self._until_s = self.vehicle.now_s + max(item.params[0], 0.0)
+        auto.guide(auto.hold_guidance())
+
+    def finished(self) -> bool:
+        """When it ends."""
+        return self.vehicle.now_s >= self._until_s

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.safety.rudder import BY_ORDER, STICK
 from mavlink_sitl.autopilot.state.radio import AXES
 from mavlink_sitl.exchange import Motors, Result, Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
 
+STICK = "stick"
+"""Arming by the rudder stick"""
+BY_ORDER = ("auto", "guided")
+"""Behaviours in which only a ground station arms"""
 CHECK_INTERVAL_S = 1.0
 REPEAT_TEXT_S = 30.0
 LANDED_TO_DISARM_S = 0.5

@@ -13,8 +13,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.guided import (
     TAKEOFF_SPEED_M_S,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch, stopping_point
-from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
+from mavlink_sitl.autopilot.common.auto import Auto, AutoTask
 from mavlink_sitl.autopilot.control.track import LegTrack, TrackLeg
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Vector, YawMode

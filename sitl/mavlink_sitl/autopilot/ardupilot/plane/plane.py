@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from mavlink_sitl.autopilot.ardupilot.plane.guided import Guided
 from mavlink_sitl.autopilot.ardupilot.plane.pilot_modes import Cruise, HoldHeight, Stick
 from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
     Circle,
+    Guided,
     Loiter,
     PlaneMode,
     ReturnToLaunch,

@@ -14,9 +14,10 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
     Guided,
     Hold,
     Loiter,
+    ReturnToLaunch,
+    SmartReturn,
 )
 from mavlink_sitl.autopilot.ardupilot.rover.rover_motor_test import RoverMotorTest
-from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, SmartReturn
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
 from mavlink_sitl.autopilot.common.commander import Commander, PowerUp
 from mavlink_sitl.autopilot.common.firmware import Firmware, Inputs, Landing

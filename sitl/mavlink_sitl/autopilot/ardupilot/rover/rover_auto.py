@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
-from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.auto_tasks import AutoTask, Delay
+from mavlink_sitl.autopilot.common.auto import Auto, AutoTask, Delay
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector

@@ -16,8 +16,7 @@ from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.plane import plane_landing, plane_modes, plane_takeoff
 from mavlink_sitl.autopilot.px4.plane.path_guidance import Law, Point
 from mavlink_sitl.autopilot.px4.plane.plane_mission import PlaneMission, approach_is_good
-from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED
-from mavlink_sitl.autopilot.px4.plane.plane_offboard import PlaneOffboard
+from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED, PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
 from mavlink_sitl.exchange import Limits, Observation, Result
