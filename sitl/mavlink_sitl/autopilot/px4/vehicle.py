@@ -194,11 +194,11 @@ class Px4Vehicle(Commander):
 
     def takes_off(self) -> bool:
         """Whether the land detector says, armed and not yet in flight, that it flies now."""
-        raise NotImplementedError
+        return not self.landed
 
     def has_landed(self) -> bool:
         """Whether the land detector says, in flight, that it is over."""
-        raise NotImplementedError
+        return self.landed
 
     def may_land_by(self, items: Sequence[PlanItem]) -> bool:
         """Whether this kind can land as a mission says."""

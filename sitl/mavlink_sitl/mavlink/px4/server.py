@@ -29,8 +29,7 @@ from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
 from mavlink_sitl.mavlink.corrections import Px4Corrections
 from mavlink_sitl.mavlink.external_position import Px4ExternalPositionReceiver
 from mavlink_sitl.mavlink.files.ftp_server import Px4FtpServer
-from mavlink_sitl.mavlink.logs.log_server import LogServer, Px4LogServer
-from mavlink_sitl.mavlink.logs.logbook import Logbook
+from mavlink_sitl.mavlink.logs.log_server import Px4LogServer
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
@@ -92,6 +91,7 @@ class Px4Server(MavlinkServer):
     corrections_class = Px4Corrections
     external_class = Px4ExternalPositionReceiver
     ftp_class = Px4FtpServer
+    logs_class = Px4LogServer
     steady = frozenset({0, 42})
     """HEARTBEAT, and MISSION_CURRENT of the mission service"""
 
@@ -141,10 +141,6 @@ class Px4Server(MavlinkServer):
     def _on_traffic(self, message: Message) -> None:
         for peer in self.peers:
             peer.traffic.take(message, self.now_us)
-
-    def make_log_server(self, logbook: Logbook) -> LogServer:
-        """The log service of this firmware."""
-        return Px4LogServer(logbook, self.vehicle, self.send)
 
     # Time and streams.
 

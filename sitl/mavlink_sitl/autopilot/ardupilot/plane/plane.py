@@ -93,10 +93,6 @@ class Plane(Commander):
         """While it flies, armed or not."""
         return not self.landed
 
-    def cruise_m_s(self) -> float:
-        """The indicated airspeed it keeps."""
-        return self.navigator.cruise_m_s()
-
     def sticks(self) -> Vector:
         """Roll and pitch, -1..1, pitch up; throttle, 0..1."""
         radio, now_s = self.radio, self.now_s
@@ -123,7 +119,7 @@ class Plane(Commander):
             target_bearing_deg=bearing,
             distance_m=math.hypot(north, east),
             altitude_error_m=m.down_m - target[2],
-            airspeed_error_m_s=self.cruise_m_s() - self.airspeed_m_s,
+            airspeed_error_m_s=self.navigator.cruise_m_s() - self.airspeed_m_s,
             cross_track_m=self.mode.cross_track_m,
         )
 
@@ -153,15 +149,6 @@ class Plane(Commander):
     def may_begin(self, mode: Mode) -> bool:
         """See `Commander`: AUTO without a mission returns."""
         return True
-
-    def return_to_launch(self) -> None:
-        """NAV_RETURN_TO_LAUNCH in a mission: change the mode to RTL."""
-        self.enter_mode(MODE_RTL)
-
-    def return_after_mission(self) -> None:
-        """The mission is over."""
-        self.enter_mode(MODE_RTL)
-        self.say(Severity.INFO, "Mission complete, changing mode to RTL")
 
     def start_landing(self) -> bool:
         """DO_LAND_START: continue with the mission's landing, if it has one."""

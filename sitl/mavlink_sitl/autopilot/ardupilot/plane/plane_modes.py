@@ -102,7 +102,7 @@ class PlaneMode(Mode):
         thin_air = plane.true_over_indicated
         limit_rad = math.radians(min(max(plane.parameters["NAVL1_LIM_BANK"], 0.0), 89.0))
         if limit_rad > 0.0:
-            least_m = plane.cruise_m_s() ** 2 / (math.tan(limit_rad) * GRAVITY_M_S2)
+            least_m = plane.navigator.cruise_m_s() ** 2 / (math.tan(limit_rad) * GRAVITY_M_S2)
             if least_m <= radius_m:
                 return max(least_m * thin_air, radius_m, 1.0)
         return max(radius_m * thin_air, 1.0)
@@ -137,7 +137,7 @@ class PlaneMode(Mode):
         """
         target = self.target or (0.0, 0.0, 0.0)
         least, most = throttle_limits(self.vehicle) if throttle is None else throttle
-        airspeed = self.vehicle.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
+        airspeed = self.vehicle.navigator.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
         self.guide(
             GlideGuidance(
                 motors=Motors.FLY,

@@ -126,15 +126,6 @@ class Rover(Commander):
         """Even disarmed; not in HOLD, even armed."""
         return not isinstance(self.mode, Hold)
 
-    @property
-    def is_boat(self) -> bool:
-        """Whether it drifts when it stops."""
-        return self.personality.kind == "boat"
-
-    def cruise_m_s(self) -> float:
-        """The cruise speed."""
-        return self.navigator.cruise_m_s()
-
     def turn_limit_rad_s(self, speed_m_s: float) -> float:
         """The largest turn rate at a speed: ATC_STR_RAT_MAX, and sideways ATC_TURN_MAX_G."""
         p = self.parameters
@@ -160,7 +151,7 @@ class Rover(Commander):
 
     def rest_at(self, mode: DriveMode, place: Point) -> None:
         """The guidance after arrival: a car stops, a boat holds its position."""
-        if self.is_boat:
+        if self.personality.kind == "boat":
             mode.stay_at(place)
         else:
             mode.stop()
@@ -236,7 +227,7 @@ class Rover(Commander):
         if not self.navigator.change_speed(kind, speed_m_s):
             return Result.FAILED
         if isinstance(mode, DriveMode) and mode.route is not None:
-            mode.route.change_speed(self.cruise_m_s())
+            mode.route.change_speed(self.navigator.cruise_m_s())
         elif isinstance(mode, DriveAuto):
             mode.limits_changed()
         return Result.ACCEPTED

@@ -51,9 +51,9 @@ class DriveTo(AutoTask):
         """Set off from where the vehicle is."""
         rover = self.vehicle
         here = (rover.motion.north_m, rover.motion.east_m) if speed_m_s > 0.0 else None
-        leaving = 0.0 if self._stops else min(CORNER_M_S, rover.cruise_m_s())
+        leaving = 0.0 if self._stops else min(CORNER_M_S, rover.navigator.cruise_m_s())
         self.route = LegReference(
-            rover, self._target[:2], rover.cruise_m_s(), here, speed_m_s, leaving
+            rover, self._target[:2], rover.navigator.cruise_m_s(), here, speed_m_s, leaving
         )
         self.auto.route = self.route
 
@@ -135,7 +135,7 @@ class DriveAuto(DriveMode, Auto):
     def limits_changed(self) -> None:
         """Another speed: continue with it."""
         if isinstance(self.task, DriveTo):
-            self.task.route.change_speed(self.vehicle.cruise_m_s())
+            self.task.route.change_speed(self.vehicle.navigator.cruise_m_s())
 
     def _do(self, item: PlanItem, begins: bool) -> bool:
         """DO_SET_REVERSE and DO_GUIDED_LIMITS, besides what every vehicle does."""

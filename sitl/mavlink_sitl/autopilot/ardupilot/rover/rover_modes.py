@@ -52,7 +52,7 @@ class DriveMode(Mode):
             self.stop()
             return
         course = math.atan2(east, north)
-        speed = min(0.5 * away + 0.2, rover.cruise_m_s())
+        speed = min(0.5 * away + 0.2, rover.navigator.cruise_m_s())
         if abs(math.remainder(course - m.yaw_rad, math.tau)) > 2.1 and away < 5.0:
             course, speed = course + math.pi, -speed
         self.drive(drive_towards(rover, point, speed, course))
@@ -101,7 +101,7 @@ class Circle(DriveMode):
         tangent = math.atan2(east, north) + math.pi / 2
         outside = (distance - self._radius) / self._radius
         course = tangent + math.atan(3.0 * outside)
-        speed = rover.parameters["CIRC_SPEED"] or rover.cruise_m_s()
+        speed = rover.parameters["CIRC_SPEED"] or rover.navigator.cruise_m_s()
         self.drive(drive_towards(rover, self._centre, speed, course))
 
 
@@ -155,14 +155,14 @@ class Guided(DriveMode):
                 return
             route.redirect(place)
         else:
-            self.route = LegReference(rover, place, rover.cruise_m_s())
+            self.route = LegReference(rover, place, rover.navigator.cruise_m_s())
         self._expires_s = math.inf
         self._told = False
 
     def go(self, target: DriveTarget) -> None:
         """Drive at a share of WP_SPEED with a heading, or turning; runs out as a velocity does."""
         rover = self.vehicle
-        speed = min(max(target.thrust, -1.0), 1.0) * rover.cruise_m_s()
+        speed = min(max(target.thrust, -1.0), 1.0) * rover.navigator.cruise_m_s()
         by_heading = target.heading_rad is not None
         self.route = None
         self._expires_s = rover.now_s + TARGET_TIMEOUT_S
@@ -185,7 +185,7 @@ class Guided(DriveMode):
         velocity = setpoint.velocity_m_s
         speed = 0.0
         if velocity is not None:
-            speed = min(math.hypot(velocity[0], velocity[1]), self.vehicle.cruise_m_s())
+            speed = min(math.hypot(velocity[0], velocity[1]), self.vehicle.navigator.cruise_m_s())
             base = replace(base, turn_rate_limit_rad_s=self.vehicle.turn_limit_rad_s(speed))
         if setpoint.yaw_rate_rad_s is not None and setpoint.yaw_rad is None:
             backwards = velocity is not None and body and velocity[0] < 0.0
@@ -236,7 +236,7 @@ class ReturnToLaunch(DriveMode):
 
     def speed_m_s(self) -> float:
         """The speed of the return."""
-        return self.vehicle.parameters["RTL_SPEED"] or self.vehicle.cruise_m_s()
+        return self.vehicle.parameters["RTL_SPEED"] or self.vehicle.navigator.cruise_m_s()
 
     def update(self) -> None:
         """Run one step."""

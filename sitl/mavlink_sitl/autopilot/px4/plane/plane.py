@@ -83,14 +83,6 @@ class Px4Plane(Px4Vehicle):
 
     # State.
 
-    def takes_off(self) -> bool:
-        """As soon as the land detector says so."""
-        return not self.landed
-
-    def has_landed(self) -> bool:
-        """The same."""
-        return self.landed
-
     def observe(self, observation: Observation) -> None:
         """See `Commander`; takes the airspeed."""
         super().observe(observation)
@@ -104,10 +96,6 @@ class Px4Plane(Px4Vehicle):
             for before, item in pairwise(items)
             if item.command == Cmd.LAND and (before.x or before.y)
         )
-
-    def cruise_m_s(self) -> float:
-        """The indicated airspeed it keeps."""
-        return self.navigator.cruise_m_s()
 
     def takeoff_m_s(self) -> float:
         """FW_TKO_AIRSPD, or FW_AIRSPD_MIN."""

@@ -53,7 +53,7 @@ class PlaneMode(Px4Mode):
             north_m=m.north_m,
             east_m=m.east_m,
             down_m=m.down_m,
-            airspeed_m_s=self.vehicle.cruise_m_s() * TRUE_OVER_INDICATED,
+            airspeed_m_s=self.vehicle.navigator.cruise_m_s() * TRUE_OVER_INDICATED,
         )
 
     def course(self) -> Point:
@@ -111,7 +111,7 @@ class PlaneMode(Px4Mode):
             bank = bank_rad(push, self.bank_limit_rad())
         change = CLIMB_CHANGE_M_S2 * STEP_S
         self._climb_m_s += min(max(climb_m_s - self._climb_m_s, -change), change)
-        airspeed = plane.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
+        airspeed = plane.navigator.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
         self.guide(
             replace(
                 self.hold_guidance(),

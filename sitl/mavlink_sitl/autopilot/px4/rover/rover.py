@@ -73,10 +73,6 @@ class Px4Rover(Px4Vehicle):
         """A moment after arming."""
         return not self.landed and self.now_s - self.arming.armed_at_s >= DRIVING_AFTER_S
 
-    def has_landed(self) -> bool:
-        """Disarmed, in AUTO.LAND, or at the end of AUTO.RTL."""
-        return self.landed
-
     def may_disarm(self) -> bool:
         """Always, also while it rolls."""
         return True
@@ -85,10 +81,6 @@ class Px4Rover(Px4Vehicle):
         """Whether a mode has what it needs; a height to hold there is none."""
         impossible = self.personality.modes[number].behaviour == "px4_altitude"
         return not impossible and super().can_run(number)
-
-    def cruise_m_s(self) -> float:
-        """The cruise speed."""
-        return self.navigator.cruise_m_s()
 
     def accept_m(self) -> float:
         """The acceptance radius (NAV_ACC_RAD)."""

@@ -57,7 +57,7 @@ class DriveTo(AutoTask):
         if after is not None and self._wait_s == 0.0 and item.command not in _ENDLESS:
             angle = corner_rad(start, target, after)
             accept = corner_radius_m(rover, angle)
-            arrival = min(rover.reduced_m_s(1.0 - angle / math.pi), rover.cruise_m_s())
+            arrival = min(rover.reduced_m_s(1.0 - angle / math.pi), rover.navigator.cruise_m_s())
         mission.way = PurePursuit(rover, target, start, arrival, accept)
 
     def update(self) -> None:
