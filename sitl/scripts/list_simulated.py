@@ -33,7 +33,7 @@ VEHICLES = ("copter", "rover", "boat", "plane")
 FIRMWARES = {"ardupilot": "ArduPilot", "px4": "PX4"}
 ACTS, ACCEPTED, REFUSED, SILENT, ABSENT = "acts", "accepted", "rejected", "silent", "-"
 NAMELESS = ("", "(Mode not available)")
-Answers = Mapping[int, tuple[Callable[..., Any], int] | None]
+Answers = Mapping[int, tuple[Callable[..., Any], int]]
 
 _HEAD = """\
 # Commands, modes, messages and mission items of the simulated {title}

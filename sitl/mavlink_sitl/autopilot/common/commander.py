@@ -438,18 +438,6 @@ class Commander(ABC):
         """MISSION_ITEM with current = 3: another height, for planes in GUIDED."""
         return Result.FAILED
 
-    def force_battery_voltage(self, voltage_v: float) -> None:
-        """Where the firmware simulates its battery itself: a voltage for it, or 0."""
-        return
-
-    def pause_or_go_on(self, go_on: bool) -> Result:
-        """DO_PAUSE_CONTINUE: ArduPilot has it for copters only."""
-        return Result.UNSUPPORTED
-
-    def take_off(self, altitude_above_home_m: float) -> Result:
-        """NAV_TAKEOFF, for those that lift off vertically."""
-        return Result.FAILED
-
     @abstractmethod
     def setpoint(self, setpoint: Setpoint) -> None:
         """SET_POSITION_TARGET_*: silently ignored in any mode but GUIDED or OFFBOARD."""

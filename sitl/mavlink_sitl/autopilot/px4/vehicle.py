@@ -229,10 +229,6 @@ class Px4Vehicle(Commander):
         if self.in_flight and flown_s < HOME_DRIFT_S:
             self.navigator.drift_home(-HOME_DRIFT_M * math.sin(flown_s * math.tau / 60.0))
 
-    def force_battery_voltage(self, voltage_v: float) -> None:
-        """See `Commander`."""
-        self.battery.forced_v = voltage_v
-
     # Requests by people.
 
     def set_mode(self, number: int, told: bool = False) -> Result:
