@@ -11,7 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass, replace
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, TypeVar
 
 from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.firmware import Firmware, Inputs, State, step
@@ -44,6 +44,8 @@ from mavlink_sitl.exchange import (
     Vector,
 )
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+
+M = TypeVar("M", bound=Mode)
 
 
 class Body(Protocol):
@@ -144,7 +146,7 @@ class Commander(ABC):
             spec.number: self.table.modes[spec.behaviour](self, spec)
             for spec in personality.modes.values()
         }
-        self.auto = next(mode for mode in self._modes.values() if isinstance(mode, Auto))
+        self.auto = self.mode_of(Auto)
         self.mode: Mode = self._modes[self.first_mode()]
         self.fence = self.table.fence(self)
         self.failsafe = self.table.failsafes(self)
@@ -322,6 +324,10 @@ class Commander(ABC):
         self.events.append(HomeChanged())
 
     # Modes.
+
+    def mode_of(self, kind: type[M]) -> M:
+        """The mode of a class, whether it is in force or not."""
+        return next(mode for mode in self._modes.values() if isinstance(mode, kind))
 
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""

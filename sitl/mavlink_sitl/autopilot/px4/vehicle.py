@@ -300,9 +300,7 @@ class Px4Vehicle(Commander):
 
     def take_off_to(self, altitude_amsl_m: float | None) -> Result:
         """NAV_TAKEOFF: always accepted, changes to AUTO.TAKEOFF, armed or not."""
-        takeoff = self._modes[px4.TAKEOFF]
-        assert isinstance(takeoff, TakeoffMode)
-        takeoff.wanted_amsl_m = altitude_amsl_m
+        self.mode_of(TakeoffMode).wanted_amsl_m = altitude_amsl_m
         self.restart_mode(px4.TAKEOFF)
         return Result.ACCEPTED
 
@@ -314,9 +312,7 @@ class Px4Vehicle(Commander):
         Without a place and a height it stops. With a height alone it continues to the place of the
         mission's item in force.
         """
-        hold = self._modes[px4.LOITER]
-        assert isinstance(hold, HoldMode)
-        mission = self.mode
+        hold, mission = self.mode_of(HoldMode), self.mode
         flown = mission.last_place() if isinstance(mission, Px4Mission) else None
         self.intend(px4.LOITER)
         if not self.armed:
@@ -360,10 +356,8 @@ class Px4Vehicle(Commander):
 
     def hold_at(self, place_ned_m: Vector) -> None:
         """AUTO.LOITER at a place, as after a take-off."""
-        hold = self._modes[px4.LOITER]
-        assert isinstance(hold, HoldMode)
         self.intend(px4.LOITER)
-        hold.stay_at(place_ned_m)
+        self.mode_of(HoldMode).stay_at(place_ned_m)
 
     def return_to_launch(self) -> Result:
         """NAV_RETURN_TO_LAUNCH; said before the mode says where it goes."""
@@ -382,9 +376,7 @@ class Px4Vehicle(Commander):
     def setpoint(self, setpoint: Setpoint) -> None:
         """A usable offboard setpoint: kept whatever the mode; OFFBOARD follows the latest."""
         self.setpoint_at_s = self.now_s
-        offboard = self._modes[px4.OFFBOARD]
-        assert isinstance(offboard, OffboardMode)
-        offboard.take(setpoint)
+        self.mode_of(OffboardMode).take(setpoint)
 
     def terminate(self) -> Result:
         """DO_FLIGHTTERMINATION: the motors stop for good."""

@@ -114,8 +114,7 @@ class Copter(Commander):
     @property
     def guided(self) -> Guided:
         """The GUIDED mode, whether it flies or not."""
-        guided = (m for m in self._modes.values() if m.spec.behaviour == "guided")
-        return next(mode for mode in guided if isinstance(mode, Guided))
+        return self.mode_of(Guided)
 
     def watch(self, observation: Observation) -> None:
         """See `Commander`; remembers the way it has come."""

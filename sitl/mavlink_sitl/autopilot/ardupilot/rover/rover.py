@@ -147,7 +147,7 @@ class Rover(Commander):
     @property
     def guided(self) -> Guided:
         """The GUIDED mode, whether it drives or not."""
-        return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
+        return self.mode_of(Guided)
 
     def rest_at(self, mode: DriveMode, place: Point) -> None:
         """The guidance after arrival: a car stops, a boat holds its position."""

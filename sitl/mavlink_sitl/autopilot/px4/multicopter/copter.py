@@ -72,17 +72,15 @@ class Px4Copter(Px4Vehicle):
         if self.set_mode(px4.ORBIT) is not Result.ACCEPTED:
             self.say(Severity.CRITICAL, "Orbit command rejected")
             return Result.TEMPORARILY_REJECTED
-        mode = self._modes[px4.ORBIT]
-        assert isinstance(mode, Orbit)
-        mode.request(wanted)
+        self.mode_of(Orbit).request(wanted)
         return Result.ACCEPTED
 
     def see_target(self, place: GeoPoint, velocity_ned_m_s: Vector | None) -> None:
         """FOLLOW_TARGET: where the target is, and how fast if it knows that; in any mode."""
         if not self.estimator.has_origin:
             return
-        mode = self._modes[px4.FOLLOW_TARGET]
-        assert isinstance(mode, FollowTarget)
         place_ned_m = self.navigator.place_ned_m(place)
         responsiveness = self.parameters["FLW_TGT_RS"]
-        mode.target.hear(self.now_s, place_ned_m, velocity_ned_m_s, responsiveness)
+        self.mode_of(FollowTarget).target.hear(
+            self.now_s, place_ned_m, velocity_ned_m_s, responsiveness
+        )

@@ -133,9 +133,7 @@ class Px4Plane(Px4Vehicle):
         self, point: GeoPoint | None, altitude_amsl_m: float | None, radius_m: float | None
     ) -> Result:
         """DO_ORBIT: AUTO.LOITER round a place, or where it is; negative is counter-clockwise."""
-        hold = self._modes[px4.LOITER]
-        assert isinstance(hold, plane_modes.Hold)
         result = self.set_mode(px4.LOITER)
         if result is Result.ACCEPTED and self.armed:
-            hold.go_round(point, altitude_amsl_m, radius_m)
+            self.mode_of(plane_modes.Hold).go_round(point, altitude_amsl_m, radius_m)
         return result
