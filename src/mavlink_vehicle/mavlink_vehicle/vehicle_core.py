@@ -136,6 +136,7 @@ class VehicleCore(KnownVehicle):
             self._gap,
             self.heartbeats,
             self.operations,
+            self.timesync,
         )
         # In the order of their timers and events; a stream is closed before its operation ends.
         self.services = Services(
