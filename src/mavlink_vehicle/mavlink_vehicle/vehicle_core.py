@@ -323,7 +323,10 @@ class VehicleCore(KnownVehicle):
 
     def note_setpoint(self, now: float) -> None:
         """Record that a setpoint goes out, ours or another computer's."""
-        self.state = self._gap.sent(self.state, self.profile, now)
+        state = self.state
+        marked = self._gap.sent(state, self.profile, now)
+        if marked is not state:
+            self.state = marked
 
     def notice(self, now: float) -> None:
         """Record that we run, and whether we did not for too long."""
