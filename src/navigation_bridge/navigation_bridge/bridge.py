@@ -467,6 +467,6 @@ class Bridge:
         self._effects.sent()
         return messages
 
-    def next_output(self) -> Output | None:
-        """Return the next output for ROS, the log or the recording."""
-        return self._report.next_output()
+    def next_output(self, recorded: bool = True) -> Output | None:
+        """Return the next output for ROS, the log or the recording, if there is one."""
+        return self._report.next_output(recorded)

@@ -173,8 +173,10 @@ class ActiveGoal:
         self.think_s = math.inf
 
     def setpoint_sent(self, now: float) -> None:
-        """A setpoint of the task is out."""
-        self.setpoint_s = self.think_s = now
+        """A setpoint of the task is out; the next turn is for a task that thinks."""
+        self.setpoint_s = now
+        if self.task.thinks:
+            self.think_s = now
 
     def guard_begins(self, now: float) -> None:
         """Set the time of the next look at what is watched less often."""

@@ -132,6 +132,11 @@ class SetpointFlight(PhasedTask):
         self._last_step_s = now if self._handover_s is None else self._handover_s
         self._estimator.start(self._level(observation), self._follower)
 
+    @property
+    def thinks(self) -> bool:
+        """Whether the flight avoids obstacles."""
+        return self._avoider is not None
+
     def think(self, observation: Observation, now: float) -> None:
         """Look for another path around obstacles, if need be."""
         if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:

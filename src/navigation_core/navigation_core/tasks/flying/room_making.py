@@ -91,6 +91,11 @@ class RoomMaking:
             return self.step(observation, now)
         return self._task.step(observation, now)
 
+    @property
+    def thinks(self) -> bool:
+        """Whether the task that flies thinks."""
+        return self._current.thinks
+
     def think(self, observation: Observation, now: float) -> None:
         """Do what takes long."""
         self._current.think(observation, now)
