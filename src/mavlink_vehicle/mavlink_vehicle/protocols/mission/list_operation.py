@@ -28,7 +28,7 @@ from mavlink_vehicle.protocols.mission.transfer import (
 )
 from mavlink_vehicle.protocols.mission.transfers_in_turn import TransfersInTurn
 from mavlink_vehicle.protocols.operations.command import Address, CommandFinished
-from mavlink_vehicle.protocols.operations.operations import quote_texts
+from mavlink_vehicle.protocols.operations.evidence import quote_texts
 from mavlink_vehicle.state.reducer import VehicleState
 
 _WRITES = 3
