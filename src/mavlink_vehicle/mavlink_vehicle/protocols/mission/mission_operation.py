@@ -167,10 +167,8 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         self._result = OperationResult.TIMED_OUT
         self._fire(MissionInput.TIME_UP, now)
 
-    def _go_on(self, end: TransferFinished | CommandFinished, now: float) -> None:
-        if isinstance(end, CommandFinished):
-            self._rewound(end, now)
-        elif isinstance(self._part, MissionDownload):
+    def _transfer_ended(self, end: TransferFinished, now: float) -> None:
+        if isinstance(self._part, MissionDownload):
             self._read(end, now)
         else:
             self._written(end, now)
@@ -206,7 +204,7 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         else:
             self._fire(MissionInput.RIGHT, now)
 
-    def _rewound(self, end: CommandFinished, now: float) -> None:
+    def _command_ended(self, end: CommandFinished, now: float) -> None:
         if end.result == mavlink.MAV_RESULT_ACCEPTED:
             self._fire(MissionInput.RIGHT, now)
             return
