@@ -17,7 +17,7 @@ from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.plan_files.items import PlanError
 from navigation_bridge.plan_files.routes import parse_route
 
-__all__ = ["PlanError", "earth", "make_plan", "map_waypoints", "stored_plan"]
+__all__ = ["PlanError", "earth", "make_plan", "map_waypoints", "stored_plan", "vehicle_map"]
 
 # Of two numbers for the same frame, the one that QGroundControl writes.
 _FILE_FRAMES = {
@@ -37,8 +37,16 @@ def _projections() -> dict[str, Projection]:
     return {profile.name: profile.projection for profile in profiles if profile.projection}
 
 
-def _located(autopilot: str, home: HomeValue | None) -> tuple[LocalFrame, Geodetic]:
-    """Return the vehicle's map, and home in degrees and metres above mean sea level."""
+def vehicle_map(autopilot: str, home: HomeValue | None) -> tuple[LocalFrame, Geodetic]:
+    """Return the vehicle's map, and home in degrees and metres above mean sea level.
+
+    Args:
+        autopilot: as in VehicleStatus.
+        home: as of `facts.home`.
+
+    Raises:
+        PlanError: nobody knows where the map lies on the earth.
+    """
     projection = _projections().get(autopilot)
     if projection is None:
         raise PlanError(
@@ -72,7 +80,7 @@ def earth(autopilot: str, home: HomeValue | None) -> dict[str, object] | None:
         firmware's projection.
     """
     try:
-        frame, _ = _located(autopilot, home)
+        frame, _ = vehicle_map(autopilot, home)
     except PlanError:
         return None
     projection: Any = frame.projection
@@ -92,7 +100,7 @@ def map_waypoints(
     Raises:
         PlanError: it cannot be flown, or nobody knows where that is.
     """
-    frame, home_place = _located(autopilot, home)
+    frame, home_place = vehicle_map(autopilot, home)
     route = parse_route(text)
     notes = list(route.notes)
     found = []
@@ -119,7 +127,7 @@ def make_plan(waypoints: Sequence[PageWaypoint], autopilot: str, home: HomeValue
     Raises:
         PlanError: nobody knows where the waypoints are.
     """
-    frame, home_place = _located(autopilot, home)
+    frame, home_place = vehicle_map(autopilot, home)
     items = []
     for number, waypoint in enumerate(waypoints, start=1):
         east_m, north_m, up_m = waypoint.position_enu_m
