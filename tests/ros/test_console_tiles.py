@@ -21,6 +21,7 @@ from rclpy.context import Context
 
 from custom_interfaces.msg import HomePosition, VehicleStatus
 from drone_navigation.console import plans
+from drone_navigation.console.page_types import HomeValue
 from drone_navigation.processes import ros_environment
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
@@ -102,14 +103,14 @@ class Scene:
     processes: list[Process]
 
 
-def home_of(name: str) -> dict[str, object]:
+def home_of(name: str) -> HomeValue:
     _, latitude, longitude = VEHICLES[name]
-    return {"latitude": latitude, "longitude": longitude, "altitude": 50.0, "at": list(HOME_ENU_M)}
+    return HomeValue(latitude=latitude, longitude=longitude, altitude=50.0, at=list(HOME_ENU_M))
 
 
 def places_of(name: str) -> list[tuple[float, float]]:
     """Return latitude and longitude of the marks, by the projection that the bridge uses."""
-    frame = plans._frame(VEHICLES[name][0], home_of(name))
+    frame, _ = plans.vehicle_map(VEHICLES[name][0], home_of(name))
     found = [frame.geodetic((north_m, east_m, 0.0)) for east_m, north_m in PLACES]
     return [(latitude, longitude) for latitude, longitude, _ in found]
 

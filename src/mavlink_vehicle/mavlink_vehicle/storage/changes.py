@@ -15,8 +15,8 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import Outbox
-from mavlink_vehicle.protocols.parameter_service.listing import ParameterListing
-from mavlink_vehicle.protocols.parameter_service.one_parameter import OneParameter
+from mavlink_vehicle.storage.listing import ParameterListing
+from mavlink_vehicle.storage.one_parameter import OneParameter
 
 # Parameters that ArduPilot and PX4 maintain themselves: boots, times, and items of their lists. A
 # file saved earlier would take hours of flight back, or bring another vehicle's. Another version

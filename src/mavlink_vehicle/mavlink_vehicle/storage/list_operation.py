@@ -27,8 +27,8 @@ from mavlink_vehicle.protocols.mission.transfer import (
     TransferTiming,
 )
 from mavlink_vehicle.protocols.mission.transfers_in_turn import TransfersInTurn
-from mavlink_vehicle.protocols.operations.command import Address, CommandFinished
-from mavlink_vehicle.protocols.operations.operations import quote_texts
+from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.operations.evidence import quote_texts
 from mavlink_vehicle.state.reducer import VehicleState
 
 _WRITES = 3
@@ -122,8 +122,7 @@ class ListOperation(TransfersInTurn[StoredListFinished]):
     def _end_late(self, now: float) -> None:
         self.stop(OperationResult.TIMED_OUT, "timed out", now)
 
-    def _go_on(self, end: TransferFinished | CommandFinished, now: float) -> None:
-        assert isinstance(end, TransferFinished)
+    def _transfer_ended(self, end: TransferFinished, now: float) -> None:
         if self.state is ListState.READING:
             self._know(end, now)
         elif self.state is ListState.CHECKING:

@@ -20,7 +20,7 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
-from mavlink_vehicle.protocols.parameter_service.values import (
+from mavlink_vehicle.storage.values import (
     encode_value,
     parameter_of,
     same_value,

@@ -8,10 +8,10 @@ from dataclasses import replace
 from mavlink_vehicle.events import OperationResult
 from mavlink_vehicle.mission_items import MissionItem, MissionType
 from mavlink_vehicle.profiles import Profile
-from mavlink_vehicle.protocols.mission.list_operation import ListOperation
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
-from mavlink_vehicle.protocols.parameter_service.changes import ParameterChanges
-from mavlink_vehicle.protocols.parameter_service.listing import ParameterListing
+from mavlink_vehicle.storage.changes import ParameterChanges
+from mavlink_vehicle.storage.list_operation import ListOperation
+from mavlink_vehicle.storage.listing import ParameterListing
 from mavlink_vehicle.vehicle_core import VehicleCore
 
 _NOBODY = "No vehicle has been detected yet; check the link and the vehicle's power."

@@ -15,7 +15,7 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import OperationResult, Parameter, ParametersFinished
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
-from mavlink_vehicle.protocols.parameter_service.values import parameter_of
+from mavlink_vehicle.storage.values import parameter_of
 
 _VALUE = mavlink.MAVLink_param_value_message
 _SILENCE_S = 1.0
