@@ -160,7 +160,7 @@ class RoomMaking:
             view.reservations.entry(view.name).stuck_until_s = now + NO_DETOUR_RETRY_S
             return False
         self._asides += 1
-        view.reservations.give_up_wish(view.name)
+        view.reservations.entry(view.name).give_up_wish()
         self._waits_since_s = None
         self._aside = fly_to(GotoGoal(found.points_enu_m[-1]), self._terms)
         self._aside.start(observation, now)

@@ -39,7 +39,7 @@ from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.detours import Detour, DetourSearch
-from navigation_core.traffic.reservations import Ask
+from navigation_core.traffic.entries import Ask
 from navigation_core.traffic.right_of_way import TrafficWait
 from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Array, Volume, densified, joined
