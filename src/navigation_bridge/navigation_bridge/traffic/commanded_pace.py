@@ -10,7 +10,7 @@ import numpy as np
 from navigation_core.geometry import ZERO, norm, scale
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.intents import Setpoint
-from navigation_core.tasks.leading.path_in_traffic import REACTION_S
+from navigation_core.tasks.leading.reserved_path import REACTION_S
 from navigation_core.traffic.evasions import AFTER_S
 from navigation_core.traffic.traffic_view import TrafficView
 

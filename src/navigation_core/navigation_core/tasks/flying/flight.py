@@ -174,7 +174,10 @@ class SetpointFlight(PhasedTask):
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
         if self._phase is Phase.NAVIGATING:
-            progress = self._in_traffic.progress(progress)
+            waiting = self._in_traffic.pace.waiting
+            if waiting is not None:
+                status = Status.WAITING_FOR_TRAFFIC
+                progress = replace(progress, status=status, blocked=waiting.text)
         position = observation.position_enu_m
         return self._itinerary.total(progress, position, self._estimator.is_straight)
 
@@ -358,19 +361,19 @@ class SetpointFlight(PhasedTask):
         here = located(observation, self._config.position_stale_s)
         if here is None:
             return self._lose_position(observation)
-        share = self._in_traffic.step(observation, now)
+        pace = self._in_traffic.step(observation, now)
         if self._follower.is_stale or self._follower.carrot is None:
             self._begin_flight(observation, now)
-            share = self._in_traffic.step(observation, now)
+            pace = self._in_traffic.step(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             return Phase.BLOCKED
-        carrot, waiting = self._follower.carrot, self._in_traffic.waiting
+        carrot = self._follower.carrot
         if carrot is None or self._phase is not Phase.NAVIGATING:
             return None
-        if waiting is not None and self._in_traffic.is_over(observation, now):
-            return self._over(OutcomeCode.TRAFFIC, waiting.text, observation)
-        path = self._walk(carrot, here, observation, share)
-        if self._in_traffic.leads_elsewhere:
+        if pace.waiting is not None and pace.is_over:
+            return self._over(OutcomeCode.TRAFFIC, pace.waiting.text, observation)
+        path = self._walk(carrot, here, observation, pace.share)
+        if pace.leads_elsewhere:
             return Fly(self._setpoint(carrot, here, observation, path))
         if carrot.arrived if path is None else path.left_m <= self._arrival.radius_m:
             carrot.finish()
