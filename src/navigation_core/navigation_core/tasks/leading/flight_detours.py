@@ -16,7 +16,8 @@ from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.searches import Search
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
-from navigation_core.tasks.leading.path_follower import PathFollower, joins
+from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.leading.path_search import joins
 from navigation_core.tasks.leading.reserved_path import STANDS_M_S, ReservedPath
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
@@ -203,7 +204,7 @@ class FlightDetours:
         late_s = looking.carrot.time_s - looking.joint_s if self._traits.flies else 0.0
         if looking.carrot.ended:
             late_s = 0.0
-        commanded = self._follower.commanded
+        commanded = self._follower.sent.commanded
         if self._traits.flies and (commanded is None or not joins(commanded.state, path, late_s)):
             return None
         speed = norm(path.trajectory.start.velocity_enu_m_s)

@@ -167,7 +167,7 @@ class GivingWay:
     def _return(self, evades: bool) -> None:
         """Fly to the goal, as no intruder is near."""
         if evades:
-            self._follower.carrot = None  # the next path begins at the setpoint
+            self._follower.leave_path()  # the next path begins at the setpoint
         self._evasion, self.waiting, self._share = None, None, 1.0
 
     def _pace(self, of_allowed: float, who: str, now: float) -> None:

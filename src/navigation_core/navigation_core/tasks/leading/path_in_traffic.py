@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 from navigation_core.geometry import ZERO, norm, scale, unit
 from navigation_core.safety.stopping_distance import stopping_speed_m_s
 from navigation_core.tasks.intents import Setpoint
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.flight_detours import FlightDetours, IsFree
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.leading.giving_way import GivingWay
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
@@ -176,7 +176,8 @@ class PathInTraffic:
             self._path, self._stops = None, False
         if self._left_path and carrot.ended:
             # The next path begins at the setpoint, where the vehicle stands.
-            self._elsewhere = self._follower.carrot = None
+            self._elsewhere = None
+            self._follower.leave_path()
             return 1.0
         if self._stops and self._left_path:
             return 1.0  # it lies within the reserved part of the path before it
