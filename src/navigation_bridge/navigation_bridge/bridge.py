@@ -287,7 +287,7 @@ class Bridge:
         previous, goal = self._engine.begin(goal_id, admitted, now)
         self._desk.give_up("A new goal was started.", now)
         if previous is not None:
-            replaced = Outcome(OutcomeCode.PREEMPTED, f"Replaced by goal {goal_id}.", None)
+            replaced = Outcome(OutcomeCode.PREEMPTED, "Replaced by another goal.", None)
             self._report.ended(previous, replaced, now)
         self._engine.start_task(goal, now)
 

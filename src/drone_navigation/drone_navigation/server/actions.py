@@ -277,7 +277,7 @@ class GoalServers:
 
     def _on_known_id(self, goal_id: str) -> None:
         text = (
-            f"Goal {goal_id} of this action is active or ended less than {RESULT_TIMEOUT_S} s ago; "
+            f"Goal {goal_id[:8]} of this action is active or ended less than {RESULT_TIMEOUT_S} s ago; "
             "give each goal an id of its own."
         )
         rejection = Rejection(OutcomeCode.BUSY, text)

@@ -171,7 +171,7 @@ def admit(
         return rejection
     busy: Rejection | None = None
     if active_goal_id is not None and not snapshot.config.replace_active_goal:
-        text = f"Goal {active_goal_id} is active and on_new_goal is 'reject'; cancel it first."
+        text = "A goal is active and on_new_goal is 'reject'; cancel it first."
         busy = Rejection(OutcomeCode.BUSY, text)
     if task.admit_anywhere is not None:
         return busy or task.admit_anywhere(request, snapshot)
