@@ -72,15 +72,6 @@ class QuadrotorCommand(NamedTuple):
     yaw_rate_rad_s: Lane
 
 
-def at_rest(north_m: Lane, east_m: Lane, down_m: Lane, yaw_rad: Lane, o: Ops) -> QuadrotorState:
-    """Vehicles standing on the ground with motors off."""
-    zero = o.full(0.0)
-    return QuadrotorState(
-        north_m, east_m, down_m, zero, zero, zero, zero, zero, zero, zero, zero,
-        yaw_rad, zero, zero == zero, zero,
-    )  # fmt: skip
-
-
 def step(
     state: QuadrotorState,
     command: QuadrotorCommand,

@@ -18,7 +18,7 @@ from mavlink_sitl.autopilot.parameters import (
     ParameterType,
     UnknownParameterError,
 )
-from mavlink_sitl.dynamics import battery, quadrotor
+from mavlink_sitl.dynamics import at_rest, battery, quadrotor
 from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection
 from mavlink_sitl.links.tlog import read_records
@@ -38,8 +38,8 @@ def flown(
 ) -> quadrotor.QuadrotorState:
     """A quadrotor that does one thing for a while, far above ground."""
     if state is None:
-        state = quadrotor.at_rest(0.0, 0.0, -1000.0, 0.0, SCALAR)._replace(
-            on_ground=False, thrust_m_s2=GRAVITY_M_S2
+        state = at_rest(quadrotor.QuadrotorState, 0.0, SCALAR)._replace(
+            down_m=-1000.0, on_ground=False, thrust_m_s2=GRAVITY_M_S2
         )
     for _ in range(round(seconds / DT_S)):
         state = quadrotor.step(state, command, wind, 0.0, DT_S, MODEL, SCALAR)
@@ -105,7 +105,8 @@ def test_yaw_turns_clockwise_and_wraps() -> None:
 
 
 def test_the_ground_holds_and_remembers_the_impact() -> None:
-    state = quadrotor.at_rest(0.0, 0.0, -5.0, 0.0, SCALAR)._replace(on_ground=False)
+    state = at_rest(quadrotor.QuadrotorState, 0.0, SCALAR)
+    state = state._replace(down_m=-5.0, on_ground=False)
     state = flown(level(0.0), 3.0, state)
     assert state.down_m == 0.0
     assert state.on_ground
@@ -134,9 +135,13 @@ def test_an_array_of_vehicles_moves_like_each_alone(
     columns = [many.pack(list(column)) for column in zip(*rows, strict=True)]
 
     def begin(o: Ops, c: list[object]) -> quadrotor.QuadrotorState:
-        rest = quadrotor.at_rest(c[0], c[1], c[2], o.full(0.5), o)
-        return rest._replace(
-            velocity_north_m_s=c[3], velocity_east_m_s=c[4], velocity_down_m_s=c[5]
+        return at_rest(quadrotor.QuadrotorState, o.full(0.5), o)._replace(
+            north_m=c[0],
+            east_m=c[1],
+            down_m=c[2],
+            velocity_north_m_s=c[3],
+            velocity_east_m_s=c[4],
+            velocity_down_m_s=c[5],
         )
 
     def end(o: Ops, c: list[object]) -> quadrotor.QuadrotorState:
