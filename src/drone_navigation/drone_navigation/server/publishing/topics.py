@@ -186,13 +186,15 @@ class Topics:
             self._publish_diagnostics(stamp, now)
 
     def _publish_pose(self, state: VehicleState, now: float) -> None:
+        streams = (self._pose, self._odometry, self._geo_pose)
+        heard = [publisher for publisher in streams if is_heard(publisher)]
+        if not heard and not self.transforms.are_followed:
+            return
         pose, position = self._bridge.pose, state.global_position
         if pose is None or position is None:
             return
         pose = at_time_of_position(pose, state)
         self.transforms.follow(pose, state)
-        streams = (self._pose, self._odometry, self._geo_pose)
-        heard = [publisher for publisher in streams if is_heard(publisher)]
         if not heard and not self.transforms.are_heard:
             return
         stamp, frames = self._measured(position.time_boot_ms, now), self._frames
