@@ -111,7 +111,6 @@ def test_the_simulator_is_used_by_its_public_names() -> None:
 
 
 # Optional features of the server: the names of their files, and in how many folders these are.
-# The protocols of stored parameters and lists are folders of their own.
 SERVER_PACKAGES = (
     "mavlink_vehicle",
     "navigation_core",
@@ -124,10 +123,10 @@ FEATURES = {
     "logs": (r"/logs/|log_requests", 3),
     "RTCM": (r"rtcm|correction", 3),
     "external position": (r"external_", 3),
-    "velocity": (r"velocity_(commands|topic)|follow_velocity|tasks/steering", 5),
+    "velocity": (r"velocity_(commands|topic)|follow_velocity|tasks/steering", 3),
     "traffic": (r"/traffic/|in_traffic", 4),
     "rehearsal": (r"rehears", 2),
-    "storage": (r"storage|parameter_service|list_operation", 5),
+    "storage": (r"storage|list_operation", 3),
 }
 SHELLS = (
     "mavlink_vehicle/mavlink_vehicle/io/driver.py",

@@ -29,7 +29,7 @@ from mavlink_vehicle.protocols.operations.takeoff_goal import (
 )
 from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointNed
-from mavlink_vehicle.storage import Storage
+from mavlink_vehicle.storage.requests import Storage
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
 from mavlink_vehicle.vehicle_core import VehicleCore
 

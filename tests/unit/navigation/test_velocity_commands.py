@@ -9,7 +9,7 @@ import pytest
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import make_config
-from navigation_bridge.requests.velocity_commands import VelocityCommands
+from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame

@@ -287,9 +287,9 @@ def test_cancelled_at_any_time_it_ends_once(answer: int | None) -> None:
     script = Script()
     if answer is not None:
         script.say(script.autopilot.ack(SET_MODE, answer))
-    script.operation.cancel("it was abandoned", script.now)
-    script.operation.cancel("again", script.now)
-    script.operation.lose("the autopilot restarted", script.now)
+    script.operation.stop(CANCELLED, "it was abandoned", script.now)
+    script.operation.stop(CANCELLED, "again", script.now)
+    script.operation.stop(LINK_LOST, "the autopilot restarted", script.now)
     end = script.end()
     assert end.result is CANCELLED
     assert end.reason == "Mode change to GUIDED ended: it was abandoned."
@@ -397,7 +397,7 @@ def test_a_repetition_rejected_in_the_air_does_not_end_the_take_off(
 
 def test_the_table_is_complete() -> None:
     """In every state but the last, everything that can come is provided for."""
-    always = {OperationInput.REACHED, OperationInput.FAILED, OperationInput.CANCEL}
+    always = {OperationInput.REACHED, OperationInput.STOP}
     answers = {OperationInput.ACCEPTED, OperationInput.REFUSED, OperationInput.TIME_UP}
     expected = {
         OperationState.IDLE: always | {OperationInput.START, OperationInput.PREPARE},

@@ -15,10 +15,10 @@ from mavlink_vehicle.events import (
     ParametersFinished,
 )
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.parameter_service.changes import ParameterChanges
-from mavlink_vehicle.protocols.parameter_service.listing import ParameterListing
-from mavlink_vehicle.protocols.parameter_service.one_parameter import OneParameter
-from mavlink_vehicle.protocols.parameter_service.values import (
+from mavlink_vehicle.storage.changes import ParameterChanges
+from mavlink_vehicle.storage.listing import ParameterListing
+from mavlink_vehicle.storage.one_parameter import OneParameter
+from mavlink_vehicle.storage.values import (
     as_float32,
     encode_value,
     same_value,

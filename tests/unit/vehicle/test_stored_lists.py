@@ -90,7 +90,7 @@ def test_it_is_read_again_and_the_same_list_stays_the_same() -> None:
     now = reading.wait()
     reading.tell("MISSION_COUNT", now, count=0)
     assert reading.fence == ()
-    reading.reader.forget()
+    reading.reader.vehicle_gone("the autopilot restarted", now)
     assert reading.fence is None
 
 

@@ -57,7 +57,8 @@ class DirectMeasurements:
         self._takes: dict[type[Message], tuple[Callable[[Message], Values], _Take]] = {}
         self.intakes: dict[int, Intake] = {}
         answers = measurement(mavlink.MAVLink_timesync_message, timesync.changes)
-        for kind, taken in (*MEASUREMENTS.items(), (mavlink.MAVLink_timesync_message, answers)):
+        measurements = {**MEASUREMENTS, mavlink.MAVLink_timesync_message: answers}
+        for kind, taken in measurements.items():
             take = self._taker(taken)
             self._takes[kind] = (taken.values, take)
             self.intakes[taken.number] = _intake(taken, take)

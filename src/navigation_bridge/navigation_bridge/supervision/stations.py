@@ -83,9 +83,9 @@ class Stations:
             return
         if goal.takeover is not None:
             if not self._brought(goal, acted, goal.takeover):
-                goal.name_station(sentence)
+                goal.taken(replace(goal.takeover, by=sentence))
                 return
-            goal.explain_takeover()
+            goal.taken(None)
             if goal.plan is None and not goal.ending:
                 what = Consequence.CANCEL
         if acted.act is StationAct.REPLACED_MISSION and goal.mission is not None:
@@ -97,7 +97,7 @@ class Stations:
             self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: paused by a ground station")
         elif what is Consequence.GO_ON:
             self._go_on(goal, now)
-        goal.due(now)
+        goal.times.due(now)
 
     def change_mode(self, event: ModeChanged, goal: ActiveGoal | None, now: float) -> bool:
         """Handle a mode change not requested here; True if a ground station's act explains it."""
@@ -126,7 +126,7 @@ class Stations:
         """Stop sending: the mode has changed, and the origin may show later."""
         acted = self._recent(now)
         by = "" if acted is None else told(acted)
-        goal.take_away(Takeover(mode_name, now, by).watched(self._vehicle.state))
+        goal.taken(Takeover(mode_name, now, by).watched(self._vehicle.state))
         self.let_go(goal, now)
 
     def name(self, outcome: Outcome, now: float) -> Outcome:
@@ -141,11 +141,11 @@ class Stations:
 
     def let_go(self, goal: ActiveGoal, now: float) -> None:
         """Send nothing to the vehicle of a goal any more."""
-        if goal.operation is not None:
+        if goal.operation.report is not None:
             self._vehicle.operations.abandon(now)
-            goal.operation_dropped()
+            goal.operation.dropped()
         self._vehicle.setpoints.close()
-        goal.due(now)
+        goal.times.due(now)
 
     def free(self, now: float) -> bool:
         """Make a vehicle that ignores setpoints follow them again: through its hold mode."""
@@ -170,7 +170,7 @@ class Stations:
         goal.resume_by_station(now)
         if self.free(now) or goal.yielded is not None:
             goal.take_back(now)
-        goal.due(now)
+        goal.times.due(now)
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed by a ground station")
 
     def _follow_pause(self, acted: StationActed) -> None:

@@ -108,11 +108,13 @@ class StoredLists(Outbox, VehicleService):
 
     def link_lost(self, state: VehicleState, now: float) -> None:
         """Stop asking."""
-        self.pause()
+        self._download = None
+        self._due_s.clear()
+        self._outbox.clear()
 
     def vehicle_gone(self, reason: str, now: float) -> None:
         """Drop what is known."""
-        self.forget()
+        self._items.clear()
 
     def resume(self, address: Address, now: float) -> None:
         """Read the lists from now on."""
@@ -186,16 +188,6 @@ class StoredLists(Outbox, VehicleService):
             self.refresh(MissionType.FENCE, now)
         if before.rally_id != mission.rally_id:
             self.refresh(MissionType.RALLY, now)
-
-    def forget(self) -> None:
-        """Drop what is known: the autopilot restarted."""
-        self._items.clear()
-
-    def pause(self) -> None:
-        """Stop asking."""
-        self._download = None
-        self._due_s.clear()
-        self._outbox.clear()
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the count and the items."""
