@@ -72,8 +72,9 @@ class OwnGap(Outbox, VehicleService):
             self._ask_s = now + _ASK_AFTER_S
         return now - ran[0]
 
-    def next_deadline(self) -> float | None:
-        """Return when a HEARTBEAT is to be asked for; None if none is wanted."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When a HEARTBEAT is to be asked for; None if none is wanted."""
         return None if self._before is None else self._ask_s
 
     def handle_timer(self, now: float) -> None:
