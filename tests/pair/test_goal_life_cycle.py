@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -159,8 +160,24 @@ def test_a_server_may_reject_a_replacement() -> None:
     rejection = flight.check(flight.request(1.0, 1.0, 2.0))
     assert rejection is not None
     assert rejection.code is OutcomeCode.BUSY
-    assert goal in rejection.message
+    assert "A goal is active" in rejection.message
     assert flight.run_to_end(goal).code is OutcomeCode.SUCCESS
+
+
+def test_no_sentence_for_people_has_the_id_of_a_goal(flight: SimulatedFlight) -> None:
+    first = flight.send(20.0, 0.0, 2.0)
+    services = flight.bridge.services
+    texts = [services.pause(flight.now)[1], services.resume(flight.now)[1]]
+    occupied = services.occupied
+    assert occupied is not None
+    texts.append(occupied.message)
+    second = flight.send(10.0, 0.0, 2.0)
+    flight.bridge.cancel_goal(second, flight.now)
+    texts += [services.pause(flight.now)[1], flight.run_to_end(second).message]
+    texts += [end.message for end in flight.ends(first)]
+    assert len(texts) == 6
+    for text in texts:
+        assert not re.search("[0-9a-f]{32}", text), text
 
 
 @pytest.mark.parametrize("phase", ["TAKING_OFF", "NAVIGATING"])

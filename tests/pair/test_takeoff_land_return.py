@@ -140,7 +140,7 @@ def test_a_goal_that_is_being_cancelled_neither_continues_nor_pauses(
     goal_id = flight.send(30.0, 0.0, 3.0)
     flight.run_until(lambda: flight.truth()[1] > 2.0)
     flight.bridge.cancel_goal(goal_id, flight.now)
-    refused = (False, f"Goal {goal_id} is being cancelled.")
+    refused = (False, "The goal is being cancelled.")
     assert flight.bridge.services.resume(flight.now) == refused
     assert flight.bridge.services.pause(flight.now) == refused
     assert flight.run_to_end(goal_id).code.value == "CANCELED"
@@ -204,7 +204,7 @@ def test_no_mode_is_set_while_a_goal_is_active(flight: SimulatedFlight) -> None:
     goal_id = flight.send(10.0, 0.0, 3.0)
     done = flight.serve(Service.SET_MODE, "LOITER")
     assert not done.success
-    assert goal_id in done.message
+    assert "A goal is active" in done.message
     assert flight.run_to_end(goal_id).code.value == "SUCCESS"
 
 
@@ -228,5 +228,5 @@ def test_motors_are_left_alone_while_a_goal_is_active(
     goal_id = flight.send(10.0, 0.0, 3.0)
     done = flight.serve(service)
     assert not done.success
-    assert goal_id in done.message
+    assert "A goal is active" in done.message
     assert flight.run_to_end(goal_id).code.value == "SUCCESS"

@@ -260,7 +260,7 @@ class Vehicle(VehicleCore):
                 f"{profile.name} is in {self.mode_name}, where setpoints must not be sent; "
                 f"change to {profile.control_mode} first."
             )
-        if not self.state.armed and not profile.setpoints.while_disarmed:
+        if not self.live.known.armed and not profile.setpoints.while_disarmed:
             raise SetpointError(
                 f"{profile.name} is disarmed; a setpoint could make it move later. Arm it first."
             )

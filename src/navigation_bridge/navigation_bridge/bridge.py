@@ -156,7 +156,7 @@ class Bridge:
         )
         self.scene = Scene(vehicle, self._map_frame, config)
         self._admission = Admission(
-            self._tasks, self._engine, vehicle, self._traffic, self._positions, self._features
+            self._tasks, self._engine, vehicle, self._positions, self._features
         )
         self._events = VehicleEvents(self._engine, parts, self.obstacles, self._desk)
         self.recorded_goal_id: str | None = None
@@ -288,7 +288,7 @@ class Bridge:
         previous, goal = self._engine.begin(goal_id, admitted, now)
         self._desk.give_up("A new goal was started.", now)
         if previous is not None:
-            replaced = Outcome(OutcomeCode.PREEMPTED, f"Replaced by goal {goal_id}.", None)
+            replaced = Outcome(OutcomeCode.PREEMPTED, "Replaced by another goal.", None)
             self._report.ended(previous, replaced, now)
         self._engine.start_task(goal, now)
 
@@ -462,12 +462,12 @@ class Bridge:
         """Return the MAVLink messages to send now, after publishing what a request put out."""
         self.front.put_out()
         messages = self._vehicle.messages_to_send()
-        for message in self._traffic.announcements():
+        for message in self._traffic.announcements.take():
             address = self._vehicle.address
             messages.append(with_source(message, address.source_system, address.source_component))
         self._effects.sent()
         return messages
 
-    def next_output(self) -> Output | None:
-        """Return the next output for ROS, the log or the recording."""
-        return self._report.next_output()
+    def next_output(self, recorded: bool = True) -> Output | None:
+        """Return the next output for ROS, the log or the recording, if there is one."""
+        return self._report.next_output(recorded)

@@ -56,7 +56,7 @@ class ClientServices:
         goal = self._engine.goal
         if self.refusal is not None or goal is None:
             return self.refusal
-        return Rejection(OutcomeCode.BUSY, f"Goal {goal.goal_id} is active; cancel it first.")
+        return Rejection(OutcomeCode.BUSY, "A goal is active; cancel it first.")
 
     def pause(self, now: float) -> tuple[bool, str]:
         """Pause the active goal until :meth:`resume`; return success and a sentence."""
@@ -67,7 +67,7 @@ class ClientServices:
         if rejection is not None:
             return False, rejection.message
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: paused")
-        return True, f"Goal {goal.goal_id} is paused."
+        return True, "The goal is paused."
 
     def resume(self, now: float) -> tuple[bool, str]:
         """Resume a paused goal; return success and a sentence."""
@@ -78,7 +78,7 @@ class ClientServices:
         if why_not:
             return False, why_not
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed")
-        return True, f"Goal {goal.goal_id} is resumed."
+        return True, "The goal is resumed."
 
     def _pausable_goal(self) -> tuple[ActiveGoal | None, str]:
         """Return the active goal unless it is being cancelled; else None and why."""
@@ -86,7 +86,7 @@ class ClientServices:
         if goal is None:
             return None, "No goal is active."
         if goal.cancel_requested_s is not None:
-            return None, f"Goal {goal.goal_id} is being cancelled."
+            return None, "The goal is being cancelled."
         return goal, ""
 
     def serve(self, number: int, service: Service, now: float, mode: str = "") -> None:

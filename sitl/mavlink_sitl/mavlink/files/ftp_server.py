@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, TypeVar
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.files import requests as ftp
 from mavlink_sitl.mavlink.files.component_metadata import crc32
-from mavlink_sitl.mavlink.files.contents import Contents
 from mavlink_sitl.mavlink.files.file_system import (
     ArduPilotFileSystem,
     FileSystem,
@@ -34,7 +33,7 @@ from mavlink_sitl.mavlink.files.requests import (
     of_errno,
     packed,
 )
-from mavlink_sitl.mavlink.files.storage import StorageError
+from mavlink_sitl.mavlink.files.storage import Contents, StorageError
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 
 if TYPE_CHECKING:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import posixpath
+from typing import Protocol
 
 BYTES_MAX = 4 << 20
 ENTRIES_MAX = 200
@@ -118,3 +119,34 @@ class Storage:
     def _make_room(self) -> None:
         if len(self.files) + len(self.folders) >= ENTRIES_MAX:
             raise StorageError(errno.ENOSPC)
+
+
+class Contents(Protocol):
+    """An open file."""
+
+    @property
+    def told_size(self) -> int:
+        """The size that is reported when the file is opened, in bytes."""
+
+    def read(self, offset: int, count: int) -> bytes:
+        """Bytes of it; none at its end.
+
+        Raises:
+            StorageError: it cannot be read so.
+        """
+
+
+class Stored:
+    """A file that is there as it is; a log may still grow."""
+
+    def __init__(self, data: bytes | bytearray) -> None:
+        self.data = data
+
+    @property
+    def told_size(self) -> int:
+        """Its size."""
+        return len(self.data)
+
+    def read(self, offset: int, count: int) -> bytes:
+        """See `Contents`."""
+        return bytes(self.data[offset : offset + count])

@@ -56,7 +56,11 @@ def comparison_page(first: Flight, second: Flight) -> str:
     flights = (first, second)
     alignment = align(first, second)
     tracks, placed = in_one_frame(first, second)
-    parts: list[object] = [_who(flights), element("p", _about(alignment, placed), class_="note")]
+    parts: list[object] = [
+        element("h2", "Flights"),
+        _who(flights),
+        element("p", _about(alignment, placed), class_="note"),
+    ]
     for letter, flight in zip(_LETTERS, flights, strict=True):
         if missing := not_in_the_log(flight):
             parts += [element("p", f"{letter}: {flight.path.name}", class_="note"), missing]
@@ -104,7 +108,7 @@ def _who(flights: tuple[Flight, Flight]) -> Markup:
         ]
         for letter, flight in zip(_LETTERS, flights, strict=True)
     ]
-    return table(("", "log", "vehicle", "firmware"), rows)
+    return table(("flight", "log", "vehicle", "firmware"), rows)
 
 
 def _about(alignment: Alignment, placed: str) -> str:
@@ -175,7 +179,7 @@ def _differences(flights: tuple[Flight, Flight], alignment: Alignment) -> Markup
                 _signed(change, unit, digits),
             ]
         )
-    return table(("", "A", "B", "B − A"), rows, "figures")
+    return table(("figure", "A", "B", "B − A"), rows, "figures")
 
 
 def _above(flights: tuple[Flight, Flight]) -> str:

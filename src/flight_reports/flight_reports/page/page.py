@@ -36,7 +36,7 @@ class Plots:
         self.figures[name] = figure
         height = figure["layout"]["height"]
         return element("div", id=name, class_="plot", style=f"min-height:{height}px",
-                       role="img", aria_label=label)  # fmt: skip
+                       role="group", aria_label=label)  # fmt: skip
 
     def follow(self, section: str, track: Track, begin_s: float = 0.0) -> None:
         """Let the map of a section show where the vehicle was at the time that is pointed at."""

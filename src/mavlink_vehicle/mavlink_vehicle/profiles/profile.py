@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
@@ -280,6 +281,11 @@ class Profile:
             if number == custom_mode:
                 return name
         return f"MODE_{custom_mode}"
+
+    @cached_property
+    def control_number(self) -> int | None:
+        """The custom_mode of the `control_mode`; None without one."""
+        return self.mode_number(self.control_mode)
 
     def mode_number(self, name: str | None) -> int | None:
         """Return the custom_mode of a mode's name, None for no name or an unknown one."""

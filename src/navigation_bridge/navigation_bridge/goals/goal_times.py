@@ -43,9 +43,11 @@ class GoalTimes:
         """The task thinks; not again before its next setpoint is out."""
         self.think_s = math.inf
 
-    def setpoint_sent(self, now: float) -> None:
-        """A setpoint of the task is out."""
-        self.setpoint_s = self.think_s = now
+    def setpoint_sent(self, task_thinks: bool, now: float) -> None:
+        """A setpoint of the task is out; the next turn is for a task that thinks."""
+        self.setpoint_s = now
+        if task_thinks:
+            self.think_s = now
 
     def guard_begins(self, now: float) -> None:
         """Set the time of the next look at what is watched less often."""

@@ -12,7 +12,7 @@ from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import KnownObstacle, Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 
 __all__ = ["avoidance_of", "check_obstacles"]
 

@@ -19,7 +19,7 @@ from navigation_bridge.supervision.data_watches import check_position
 from navigation_bridge.supervision.preflight import check_safety
 from navigation_bridge.tasks.registry import task_of
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
+from navigation_bridge.traffic.target_conflicts import check_target, free_target
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 
@@ -54,7 +54,6 @@ class Admission:
         tasks: Sequence[TaskKind[Any]],
         engine: Engine,
         vehicle: Vehicle,
-        traffic: VehicleSeparation,
         positions: PositionTrust,
         features: Feature,
     ) -> None:
@@ -62,7 +61,6 @@ class Admission:
         self._tasks = tasks
         self._engine = engine
         self._vehicle = vehicle
-        self._traffic = traffic
         self._positions = positions
         self._features = features
         self._ticket: _Ticket | None = None
@@ -130,20 +128,21 @@ class Admission:
         snapshot: Snapshot,
     ) -> Admitted | Rejection:
         """Check a target against those of other vehicles; it may be moved."""
-        target_enu_m = admitted.target_enu_m
-        found = self._traffic.check_target(target_enu_m, snapshot.time_s)
+        target_enu_m, view = admitted.target_enu_m, snapshot.traffic
+        if target_enu_m is None or view is None:
+            return admitted
+        conflict = snapshot.config.traffic.conflict
+        found = check_target(view, target_enu_m, conflict)
         if isinstance(found, Rejection):
             return found
         if not found:
             return admitted
-        reroutes = snapshot.config.traffic.conflict is TrafficConflict.REROUTE
         if (
-            reroutes
-            and target_enu_m is not None
+            conflict is TrafficConflict.REROUTE
             and isinstance(request, NavigateRequest)
             and request.frame_id != "base_link"
         ):
-            place = self._traffic.free_target(target_enu_m, snapshot.time_s)
+            place = free_target(view, target_enu_m)
             if place is not None:
                 moved = replace(request, frame_id="map", position=place)
                 again = self.admit(moved, active_goal_id, snapshot.time_s)
@@ -173,7 +172,7 @@ def admit(
         return rejection
     busy: Rejection | None = None
     if active_goal_id is not None and not snapshot.config.replace_active_goal:
-        text = f"Goal {active_goal_id} is active and on_new_goal is 'reject'; cancel it first."
+        text = "A goal is active and on_new_goal is 'reject'; cancel it first."
         busy = Rejection(OutcomeCode.BUSY, text)
     if task.admit_anywhere is not None:
         return busy or task.admit_anywhere(request, snapshot)

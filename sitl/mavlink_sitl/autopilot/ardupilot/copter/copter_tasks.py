@@ -13,8 +13,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.guided import (
     TAKEOFF_SPEED_M_S,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch, stopping_point
-from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
+from mavlink_sitl.autopilot.common.auto import Auto, AutoTask
 from mavlink_sitl.autopilot.control.track import LegTrack, TrackLeg
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Vector, YawMode
@@ -67,7 +66,7 @@ class TakeOffTask(CopterTask):
             not self.vehicle.landed
             or self.auto.may_take_off
             or bool(int(self.vehicle.parameters["AUTO_OPTIONS"]) & ALLOW_TAKEOFF)
-            or self.vehicle.pilot_throttle() > THROTTLE_RAISED
+            or self.vehicle.radio.throttle(self.vehicle.now_s) > THROTTLE_RAISED
         )
 
     def update(self) -> None:

@@ -136,7 +136,8 @@ function show() {
 // The last word about a goal is its end, not that it was accepted.
 function showEnd(v) {
   const number = v?.end?.number ?? 0;
-  if (ends[chosen] !== undefined && number > ends[chosen]) say(v.end.text, v.end.code !== "SUCCESS");
+  // Read aloud once, where the goal stands.
+  if (ends[chosen] !== undefined && number > ends[chosen]) say(v.end.text, v.end.code !== "SUCCESS", "off");
   if (v) ends[chosen] = number;
 }
 
@@ -170,7 +171,8 @@ function sayBeside(kind, text) {
   }
 }
 
-function say(text, bad = false) {
+function say(text, bad = false, live = "polite") {
+  $("answer").ariaLive = live;
   setText($("answer"), text, bad);
   $("answer").dataset.count = Number($("answer").dataset.count ?? 0) + 1;
 }
@@ -337,7 +339,8 @@ const KEYS = [
 
 addEventListener("keydown", (event) => {
   if (event.ctrlKey && event.key === "z") return route.undo();
-  const typing = event.target instanceof HTMLInputElement && event.target.type === "number";
+  // A list that scrolls keeps the arrows, as a field does.
+  const typing = event.target instanceof HTMLInputElement && event.target.type === "number" || event.target instanceof HTMLOListElement;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const pressing = event.target instanceof HTMLButtonElement || event.target instanceof HTMLSelectElement;
   if (event.ctrlKey || event.metaKey || event.repeat && "hcvgtlbpr".includes(key)) return undefined;

@@ -17,6 +17,8 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import Conversation, VehicleService
+from mavlink_vehicle.state.measurements import Values
+from mavlink_vehicle.state.restarts import Changes
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
@@ -98,6 +100,15 @@ class Timesync(TimedOutbox, VehicleService):
         self._round_trips_s.append(now - asked_s)
         self.answers += 1
         self._on_answer(now - asked_s, message.tc1, now)
+
+    def changes(self, _state: VehicleState, _now: float, values: Values) -> Changes | None:
+        """Return no changes by a TIMESYNC that is not for us; None for an answer of ours.
+
+        It has no target. So of several vehicles on one link each answers the questions to all, and
+        most that comes is for another.
+        """
+        vehicle_ns, asked_ns = values
+        return None if vehicle_ns and asked_ns in self._asked else {}
 
     def _on_deadline(self, now: float) -> None:
         self.ask(now)

@@ -84,9 +84,7 @@ class SetpointFlight(PhasedTask):
         self._departure = Departure(config, traits, self._requests, self._arrival.error_m)
         self._stopping: Stopping | None = None
         self._pursuit = Pursuit(traits)
-        self._handover_s = terms.handover.time_s
         self._by_itself = terms.handover.by_itself  # until the first change of phase
-        self._last_step_s = 0.0
         # Whether the vehicle was held by its velocity, so that it has drifted from its setpoint.
         self._doubted = False
         self._thought_failed: TrajectoryError | None = None
@@ -112,13 +110,13 @@ class SetpointFlight(PhasedTask):
     @property
     def commanded(self) -> KinematicState | None:
         """State of the setpoint sent last, for a successor; None before the first."""
-        sent = self._follower.commanded
+        sent = self._follower.sent.commanded
         return None if sent is None else sent.state
 
     @property
     def commanded_yaw_enu_rad(self) -> float | None:
         """Yaw of the setpoint sent last; None before the first."""
-        sent = self._follower.commanded
+        sent = self._follower.sent.commanded
         return None if sent is None else sent.yaw_enu_rad
 
     @property
@@ -129,14 +127,22 @@ class SetpointFlight(PhasedTask):
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         super().start(observation, now)
-        self._last_step_s = now if self._handover_s is None else self._handover_s
+        self._follower.sent.start(now)
         self._estimator.start(self._level(observation), self._follower)
+
+    @property
+    def thinks(self) -> bool:
+        """Whether the flight avoids obstacles."""
+        return self._avoider is not None
 
     def think(self, observation: Observation, now: float) -> None:
         """Look for another path around obstacles, if need be."""
         if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
             return
-        if is_located(observation, self._config.position_stale_s) and not self._follower.is_stale:
+        if (
+            is_located(observation, self._config.position_stale_s)
+            and not self._follower.sent.is_stale
+        ):
             try:
                 self._avoider.think(self._level(observation), now)
             except TrajectoryError as error:
@@ -174,7 +180,10 @@ class SetpointFlight(PhasedTask):
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
         if self._phase is Phase.NAVIGATING:
-            progress = self._in_traffic.progress(progress)
+            waiting = self._in_traffic.pace.waiting
+            if waiting is not None:
+                status = Status.WAITING_FOR_TRAFFIC
+                progress = replace(progress, status=status, blocked=waiting.text)
         position = observation.position_enu_m
         return self._itinerary.total(progress, position, self._estimator.is_straight)
 
@@ -190,9 +199,7 @@ class SetpointFlight(PhasedTask):
 
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         observation = self._level(observation)
-        self._follower.dt_s = max(now - self._last_step_s, 0.0)
-        self._last_step_s = now
-        if self._follower.dt_s > self._config.step_gap_s:
+        if self._follower.sent.step_begins(now):
             self._forget()
         try:
             if self._thought_failed is not None:
@@ -208,7 +215,7 @@ class SetpointFlight(PhasedTask):
             answer = replace(answer, by_velocity=True)
             self._doubted = True
         if self._follower.carrot is not None:
-            self._follower.note(self._follower.carrot)
+            self._follower.sent.note(self._follower.carrot)
         answer = replace(
             answer, setpoint=self._run_out_limiter.limited(answer.setpoint, observation)
         )
@@ -244,7 +251,7 @@ class SetpointFlight(PhasedTask):
 
     def _forget(self) -> None:
         """Drop what a time without steps makes worthless."""
-        self._follower.is_stale = True
+        self._follower.sent.outdate()
         self._arrival.forget()
         self._parts.still.reset()
         self._landed.reset()
@@ -252,7 +259,7 @@ class SetpointFlight(PhasedTask):
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
         arming_asked = self._departure.arming_asked
         preparing = self._phase is Phase.PREPARING
-        inherited = preparing and self._follower.commanded is not None
+        inherited = preparing and self._follower.sent.commanded is not None
         # It has come out of another mode just now, perhaps at speed.
         taken = preparing and self._requests.current is not None and self._movable(observation)
         # A replaced goal may have left something in progress.
@@ -339,8 +346,7 @@ class SetpointFlight(PhasedTask):
 
     def _set_section(self, section: Section) -> None:
         """Pass the parts of the flight the section that is to be flown."""
-        self._follower.set_goal(section.goal)
-        self._follower.set_route(section.points, section.yaws_enu_rad)
+        self._follower.lead_to(section.goal, section.points, section.yaws_enu_rad)
         self._estimator.set_goal(section.goal.position_enu_m)
         self._arrival.expect(section)
 
@@ -358,19 +364,19 @@ class SetpointFlight(PhasedTask):
         here = located(observation, self._config.position_stale_s)
         if here is None:
             return self._lose_position(observation)
-        share = self._in_traffic.step(observation, now)
-        if self._follower.is_stale or self._follower.carrot is None:
+        pace = self._in_traffic.step(observation, now)
+        if self._follower.sent.is_stale or self._follower.carrot is None:
             self._begin_flight(observation, now)
-            share = self._in_traffic.step(observation, now)
+            pace = self._in_traffic.step(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             return Phase.BLOCKED
-        carrot, waiting = self._follower.carrot, self._in_traffic.waiting
+        carrot = self._follower.carrot
         if carrot is None or self._phase is not Phase.NAVIGATING:
             return None
-        if waiting is not None and self._in_traffic.is_over(observation, now):
-            return self._over(OutcomeCode.TRAFFIC, waiting.text, observation)
-        path = self._walk(carrot, here, observation, share)
-        if self._in_traffic.leads_elsewhere:
+        if pace.waiting is not None and pace.is_over:
+            return self._over(OutcomeCode.TRAFFIC, pace.waiting.text, observation)
+        path = self._walk(carrot, here, observation, pace.share)
+        if pace.leads_elsewhere:
             return Fly(self._setpoint(carrot, here, observation, path))
         if carrot.arrived if path is None else path.left_m <= self._arrival.radius_m:
             carrot.finish()
@@ -397,14 +403,14 @@ class SetpointFlight(PhasedTask):
         if self._itinerary.note_place(
             observation.position_enu_m, self._follower.passed, self._pursuit.leaves
         ):
-            self._follower.is_stale = True  # so it is replanned, from here to the same point
+            self._follower.sent.outdate()  # so it is replanned, from here to the same point
         return path
 
     def _settle(self, observation: Observation, now: float) -> Answer:
         here, carrot = located(observation, self._config.position_stale_s), self._follower.carrot
         if here is None:
             return self._lose_position(observation)
-        if self._follower.is_stale or carrot is None:
+        if self._follower.sent.is_stale or carrot is None:
             return Phase.NAVIGATING
         if self._avoider is not None and self._avoider.is_too_near(observation, now):
             return Phase.BLOCKED
@@ -494,7 +500,7 @@ class SetpointFlight(PhasedTask):
 
     def _stand(self, observation: Observation, now: float) -> Answer:
         """Brake and stand, but give way to what comes near."""
-        if self._follower.is_stale or self._follower.carrot is None:
+        if self._follower.sent.is_stale or self._follower.carrot is None:
             self._follower.plan_stop(observation)
         elif not self._in_traffic.gives_way(observation, now) and self._avoider is not None:
             self._avoider.give_way(observation, now)

@@ -66,7 +66,7 @@ class Stopping:
     def brake(self, observation: Observation, now: float) -> Answer:
         """Brake in the air, or on the road."""
         located = is_located(observation, self._parts.config.position_stale_s)
-        if located and (self._parts.follower.is_stale or self._parts.follower.carrot is None):
+        if located and (self._parts.follower.sent.is_stale or self._parts.follower.carrot is None):
             self._parts.follower.plan_stop(observation)
         self._parts.follower.walk(None)
         carrot = self._parts.follower.carrot

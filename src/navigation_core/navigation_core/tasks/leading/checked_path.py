@@ -31,7 +31,7 @@ from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, fi
 from navigation_core.planning.planner import NoPath, PlanLimits, plan
 from navigation_core.safety.braking import must_brake, stopping_ends
 from navigation_core.searches import IsWanted
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.leading.path_lines import Via, gentler
 from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint, RouteTrajectory, plan_route

@@ -25,8 +25,8 @@ from navigation_core.safety.run_out import (
 from navigation_core.safety.speed_at_bounds import Bounds, Braking
 from navigation_core.safety.unfollowed import held
 from navigation_core.tasks.intents import Setpoint
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
