@@ -55,7 +55,6 @@ __all__ = ["Bridge", "BridgeConfig", "Front"]
 
 _GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _LOCAL_POSITION = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
-_ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
 
 class Bridge:
@@ -368,18 +367,10 @@ class Bridge:
         for number, take in (
             (_GLOBAL_POSITION, self._take_position),
             (_LOCAL_POSITION, self._take_local),
-            (_ATTITUDE, self._take_attitude),
         ):
             if number in intakes:
                 intakes[number] = partial(take, intakes[number])
         return intakes
-
-    def _take_attitude(self, take: Intake, data: bytes, now: float) -> bool:
-        """Do what `receive` does for an attitude, which is published with the next position."""
-        if not take(data, now):
-            return False
-        self.front.update(now)
-        return True
 
     def _take_local(self, take: Intake, data: bytes, now: float) -> bool:
         """Do what `receive` does for a local position."""

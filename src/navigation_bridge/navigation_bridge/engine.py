@@ -113,7 +113,8 @@ class Engine:
             self._step(goal, snapshot)
         goal = self.goal
         if self._traffic.is_due(now):
-            self._traffic.update(goal, snapshot or self.look(now, goal))
+            snapshot = snapshot or self.look(now, goal)
+            self._traffic.update(goal, snapshot)
         if goal is not None and now >= self._feedback_deadline(goal):
             self._give_feedback(goal, snapshot or self.look(now, goal))
 
@@ -127,14 +128,15 @@ class Engine:
 
     def position_came(self, now: float) -> None:
         """Give feedback of a new position, if it is due."""
-        goal = self.goal
+        goal, snapshot = self.goal, None
         if self._traffic.is_due(now):
-            self._traffic.update(goal, self.look(now, goal))
+            snapshot = self.look(now, goal)
+            self._traffic.update(goal, snapshot)
         # A position that arrives slightly early still counts; otherwise positions at 20 Hz would
         # give feedback at 6.7 Hz instead of 10.
         early_s = 0.25 * self.config.feedback_period_s
         if goal is not None and now >= goal.times.feedback_due_s - early_s:
-            self._give_feedback(goal, self.look(now, goal))
+            self._give_feedback(goal, snapshot or self.look(now, goal))
 
     def _step(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         goal.see_failsafe(snapshot.state)
