@@ -292,7 +292,7 @@ class Vehicle(VehicleCore):
             return None
         # The status in a HEARTBEAT is about that HEARTBEAT's mode; CURRENT_MODE may be newer.
         judged = state.heartbeat_mode == state.custom_mode
-        cannot_run = profile.status_tells_runnable and judged and state.mode_may_not_run
+        cannot_run = profile.status_shows_runnable and judged and state.mode_may_not_run
         return profile.arming_mode if cannot_run or name in profile.not_armed_in else None
 
     def _set_armed(self, goal: ArmGoal, now: float, operation_id: int | None = None) -> int:

@@ -15,6 +15,7 @@ from typing import Any
 
 from mavlink_vehicle.codec import Intake, Message, mavlink, with_source
 from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.state.position_trust import PositionTrust
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.client_services import ClientServices
@@ -32,7 +33,7 @@ from navigation_bridge.scene import Scene
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.snapshot import LocatedSnapshot, Observer
 from navigation_bridge.supervision.battery_forecast import share_for_return
-from navigation_bridge.supervision.data_watches import LatenessWatch, PositionWatch
+from navigation_bridge.supervision.data_watches import LatenessWatch
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.stations import Stations
@@ -123,7 +124,7 @@ class Bridge:
             self._name,
             self._observer.look,
         )
-        self._positions = PositionWatch()
+        self._positions = PositionTrust()
         self._lateness = LatenessWatch(vehicle, self._report)
         self._parking = Parking(vehicle, config.setpoint_period_s)
         self._effects = Effects(vehicle, self._map_frame, self._parking, self._report)

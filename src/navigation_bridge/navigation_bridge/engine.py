@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from mavlink_vehicle.state.position_trust import PositionTrust
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.effects import Effects
@@ -22,7 +23,7 @@ from navigation_bridge.reporting import Reporter
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.rules import goal_rules as rules
 from navigation_bridge.snapshot import Observer, Snapshot
-from navigation_bridge.supervision.data_watches import LatenessWatch, PositionWatch, own_share
+from navigation_bridge.supervision.data_watches import LatenessWatch, own_share, position_fault
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.stations import Stations
@@ -43,7 +44,7 @@ class Parts:
     report: Reporter
     effects: Effects
     lateness: LatenessWatch
-    positions: PositionWatch
+    positions: PositionTrust
     features: Feature
     parking: Parking
     overtaken: OvertakenMode
@@ -89,7 +90,7 @@ class Engine:
             now,
             operation=goal.operation.report,
             mission=mission,
-            fault=parts.positions.fault(goal.doubt.jumps_ned_m),
+            fault=position_fault(parts.positions, goal.doubt.jumps_ned_m),
             late_s=parts.lateness.lateness.recent_s(now),
             taken=taken,
             mode_requested=requested,
@@ -234,7 +235,7 @@ class Engine:
             or self._parts.stations.ignores_setpoints
         ):
             continued = None  # its last setpoint is obsolete
-        mode, jumps_ned_m = self._parts.observer.mode, self._parts.positions.jumps_ned_m
+        mode, jumps_ned_m = self._parts.observer.mode, self._parts.positions.jump_ned_m
         goal = self.goal = successor(goal_id, admitted, continued, mode, jumps_ned_m, now)
         return previous, goal
 

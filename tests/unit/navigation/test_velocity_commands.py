@@ -123,5 +123,5 @@ def test_a_vehicle_that_a_ground_station_flies_is_left_alone() -> None:
 
 def test_what_is_not_followed_is_reported_occasionally() -> None:
     commands = new_commands()
-    told = [now for now in range(100) if commands.is_to_tell(0.1 * now)]
+    told = [now for now in range(100) if commands.takes_log_line(0.1 * now)]
     assert told == [0, 50]

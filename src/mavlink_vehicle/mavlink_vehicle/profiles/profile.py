@@ -226,7 +226,7 @@ class Profile:
             metres of it; None: that is not known.
         setpoints: what it does with setpoints.
         speed_command: how its speed is changed by command; None where the setpoints say it.
-        status_tells_runnable: whether HEARTBEAT's system_status is 0 while the selected mode
+        status_shows_runnable: whether HEARTBEAT's system_status is 0 while the selected mode
             cannot run.
         pauses_in_mode: whether MAV_CMD_DO_PAUSE_CONTINUE makes it stand in the control mode, and
             ignore setpoints until it is commanded to continue or has been in another mode.
@@ -266,7 +266,7 @@ class Profile:
     return_height: tuple[str, float] | None = None
     setpoints: SetpointRules = SetpointRules()
     speed_command: SpeedCommand | None = None
-    status_tells_runnable: bool = False
+    status_shows_runnable: bool = False
     pauses_in_mode: bool = False
     earlier_mode_after_landing: bool = False
     messages: MessageProperties = MessageProperties()

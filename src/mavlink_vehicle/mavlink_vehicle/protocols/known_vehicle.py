@@ -55,7 +55,7 @@ class KnownVehicle:
         profile = self.profile
         if profile is None or state.custom_mode != profile.control_number:
             return False
-        return not (profile.status_tells_runnable and state.mode_may_not_run)
+        return not (profile.status_shows_runnable and state.mode_may_not_run)
 
     @property
     def address(self) -> Address:

@@ -25,11 +25,11 @@ from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.station_rules import (
     STOPS,
     Consequence,
+    act_sentence,
     consequence,
     note_text,
     sends_elsewhere,
     stays_paused,
-    told,
     working_mode,
 )
 from navigation_bridge.vehicle.takeover import Takeover
@@ -71,7 +71,7 @@ class Stations:
         """Apply the effect of an act."""
         self._last = (acted, now)
         self._follow_pause(acted)
-        sentence = told(acted)
+        sentence = act_sentence(acted)
         self._report.log(LogLevel.WARN if goal is not None else LogLevel.INFO, sentence)
         self._report.note(notes.text(note_text(acted)))
         if goal is None:
@@ -125,7 +125,7 @@ class Stations:
     def take_away(self, goal: ActiveGoal, mode_name: str, now: float) -> None:
         """Stop sending: the mode has changed, and the origin may show later."""
         acted = self._recent(now)
-        by = "" if acted is None else told(acted)
+        by = "" if acted is None else act_sentence(acted)
         goal.taken(Takeover(mode_name, now, by).watched(self._vehicle.state))
         self.let_go(goal, now)
 
@@ -135,7 +135,7 @@ class Stations:
         taken = outcome.code in (OutcomeCode.DISARMED, OutcomeCode.PILOT_OVERRIDE)
         if acted is None or not taken or acted.act is not StationAct.CHANGED_MODE:
             return outcome
-        return replace(outcome, message=f"{outcome.message} {told(acted)}")
+        return replace(outcome, message=f"{outcome.message} {act_sentence(acted)}")
 
     # --- a vehicle that is left alone -----------------------------------------------------
 
@@ -162,7 +162,7 @@ class Stations:
         self.let_go(goal, now)
 
     def _cancel(self, goal: ActiveGoal, acted: StationActed, now: float) -> None:
-        goal.cancel_by_station(told(acted), acted.act is StationAct.PAUSED, now)
+        goal.cancel_by_station(act_sentence(acted), acted.act is StationAct.PAUSED, now)
         self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: cancelled by a ground station")
         self._report.cancel_wanted(goal)
 

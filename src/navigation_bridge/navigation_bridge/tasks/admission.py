@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from mavlink_vehicle.state.position_trust import PositionTrust
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import TrafficConflict
 from navigation_bridge.engine import Engine
@@ -14,7 +15,7 @@ from navigation_bridge.goals.point_requests import check_request
 from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
-from navigation_bridge.supervision.data_watches import PositionWatch
+from navigation_bridge.supervision.data_watches import check_position
 from navigation_bridge.supervision.preflight import check_safety
 from navigation_bridge.tasks.registry import task_of
 from navigation_bridge.tasks.task_kind import TaskKind
@@ -53,7 +54,7 @@ class Admission:
         tasks: Sequence[TaskKind[Any]],
         engine: Engine,
         vehicle: Vehicle,
-        positions: PositionWatch,
+        positions: PositionTrust,
         features: Feature,
     ) -> None:
         """Decide by these."""
@@ -114,7 +115,7 @@ class Admission:
         checked = self._among_others(checked, request, active_goal_id, snapshot)
         if isinstance(checked, Rejection):
             return checked
-        doubt, note = self._positions.check(now)
+        doubt, note = check_position(self._positions, now)
         if doubt is not None:
             return doubt
         return replace(checked, warnings=(*checked.warnings, note)) if note else checked

@@ -21,7 +21,7 @@ from navigation_core.tasks.velocity_command import VelocityCommand
 __all__ = ["VelocityCommands", "check_command"]
 
 # Least time between two log lines about commands that are not followed.
-_TOLD_S = 5.0
+_LOG_PERIOD_S = 5.0
 # The ends of a goal whose commands have ended.
 _COMMANDS_ENDED = frozenset({OutcomeCode.SUCCESS, OutcomeCode.TIMEOUT})
 _LOCKED = (
@@ -52,7 +52,7 @@ class VelocityCommands(Feature):
         self._is_fresh = True
         self._locked = False
         self._is_ours = False
-        self._told_s = -math.inf
+        self._logged_s = -math.inf
 
     @property
     def timeout_s(self) -> float:
@@ -102,7 +102,7 @@ class VelocityCommands(Feature):
         self._ignored(f"A velocity command cannot be used: {fault}", now)
 
     def _ignored(self, text: str, now: float) -> None:
-        if self.is_to_tell(now):
+        if self.takes_log_line(now):
             self.parts.report.log(LogLevel.WARN, text)
 
     def keep(self, command: VelocityCommand, timeout_s: float) -> str:
@@ -171,9 +171,9 @@ class VelocityCommands(Feature):
         """Process a mode change that the server did not ask for, or a restart."""
         self._is_ours = False
 
-    def is_to_tell(self, now: float) -> bool:
+    def takes_log_line(self, now: float) -> bool:
         """Whether a command that is not followed is to be logged now."""
-        if now - self._told_s < _TOLD_S:
+        if now - self._logged_s < _LOG_PERIOD_S:
             return False
-        self._told_s = now
+        self._logged_s = now
         return True

@@ -32,7 +32,7 @@ _AGAIN_S = 60.0
 # Reading takes at most one part in this many of the time.
 _SHARE = 20.0
 _WAIT_S = 2.0
-_TOLD_S = 3.0
+_OWN_SHOWN_S = 3.0
 _ORDER = (MissionType.FENCE, MissionType.RALLY, MissionType.MISSION)
 _ACK = mavlink.MAVLink_mission_ack_message
 _TRANSFERS = (
@@ -182,7 +182,7 @@ class StoredLists(Outbox, VehicleService):
         """Read again what MISSION_CURRENT shows to be another list."""
         changed = (before.total, before.mission_id) != (mission.total, mission.mission_id)
         # MISSION_CURRENT comes once a second: at first it shows what was put here.
-        if changed and now - self._put_s.get(MissionType.MISSION, -math.inf) > _TOLD_S:
+        if changed and now - self._put_s.get(MissionType.MISSION, -math.inf) > _OWN_SHOWN_S:
             self.refresh(MissionType.MISSION, now)
         if before.fence_id != mission.fence_id:
             self.refresh(MissionType.FENCE, now)

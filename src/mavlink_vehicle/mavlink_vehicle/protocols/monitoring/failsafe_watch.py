@@ -28,7 +28,7 @@ class FailsafeWatch(VehicleService):
     def __init__(self) -> None:
         """Begin without one."""
         self._now: Failsafe | None = None
-        self._told: FailsafeKind | None = None
+        self._reported: FailsafeKind | None = None
         self._events: deque[FailsafeBegan | FailsafeEnded] = deque()
 
     def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
@@ -41,25 +41,25 @@ class FailsafeWatch(VehicleService):
         self._now = failsafe
         if failsafe is None:
             self.deadline_s = None
-            if self._told is not None:
-                self._events.append(FailsafeEnded(self._told))
-                self._told = None
+            if self._reported is not None:
+                self._events.append(FailsafeEnded(self._reported))
+                self._reported = None
         elif failsafe.kind is not FailsafeKind.OTHER:
-            self._tell(failsafe)
-        elif self._told is None and self.deadline_s is None:
+            self._report(failsafe)
+        elif self._reported is None and self.deadline_s is None:
             self.deadline_s = now + _TEXTS_S
 
     def handle_timer(self, now: float) -> None:
         """Report what is known by now."""
         if self.deadline_s is not None and now >= self.deadline_s and self._now is not None:
-            self._tell(self._now)
+            self._report(self._now)
 
     def next_event(self) -> FailsafeBegan | FailsafeEnded | None:
         """Return and remove the next event."""
         return self._events.popleft() if self._events else None
 
-    def _tell(self, failsafe: Failsafe) -> None:
+    def _report(self, failsafe: Failsafe) -> None:
         self.deadline_s = None
-        if self._told is not failsafe.kind:
-            self._told = failsafe.kind
+        if self._reported is not failsafe.kind:
+            self._reported = failsafe.kind
             self._events.append(FailsafeBegan(failsafe.kind, failsafe.text))
