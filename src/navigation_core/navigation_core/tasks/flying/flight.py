@@ -175,7 +175,7 @@ class SetpointFlight(PhasedTask):
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
         if self._phase is Phase.NAVIGATING:
-            waiting = self._in_traffic.pace.waiting
+            waiting = self._in_traffic.last.waiting
             if waiting is not None:
                 status = Status.WAITING_FOR_TRAFFIC
                 progress = replace(progress, status=status, blocked=waiting.text)
@@ -359,19 +359,19 @@ class SetpointFlight(PhasedTask):
         here = located(observation, self._config.position_stale_s)
         if here is None:
             return self._lose_position(observation)
-        pace = self._in_traffic.step(observation, now)
+        traffic = self._in_traffic.step(observation, now)
         if self._follower.sent.is_stale or self._follower.carrot is None:
             self._begin_flight(observation, now)
-            pace = self._in_traffic.step(observation, now)
+            traffic = self._in_traffic.step(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             return Phase.BLOCKED
         carrot = self._follower.carrot
         if carrot is None or self._phase is not Phase.NAVIGATING:
             return None
-        if pace.waiting is not None and pace.is_over:
-            return self._over(OutcomeCode.TRAFFIC, pace.waiting.text, observation)
-        path = self._walk(carrot, here, observation, pace.share)
-        if pace.leads_elsewhere:
+        if traffic.waiting is not None and traffic.is_over:
+            return self._over(OutcomeCode.TRAFFIC, traffic.waiting.text, observation)
+        path = self._walk(carrot, here, observation, traffic.share)
+        if traffic.leads_elsewhere:
             return Fly(self._setpoint(carrot, here, observation, path))
         if carrot.arrived if path is None else path.left_m <= self._arrival.radius_m:
             carrot.finish()
