@@ -122,7 +122,8 @@ class PathInTraffic:
         """
         view, carrot = observation.traffic, self._follower.carrot
         if view is None or carrot is None:
-            self.forget()
+            if self.last is not _ALONE:
+                self.forget()
             return self.last
         share = self._share(view, carrot, observation, now)
         waiting = self._giving_way.waiting or self._waiting
