@@ -55,7 +55,7 @@ _STRAY_LEAST_SHARE = 0.5
 # How far it steers to either side to see whether it can leave a place that is too near to an
 # obstacle, and by how much it may come nearer.
 _STEERED_RAD, _STEERED_POINTS, _NEARER_MAX_M = 1.2, 6, 0.05
-# What has faults is flown again with these shares of speed and corner.
+# Shares of speed and corner with which a line with faults is flown again.
 _SPEED_FACTOR, _CORNER_FACTOR = 0.55, 0.4
 # A corner that is cut by less is a stop; slower than this a flight helps nobody.
 _CORNER_MIN_M, _SPEED_MIN_M_S = 0.08, 0.4

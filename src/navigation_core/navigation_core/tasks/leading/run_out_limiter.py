@@ -163,7 +163,7 @@ class RunOutLimiter:
             home_z_m = ground_m if home is None else home[2]
             room = self._bounds.room(observation.fence, home_z_m, self._traits.flies)
             level = (velocity[0], velocity[1], 0.0)
-            # What follows a moved target has its climbs led by the position alone.
+            # Where the autopilot moves its target on, climbs are led by the position alone.
             led = velocity if self._traits.following is None else level
             share = room.run_out_share(position, led, ground_m, self._braking)
             safe_m_s = math.inf if share >= 1.0 else share * speed_m_s
