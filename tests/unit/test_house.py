@@ -200,6 +200,7 @@ SETTABLE_CLOCKS = {
         "Clock": "the steady one",
     },
     "src/drone_navigation/drone_navigation/server/actions.py": {"get_clock": _STAMP},
+    "src/drone_navigation/drone_navigation/ros2/topics.py": {"get_clock": _STAMP},
     "src/drone_navigation/drone_navigation/server/publishing/topics.py": {"get_clock": _STAMP},
     "src/drone_navigation/drone_navigation/server/traffic/traffic_topic.py": {
         "get_clock": _STAMP,
