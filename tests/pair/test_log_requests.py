@@ -115,7 +115,7 @@ def test_a_request_is_rejected_while_it_would_disturb() -> None:
     assert (end.code, end.message) == (OutcomeCode.CANCELED, "The download was canceled.")
 
     flight.send(5.0, 0.0, 5.0)
-    assert done(flight, listing(flight)).message.startswith("Goal ")
+    assert done(flight, listing(flight)).message.startswith("A goal is active")
     flight.bridge.shut_down(flight.now)
 
     flight = logged("px4")

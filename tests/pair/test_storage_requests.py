@@ -142,7 +142,7 @@ def test_nothing_is_written_beside_a_goal_and_no_goal_begins_beside_a_writing() 
     goal = flight.send(30.0, 0.0, 3.0)
     answer = write(flight, square(100.0))
     assert not answer.success
-    assert f"Goal {goal} is active" in answer.message
+    assert "A goal is active" in answer.message
     answer = answered(
         flight,
         lambda take: flight.bridge.feature(StorageRequests).write_rally(

@@ -103,7 +103,7 @@ def test_a_new_goal_replaces_the_old_one(flight: Flight) -> None:
 
     assert old.status == GoalStatus.STATUS_ABORTED
     assert old_result.message.startswith("PREEMPTED: ")
-    assert bytes(new.handle.goal_id.uuid).hex() in old_result.message
+    assert "another goal" in old_result.message
     assert new_result.success, new_result.message
     assert new.statuses[0] in ("PREPARING", "NAVIGATING")
     assert "TAKING_OFF" not in new.statuses
