@@ -176,9 +176,8 @@ def test_a_source_that_stops_is_reported_once_and_so_is_its_return() -> None:
     offer(100.5)
     sender.handle_timer(101.4)
     assert sender.next_event() is None
-    deadline = sender.deadline_s
-    assert deadline == 101.5
-    sender.handle_timer(deadline)
+    assert sender.deadline_s == 101.5
+    sender.handle_timer(101.5)
     assert sender.next_event() == ExternalPosesStopped(1.0)
     assert sender.deadline_s is None
     sender.handle_timer(110.0)
