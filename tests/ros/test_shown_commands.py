@@ -150,6 +150,7 @@ def place(tmp_path: Path, domain: int) -> Place:
         (tmp_path / name).write_bytes(log)
     (tmp_path / "my.plan").write_text(json.dumps(PLAN), "utf-8")
     (tmp_path / "some.parm").write_text("WPNAV_SPEED 500\n", "utf-8")
+    (tmp_path / "signing.key").write_text(64 * "1", "utf-8")
     (tmp_path / "goals.yaml").write_text(blocks(ROOT / "docs/logs.md", "yaml")[0], "utf-8")
     return place
 
