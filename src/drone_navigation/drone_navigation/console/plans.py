@@ -15,8 +15,9 @@ from mavlink_vehicle.profiles import profile_for
 from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.plan_files.items import PlanError
 from navigation_bridge.plan_files.routes import parse_route
+from navigation_core.geometry import Vector3
 
-__all__ = ["PlanError", "earth", "make_plan", "map_waypoints", "stored_plan"]
+__all__ = ["PlanError", "earth", "in_map_of", "make_plan", "map_waypoints", "stored_plan"]
 
 # Of two numbers for the same frame, the one that QGroundControl writes.
 _FILE_FRAMES = {
@@ -66,6 +67,29 @@ def earth(autopilot: str, home: dict[str, Any] | None) -> dict[str, Any] | None:
         return None
     projection: Any = frame.projection
     return {"origin": frame.origin[:2], **asdict(projection)}
+
+
+def in_map_of(
+    points_enu_m: Sequence[Vector3],
+    own: tuple[str, dict[str, Any] | None],
+    other: tuple[str, dict[str, Any] | None],
+) -> tuple[Vector3, ...]:
+    """Return points of a vehicle's map in that of another one.
+
+    Args:
+        points_enu_m: in the map of the vehicle.
+        own: its autopilot, as in VehicleStatus, and its home, as of `facts.home`.
+        other: those of the other vehicle.
+
+    Raises:
+        PlanError: it is unknown where one of the maps lies.
+    """
+    here, there = _frame(*own), _frame(*other)
+    found = []
+    for east_m, north_m, up_m in points_enu_m:
+        north_there_m, east_there_m, down_m = there.ned_m(here.geodetic((north_m, east_m, -up_m)))
+        found.append((east_there_m, north_there_m, -down_m))
+    return tuple(found)
 
 
 def map_waypoints(

@@ -76,7 +76,7 @@ def _admit(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Admitted | R
         return fly_route(route, terms, turns_back)
 
     return Admitted(
-        f"route of {len(waypoints)} waypoints, {route.laps} x",
+        f"route of {len(waypoints)} waypoints{_laps(route)}",
         waypoints[-1].position_enu_m,
         make_task,
         warnings,
@@ -115,7 +115,7 @@ def _mission(
     if request.max_speed_m_s > 0.0:
         speed_m_s = min(request.max_speed_m_s, snapshot.speed_max_m_s)
     return Admitted(
-        f"mission of {len(route.waypoints)} waypoints, {route.laps} x",
+        f"mission of {len(route.waypoints)} waypoints{_laps(route)}",
         route.waypoints[-1].position_enu_m,
         lambda _handover: FlyMission(route, config, traits, speed_m_s),
         warnings,
@@ -168,7 +168,7 @@ def admit_plane(
     first_m = waypoints[0].position_enu_m[2] - ground_m
     takeoff_m = min(first_m, max(config.takeoff_height_m, traits.takeoff_height_m))
     return Admitted(
-        f"circle about the last of {len(waypoints)} waypoints, {route.laps} x",
+        f"circle about the last of {len(waypoints)} waypoints{_laps(route)}",
         waypoints[-1].position_enu_m,
         lambda _handover: FlyPlane(route, config, traits, takeoff_m),
         warnings,
@@ -177,3 +177,7 @@ def admit_plane(
 
 
 NAVIGATE_WAYPOINTS = TaskKind(WAYPOINTS_ACTION_NAME, WaypointsRequest, _admit)
+
+
+def _laps(route: Route) -> str:
+    return f", {route.laps} laps" if route.laps > 1 else ""
