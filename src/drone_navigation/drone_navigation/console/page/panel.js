@@ -125,7 +125,7 @@ export function showPanel(link, v) {
   const remarks = v?.goal ? (v.remarks ?? []).join(" ") : "";
   $("remarks").hidden = !remarks;
   setText($("remarks"), remarks, Boolean(remarks));
-  setText($("end"), v?.end ? endText(v.end) : "None yet.", Boolean(v?.end) && v.end.code !== "SUCCESS");
+  setText($("end"), v?.end ? endText(v.end, "last goal") : "No goal has ended yet.", Boolean(v?.end) && v.end.code !== "SUCCESS");
   $("end").dataset.number = v?.end?.number ?? 0;
   $("end").dataset.code = v?.end?.code ?? "";
   showEvents(v ?? {}, link.page);

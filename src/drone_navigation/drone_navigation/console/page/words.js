@@ -59,9 +59,11 @@ export function eventText(event, page) {
   return text;
 }
 
-export function endText(end) {
-  if (end.event === "REJECTED") return `Rejected: ${end.text}`;
-  return end.code === "SUCCESS" ? `Done: ${end.text}` : `Ended: ${end.text}`;
+// How a goal ended; `about` names it.
+export function endText(end, about = "") {
+  const how = end.event === "REJECTED" ? "rejected" : end.code === "SUCCESS" ? "done" : "ended";
+  const words = `${about} ${how}`.trim();
+  return `${words[0].toUpperCase()}${words.slice(1)}: ${end.text}`;
 }
 
 // A time in s as m:ss, below a minute in s.
