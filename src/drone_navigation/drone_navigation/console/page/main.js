@@ -28,6 +28,7 @@ const map = new Map2D($("map"), route, scene);
 map.tiles = new Tiles(link, () => vehicle()?.earth, () => map.draw());
 let chosen = "";
 let fitted = "";
+let heightFor = "";
 let side = { marks: [] };
 const heights = new Heights($("side"), route, () => side, (index) => map.adopt(index));
 new WaypointList($("waypoints"), route);
@@ -42,6 +43,8 @@ const alerts = new Alerts(label);
 const strip = new FleetStrip($("fleet-list"), link, select);
 // So near to a click a vehicle is meant, in pixels.
 const REACH_PX = 22;
+// A vehicle that is farther away is not on this map.
+const FAR_M = 20000;
 // Vehicles for which a person has chosen whether obstacles are avoided.
 const avoidance = {};
 // The question that stands now is about this flight, and whether its danger was asked about.
@@ -73,7 +76,7 @@ function placed(v) {
   return names().flatMap((name) => {
     const other = link.vehicles[name];
     const shift = name !== chosen && v ? offset(v, other) : null;
-    return shift ? [{ name, other, shift }] : [];
+    return shift && Math.hypot(...shift) < FAR_M ? [{ name, other, shift }] : [];
   });
 }
 
@@ -136,11 +139,14 @@ function show() {
   const v = vehicle();
   const shown = [chosen, ...others(v).map((other) => other.vehicle)].join();
   if (v?.motion && fitted !== shown) {
-    // Another one has come, or this one was chosen.
-    const isChosen = fitted.split(",")[0] !== chosen;
     fitted = shown;
     fit();
-    if (isChosen) $("height").value = v.status?.landed === "on the ground" ? 5 : Math.round(v.motion.at[2]);
+  }
+  // Whether it is on the ground becomes known after where it is.
+  const known = v?.motion ? `${chosen} ${Boolean(v.status?.landed)}` : heightFor;
+  if (known !== heightFor) {
+    heightFor = known;
+    $("height").value = v.status?.landed === "on the ground" ? 5 : Math.round(v.motion.at[2]);
   }
   const holder = link.control[chosen];
   const who = mine() ? "You have control" : holder ? "Another page has control" : "Nobody has control";
