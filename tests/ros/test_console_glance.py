@@ -114,7 +114,7 @@ def test_how_the_goal_goes_is_read_over_the_map_also_on_a_phone(page: Tab) -> No
     assert 2.0 < number(page, "out-height") < 6.0
     assert 50.0 < number(page, "out-battery") <= 100.0
     assert re.fullmatch(r"\d+ s|\d+:\d\d min", page.text("out-time").strip()), page.text("out-time")
-    assert page.text("progress") == "Under way, from this page"
+    assert page.text("progress") == "Under way"
     assert re.fullmatch(r"35\.363\d{3}° S, 149\.165\d{3}° E", page.text("coordinates"))
     label = "document.getElementById('{}').getAttribute('aria-label')"
     # It flies north with its nose down.

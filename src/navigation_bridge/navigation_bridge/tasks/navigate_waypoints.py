@@ -129,10 +129,10 @@ def _check_circles(
     """Reject a waypoint that a plane cannot circle: too low, or too close to the limit."""
     traits, ground_m = snapshot.traits, snapshot.ground_enu_m
     radius_m, volume = traits.circle_radius_m, snapshot.config.volume
-    for index, waypoint in enumerate(waypoints):
+    for number, waypoint in enumerate(waypoints, start=1):
         height_m = waypoint.position_enu_m[2] - ground_m
         if height_m < traits.height_min_m:
-            name = f"Waypoint {index}" if len(waypoints) > 1 else "The target"
+            name = f"Waypoint {number}" if len(waypoints) > 1 else "The target"
             return Rejection(
                 OutcomeCode.UNSUPPORTED_VEHICLE,
                 f"{name} is {height_m:.1f} m above the ground; a {traits.name} cannot hover and "
@@ -142,7 +142,7 @@ def _check_circles(
         if away_m + circle_m > volume.radius_max_m:
             return Rejection(
                 OutcomeCode.OUTSIDE_VOLUME,
-                f"Waypoint {index} is {away_m:.0f} m from the map origin and the loiter circle "
+                f"Waypoint {number} is {away_m:.0f} m from the map origin and the loiter circle "
                 f"extends {circle_m:.0f} m further; the flight volume ends at "
                 f"{volume.radius_max_m:g} m.",
             )

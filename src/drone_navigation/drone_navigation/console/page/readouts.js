@@ -22,14 +22,15 @@ export function progress(v, page) {
   if (!v.goal) return "No goal.";
   const f = v.feedback;
   if (v.replay && !f) return "A recorded goal is active.";
-  const by = v.replay ? "" : `, from ${sender(v.route?.by, page)}`;
+  const from = sender(v.route?.by, page);
+  const by = v.replay || from === "this page" ? "" : `, from ${from}`;
   if (!f) return `A goal is active${by}.`;
   const parts = [`${status(f.status)}${by}`];
   if (f.waypoint !== null) {
     const lap = f.lap ? `, lap ${f.lap + 1}, ${f.waypoints_left} to go` : ` of ${f.waypoint + f.waypoints_left}`;
     parts.push(`waypoint ${f.waypoint + 1}${lap}`);
   }
-  if (f.replans) parts.push(f.replans === 1 ? "a new path once" : `a new path ${f.replans} times`);
+  if (f.replans) parts.push(f.replans === 1 ? "1 new path" : `${f.replans} new paths`);
   return parts.join(" · ");
 }
 

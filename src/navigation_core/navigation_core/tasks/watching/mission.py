@@ -293,8 +293,8 @@ class FlyMission(PhasedTask):
             return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         if self._headway.is_lost(self._lengths_m(position), now, self._mission.target.hold_time_s):
             text = (
-                f"The vehicle moves but gets no closer to waypoint {self._mission.current} "
-                "(counted from 0, over all laps)."
+                f"The vehicle moves but gets no closer to waypoint {self._mission.current + 1} "
+                "(counted over all laps)."
             )
             return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         return Wait()
