@@ -13,7 +13,6 @@ from typing import Any
 
 from mavlink_vehicle.protocols.machine import Machine
 from mavlink_vehicle.protocols.message_rates import MessageRates
-from mavlink_vehicle.protocols.mission.list_operation import ListOperation
 from mavlink_vehicle.protocols.mission.mission_clear import MissionClear
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
 from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
@@ -22,6 +21,7 @@ from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.operations.command import CommandExchange
 from mavlink_vehicle.protocols.operations.operations import Operation
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream
+from mavlink_vehicle.storage.list_operation import ListOperation
 from navigation_bridge.goals import lifecycle
 from navigation_core.planning import replanner
 from navigation_core.tasks import phases

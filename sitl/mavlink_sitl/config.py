@@ -7,12 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mavlink_sitl.autopilot.personality import Personality
-from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
-from mavlink_sitl.autopilot.personality.arduplane import ARDUPLANE
-from mavlink_sitl.autopilot.personality.ardurover import ARDUBOAT, ARDUROVER
-from mavlink_sitl.autopilot.personality.px4copter import PX4COPTER
-from mavlink_sitl.autopilot.personality.px4plane import PX4PLANE
-from mavlink_sitl.autopilot.personality.px4rover import PX4BOAT, PX4ROVER
+from mavlink_sitl.autopilot.personality.ardupilot import ARDUBOAT, ARDUCOPTER, ARDUPLANE, ARDUROVER
+from mavlink_sitl.autopilot.personality.px4 import PX4BOAT, PX4COPTER, PX4PLANE, PX4ROVER
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.links.faults import LinkFaults

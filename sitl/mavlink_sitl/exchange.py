@@ -239,6 +239,9 @@ class Guidance:
     restart_xy: bool = False
     """Start shaping from where the vehicle is now instead of from the running target."""
     restart_z: bool = False
+    unshaped: bool = False
+    """Desired are exactly this position, velocity and acceleration, which are within the limits
+    already (AC_PosControl::set_pos_vel_accel)."""
     straight: float = 0.0
     """1 to limit the speeds over ground and up or down so that the way there is straight."""
 
@@ -267,6 +270,19 @@ class Guidance:
             acceleration_east_m_s2=a_east,
             acceleration_down_m_s2=a_down,
         )
+
+
+class NavigationReport(NamedTuple):
+    """For NAV_CONTROLLER_OUTPUT; degrees clockwise from North, metres, m/s."""
+
+    roll_deg: float = 0.0
+    pitch_deg: float = 0.0
+    bearing_deg: float = 0.0
+    target_bearing_deg: float = 0.0
+    distance_m: float = 0.0
+    altitude_error_m: float = 0.0
+    airspeed_error_m_s: float = 0.0
+    cross_track_m: float = 0.0
 
 
 @dataclass(frozen=True)

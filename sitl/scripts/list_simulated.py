@@ -25,7 +25,7 @@ from mavlink_sitl.mavlink import commands, kind_commands
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.messages import known_messages
 from mavlink_sitl.mavlink.px4 import kind_commands as px4_commands
-from mavlink_sitl.mavlink.px4 import known_messages as px4_messages
+from mavlink_sitl.mavlink.px4 import rates as px4_messages
 
 ROOT = Path(__file__).resolve().parents[1]
 PARAMETERS = ROOT / "docs/parameters.md"
@@ -33,7 +33,7 @@ VEHICLES = ("copter", "rover", "boat", "plane")
 FIRMWARES = {"ardupilot": "ArduPilot", "px4": "PX4"}
 ACTS, ACCEPTED, REFUSED, SILENT, ABSENT = "acts", "accepted", "rejected", "silent", "-"
 NAMELESS = ("", "(Mode not available)")
-Answers = Mapping[int, tuple[Callable[..., Any], int] | None]
+Answers = Mapping[int, tuple[Callable[..., Any], int]]
 
 _HEAD = """\
 # Commands, modes, messages and mission items of the simulated {title}

@@ -188,7 +188,7 @@ def test_a_cancelled_upload_leaves_an_ardupilot_with_a_mission_cut_short() -> No
 def test_a_new_mission_begins_at_its_own_first_item(autopilot: str) -> None:
     pair = pair_of(autopilot)
     assert upload(pair, MISSION).result is OperationResult.ACHIEVED
-    assert pair.copter.firmware.set_current_item(3) == mavlink.MAV_RESULT_ACCEPTED
+    assert pair.copter.firmware.auto.set_current(3) == mavlink.MAV_RESULT_ACCEPTED
     pair.run_for(1.5)
     assert pair.vehicle.state.mission is not None
     assert pair.vehicle.state.mission.current == 3

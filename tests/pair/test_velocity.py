@@ -8,8 +8,8 @@ import pytest
 
 from mavlink_sitl import Obstacle, RangeSensor, VehicleConfig, World
 from navigation_bridge.goals.requests import VelocityRequest
-from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_bridge.services import Service
+from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 from tests.support.flights.simulated_flight import SimulatedFlight

@@ -18,8 +18,7 @@ from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import Fly
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
-from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig, FlightTerms
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from tests.support.models.point_mass import PointMass, fly
 

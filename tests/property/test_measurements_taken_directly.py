@@ -11,11 +11,15 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.goals.requests import NavigateRequest
+from navigation_bridge.supervision.data_watches import check_position
 
 UNKNOWN_HEADING, LATITUDE, LONGITUDE = 65535, 473977420, 85455940
 SOURCE = 1 | 1 << 8
+TIMESYNC = mavlink.MAVLink_timesync_message
 GOAL = NavigateRequest("map", (5.0, 5.0, 5.0), (0.0, 0.0, 0.0, 1.0), False, 0.0)
 taken: Counter[str] = Counter()
+asked: list[int] = []
+"""Times of the questions that were sent by TIMESYNC."""
 
 
 def heartbeat(draw: Random, firmware: int) -> Message:
@@ -48,6 +52,9 @@ def measurement(draw: Random, name: str, time_boot_ms: int) -> Message:
         return make(name, time_boot_ms=time_boot_ms, yaw=yaw, rollspeed=0.5)
     if name == "SYSTEM_TIME":
         return make(name, time_boot_ms=time_boot_ms)
+    if name == "TIMESYNC":
+        ts1 = draw.choice([*asked[-2:], 7_000_000_000])
+        return make(name, tc1=draw.choice([0, time_boot_ms * 1_000_000]), ts1=ts1)
     return report(draw, name)
 
 
@@ -89,7 +96,7 @@ def report(draw: Random, name: str) -> Message:
 NAMES = (
     "GLOBAL_POSITION_INT", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "ATTITUDE", "SYSTEM_TIME",
     "EXTENDED_SYS_STATE", "SYS_STATUS", "BATTERY_STATUS", "GPS_RAW_INT", "EKF_STATUS_REPORT",
-    "ESTIMATOR_STATUS",
+    "ESTIMATOR_STATUS", "TIMESYNC",
 )  # fmt: skip
 
 
@@ -105,22 +112,25 @@ def outcome(of: Bridge, sender: Codec, now: float) -> list[Any]:
     outputs = []
     while (output := of.next_output()) is not None:
         outputs.append(str(getattr(output, "message", output)))
-    vehicle = of.vehicle
+    vehicle, messages = of.vehicle, of.messages_to_send()
+    asked.extend(each.ts1 for each in messages if isinstance(each, TIMESYNC))
     return [
         repr(vehicle.state),
         outputs,
-        [sender.encode(message) for message in of.messages_to_send()],
+        [sender.encode(message) for message in messages],
+        vehicle.timesync.answers,
         of.next_deadline(),
         repr(of.pose),
         vehicle.heartbeats.alive,
         vehicle.own_gap.is_open,
-        repr(of._positions.check(now)),
+        repr(check_position(of._positions, now)),
         repr(vars(of._observer.battery.consumption)),
     ]
 
 
 def compare(seed: int) -> None:
     draw, autopilot, reader = Random(seed), Codec(1, 1), Codec(255, 190)
+    asked.clear()
     firmware = draw.choice([3, 12])
     by_messages, directly = bridge(), bridge()
     senders = Codec(1, 191), Codec(1, 191)

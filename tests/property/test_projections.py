@@ -155,7 +155,7 @@ def test_an_unknown_projection_is_measured(
     )
     finder = FrameFinder(None)
     if told:
-        finder.tell(origin)
+        finder.take_origin(origin)
     places = flight(real, far_m)
     for place in places:
         finder.pair(place, real.ned_m(place))
@@ -197,7 +197,7 @@ def test_positions_that_are_no_projection_teach_nothing(turned: object) -> None:
     assert callable(turned)
     real = LocalFrame((47.4, 8.5, 500.0), true_to_scale(47.4))
     finder = FrameFinder(None)
-    finder.tell(real.origin)
+    finder.take_origin(real.origin)
     before = finder.frame
     for place in flight(real, 400.0)[1:]:
         north_m, east_m, down_m = real.ned_m(place)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import http.client
+import math
 import os
 import re
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from rclpy.context import Context
 
 from custom_interfaces.msg import HomePosition, VehicleStatus
 from drone_navigation.console import plans
+from drone_navigation.console.page_types import HomeValue
 from drone_navigation.processes import ros_environment
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
@@ -44,6 +46,8 @@ VEHICLES = {
 }
 # East and north of home, metres: what is marked on the tiles.
 PLACES = ((70.0, 40.0), (-90.0, -35.0))
+# So far that a web map's scale there is another.
+FAR = (5200.0, 3600.0)
 HOME_ENU_M = (3.0, -2.0, 0.0)
 ZOOM = 18
 _PERIOD_S = 0.3
@@ -102,15 +106,15 @@ class Scene:
     processes: list[Process]
 
 
-def home_of(name: str) -> dict[str, object]:
+def home_of(name: str) -> HomeValue:
     _, latitude, longitude = VEHICLES[name]
-    return {"latitude": latitude, "longitude": longitude, "altitude": 50.0, "at": list(HOME_ENU_M)}
+    return HomeValue(latitude=latitude, longitude=longitude, altitude=50.0, at=list(HOME_ENU_M))
 
 
 def places_of(name: str) -> list[tuple[float, float]]:
     """Return latitude and longitude of the marks, by the projection that the bridge uses."""
-    frame = plans._frame(VEHICLES[name][0], home_of(name))
-    found = [frame.geodetic((north_m, east_m, 0.0)) for east_m, north_m in PLACES]
+    frame, _ = plans.vehicle_map(VEHICLES[name][0], home_of(name))
+    found = [frame.geodetic((north_m, east_m, 0.0)) for east_m, north_m in (*PLACES, FAR)]
     return [(latitude, longitude) for latitude, longitude, _ in found]
 
 
@@ -148,10 +152,16 @@ def loaded(tab: Tab) -> None:
     drawn(tab)
 
 
+def view_of(tab: Tab) -> tuple[float, float, float]:
+    """Return the middle of the map, east and north in metres, and how many pixels a metre has."""
+    drawn(tab)
+    x, y, scale = tab.value("document.getElementById('map').dataset.view").split()
+    return float(x), float(y), float(scale)
+
+
 def scale_of(tab: Tab) -> float:
     """Return how many pixels a metre has."""
-    drawn(tab)
-    return float(tab.value("document.getElementById('map').dataset.view").split()[2])
+    return view_of(tab)[2]
 
 
 def drawn(tab: Tab) -> None:
@@ -160,8 +170,10 @@ def drawn(tab: Tab) -> None:
     tab.call("Runtime.evaluate", expression=frames, awaitPromise=True)
 
 
-def marks(tab: Tab, file: Path) -> list[tuple[float, float]]:
-    """Return where the marks are seen, east and north in metres, by their distance from home."""
+def marks(
+    tab: Tab, file: Path, places: Sequence[tuple[float, float]] = PLACES
+) -> list[tuple[float, float]]:
+    """Return where marks are seen near places, east and north in metres from the map's zero."""
     tab.picture(file)
     with Image.open(file) as image:
         seen = np.asarray(image.convert("RGB"), dtype=float)
@@ -174,10 +186,23 @@ def marks(tab: Tab, file: Path) -> list[tuple[float, float]]:
     east = x + (columns + 0.5 - width / 2) / scale
     north = y - (rows + 0.5 - height / 2) / scale
     found = []
-    for place in PLACES:
+    for place in places:
         near = np.hypot(east - place[0], north - place[1]) < 20.0
         found.append((float(east[near].mean()), float(north[near].mean())))
     return found
+
+
+def opened(scene: Scene, kind: str, name: str) -> Tab:
+    """Return a page that shows a vehicle."""
+    tab = scene.browser.open(scene.addresses[kind])
+    card = f"#fleet button[data-vehicle='/{name}']"
+    tab.wait(f'!!document.querySelector("{card}")', READY_TIMEOUT_S)
+    tab.click_on(card)
+    tab.wait("document.body.dataset.ready === 'true'", READY_TIMEOUT_S)
+    tab.wait("document.getElementById('facts').textContent.includes('east 0.0')")
+    # The readouts lie over the map.
+    tab.value("document.getElementById('glance').style.display = 'none'")
+    return tab
 
 
 @pytest.mark.parametrize("kind", ["folder", "archive"])
@@ -185,15 +210,8 @@ def marks(tab: Tab, file: Path) -> list[tuple[float, float]]:
 def test_tiles_lie_where_the_firmware_puts_their_places(
     scene: Scene, name: str, kind: str, tmp_path: Path
 ) -> None:
-    tab = scene.browser.open(scene.addresses[kind])
+    tab = opened(scene, kind, name)
     try:
-        card = f"#fleet button[data-vehicle='/{name}']"
-        tab.wait(f'!!document.querySelector("{card}")', READY_TIMEOUT_S)
-        tab.click_on(card)
-        tab.wait("document.body.dataset.ready === 'true'", READY_TIMEOUT_S)
-        tab.wait("document.getElementById('facts').textContent.includes('east 0.0')")
-        # The readouts lie over the map.
-        tab.value("document.getElementById('glance').style.display = 'none'")
         for theme in ("day", "night"):
             tab.value(f"document.documentElement.dataset.theme = '{theme}'")
             while scale_of(tab) > (4.5 if theme == "day" else 1.7):
@@ -202,6 +220,80 @@ def test_tiles_lie_where_the_firmware_puts_their_places(
             scale = scale_of(tab)
             for found, place in zip(marks(tab, tmp_path / "seen.png"), PLACES, strict=True):
                 assert found == pytest.approx(place, abs=1.5 / scale + 0.15), (theme, scale)
+    finally:
+        tab.close()
+
+
+@pytest.mark.parametrize("name", VEHICLES)
+def test_tiles_lie_right_far_from_home_too(scene: Scene, name: str, tmp_path: Path) -> None:
+    tab = opened(scene, "folder", name)
+    try:
+        while scale_of(tab) > 0.05:
+            before = scale_of(tab)
+            tab.click("zoom-out")
+            if scale_of(tab) == before:
+                break
+        while (scale := scale_of(tab)) < 1.7:
+            left, top, width, height = tab.box("map")
+            x, y, _ = view_of(tab)
+            over = [(FAR[0] - x) * scale, (y - FAR[1]) * scale]
+            middle = (left + width / 2, top + height / 2)
+            share = min(1.0, 0.4 * height / max(math.hypot(*over), 1.0))
+            to = (middle[0] - share * over[0], middle[1] - share * over[1])
+            if math.dist(middle, to) > 10.0:  # less is a click
+                tab.drag(middle, ((middle[0] + to[0]) / 2, (middle[1] + to[1]) / 2), to)
+            drawn(tab)
+            if share == 1.0:
+                tab.click("zoom-in")
+        loaded(tab)
+        (found,) = marks(tab, tmp_path / "seen.png", [FAR])
+        assert found == pytest.approx(FAR, abs=1.5 / scale + 0.5)
+    finally:
+        tab.close()
+
+
+def fingers(tab: Tab, kind: str, *places: tuple[float, float]) -> None:
+    points = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(places)]
+    tab.call("Input.dispatchTouchEvent", type=f"touch{kind}", touchPoints=points)
+
+
+def test_fingers_move_and_pinch_the_map_and_a_tap_is_a_waypoint(scene: Scene) -> None:
+    tab = opened(scene, "folder", "berlin")
+    try:
+        tab.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+        left, top, width, height = tab.box("map")
+        x, y = left + width / 2, top + height / 2
+        east, north, scale = view_of(tab)
+        fingers(tab, "Start", (x, y))
+        for step in range(1, 6):
+            fingers(tab, "Move", (x + 20 * step, y - 10 * step))
+        fingers(tab, "Move", (x + 100, y - 50))
+        drawn(tab)
+        # It does not roll on once it is held still.
+        tab.value("new Promise((done) => setTimeout(done, 300))")
+        fingers(tab, "End")
+        tab.wait("!document.body.classList.contains('leaflet-dragging')")
+        moved = view_of(tab)
+        assert moved[0] == pytest.approx(east - 100 / scale, abs=12 / scale)
+        assert moved[1] == pytest.approx(north - 50 / scale, abs=12 / scale)
+        assert moved[2] == pytest.approx(scale)
+        fingers(tab, "Start", (x - 40, y), (x + 40, y))
+        for step in range(1, 5):
+            fingers(tab, "Move", (x - 40 - 10 * step, y), (x + 40 + 10 * step, y))
+            drawn(tab)
+        fingers(tab, "End")
+        drawn(tab)
+        pinched = view_of(tab)
+        assert pinched[2] == pytest.approx(2 * scale, rel=0.05)
+        assert pinched[:2] == pytest.approx(moved[:2], abs=3 / scale)
+        assert tab.value("document.querySelectorAll('#waypoints li').length") == 0
+        fingers(tab, "Start", (x + 30, y - 60))
+        fingers(tab, "End")
+        tab.wait("document.querySelectorAll('#waypoints li').length === 2")
+        inputs = "[...document.querySelectorAll('#waypoints input')]"
+        tapped = tab.value(f"{inputs}.slice(0, 2).map((input) => input.valueAsNumber)")
+        place = (pinched[0] + 30 / pinched[2], pinched[1] + 60 / pinched[2])
+        assert tapped == pytest.approx(place, abs=0.15)
     finally:
         tab.close()
 

@@ -7,10 +7,10 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NoReturn
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, NoReturn
 
 from mavlink_sitl.autopilot.parameters import Parameters, UnknownParameterError
-from mavlink_sitl.command_line.command_version import PrintVersion
 from mavlink_sitl.config import (
     DEFAULT_HEADING_DEG,
     DEFAULT_HOME,
@@ -25,6 +25,23 @@ from mavlink_sitl.links.faults import LinkFaults
 from mavlink_sitl.mavlink.codec import MAVLINK_1
 from mavlink_sitl.world.loader import WorldError, load_world
 from mavlink_sitl.world.model import Wind, World, wind_from
+
+
+class PrintVersion(argparse.Action):
+    """Prints the version of the installed package and exits with 0."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **{**kwargs, "nargs": 0, "default": argparse.SUPPRESS})
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        """Print it; argparse calls this when the option is given."""
+        try:
+            number = version("mavlink_sitl")
+        except PackageNotFoundError:
+            number = "(not installed)"
+        print(f"{parser.prog} {number}")
+        parser.exit()
+
 
 APART_M = 10.0
 DEFAULT_LINK = "udpout://127.0.0.1:14550"

@@ -14,7 +14,7 @@ from mavlink_sitl.mavlink import kind_commands, setpoints
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.ground_commands import GROUND_COMMANDS
 from mavlink_sitl.mavlink.messages import known_messages
-from mavlink_sitl.mavlink.received_command import RELATIVE_ALT, Handler, ReceivedCommand
+from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
 
 if TYPE_CHECKING:
     from mavlink_sitl.mavlink.server import MavlinkServer
@@ -52,14 +52,6 @@ def _set_mode(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if not int(base_mode) & dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
         return Result.DENIED
     return server.vehicle.set_mode(int(custom_mode))
-
-
-def _take_off(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    if command.frame != RELATIVE_ALT:
-        return Result.DENIED
-    if not setpoints.usable(command.z):
-        return Result.DENIED
-    return server.vehicle.take_off(command.z)
 
 
 def change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -178,7 +170,7 @@ def _set_current_item(server: MavlinkServer, command: ReceivedCommand) -> Result
     vehicle, seq, again = server.vehicle, int(command.params[0]), command.params[1] == 1.0
     if again and 0 <= seq < len(vehicle.plans.mission.items):
         vehicle.plans.forget_progress()
-    result = vehicle.set_current_item(seq)
+    result = vehicle.auto.set_current(seq)
     if result is Result.ACCEPTED:
         server.send_later(42)
     return result
@@ -190,16 +182,10 @@ def _jump_to_tag(server: MavlinkServer, command: ReceivedCommand) -> Result:
     if not 0 <= tag <= 0xFFFF:
         return Result.DENIED
     place = server.vehicle.plans.place_of_tag(tag)
-    if place is None or server.vehicle.set_current_item(place) is not Result.ACCEPTED:
+    if place is None or server.vehicle.auto.set_current(place) is not Result.ACCEPTED:
         return Result.FAILED
     server.send_later(42)
     return Result.ACCEPTED
-
-
-def _pause_or_go_on(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    if command.params[0] not in (0.0, 1.0):
-        return Result.DENIED
-    return server.vehicle.pause_or_go_on(command.params[0] == 1.0)
 
 
 def _enable_fence(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -242,7 +228,6 @@ SHARED: dict[int, tuple[Handler, int]] = {
 _HANDLERS: dict[int, tuple[Handler, int]] = {
     **SHARED,
     **GROUND_COMMANDS,
-    dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
     dialect.MAV_CMD_DO_SET_MODE: (_set_mode, 2),
     dialect.MAV_CMD_DO_SET_HOME: (_set_home, 1),
     dialect.MAV_CMD_DO_FLIGHTTERMINATION: (_terminate, 1),
@@ -251,7 +236,6 @@ _HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_MISSION_START: (_mission_start, 2),
     dialect.MAV_CMD_DO_SET_MISSION_CURRENT: (_set_current_item, 1),
     dialect.MAV_CMD_DO_JUMP_TAG: (_jump_to_tag, 1),
-    dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
     dialect.MAV_CMD_DO_FENCE_ENABLE: (_enable_fence, 1),
     dialect.MAV_CMD_COMPONENT_ARM_DISARM: (_arm_disarm, 2),
     dialect.MAV_CMD_GET_MESSAGE_INTERVAL: (_get_interval, 1),

@@ -1,7 +1,6 @@
 """Commands that each kind of vehicle with ArduPilot answers in its own way.
 
 Seen in `copter_acks`, `rover_guided` and `plane_guided`; the others follow the firmware's source.
-None stands for UNSUPPORTED.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
-from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
+from mavlink_sitl.mavlink.received_command import RELATIVE_ALT, Handler, ReceivedCommand
 
 if TYPE_CHECKING:
     from mavlink_sitl.mavlink.server import MavlinkServer
@@ -80,6 +79,18 @@ def _go_to(vehicle: Commander, command: ReceivedCommand, position: Vector) -> Re
 def _copter(server: MavlinkServer) -> Copter:
     assert isinstance(server.vehicle, Copter)
     return server.vehicle
+
+
+def _take_off(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    if command.frame != RELATIVE_ALT or not setpoints.usable(command.z):
+        return Result.DENIED
+    return _copter(server).take_off(command.z)
+
+
+def _pause_or_go_on(server: MavlinkServer, command: ReceivedCommand) -> Result:
+    if command.params[0] not in (0.0, 1.0):
+        return Result.DENIED
+    return _copter(server).pause_or_go_on(command.params[0] == 1.0)
 
 
 def _condition_yaw(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -173,7 +184,9 @@ def _change_speed(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return server.vehicle.change_speed(int(kind), speed_m_s)
 
 
-_COPTER: dict[int, tuple[Handler, int] | None] = {
+_COPTER: dict[int, tuple[Handler, int]] = {
+    dialect.MAV_CMD_NAV_TAKEOFF: (_take_off, 0),
+    dialect.MAV_CMD_DO_PAUSE_CONTINUE: (_pause_or_go_on, 1),
     dialect.MAV_CMD_CONDITION_YAW: (_condition_yaw, 4),
     dialect.MAV_CMD_DO_SET_ROI: (_look_at, 0),
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
@@ -186,15 +199,14 @@ _COPTER: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_NAV_VTOL_LAND: (_mode(9), 0),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition(4, Result.DENIED), 3),
 }
-_ROVER: dict[int, tuple[Handler, int] | None] = {
-    dialect.MAV_CMD_NAV_TAKEOFF: None,
+_ROVER: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(rover.MODE_RTL), 0),
     dialect.MAV_CMD_DO_MOTOR_TEST: (_rover_motor_test, 4),
     dialect.MAV_CMD_DO_SET_REVERSE: (_set_reverse, 1),
     dialect.MAV_CMD_DO_REPOSITION: (_reposition(rover.MODE_GUIDED, Result.DENIED), 3),
 }
 
-_PLANE: dict[int, tuple[Handler, int] | None] = {
+_PLANE: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_LAND_START: (_start_landing, 0),
     dialect.MAV_CMD_DO_GO_AROUND: (_go_around, 1),
     dialect.MAV_CMD_DO_CHANGE_SPEED: (_change_speed, 2),
@@ -205,7 +217,7 @@ _PLANE: dict[int, tuple[Handler, int] | None] = {
     dialect.MAV_CMD_DO_REPOSITION: (_reposition(plane.MODE_GUIDED, Result.FAILED), 3),
 }
 
-BY_KIND: dict[str, dict[int, tuple[Handler, int] | None]] = {
+BY_KIND: dict[str, dict[int, tuple[Handler, int]]] = {
     "copter": _COPTER,
     "rover": _ROVER,
     "boat": _ROVER,

@@ -94,6 +94,7 @@ class MavlinkServer:
     corrections_class: type[Corrections] = Corrections
     external_class: type[ExternalPositionReceiver] = ExternalPositionReceiver
     ftp_class: type[FtpServer] = FtpServer
+    logs_class: type[LogServer] = LogServer
     steady: frozenset[int] = frozenset({0, _OBSTACLE_DISTANCE})
     """Messages that come whatever anybody asks for: HEARTBEAT, a companion's scan"""
     builders = telemetry.BUILDERS
@@ -118,7 +119,7 @@ class MavlinkServer:
         self._parameters = ParameterServer(vehicle.parameters)
         self._missions = MissionServer(vehicle, self.send, self.send_later)
         self._logbook = logbook
-        self._logs = self.make_log_server(logbook)
+        self._logs = self.logs_class(logbook, vehicle, self.send)
         self._files = self.ftp_class(logbook, vehicle, self.send)
         self._later: list[int] = []
         self.heartbeat_us = HEARTBEAT_US
@@ -138,22 +139,18 @@ class MavlinkServer:
             "SET_ATTITUDE_TARGET": self._on_attitude,
             "REQUEST_DATA_STREAM": self._on_request_data_stream,
             "RC_CHANNELS_OVERRIDE": self._on_rc_override,
-            "PARAM_REQUEST_LIST": self._on_param_list,
+            "PARAM_REQUEST_LIST": lambda _: self._parameters.request_list(),
             "PARAM_REQUEST_READ": self._on_param_read,
             "PARAM_SET": self._on_param_set,
             "MANUAL_CONTROL": self._on_manual_control,
             "SETUP_SIGNING": self._on_setup_signing,
             "GPS_RTCM_DATA": self.corrections.take,
             "ADSB_VEHICLE": self._on_traffic,
-            **dict.fromkeys(self._missions.handlers, self._on_mission),
-            **dict.fromkeys(self._logs.handlers, self._on_log_request),
-            "FILE_TRANSFER_PROTOCOL": self._on_file_request,
+            **dict.fromkeys(self._missions.handlers, self._now(self._missions.receive)),
+            **dict.fromkeys(self._logs.handlers, self._now(self._logs.receive)),
+            "FILE_TRANSFER_PROTOCOL": self._now(self._files.receive),
             **self.external_class(vehicle).handlers,
         }
-
-    def make_log_server(self, logbook: Logbook) -> LogServer:
-        """The log service of this firmware."""
-        return LogServer(logbook, self.vehicle, self.send)
 
     def make_traffic(self) -> TrafficList | TrafficQueue:
         """How this firmware passes on the aircraft that it hears."""
@@ -316,6 +313,9 @@ class MavlinkServer:
             decoder.reset()
         return frames
 
+    def _now(self, receive: Callable[[Message, int], None]) -> Callable[[Message], None]:
+        return lambda message: receive(message, self.now_us)
+
     def _dispatch(self, message: Message) -> None:
         sender = (message.get_srcSystem(), message.get_srcComponent())
         if sender == (self.system_id, COMPONENT_AUTOPILOT):
@@ -422,15 +422,6 @@ class MavlinkServer:
                 self.send(dialect.MAVLink_available_modes_message(*message))
         return True
 
-    def _on_log_request(self, message: Message) -> None:
-        self._logs.receive(message, self.now_us)
-
-    def _on_file_request(self, message: Message) -> None:
-        self._files.receive(message, self.now_us)
-
-    def _on_param_list(self, message: Message) -> None:
-        self._parameters.request_list()
-
     def _on_param_read(self, message: Message) -> None:
         answer = self._parameters.read(_name(message.param_id), message.param_index)
         if answer is not None:
@@ -440,9 +431,6 @@ class MavlinkServer:
         answer = self._parameters.set(_name(message.param_id), float(message.param_value))
         if answer is not None:
             self.send(answer)
-
-    def _on_mission(self, message: Message) -> None:
-        self._missions.receive(message, self.now_us)
 
 
 def _name(param_id: str | bytes) -> str:

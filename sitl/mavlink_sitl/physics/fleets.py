@@ -11,14 +11,15 @@ from typing import NamedTuple
 
 from mavlink_sitl.config import VehicleConfig
 from mavlink_sitl.physics.copter_pipeline import DT_S, Physics, PhysicsStart
-from mavlink_sitl.physics.ground_pipeline import (
+from mavlink_sitl.physics.px4_copter_pipeline import Px4Physics
+from mavlink_sitl.physics.traveller_pipeline import (
     BoatPhysics,
+    PlanePhysics,
     Px4BoatPhysics,
+    Px4PlanePhysics,
     Px4RoverPhysics,
     RoverPhysics,
 )
-from mavlink_sitl.physics.plane_pipeline import PlanePhysics, Px4PlanePhysics
-from mavlink_sitl.physics.px4_copter_pipeline import Px4Physics
 
 PIPELINES: dict[str, type[Physics]] = {
     "copter": Physics,

@@ -6,9 +6,10 @@ lanes of `physics`.
 
 from __future__ import annotations
 
-from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.common.commander import PowerUp
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans.plans import Plans
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.config import Underway, VehicleConfig
 from mavlink_sitl.environment import Environment
 from mavlink_sitl.exchange import (
@@ -428,10 +429,10 @@ class SimulatedVehicle(VehicleBody):
 
     def set_battery_voltage(self, voltage_v: float) -> None:
         """Force the pack's voltage, as SIM_BATT_VOLTAGE does; 0 gives the model back."""
-        if "SIM_BATT_VOLTAGE" not in self.parameters:
-            self.firmware.force_battery_voltage(voltage_v)
-            return
-        self.parameters.set("SIM_BATT_VOLTAGE", voltage_v)
+        if isinstance(self.firmware, Px4Vehicle):
+            self.firmware.battery.forced_v = voltage_v
+        else:
+            self.parameters.set("SIM_BATT_VOLTAGE", voltage_v)
 
     def lose_radio(self, lost: bool, throttle_low: bool = False) -> None:
         """The pilot's radio goes silent or only lowers the throttle, or it comes back."""

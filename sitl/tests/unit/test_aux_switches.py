@@ -53,13 +53,13 @@ def test_a_switch_changes_the_mode_and_gives_it_back_to_the_mode_switch() -> Non
     assert station.vehicle.firmware.mode.spec.name == "GUIDED", "it has to settle"
     station.run(0.3)
     assert station.vehicle.firmware.mode.spec.name == "LAND"
-    switch = station.vehicle.firmware.mode_switch
-    assert switch is not None
-    position = switch.read()
+    switches = station.vehicle.firmware.switches
+    assert switches is not None
+    position = switches.mode.read()
     assert position is not None
     sticks.put({7: LOW})
     station.run(0.5)
-    assert station.vehicle.firmware.mode.spec.number == switch.mode_there(position)
+    assert station.vehicle.firmware.mode.spec.number == switches.mode.mode_there(position)
 
 
 def test_one_that_stands_high_acts_at_once_but_arms_nobody() -> None:

@@ -11,7 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 import mavlink_sitl
-from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.autopilot.personality.ardupilot import ARDUCOPTER
 from mavlink_sitl.config import PERSONALITIES
 from sitl_support.ground_station import (
     AUTO,

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import mavlink_sitl
-from mavlink_sitl.autopilot.personality.arducopter import ARDUCOPTER
+from mavlink_sitl.autopilot.personality.ardupilot import ARDUCOPTER
 from mavlink_sitl.command_line.options import make_parser, parse
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.messages.telemetry import BUILDERS

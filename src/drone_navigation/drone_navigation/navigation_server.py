@@ -142,7 +142,7 @@ def _run(
         started_s = clock.now()
         second = ""
         while not signals.wait(_WATCH_PERIOD_S) and server.running:
-            server.look_around()
+            server.check_links()
             if clock.now() - started_s < _NEW_S and (second := server.duplicate):
                 root.get_logger().fatal(second)
                 break

@@ -26,7 +26,7 @@ from navigation_bridge.configuration.settings import ObstacleConfig
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import POST_COLUMNS, Obstacles
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 
 __all__ = ["RehearsedFlight"]
 

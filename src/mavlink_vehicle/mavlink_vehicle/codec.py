@@ -13,10 +13,11 @@ heard before, is dropped and counted (see `signing`).
 
 from __future__ import annotations
 
+import functools
 import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeAlias, cast
+from typing import Any, NamedTuple, Protocol, TypeAlias, cast
 
 from mavlink_vehicle import dialect as mavlink
 from mavlink_vehicle.errors import MessageError
@@ -107,6 +108,21 @@ _CLASSES: dict[str, type[Message]] = {
 }
 
 
+class _Form(NamedTuple):
+    """How a message is made.
+
+    Attributes:
+        cls: its class.
+        names: its fields.
+        fields: of each field in the order of the constructor its name, whether it is text, and its
+            length as an array, 0 for a single value.
+    """
+
+    cls: type[Message]
+    names: frozenset[str]
+    fields: tuple[tuple[str, bool, int], ...]
+
+
 def message_id(name: str) -> int:
     """Return the number of the message called `name`.
 
@@ -125,6 +141,17 @@ def _message_class(name: str) -> type[Message]:
         ) from None
 
 
+@functools.cache
+def _form(name: str) -> _Form:
+    cls = _message_class(name)
+    lengths = dict(zip(cls.ordered_fieldnames, cls.array_lengths, strict=True))
+    fields = [
+        (field, kind == "char", lengths[field])
+        for field, kind in zip(cls.fieldnames, cls.fieldtypes, strict=True)
+    ]
+    return _Form(cls, frozenset(cls.fieldnames), tuple(fields))
+
+
 def make(name: str, /, **fields: Any) -> Message:
     """Build a message; fields that are not given are zero (or empty).
 
@@ -135,16 +162,17 @@ def make(name: str, /, **fields: Any) -> Message:
     Raises:
         MessageError: unknown message or field, or a value that the field cannot hold.
     """
-    cls = _message_class(name)
-    unknown = sorted(set(fields) - set(cls.fieldnames))
-    if unknown:
+    cls, names, known = _form(name)
+    if not fields.keys() <= names:
+        unknown = ", ".join(sorted(fields.keys() - names))
         raise MessageError(
-            f"{name} has no field {', '.join(unknown)}; its fields are {', '.join(cls.fieldnames)}."
+            f"{name} has no field {unknown}; its fields are {', '.join(cls.fieldnames)}."
         )
-    lengths = dict(zip(cls.ordered_fieldnames, cls.array_lengths, strict=True))
     values = [
-        _field_value(name, field_name, field_type, lengths[field_name], fields.get(field_name))
-        for field_name, field_type in zip(cls.fieldnames, cls.fieldtypes, strict=True)
+        _text_or_array(name, field_name, is_text, length, fields.get(field_name))
+        if is_text or length
+        else (0 if (value := fields.get(field_name)) is None else value)
+        for field_name, is_text, length in known
     ]
     try:
         message = cls(*values)
@@ -154,14 +182,12 @@ def make(name: str, /, **fields: Any) -> Message:
     return message
 
 
-def _field_value(name: str, field_name: str, field_type: str, length: int, value: Any) -> Any:
-    if field_type == "char":
+def _text_or_array(name: str, field_name: str, is_text: bool, length: int, value: Any) -> Any:
+    if is_text:
         raw = value.encode("utf-8") if isinstance(value, str) else bytes(value or b"")
         if len(raw) > max(length, 1):
             raise MessageError(f"{name}.{field_name} holds {length} bytes, not {len(raw)}.")
         return raw if length else raw or b"\x00"
-    if length == 0:
-        return 0 if value is None else value
     elements = [0] * length if value is None else list(value)
     if len(elements) != length:
         raise MessageError(f"{name}.{field_name} has {length} elements, not {len(elements)}.")

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from mavlink_vehicle.events import OperationKind, OperationResult
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile
-from mavlink_vehicle.protocols.mission.list_operation import ListOperation
 from mavlink_vehicle.protocols.mission.mission_goals import MissionModeGoal, MissionStartGoal
 from mavlink_vehicle.protocols.mission.mission_operation import MissionJob, MissionTiming
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
@@ -15,6 +14,7 @@ from mavlink_vehicle.protocols.operation_slot import Wanted
 from mavlink_vehicle.protocols.operations.command import CommandTiming
 from mavlink_vehicle.protocols.operations.operation_parts import OperationTiming
 from mavlink_vehicle.state.restarts import evolve
+from mavlink_vehicle.storage.list_operation import ListOperation
 from mavlink_vehicle.vehicle_core import VehicleCore
 
 _TRANSFER_TIMEOUT_S = 50.0

@@ -228,7 +228,7 @@ def _beam(message: _Beam, now: float) -> RangesMeasured:
         width_rad = 0.0
         if message.id >= _PROXIMITY_ID and message.orientation < _EIGHTHS:
             width_rad = _PROXIMITY_WIDTH_RAD
-    told = message.covariance not in (0, _UNKNOWN_COVARIANCE)
+    is_known = message.covariance not in (0, _UNKNOWN_COVARIANCE)
     return RangesMeasured(
         time_s=now,
         time_boot_s=message.time_boot_ms * 1e-3,
@@ -242,7 +242,7 @@ def _beam(message: _Beam, now: float) -> RangesMeasured:
         range_min_m=low_m,
         range_max_m=high_m,
         width_rad=width_rad,
-        deviation_m=math.sqrt(message.covariance) / 100.0 if told else None,
+        deviation_m=math.sqrt(message.covariance) / 100.0 if is_known else None,
     )
 
 

@@ -29,7 +29,7 @@ from mavlink_vehicle.protocols.operations.takeoff_goal import (
 )
 from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointNed
-from mavlink_vehicle.storage import Storage
+from mavlink_vehicle.storage.requests import Storage
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
 from mavlink_vehicle.vehicle_core import VehicleCore
 
@@ -260,7 +260,7 @@ class Vehicle(VehicleCore):
                 f"{profile.name} is in {self.mode_name}, where setpoints must not be sent; "
                 f"change to {profile.control_mode} first."
             )
-        if not self.state.armed and not profile.setpoints.while_disarmed:
+        if not self.live.known.armed and not profile.setpoints.while_disarmed:
             raise SetpointError(
                 f"{profile.name} is disarmed; a setpoint could make it move later. Arm it first."
             )
@@ -292,7 +292,7 @@ class Vehicle(VehicleCore):
             return None
         # The status in a HEARTBEAT is about that HEARTBEAT's mode; CURRENT_MODE may be newer.
         judged = state.heartbeat_mode == state.custom_mode
-        cannot_run = profile.status_tells_runnable and judged and state.mode_may_not_run
+        cannot_run = profile.status_shows_runnable and judged and state.mode_may_not_run
         return profile.arming_mode if cannot_run or name in profile.not_armed_in else None
 
     def _set_armed(self, goal: ArmGoal, now: float, operation_id: int | None = None) -> int:

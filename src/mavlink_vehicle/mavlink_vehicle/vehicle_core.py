@@ -136,6 +136,7 @@ class VehicleCore(KnownVehicle):
             self._gap,
             self.heartbeats,
             self.operations,
+            self.timesync,
         )
         # In the order of their timers and events; a stream is closed before its operation ends.
         self.services = Services(
@@ -322,7 +323,10 @@ class VehicleCore(KnownVehicle):
 
     def note_setpoint(self, now: float) -> None:
         """Record that a setpoint goes out, ours or another computer's."""
-        self.state = self._gap.sent(self.state, self.profile, now)
+        state = self.state
+        marked = self._gap.sent(state, self.profile, now)
+        if marked is not state:
+            self.state = marked
 
     def notice(self, now: float) -> None:
         """Record that we run, and whether we did not for too long."""

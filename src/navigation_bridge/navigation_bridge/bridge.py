@@ -15,6 +15,7 @@ from typing import Any
 
 from mavlink_vehicle.codec import Intake, Message, mavlink, with_source
 from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.state.position_trust import PositionTrust
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.client_services import ClientServices
@@ -32,7 +33,7 @@ from navigation_bridge.scene import Scene
 from navigation_bridge.services import ServiceDesk
 from navigation_bridge.snapshot import LocatedSnapshot, Observer
 from navigation_bridge.supervision.battery_forecast import share_for_return
-from navigation_bridge.supervision.data_watches import LatenessWatch, PositionWatch
+from navigation_bridge.supervision.data_watches import LatenessWatch
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.stations import Stations
@@ -54,7 +55,6 @@ __all__ = ["Bridge", "BridgeConfig", "Front"]
 
 _GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _LOCAL_POSITION = mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
-_ATTITUDE = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
 
 class Bridge:
@@ -124,7 +124,7 @@ class Bridge:
             self._name,
             self._observer.look,
         )
-        self._positions = PositionWatch()
+        self._positions = PositionTrust()
         self._lateness = LatenessWatch(vehicle, self._report)
         self._parking = Parking(vehicle, config.setpoint_period_s)
         self._effects = Effects(vehicle, self._map_frame, self._parking, self._report)
@@ -155,7 +155,7 @@ class Bridge:
         )
         self.scene = Scene(vehicle, self._map_frame, config)
         self._admission = Admission(
-            self._tasks, self._engine, vehicle, self._traffic, self._positions, self._features
+            self._tasks, self._engine, vehicle, self._positions, self._features
         )
         self._events = VehicleEvents(self._engine, parts, self.obstacles, self._desk)
         self.recorded_goal_id: str | None = None
@@ -367,18 +367,10 @@ class Bridge:
         for number, take in (
             (_GLOBAL_POSITION, self._take_position),
             (_LOCAL_POSITION, self._take_local),
-            (_ATTITUDE, self._take_attitude),
         ):
             if number in intakes:
                 intakes[number] = partial(take, intakes[number])
         return intakes
-
-    def _take_attitude(self, take: Intake, data: bytes, now: float) -> bool:
-        """Do what `receive` does for an attitude, which is published with the next position."""
-        if not take(data, now):
-            return False
-        self.front.update(now)
-        return True
 
     def _take_local(self, take: Intake, data: bytes, now: float) -> bool:
         """Do what `receive` does for a local position."""
@@ -461,12 +453,12 @@ class Bridge:
         """Return the MAVLink messages to send now, after publishing what a request put out."""
         self.front.put_out()
         messages = self._vehicle.messages_to_send()
-        for message in self._traffic.announcements():
+        for message in self._traffic.announcements.take():
             address = self._vehicle.address
             messages.append(with_source(message, address.source_system, address.source_component))
         self._effects.sent()
         return messages
 
-    def next_output(self) -> Output | None:
-        """Return the next output for ROS, the log or the recording."""
-        return self._report.next_output()
+    def next_output(self, recorded: bool = True) -> Output | None:
+        """Return the next output for ROS, the log or the recording, if there is one."""
+        return self._report.next_output(recorded)

@@ -41,10 +41,10 @@ class Effects:
                 operation_id, mission = begin_upload(
                     self._vehicle, self._map_frame, intent.mission, now
                 )
-                goal.operation_began(intent, operation_id, mission)
+                goal.upload_began(mission)
             else:
                 operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
-                goal.operation_began(intent, operation_id)
+            goal.operation.began(intent, operation_id)
         if intent.kind in STREAMED:
             self._parking.keep_streaming(now)
 
@@ -57,9 +57,9 @@ class Effects:
 
     def fly(self, goal: ActiveGoal, intent: Fly, now: float) -> Outcome | None:
         """Send a setpoint; return the end of a goal whose setpoint must not be sent."""
-        if goal.operation is not None:
+        if goal.operation.report is not None:
             self._vehicle.operations.abandon(now)
-            goal.operation_dropped()
+            goal.operation.dropped()
         try:
             self._close_when_sent = False
             if not self._vehicle.setpoints.is_open:
@@ -67,13 +67,13 @@ class Effects:
             self._vehicle.send_setpoint(intended_ned(intent), now)
         except SetpointError as error:
             return Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None)
-        goal.setpoint_sent(now)
+        goal.times.setpoint_sent(goal.task.thinks, now)
         return None
 
     def rest(self, goal: ActiveGoal, now: float) -> None:
         """Stop a vehicle that is still under our control, at the end of its goal."""
         vehicle = self._vehicle
-        if goal.operation is not None:
+        if goal.operation.report is not None:
             vehicle.operations.abandon(now)
         commanded = goal.task.commanded
         moving = commanded is not None and norm(commanded.velocity_enu_m_s) > 0.0
@@ -90,7 +90,7 @@ class Effects:
 
     def leave(self, goal: ActiveGoal, now: float) -> None:
         """Send nothing more to a vehicle that is not under our control any more."""
-        if goal.operation is not None:
+        if goal.operation.report is not None:
             self._vehicle.operations.abandon(now)
         self._vehicle.setpoints.close()
 

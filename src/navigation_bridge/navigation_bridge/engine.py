@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from mavlink_vehicle.state.position_trust import PositionTrust
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.effects import Effects
@@ -22,7 +23,7 @@ from navigation_bridge.reporting import Reporter
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.rules import goal_rules as rules
 from navigation_bridge.snapshot import Observer, Snapshot
-from navigation_bridge.supervision.data_watches import LatenessWatch, PositionWatch, own_share
+from navigation_bridge.supervision.data_watches import LatenessWatch, own_share, position_fault
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.stations import Stations
@@ -43,7 +44,7 @@ class Parts:
     report: Reporter
     effects: Effects
     lateness: LatenessWatch
-    positions: PositionWatch
+    positions: PositionTrust
     features: Feature
     parking: Parking
     overtaken: OvertakenMode
@@ -87,9 +88,9 @@ class Engine:
         requested = parts.parking.operation_id is not None or overtaken.operation_id is not None
         return parts.observer.look(
             now,
-            operation=goal.operation,
+            operation=goal.operation.report,
             mission=mission,
-            fault=parts.positions.fault(goal.doubt.jumps_ned_m),
+            fault=position_fault(parts.positions, goal.doubt.jumps_ned_m),
             late_s=parts.lateness.lateness.recent_s(now),
             taken=taken,
             mode_requested=requested,
@@ -102,17 +103,18 @@ class Engine:
         """Do what is due: the task's thinking, its step, the traffic, feedback."""
         snapshot: Snapshot | None = None
         goal = self.goal
-        if goal is not None and now >= goal.think_s:
-            goal.think_begins()
+        if goal is not None and now >= goal.times.think_s:
+            goal.times.think_begins()
             goal.task.think(self.look(now, goal), now)
-        if goal is not None and now >= goal.next_step_s:
-            self._parts.lateness.note_step(now - goal.next_step_s, now)
-            goal.step_begins(self.config.setpoint_period_s, now)
+        if goal is not None and now >= goal.times.next_step_s:
+            self._parts.lateness.note_step(now - goal.times.next_step_s, now)
+            goal.times.step_begins(self.config.setpoint_period_s, now)
             snapshot = self.look(now, goal)
             self._step(goal, snapshot)
         goal = self.goal
         if self._traffic.is_due(now):
-            self._traffic.update(goal, snapshot or self.look(now, goal))
+            snapshot = snapshot or self.look(now, goal)
+            self._traffic.update(goal, snapshot)
         if goal is not None and now >= self._feedback_deadline(goal):
             self._give_feedback(goal, snapshot or self.look(now, goal))
 
@@ -122,18 +124,19 @@ class Engine:
         if goal is None:
             return None
         # A task thinks once its setpoint has been sent, and finishes before the next.
-        return min(goal.next_step_s, goal.think_s, self._feedback_deadline(goal))
+        return min(goal.times.next_step_s, goal.times.think_s, self._feedback_deadline(goal))
 
     def position_came(self, now: float) -> None:
         """Give feedback of a new position, if it is due."""
-        goal = self.goal
+        goal, snapshot = self.goal, None
         if self._traffic.is_due(now):
-            self._traffic.update(goal, self.look(now, goal))
+            snapshot = self.look(now, goal)
+            self._traffic.update(goal, snapshot)
         # A position that arrives slightly early still counts; otherwise positions at 20 Hz would
         # give feedback at 6.7 Hz instead of 10.
         early_s = 0.25 * self.config.feedback_period_s
-        if goal is not None and now >= goal.feedback_due_s - early_s:
-            self._give_feedback(goal, self.look(now, goal))
+        if goal is not None and now >= goal.times.feedback_due_s - early_s:
+            self._give_feedback(goal, snapshot or self.look(now, goal))
 
     def _step(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         goal.see_failsafe(snapshot.state)
@@ -153,7 +156,7 @@ class Engine:
                 self._apply(verdict, goal, snapshot)
                 guarded = guarded and not goal.ending
         if due:
-            goal.guard_begins(snapshot.time_s)
+            goal.times.guard_begins(snapshot.time_s)
             snapshot = self.bound(snapshot)
         if goal.yielded is None:
             self._step_task(goal, snapshot)
@@ -179,9 +182,8 @@ class Engine:
             goal.yield_vehicle(Standstill.of_stop(snapshot.config.goto, snapshot.traits), now)
             self._parts.stations.let_go(goal, now)
         elif isinstance(verdict, rules.Warn):
-            goal.remember(verdict.rule, verdict.fact)
+            goal.remember(verdict.rule, verdict.fact, verdict.text)
             if verdict.text:
-                goal.note(verdict.text)
                 self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: {verdict.text}")
         elif isinstance(verdict, rules.Stop):
             self.stop(goal, verdict.outcome, now)
@@ -196,12 +198,12 @@ class Engine:
     def _step_task(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         now = snapshot.time_s
         intent = goal.task.step(snapshot, now)
-        goal.operation_known()
+        goal.operation.known()
         ended: Outcome | None = None
         if isinstance(intent, Outcome):
             ended = own_share(intent, snapshot.late_s)
         elif isinstance(intent, Perform):
-            new = goal.is_new(intent)
+            new = goal.operation.is_new(intent)
             waits = self._traffic.gate(goal, intent, snapshot) if new else None
             if waits is not None:
                 self._effects.wait(now)
@@ -233,7 +235,7 @@ class Engine:
             or self._parts.stations.ignores_setpoints
         ):
             continued = None  # its last setpoint is obsolete
-        mode, jumps_ned_m = self._parts.observer.mode, self._parts.positions.jumps_ned_m
+        mode, jumps_ned_m = self._parts.observer.mode, self._parts.positions.jump_ned_m
         goal = self.goal = successor(goal_id, admitted, continued, mode, jumps_ned_m, now)
         return previous, goal
 
@@ -286,7 +288,7 @@ class Engine:
 
     def _feedback_deadline(self, goal: ActiveGoal) -> float:
         # Positions trigger feedback; without one for half a period, a timer does.
-        return goal.feedback_due_s + 0.5 * self.config.feedback_period_s
+        return goal.times.feedback_due_s + 0.5 * self.config.feedback_period_s
 
     def _show_status(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         """Report a status that is new, with feedback: a short one would pass between two."""
@@ -294,5 +296,5 @@ class Engine:
             self._give_feedback(goal, snapshot)
 
     def _give_feedback(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
-        goal.feedback_given(self.config.feedback_period_s, snapshot.time_s)
+        goal.times.feedback_given(self.config.feedback_period_s, snapshot.time_s)
         self._report.feedback(goal, self._progress(goal, snapshot), snapshot)

@@ -6,8 +6,8 @@ from navigation_bridge.requests.external_positions import ExternalPositions
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.requests.gps_corrections import GpsCorrections
 from navigation_bridge.requests.log_requests import LogRequests
-from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_bridge.storage.storage_requests import StorageRequests
+from navigation_bridge.tasks.velocity_commands import VelocityCommands
 
 __all__ = ["FEATURES"]
 

@@ -158,7 +158,7 @@ class FleetApplication:
             try:
                 member.application.receive(message, now)
             except Exception as error:
-                self._tell(member, error)
+                self._report_failure(member, error)
 
     def intakes(self, system: int, component: int) -> dict[int, Intake]:
         """Return what takes measurements of a sender straight from their frames, by number."""
@@ -180,7 +180,7 @@ class FleetApplication:
             try:
                 return intake(data, now)
             except Exception as error:
-                self._tell(member, error)
+                self._report_failure(member, error)
                 return True
 
         return take
@@ -256,7 +256,7 @@ class FleetApplication:
         try:
             work()
         except Exception as error:
-            self._tell(member, error)
+            self._report_failure(member, error)
 
     def _member_of(self, message: Message) -> Member | None:
         member = self._by_system.get(message._header.srcSystem)
@@ -284,7 +284,7 @@ class FleetApplication:
 
     def _fail(self, member: Member, error: Exception) -> None:
         """Count a failure of essential work: timers, deadlines, messages."""
-        self._tell(member, error)
+        self._report_failure(member, error)
         now = self._clock.now()
         if member.rests_until_s <= now:
             member.rests_until_s = now + PAUSE_S
@@ -298,7 +298,7 @@ class FleetApplication:
                 )
             )
 
-    def _tell(self, member: Member, error: Exception) -> None:
+    def _report_failure(self, member: Member, error: Exception) -> None:
         try:
             member.application.fail(error, self._clock.now())
         except Exception as second:

@@ -86,13 +86,14 @@ class Reporter:
         self._text_ids = itertools.count()
         self._answers: frozenset[StatusText] = frozenset()
 
-    def next_output(self) -> Output | None:
-        """Return the next output, or None."""
+    def next_output(self, recorded: bool = True) -> Output | None:
+        """Return the next output, or None; without a recording perhaps no notes."""
         while self._outputs:
             output = self._outputs.popleft()
             if not callable(output):
                 return output
-            self._outputs.extendleft(Annotation(message) for message in reversed(output()))
+            if recorded:
+                self._outputs.extendleft(Annotation(message) for message in reversed(output()))
         return None
 
     def log(self, level: LogLevel, text: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from typing import NamedTuple
 
 from mavlink_vehicle.events import LandedState, OperationFinished, OperationResult
 from mavlink_vehicle.vehicle import Vehicle
@@ -29,6 +30,13 @@ _OPERATIONS = {
 }
 
 
+class _Pending(NamedTuple):
+    """A request that is answered at the end of an operation."""
+
+    number: int
+    operation_id: int
+
+
 class ServiceDesk:
     """Executes one service request at a time; a later one replaces it."""
 
@@ -37,27 +45,23 @@ class ServiceDesk:
         self._map_frame = map_frame
         self._vehicle = vehicle
         self._report = report
-        self._number: int | None = None
-        self._operation_id: int | None = None
+        self._pending: _Pending | None = None
 
     def begin(self, number: int, service: Service, now: float, mode: str = "") -> None:
         """Request it from the vehicle; the arguments are those of :meth:`ClientServices.serve`."""
         self.give_up("Replaced by another request.", now)
-        self._number = number
         if service is Service.SET_MODE:
-            self._set_mode(mode, now)
+            self._set_mode(number, mode, now)
             return
         intent = Perform(_OPERATIONS[service])
-        self._operation_id = begin_operation(self._vehicle, self._map_frame, intent, now)
+        self.wait_for(number, begin_operation(self._vehicle, self._map_frame, intent, now))
 
-    def _set_mode(self, mode: str, now: float) -> None:
+    def _set_mode(self, number: int, mode: str, now: float) -> None:
         vehicle, profile = self._vehicle, self._vehicle.profile
         name = mode.strip().upper()
         if profile is not None and name in (profile.mission_mode, profile.takeoff.mode):
             state = vehicle.state
             if state.armed and state.landed_state is not LandedState.IN_AIR:
-                number, self._number = self._number, None
-                assert number is not None
                 text = (
                     f"{name} was not set: the vehicle is armed on the ground and would move "
                     "immediately. Send a goal instead."
@@ -65,25 +69,24 @@ class ServiceDesk:
                 self._report.served(number, False, text)
                 return
         vehicle.setpoints.close()
-        self._operation_id = vehicle.change_mode(name, now)
+        self.wait_for(number, vehicle.change_mode(name, now))
 
     def wait_for(self, number: int, operation_id: int) -> None:
-        """Respond at the end of an operation already in progress."""
-        self._number, self._operation_id = number, operation_id
+        """Respond at the end of an operation in progress."""
+        self._pending = _Pending(number, operation_id)
 
     def give_up(self, why: str, now: float) -> None:
         """End the pending request, if any, as failed."""
-        if self._number is None:
-            return
-        number, self._number, self._operation_id = self._number, None, None
-        self._vehicle.operations.abandon(now)
-        self._report.served(number, False, why)
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            self._vehicle.operations.abandon(now)
+            self._report.served(pending.number, False, why)
 
     def finish(self, event: OperationFinished) -> bool:
         """Process the end of an operation; True if it was this one's."""
-        if self._operation_id is None or event.operation_id != self._operation_id:
+        pending = self._pending
+        if pending is None or event.operation_id != pending.operation_id:
             return False
-        assert self._number is not None
-        number, self._number, self._operation_id = self._number, None, None
-        self._report.served(number, event.result is OperationResult.ACHIEVED, event.reason)
+        self._pending = None
+        self._report.served(pending.number, event.result is OperationResult.ACHIEVED, event.reason)
         return True

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from mavlink_vehicle.events import (
     ModeChanged,
     ModeOvertaken,
@@ -88,13 +90,14 @@ class VehicleEvents:
         goal = self._engine.goal
         restored = self._parts.overtaken.finish(event)
         if restored is not None:
-            if goal is not None:
-                goal.mode_restored(restored, event.result is OperationResult.ACHIEVED)
+            if goal is not None and goal.takeover is not None:
+                is_restored = event.result is OperationResult.ACHIEVED
+                goal.taken(replace(goal.takeover, overtaken=restored, restored=is_restored))
             return
         parked, served = self._parts.parking.finish(event), self._desk.finish(event)
         if parked or served:
             return
-        if goal is None or goal.operation is None or goal.operation_id != event.operation_id:
+        if goal is None or not goal.operation.is_pending(event.operation_id):
             return
         status = OperationStatus[event.result.name]
         late = self._parts.lateness.lateness.recent_s(now) >= TOO_LATE_S

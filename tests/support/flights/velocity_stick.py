@@ -9,8 +9,8 @@ from mavlink_sitl import VehicleConfig, World
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_bridge.goals.requests import VelocityRequest
-from navigation_bridge.requests.velocity_commands import VelocityCommands
 from navigation_bridge.services import Service
+from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 from tests.support.flights.simulated_flight import SimulatedFlight

@@ -18,9 +18,13 @@ from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import NOTHING_SENT, Fly, Handover
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig, AvoidanceConfigError
-from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.leading.path_follower import Commanded, PathFollower
+from navigation_core.tasks.leading.flight_terms import (
+    AvoidanceConfig,
+    AvoidanceConfigError,
+    FlightTerms,
+)
+from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.leading.sent_setpoint import Commanded
 from navigation_core.tasks.phases import Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import COPTER, Traits
@@ -463,7 +467,7 @@ def test_what_drives_behind_its_setpoint_plans_and_brakes_from_where_it_is(
         plan(vehicle.observe())
         assert follower.carrot is not None
         assert follower.carrot.state.position_enu_m[0] == pytest.approx(begins_at_m, abs=0.05)
-        follower.commanded = Commanded(setpoint, 0.0)
+        follower.sent.commanded = Commanded(setpoint, 0.0)
 
 
 def test_what_stands_blocked_does_not_pass_on_the_little_speed_that_is_measured() -> None:

@@ -15,8 +15,7 @@ from navigation_core.safety.fences import Fence, PolygonArea
 from navigation_core.safety.target_checks import FlightVolume
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Fly, Handover, Intent, Outcome, Perform, Wait
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
-from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig, FlightTerms
 from navigation_core.tasks.observation import (
     OperationReport,
     OperationStatus,

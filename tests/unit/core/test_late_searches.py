@@ -13,8 +13,7 @@ from navigation_core.mapping.obstacle_shapes import Box, Cylinder
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
-from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig, FlightTerms
 from navigation_core.tasks.progress import Progress, Status
 from tests.support.flights.late_searches import LateSearcher
 from tests.support.models.point_mass import Flight, PointMass, fly

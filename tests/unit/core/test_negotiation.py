@@ -7,9 +7,10 @@ import random
 import numpy as np
 import pytest
 
+from navigation_core.traffic.entries import Ask
 from navigation_core.traffic.negotiation import LISTEN_S, SILENT_S, Negotiation, PeerState
-from navigation_core.traffic.reservations import Ask, TrafficReservations, wait_for
-from navigation_core.traffic.right_of_way import Claimant, Rank
+from navigation_core.traffic.reservations import TrafficReservations
+from navigation_core.traffic.right_of_way import Claimant, Rank, wait_for
 from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
 from navigation_core.traffic.way_out import first_blocked
 

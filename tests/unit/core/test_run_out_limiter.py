@@ -15,8 +15,8 @@ from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.safety.unfollowed import Following
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Setpoint
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits

@@ -18,9 +18,10 @@ from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.progress import Status
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.detours import DetourSearch
+from navigation_core.traffic.entries import Ask
 from navigation_core.traffic.intruders import Intruder
 from navigation_core.traffic.negotiation import Negotiation
-from navigation_core.traffic.reservations import Ask, TrafficReservations
+from navigation_core.traffic.reservations import TrafficReservations
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
 from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified

@@ -18,11 +18,12 @@ from drone_navigation.console.messages import (
     RehearseTogether,
     Replay,
 )
+from drone_navigation.console.page_types import HomeValue
 from drone_navigation.console.session import Page, Rules
 from drone_navigation.console.shown_values import ShownValues
 from tests.support.messages.random_console_messages import FLY, MOVING, broken
 
-HOME = {"latitude": -35.3632621, "longitude": 149.1652374, "altitude": 584.0, "at": [1.0, 2.0, 0.5]}
+HOME = HomeValue(latitude=-35.3632621, longitude=149.1652374, altitude=584.0, at=[1.0, 2.0, 0.5])
 
 
 class FakePilots:

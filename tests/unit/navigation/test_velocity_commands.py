@@ -9,7 +9,7 @@ import pytest
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import make_config
-from navigation_bridge.requests.velocity_commands import VelocityCommands
+from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
@@ -123,5 +123,5 @@ def test_a_vehicle_that_a_ground_station_flies_is_left_alone() -> None:
 
 def test_what_is_not_followed_is_reported_occasionally() -> None:
     commands = new_commands()
-    told = [now for now in range(100) if commands.is_to_tell(0.1 * now)]
+    told = [now for now in range(100) if commands.takes_log_line(0.1 * now)]
     assert told == [0, 50]

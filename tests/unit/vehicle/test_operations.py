@@ -69,7 +69,7 @@ class Script:
     def wait(self, seconds: float) -> None:
         """Time passes."""
         end_s = self.now + seconds
-        while (deadline := self.operation.next_deadline()) is not None and deadline <= end_s:
+        while (deadline := self.operation.deadline_s) is not None and deadline <= end_s:
             self.now = deadline
             self.operation.handle_timer(self.now)
             self._take()
@@ -80,7 +80,7 @@ class Script:
         event = self.operation.next_event()
         assert event is not None
         assert self.operation.next_event() is None
-        assert self.operation.next_deadline() is None
+        assert self.operation.deadline_s is None
         assert self.operation.finished
         assert event.operation_id == 7
         assert event.reason.endswith((".", '"'))
@@ -287,9 +287,9 @@ def test_cancelled_at_any_time_it_ends_once(answer: int | None) -> None:
     script = Script()
     if answer is not None:
         script.say(script.autopilot.ack(SET_MODE, answer))
-    script.operation.cancel("it was abandoned", script.now)
-    script.operation.cancel("again", script.now)
-    script.operation.lose("the autopilot restarted", script.now)
+    script.operation.stop(CANCELLED, "it was abandoned", script.now)
+    script.operation.stop(CANCELLED, "again", script.now)
+    script.operation.stop(LINK_LOST, "the autopilot restarted", script.now)
     end = script.end()
     assert end.result is CANCELLED
     assert end.reason == "Mode change to GUIDED ended: it was abandoned."
@@ -397,7 +397,7 @@ def test_a_repetition_rejected_in_the_air_does_not_end_the_take_off(
 
 def test_the_table_is_complete() -> None:
     """In every state but the last, everything that can come is provided for."""
-    always = {OperationInput.REACHED, OperationInput.FAILED, OperationInput.CANCEL}
+    always = {OperationInput.REACHED, OperationInput.STOP}
     answers = {OperationInput.ACCEPTED, OperationInput.REFUSED, OperationInput.TIME_UP}
     expected = {
         OperationState.IDLE: always | {OperationInput.START, OperationInput.PREPARE},

@@ -24,7 +24,6 @@ from mavlink_sitl.exchange import ItemReached, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
     from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
@@ -32,8 +31,6 @@ AMSL_FRAMES = (0, 2, 5)
 TAKE_OFFS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF)
 MOST_STEPS = 200
 """A mission of nothing but jumps ends after this many"""
-ALLOW_ARMING = 1
-"""Bit of AUTO_OPTIONS"""
 
 
 class Auto(Mode):
@@ -306,7 +303,7 @@ class Auto(Mode):
     def mission_changed(self) -> None:
         """The list has another content: begin the item in force again, if it is still there."""
         plans = self.vehicle.plans
-        if self.task is None:
+        if self.vehicle.mode is not self or self.task is None:
             return
         if self._first <= plans.current < len(plans.mission.items):
             item = plans.mission.items[plans.current]
@@ -321,8 +318,48 @@ class Auto(Mode):
             text = "Auto mission changed but failed to restart command"
         self.vehicle.say(Severity.CRITICAL, text)
 
+    def set_current(self, seq: int) -> Result:
+        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT.
+
+        While it flies the mission continues there, or ends if no waypoint follows. In other modes
+        the next item to fly to is the current one; FAILED without one.
+        """
+        plans = self.vehicle.plans
+        if not 0 <= seq < len(plans.mission.items):
+            return Result.DENIED
+        place = self.next_moving(seq)
+        if self.vehicle.mode is self:
+            self.jump_to(max(seq, self._first))
+        elif seq and place is not None:
+            plans.current, plans.begins = place, (seq, place)
+        elif not seq:
+            plans.current = 0
+        return Result.FAILED if place is None and seq else Result.ACCEPTED
+
+    def clear(self) -> None:
+        """Forget the mission; while it flies it continues to the end of the leg."""
+        self.vehicle.plans.mission.replace([])
+        self.vehicle.plans.forget_progress()
+        self.vehicle.saved.mission_length(0)
+        self.mission_changed()
+
+    def append_here(self, command: Cmd) -> None:
+        """Append an item to the mission, at the vehicle's place and height above home."""
+        navigator, mission, m = (
+            self.vehicle.navigator,
+            self.vehicle.plans.mission,
+            self.vehicle.motion,
+        )
+        if not mission.items:
+            mission.put(0, PlanItem(Cmd.WAYPOINT, 0))
+        place = navigator.frame.to_geodetic(m.north_m, m.east_m, m.down_m)
+        x, y = round(place.latitude_deg * 1e7), round(place.longitude_deg * 1e7)
+        item = PlanItem(command, x=x, y=y, z=navigator.height_above_home_m())
+        mission.put(len(mission.items), item)
+        self.vehicle.saved.mission_length(len(mission.items))
+
     def jump_to(self, place: int) -> None:
-        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT while it flies; that ends a pause."""
+        """Continue with another item while it flies; that ends a pause."""
         self._waiting = []
         self.paused = False
         self.vehicle.plans.state = MissionState.ACTIVE
@@ -344,3 +381,37 @@ class Auto(Mode):
     def go_on(self) -> Result:
         """DO_PAUSE_CONTINUE 1."""
         return Result.ACCEPTED
+
+
+class AutoTask:
+    """An item in flight."""
+
+    def __init__(self, auto: Auto, item: PlanItem) -> None:
+        self.auto = auto
+        self.vehicle = auto.vehicle
+        self.item = item
+
+    @property
+    def landing(self) -> bool:
+        """Whether it sinks to land."""
+        return False
+
+    def update(self) -> None:
+        """Run one step; called at the autopilot's rate."""
+
+    def finished(self) -> bool:
+        """Whether the next item's turn has come."""
+        return False
+
+
+class Delay(AutoTask):
+    """Stay for param1 seconds."""
+
+    def __init__(self, auto: Auto, item: PlanItem) -> None:
+        super().__init__(auto, item)
+        self._until_s = self.vehicle.now_s + max(item.params[0], 0.0)
+        auto.guide(auto.hold_guidance())
+
+    def finished(self) -> bool:
+        """When it ends."""
+        return self.vehicle.now_s >= self._until_s

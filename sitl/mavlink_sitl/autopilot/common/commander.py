@@ -1,71 +1,213 @@
-"""Modes, missions and commands: what people want of any firmware, and whether it may be."""
+"""A firmware that runs in a vehicle: what people command, and whether it may be.
+
+It gets observations (`update`, at a fixed rate) and requests by people (the command methods, at
+any time in between). It answers with `guidance` for the controllers and with `events` for the
+outside. It reads no clock and knows no MAVLink.
+"""
 
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
+from abc import ABC, abstractmethod
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import ClassVar, Protocol, TypeVar
 
-from mavlink_sitl.autopilot.common.auto import ALLOW_ARMING, Auto
-from mavlink_sitl.autopilot.common.aux_switches import AuxSwitches
-from mavlink_sitl.autopilot.common.firmware import Firmware, PowerUp
-from mavlink_sitl.autopilot.common.mode_switch import ModeSwitch
-from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.autopilot.safety.failsafe import Failsafes
-from mavlink_sitl.autopilot.safety.rudder import Rudder
+from mavlink_sitl.autopilot.common.auto import Auto
+from mavlink_sitl.autopilot.common.firmware import Firmware, Inputs, State, step
+from mavlink_sitl.autopilot.common.switches import Switches
+from mavlink_sitl.autopilot.devices.outputs import Outputs
+from mavlink_sitl.autopilot.parameters import Parameters
+from mavlink_sitl.autopilot.personality import Personality
+from mavlink_sitl.autopilot.plans.plans import PlanItem, Plans
+from mavlink_sitl.autopilot.safety.saved_parameters import Saved
+from mavlink_sitl.autopilot.state.estimator import Estimator, ExternalEstimator
 from mavlink_sitl.autopilot.state.mode import Mode
+from mavlink_sitl.autopilot.state.navigation import Navigator
+from mavlink_sitl.autopilot.state.pilot import Pilot
+from mavlink_sitl.autopilot.state.radio import Radio
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
-from mavlink_sitl.exchange import LandedState, ModeChanged, Observation, Result, Severity
+from mavlink_sitl.exchange import (
+    Event,
+    Guidance,
+    HomeChanged,
+    LandedState,
+    ModeChanged,
+    Motion,
+    Motors,
+    Observation,
+    RebootRequested,
+    Result,
+    Severity,
+    StatusText,
+    SystemStatus,
+    Vector,
+)
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+
+M = TypeVar("M", bound=Mode)
 
 
-class Commander(Firmware):
-    """A firmware that people command; arguments and attributes as of `Firmware`."""
+class Body(Protocol):
+    """The vehicle that a firmware runs in, as far as it reaches it without guidance.
+
+    Attributes:
+        damage: why it will not fly again before it is mended; None when it is whole.
+    """
+
+    damage: str | None
+
+    def moving_target(self) -> Vector:
+        """Where the controllers' moving target is, NED metres."""
+
+    def inject_failure(self, unit: int, kind: int, instance: int) -> Result:
+        """Break something: FAILURE_UNIT, FAILURE_TYPE, and which one, from 1; 0 for all."""
+
+    def take_external_position(self, position_ned_m: Vector, reset: bool) -> None:
+        """Take a position from outside, and whether its source was reset."""
+
+
+@dataclass(frozen=True)
+class PowerUp:
+    """The inputs of a firmware at its start.
+
+    Attributes:
+        personality: the firmware.
+        parameters: its parameters; they outlive a reboot.
+        plans: its mission, fence and rally points; they do, too.
+        body: the vehicle that it runs in.
+        origin: where it stands when it starts; becomes the origin of its local frame.
+        observation: its first observation, with the time of power-up.
+        ready_after_s: how long its estimator takes to use GPS.
+        external_position: its estimator takes the position from outside instead.
+    """
+
+    personality: Personality
+    parameters: Parameters
+    plans: Plans
+    body: Body
+    origin: GeoPoint
+    observation: Observation
+    ready_after_s: float
+    external_position: bool = False
+
+
+class Commander(ABC):
+    """A firmware from power-up to the next; what vehicle type it flies is the subclasses'.
+
+    Attributes:
+        table: what the firmware is.
+        navigator: origin, home and limits.
+        arming: whether the motors are armed.
+        estimator: what it knows of its position.
+        failsafe: what is wrong.
+        pilot: the raw channels of the sticks.
+        radio: the sticks as the parameters have them.
+        switches: those of the pilot, where the firmware has them.
+        state: as of its latest step.
+        mode: the flight mode.
+        auto: the mode that flies missions, whether it flies or not.
+        wanted: the last guidance of its mode.
+        guidance: the same as far as motors are allowed to: what the controllers are to do.
+        motors_stopped: a switch of the pilot has stopped the motors.
+        charge_added_mah: correction of the monitor's count of the charge, by BATTERY_RESET.
+        revision: grows with every change of `guidance`.
+        events: what happened, for the outside to take away.
+    """
+
+    table: ClassVar[Firmware]
 
     def __init__(self, start: PowerUp) -> None:
-        super().__init__(start)
-        self.failsafe = Failsafes(self)
-        steered = "ARMING_RUDDER" in start.parameters
-        self.mode_switch = ModeSwitch(self) if steered else None
-        self.rudder = Rudder(self) if steered else None
-        self.aux_switches = AuxSwitches(self) if steered else None
-        self._sticks_seen: tuple[int, int, bool] | None = None
-        self._sticks_settle = False
+        personality, observation = start.personality, start.observation
+        self.personality = personality
+        self.parameters = start.parameters
+        self.plans = start.plans
+        self.body = start.body
+        frame = LocalFrame(start.origin, personality.projection)
+        self.navigator: Navigator = self.table.navigator(frame, start.parameters)
+        self.observation = observation
+        self.boot_s = observation.time_s
+        estimator = ExternalEstimator if start.external_position else Estimator
+        self.estimator: Estimator = estimator(personality, self.boot_s, start.ready_after_s)
+        self._battery_ready_at_s = self.estimator.scaled(personality.battery_ready_s)
+        self.pilot = Pilot()
+        self.radio = Radio(self.pilot, start.parameters)
+        self.arming = self.table.arming(self)
+        self.saved = Saved(self)
+        self.outputs = Outputs(self)
+        self.switches = Switches(self) if "ARMING_RUDDER" in start.parameters else None
+        self.motors_stopped = False
+        self.charge_added_mah = 0.0
+        self.wanted = self.guidance = Guidance()
+        self.revision = 0
+        self.events: deque[Event] = deque()
+        self.state = State(observation.impact_m_s)
+        self._modes: dict[int, Mode] = {
+            spec.number: self.table.modes[spec.behaviour](self, spec)
+            for spec in personality.modes.values()
+        }
+        self.auto = self.mode_of(Auto)
+        self.mode: Mode = self._modes[self.first_mode()]
+        self.fence = self.table.fence(self)
+        self.failsafe = self.table.failsafes(self)
+        self.mode.enter()
+
+    # State.
 
     def first_mode(self) -> int:
         """INITIAL_MODE; soon after the start that of the pilot's switch follows."""
-        wanted = int(self.parameters["INITIAL_MODE"])
-        return wanted if wanted in self._modes else super().first_mode()
+        known = "INITIAL_MODE" in self.parameters
+        wanted = int(self.parameters["INITIAL_MODE"]) if known else None
+        return wanted if wanted in self._modes else self.table.first_mode
 
-    def switched_mode(self) -> int:
-        """The mode of the pilot's mode switch; without one that after the start."""
-        position = None if self.mode_switch is None else self.mode_switch.read()
-        if self.mode_switch is None or position is None:
-            return self.first_mode()
-        return self.mode_switch.mode_there(position)
+    @property
+    def now_s(self) -> float:
+        """Simulated time of the latest observation."""
+        return self.observation.time_s
 
-    def begin_underway(self) -> None:
-        """See `Firmware`; the switch is where it was before."""
-        super().begin_underway()
-        if self.mode_switch is not None:
-            self.mode_switch.settle()
+    @property
+    def motion(self) -> Motion:
+        """The estimated motion."""
+        return self.observation.motion
 
-    def watch(self, observation: Observation) -> None:
-        """Check for failures; called once the power monitor has readings."""
-        if self.battery_known:
-            self.failsafe.update(observation)
-        self.fence.update()
-        if self.started:
-            self._watch_sticks()
+    @property
+    def started(self) -> bool:
+        """Whether it has finished starting."""
+        return self.state.started
 
-    def _watch_sticks(self) -> None:
-        """Act on the pilot's switches and held sticks, once one has moved."""
-        if self.mode_switch is None or self.rudder is None or self.aux_switches is None:
-            return
-        stamp = self.radio.stamp(self.now_s)
-        if stamp == self._sticks_seen and not self._sticks_settle:
-            return
-        self._sticks_seen = stamp
-        settle = [each.watch() for each in (self.mode_switch, self.rudder, self.aux_switches)]
-        self._sticks_settle = any(settle)
+    @property
+    def armed(self) -> bool:
+        """Whether the motors are armed."""
+        return self.arming.armed
+
+    @property
+    def soft_armed(self) -> bool:
+        """The armed state in HEARTBEAT."""
+        return self.armed
+
+    @property
+    def landed(self) -> bool:
+        """Whether it believes to stand on the ground."""
+        return self.state.landing.landed
+
+    @property
+    def battery_known(self) -> bool:
+        """Whether the power monitor has readings yet."""
+        return self.now_s >= self._battery_ready_at_s
+
+    @property
+    def system_status(self) -> SystemStatus:
+        """For HEARTBEAT."""
+        if not self.started:
+            says_mode = self.personality.boot_mode is not None
+            return SystemStatus.CALIBRATING if says_mode else SystemStatus.BOOT
+        if self.failsafe.active:
+            return SystemStatus.CRITICAL
+        return SystemStatus.ACTIVE if self.is_active() else SystemStatus.STANDBY
+
+    def is_active(self) -> bool:
+        """Whether it does something."""
+        return not self.landed
 
     @property
     def aloft(self) -> bool:
@@ -81,23 +223,111 @@ class Commander(Firmware):
             return LandedState.TAKEOFF
         return LandedState.LANDING if self.mode.landing else LandedState.IN_AIR
 
-    @property
-    def auto(self) -> Auto | None:
-        """The mode that flies missions, whether it flies or not."""
-        return next((mode for mode in self._modes.values() if isinstance(mode, Auto)), None)
+    # Periodic updates.
 
-    @property
-    def has_mission(self) -> bool:
-        """Whether there is a mission to fly."""
-        return self.auto is not None and self.auto.has_mission
+    def observe(self, observation: Observation) -> None:
+        """Know better where it is, without acting: for commands between two updates."""
+        self.observation = observation
+        self.navigator.observe(observation.motion, self.estimator.lost)
 
-    @property
-    def may_arm_in_mode(self) -> bool:
-        """Whether motors may be armed in this mode; AUTO_OPTIONS opens AUTO for it."""
-        auto = isinstance(self.mode, Auto) and "AUTO_OPTIONS" in self.parameters
-        if auto and int(self.parameters["AUTO_OPTIONS"]) & ALLOW_ARMING:
-            return True
-        return self.mode.spec.armable
+    def update(self, observation: Observation) -> None:
+        """Process the latest state and act; called at a fixed rate."""
+        estimator, had_started = self.estimator, self.started
+        had_origin = estimator.has_origin
+        self.observe(observation)
+        estimator.update(observation.time_s, observation.gps_fix, observation.gps_off_m)
+        self.state, texts = step(self.table, self.personality, self.state, self._inputs())
+        self.events.extend(texts)
+        begins = self.started and not had_started
+        if begins and not self.table.keeps_early_mode:
+            self.enter_mode(self.first_mode())
+        if not had_origin and estimator.has_origin:
+            self.set_home()
+            self.saved.mission_length(max(len(self.plans.mission.items), 1))
+        self.watch(observation)
+        self.arming.watch()
+        self.mode.update()
+        if self.arming.disarm_is_due(self.state.landing.since_s):
+            self.arming.disarm(force=True)
+        self.saved.update()
+        self._settle()
+        if begins and self.table.reports_start:
+            self.events.append(ModeChanged(self.mode.spec.name, False))
+
+    def watch(self, observation: Observation) -> None:
+        """Check for failures, and look at the pilot's switches."""
+        if self.battery_known:
+            self.failsafe.update(observation)
+        self.fence.update()
+        if self.started and self.switches is not None:
+            self.switches.watch()
+
+    def _inputs(self) -> Inputs:
+        return Inputs(
+            self.observation,
+            self.parameters,
+            self.armed,
+            self.mode.at_rest,
+            self.estimator.lost,
+            self.estimator.scaled,
+            self.navigator.origin.altitude_amsl_m,
+        )
+
+    def _settle(self) -> None:
+        """Look at the ground again, and give the motors what arming and that allow."""
+        landing = self.table.landing(self.state.landing, self._inputs())
+        self.state = self.state._replace(landing=landing)
+        if self._permitted() is not self.guidance.motors:
+            self._publish(replace(self.wanted, restart_xy=True, restart_z=True))
+
+    def _permitted(self) -> Motors:
+        """What arming, the emergency stop and the ground leave of what the mode wants."""
+        if not self.armed or self.motors_stopped:
+            return Motors.OFF
+        return self.mode.ground_motors() if self.landed else self.wanted.motors
+
+    def guide(self, guidance: Guidance) -> None:
+        """Called by modes: what the controllers are to do, as far as motors are allowed to."""
+        self.wanted = guidance
+        self._publish(guidance)
+
+    def _publish(self, guidance: Guidance) -> None:
+        motors = self._permitted()
+        self.guidance = guidance if motors is guidance.motors else replace(guidance, motors=motors)
+        self.revision += 1
+
+    def say(self, severity: Severity, text: str) -> None:
+        """Words for people."""
+        self.events.append(StatusText(severity, text))
+
+    def begin_underway(self) -> None:
+        """Be armed, and in the air if it flies, as if it had got there by itself."""
+        self.arming.armed = True
+        self.arming.armed_at_s = self.now_s
+        self.state = self.state._replace(landing=self.state.landing.become(False, self.now_s))
+        self.hold_underway()
+        self._settle()
+        if self.switches is not None:
+            self.switches.mode.settle()
+
+    def hold_underway(self) -> None:
+        """Enter the mode that holds and waits for orders, from where it is: GUIDED."""
+        guided = next(m for m in self._modes.values() if m.spec.behaviour == "guided")
+        self.change_to(guided)
+
+    def set_home(self, point: GeoPoint | None = None) -> None:
+        """Home is there, or here."""
+        if point is None:
+            self.navigator.set_home()
+        else:
+            self.navigator.home = point
+        self.events.append(HomeChanged())
+
+    # Modes.
+
+    def mode_of(self, kind: type[M]) -> M:
+        """The mode of a class, whether it is in force or not."""
+        return next(mode for mode in self._modes.values() if isinstance(mode, kind))
 
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""
@@ -117,10 +347,15 @@ class Commander(Firmware):
         self.change_to(mode)
         return True
 
-    def hold_underway(self) -> None:
-        """See `Firmware`: GUIDED."""
-        guided = next(m for m in self._modes.values() if m.spec.behaviour == "guided")
-        self.change_to(guided)
+    def enter_first(self, numbers: tuple[int, ...]) -> None:
+        """Change to the first of some modes that may be entered."""
+        for number in numbers:
+            if self.mode.spec.number == number or self.enter_mode(number):
+                return
+
+    def land_after_pause(self) -> None:
+        """In LAND: stay for a while before sinking, where the firmware does."""
+        return
 
     def may_begin(self, mode: Mode) -> bool:
         """Whether a mode has what it begins with; says what is missing."""
@@ -147,10 +382,33 @@ class Commander(Firmware):
         """Forget the speeds that were requested until the next change of mode."""
         self.navigator.forget_speeds()
 
-    def mission_changed(self) -> None:
-        """An item of the mission was replaced, or its end was cut off."""
-        if isinstance(self.mode, Auto):
-            self.mode.mission_changed()
+    def set_mode(self, number: int) -> Result:
+        """DO_SET_MODE and SET_MODE."""
+        if number not in self._modes:
+            self.say(Severity.WARNING, f"No such mode {number}")
+            return Result.FAILED
+        return Result.ACCEPTED if self.enter_mode(number) else Result.FAILED
+
+    # Requests by people.
+
+    def arm(self, force: bool = False, by: str = "external command") -> Result:
+        """Arm the motors, after the checks unless forced; by whom counts."""
+        result = self.arming.arm(force, by)
+        self._settle()
+        return result
+
+    def disarm(self, force: bool = False) -> Result:
+        """Disarm the motors; in the air only when forced."""
+        result = self.arming.disarm(force)
+        self._settle()
+        return result
+
+    def reboot(self) -> Result:
+        """PREFLIGHT_REBOOT_SHUTDOWN: not while armed."""
+        if self.armed:
+            return Result.FAILED
+        self.events.append(RebootRequested())
+        return Result.ACCEPTED
 
     def start_mission(self) -> Result:
         """MISSION_START: AUTO, and no raised throttle needed to take off.
@@ -159,9 +417,9 @@ class Commander(Firmware):
         the firmware): its first item is reported twice.
         """
         auto = self.auto
-        begins = auto is not None and auto is not self.mode
-        if auto is None or not auto.has_mission or not self.enter_mode(auto.spec.number):
-            if auto is not None and not auto.has_mission:
+        begins = auto is not self.mode
+        if not auto.has_mission or not self.enter_mode(auto.spec.number):
+            if not auto.has_mission:
                 self.say(Severity.WARNING, f"Mode change to {auto.spec.name} failed: init failed")
             return Result.FAILED
         if begins:
@@ -169,75 +427,21 @@ class Commander(Firmware):
         auto.may_take_off = True
         return Result.ACCEPTED
 
-    def set_current_item(self, seq: int) -> Result:
-        """DO_SET_MISSION_CURRENT and MISSION_SET_CURRENT.
-
-        In AUTO the mission continues there, or ends if no waypoint follows. In other modes the
-        next item to fly to is the current one; FAILED without one.
-        """
-        if not 0 <= seq < len(self.plans.mission.items) or self.auto is None:
-            return Result.DENIED
-        place = self.auto.next_moving(seq)
-        if isinstance(self.mode, Auto):
-            self.mode.jump_to(max(seq, int(self.personality.plan_rules.home_first)))
-        elif seq and place is not None:
-            self.plans.current, self.plans.begins = place, (seq, place)
-        elif not seq:
-            self.plans.current = 0
-        return Result.FAILED if place is None and seq else Result.ACCEPTED
-
-    def clear_mission(self) -> None:
-        """Forget the mission; in AUTO it flies the leg to its end."""
-        self.plans.mission.replace([])
-        self.plans.forget_progress()
-        self.saved.mission_length(0)
-        self.mission_changed()
-
     def save_waypoint(self) -> None:
         """Append this place to the mission, where the firmware can."""
-
-    def append_here(self, command: Cmd) -> None:
-        """Append an item to the mission, at the vehicle's place and height above home."""
-        mission, m = self.plans.mission, self.motion
-        if not mission.items:
-            mission.put(0, PlanItem(Cmd.WAYPOINT, 0))
-        place = self.navigator.frame.to_geodetic(m.north_m, m.east_m, m.down_m)
-        x, y = round(place.latitude_deg * 1e7), round(place.longitude_deg * 1e7)
-        height_m = self.navigator.height_above_home_m()
-        mission.put(len(mission.items), PlanItem(command, x=x, y=y, z=height_m))
-        self.saved.mission_length(len(mission.items))
+        return
 
     def fly_to_item(self, item: PlanItem) -> Result:
         """A mission item that is a target for GUIDED: MISSION_ITEM with current = 2."""
-        guided = self.mode.spec.behaviour == "guided"
-        if not guided or self.auto is None or not self.armed:
-            return Result.FAILED
         target = self.auto.place_of(item, self.motion[:3])
-        if not all(math.isfinite(value) for value in target):
+        guided = self.mode.spec.behaviour == "guided"
+        if not guided or not self.armed or not all(map(math.isfinite, target)):
             return Result.FAILED
         self.go_to(Setpoint(SetpointFrame.LOCAL, position_m=target))
         return Result.ACCEPTED
 
     def fly_at_height_of(self, item: PlanItem) -> Result:
         """MISSION_ITEM with current = 3: another height, for planes in GUIDED."""
-        return Result.FAILED
-
-    def set_mode(self, number: int) -> Result:
-        """DO_SET_MODE and SET_MODE."""
-        if number not in self._modes:
-            self.say(Severity.WARNING, f"No such mode {number}")
-            return Result.FAILED
-        return Result.ACCEPTED if self.enter_mode(number) else Result.FAILED
-
-    def force_battery_voltage(self, voltage_v: float) -> None:
-        """Where the firmware simulates its battery itself: a voltage for it, or 0."""
-
-    def pause_or_go_on(self, go_on: bool) -> Result:
-        """DO_PAUSE_CONTINUE: ArduPilot has it for copters only."""
-        return Result.UNSUPPORTED
-
-    def take_off(self, altitude_above_home_m: float) -> Result:
-        """NAV_TAKEOFF, for those that lift off vertically."""
         return Result.FAILED
 
     @abstractmethod

@@ -10,17 +10,17 @@ from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.exchange import Guidance, Vector, YawMode
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 LEAST_RADIUS_M = 0.1
 
 
-def circle_rate_rad_s(copter: Firmware) -> float:
+def circle_rate_rad_s(copter: Commander) -> float:
     """CIRCLE_RATE: how fast it goes round; negative is against the clock."""
     return math.radians(copter.parameters["CIRCLE_RATE"])
 
 
-def circle_radius_m(copter: Firmware) -> float:
+def circle_radius_m(copter: Commander) -> float:
     """CIRCLE_RADIUS."""
     return max(copter.parameters["CIRCLE_RADIUS"] / 100.0, LEAST_RADIUS_M)
 
@@ -37,7 +37,7 @@ class Orbit:
 
     def __init__(
         self,
-        copter: Firmware,
+        copter: Commander,
         centre: Vector,
         radius_m: float,
         rate_rad_s: float,

@@ -60,7 +60,7 @@ def _reset_mission(vehicle: Commander, position: int) -> None:
 
 def _clear_mission(vehicle: Commander, position: int) -> None:
     if position == HIGH:
-        vehicle.clear_mission()
+        vehicle.auto.clear()
 
 
 def _save_waypoint(vehicle: Commander, position: int) -> None:
@@ -75,11 +75,11 @@ def _obey_overrides(vehicle: Commander, position: int) -> None:
 
 def _stop_motors(vehicle: Commander, position: int) -> None:
     if position != MIDDLE:
-        vehicle.stop_motors(position == HIGH)
+        vehicle.motors_stopped = position == HIGH
 
 
 def _arm_or_stop(vehicle: Commander, position: int) -> None:
-    vehicle.stop_motors(position == LOW)
+    vehicle.motors_stopped = position == LOW
     if position == HIGH:
         vehicle.arm()
 
@@ -127,13 +127,11 @@ def _change_mode(vehicle: Commander, name: str, position: int) -> bool:
         return False
     if position == HIGH:
         vehicle.set_mode(modes[name])
-    elif vehicle.mode.spec.name == name and (position == LOW or _returns_from_middle(vehicle)):
-        vehicle.set_mode(vehicle.switched_mode())
+    elif vehicle.switches is not None and vehicle.mode.spec.name == name:
+        switch, from_middle = vehicle.switches.mode, vehicle.personality.kind == "copter"
+        if position == LOW or from_middle:
+            vehicle.set_mode(switch.mode_there(switch.read()))
     return True
-
-
-def _returns_from_middle(vehicle: Commander) -> bool:
-    return vehicle.personality.kind == "copter"
 
 
 def run(vehicle: Commander, function: int, position: int) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.exchange import Result, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 OUTPUTS = 16
 OWN = {"copter": (1, 2, 3, 4), "rover": (1, 3), "boat": (1, 3), "plane": (1, 2, 3, 4)}
@@ -21,7 +21,7 @@ class Outputs:
         servos_us: what was put on outputs, by their number.
     """
 
-    def __init__(self, vehicle: Firmware) -> None:
+    def __init__(self, vehicle: Commander) -> None:
         self._vehicle = vehicle
         self.servos_us: dict[int, int] = {}
 

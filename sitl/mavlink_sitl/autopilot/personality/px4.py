@@ -1,4 +1,9 @@
-"""PX4 v1.17 for all vehicle types: mode numbers, flags, capabilities."""
+"""PX4 v1.17 for all vehicle types: mode numbers, flags, capabilities, and what is a kind's own.
+
+The multicopter is as it was recorded (`tlogs/px4`). No recordings of the others exist: parameters
+are those of the firmware's own simulated aeroplane (airframe 10041, `sihsim_airplane`) and rover
+(10045, `sihsim_rover_ackermann`), and of its defaults for fixed wings and boats.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +11,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.parameters import ParameterSpec
-from mavlink_sitl.autopilot.personality import ModeSpec
+from mavlink_sitl.autopilot.personality import ModeSpec, Personality
 from mavlink_sitl.autopilot.personality.parameters import table
+from mavlink_sitl.autopilot.plans.plan_rules import PX4_PLANS
+from mavlink_sitl.geodesy import PX4
 
 
 def custom_mode(main: int, sub: int = 0) -> int:
@@ -134,3 +141,110 @@ def in_order(specs: Iterable[ParameterSpec], **defaults: float) -> tuple[Paramet
         replace(spec, default=defaults[spec.name], listed=True) if spec.name in defaults else spec
         for spec in known
     )
+
+
+_OF_COPTERS = (
+    ModeSpec(ORBIT, "ORBIT", "px4_orbit", True, base_flags=BY_COMPUTER),
+    ModeSpec(
+        FOLLOW_TARGET,
+        "AUTO.FOLLOW_TARGET",
+        "px4_follow_target",
+        True,
+        base_flags=BY_COMPUTER,
+    ),
+)
+"""Not to be armed in; not AUTO in base_mode, as sticks may change what they do (read in the
+firmware)"""
+
+PX4COPTER = Personality(
+    name="PX4 multicopter",
+    mav_type=2,
+    mav_autopilot=12,
+    capabilities=CAPABILITIES,
+    flight_sw_version=17891583,
+    flight_custom_version="d6f12ad1",
+    modes={**flown_modes(needs_position=True), **{mode.number: mode for mode in _OF_COPTERS}},
+    parameters=in_order((*COMMON_PARAMETERS, *table("px4copter"))),
+    whole="px4_copter",
+    boot=(),
+    ready_s=4.4,
+    gps_fix_s=0.5,
+    battery_ready_s=0.2,
+    origin_s=3.8,
+    first_heartbeat_s=0.16,
+    standby_s=1.0,
+    streams={},
+    shortest_interval_us=1000,
+    available_modes=available_modes(),
+    plan_rules=PX4_PLANS,
+    projection=PX4,
+    kind="px4copter",
+    armed_text="Armed by external command",
+    disarmed_text="Disarmed by external command",
+    says_impacts=False,
+)
+
+PX4PLANE = replace(
+    PX4COPTER,
+    name="PX4 plane",
+    kind="px4plane",
+    mav_type=1,
+    modes=flown_modes(needs_position=False),
+    available_modes=available_modes(posctl=3),
+    whole="px4_plane",
+    parameters=in_order(
+        (*COMMON_PARAMETERS, *table("px4plane")),
+        COM_DISARM_PRFLT=-1.0,
+        MIS_TKO_LAND_REQ=2.0,
+        NAV_ACC_RAD=10.0,
+        RTL_DESCEND_ALT=100.0,
+        RTL_LAND_DELAY=-1.0,
+        RTL_RETURN_ALT=100.0,
+        RTL_TYPE=1.0,
+    ),
+)
+
+
+def _of_rovers(accept_m: float, **others: float) -> tuple[ParameterSpec, ...]:
+    return in_order(
+        (*COMMON_PARAMETERS, *table("px4rover")),
+        NAV_ACC_RAD=accept_m,
+        RTL_DESCEND_ALT=30.0,
+        RTL_RETURN_ALT=60.0,
+        **others,
+    )
+
+
+PX4ROVER = replace(
+    PX4COPTER,
+    name="PX4 rover",
+    kind="px4rover",
+    mav_type=10,
+    modes=flown_modes(needs_position=False),
+    available_modes=available_modes(altctl=0, posctl=0, orbit=0),
+    whole="px4_rover",
+    parameters=_of_rovers(0.5),
+)
+PX4BOAT = replace(
+    PX4ROVER,
+    name="PX4 boat",
+    kind="px4boat",
+    mav_type=11,
+    parameters=_of_rovers(
+        2.0,
+        PP_LOOKAHD_GAIN=2.0,
+        PP_LOOKAHD_MAX=20.0,
+        PP_LOOKAHD_MIN=4.0,
+        RA_ACC_RAD_MAX=10.0,
+        RA_MAX_STR_ANG=0.7,
+        RA_WHEEL_BASE=0.5,
+        RO_ACCEL_LIM=1.0,
+        RO_DECEL_LIM=0.5,
+        RO_JERK_LIM=2.0,
+        RO_MAX_THR_SPEED=5.0,
+        RO_SPEED_LIM=4.0,
+        RO_YAW_P=1.5,
+        RO_YAW_RATE_LIM=45.0,
+    ),
+)
+"""The firmware has no such boat; limits are those that the simulated hull can keep"""

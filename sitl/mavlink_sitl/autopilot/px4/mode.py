@@ -25,11 +25,6 @@ class Px4Mode(Mode):
         """Whether it would leave the ground."""
         return False
 
-    @property
-    def at_rest(self) -> bool:
-        """Whether the land detector of vehicles without a height reports landed in this mode."""
-        return False
-
     def ground_motors(self) -> Motors:
         """Idle, until the ramp of a take-off lifts."""
         return Motors.FLY if self.vehicle.arming.may_lift() else Motors.IDLE

@@ -55,7 +55,7 @@ def destination_ned_m(vehicle: Px4Vehicle) -> Place:
 
 
 def _mission_landing(vehicle: Px4Vehicle) -> Place | None:
-    if not vehicle.has_mission:
+    if not vehicle.auto.has_mission:
         return None
     lands = (item for item in vehicle.plans.mission.items if item.command == Cmd.LAND)
     return next((_place(vehicle, item) for item in lands), None)

@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.common.commander import Commander, PowerUp
+from mavlink_sitl.autopilot.common.firmware import Firmware
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import PlanItem
 from mavlink_sitl.autopilot.px4.arming import Px4Arming
@@ -66,6 +67,18 @@ class ManualControl:
     at_s: float
 
 
+def px4_table(**parts: Any) -> Firmware:
+    """What PX4 is, with the parts of a kind of vehicle; in AUTO.LOITER without a receiver."""
+    return Firmware(
+        arming=Px4Arming,
+        failsafes=Px4Failsafes,
+        fence=Px4Geofence,
+        first_mode=px4.LOITER,
+        keeps_early_mode=True,
+        **parts,
+    )
+
+
 class Px4Vehicle(Commander):
     """A vehicle with PX4, from power-up to the next; one class a kind derives from it.
 
@@ -81,6 +94,9 @@ class Px4Vehicle(Commander):
     """
 
     navigator: Px4Navigator
+    arming: Px4Arming
+    failsafe: Px4Failsafes
+    fence: Px4Geofence
     mode: Px4Mode
 
     def __init__(self, start: PowerUp) -> None:
@@ -95,13 +111,6 @@ class Px4Vehicle(Commander):
         self.after_disarming = px4.LOITER
         self._refused_at_s = -math.inf
         super().__init__(start)
-        self.arming: Px4Arming = Px4Arming(self)
-        self.failsafe: Px4Failsafes = Px4Failsafes(self)
-        self.fence: Px4Geofence = Px4Geofence(self)
-
-    def first_mode(self) -> int:
-        """AUTO.LOITER: what it starts in without a receiver."""
-        return px4.LOITER
 
     # State.
 
@@ -156,7 +165,7 @@ class Px4Vehicle(Commander):
         if number == px4.OFFBOARD:
             return self.stream_alive()
         if number == px4.MISSION:
-            return self.has_mission
+            return self.auto.has_mission
         if spec.behaviour in NEEDS_STICKS:
             return self.manual_alive()
         return True
@@ -176,8 +185,6 @@ class Px4Vehicle(Commander):
 
     def update(self, observation: Observation) -> None:
         """Process the latest state and act; called at a fixed rate."""
-        if observation.time_s >= self.estimator.scaled(self.personality.standby_s):
-            self.started = True
         self.battery.update(observation.time_s, self.armed)
         super().update(observation)
         self.feasibility.holds()
@@ -187,11 +194,11 @@ class Px4Vehicle(Commander):
 
     def takes_off(self) -> bool:
         """Whether the land detector says, armed and not yet in flight, that it flies now."""
-        raise NotImplementedError
+        return not self.landed
 
     def has_landed(self) -> bool:
         """Whether the land detector says, in flight, that it is over."""
-        raise NotImplementedError
+        return self.landed
 
     def may_land_by(self, items: Sequence[PlanItem]) -> bool:
         """Whether this kind can land as a mission says."""
@@ -221,10 +228,6 @@ class Px4Vehicle(Commander):
         flown_s = self.now_s - self.took_off_at_s
         if self.in_flight and flown_s < HOME_DRIFT_S:
             self.navigator.drift_home(-HOME_DRIFT_M * math.sin(flown_s * math.tau / 60.0))
-
-    def force_battery_voltage(self, voltage_v: float) -> None:
-        """See `Commander`."""
-        self.battery.forced_v = voltage_v
 
     # Requests by people.
 
@@ -263,7 +266,7 @@ class Px4Vehicle(Commander):
         return Result.ACCEPTED
 
     def hold_underway(self) -> None:
-        """See `Firmware`: AUTO.LOITER, and in flight long enough that home no longer drifts."""
+        """See `Commander`: AUTO.LOITER, and in flight long enough that home no longer drifts."""
         self.in_flight = True
         self.took_off_at_s = self.arming.lift_began_s = self.boot_s - HOME_DRIFT_S
         self.restart_mode(px4.LOITER)
@@ -297,9 +300,7 @@ class Px4Vehicle(Commander):
 
     def take_off_to(self, altitude_amsl_m: float | None) -> Result:
         """NAV_TAKEOFF: always accepted, changes to AUTO.TAKEOFF, armed or not."""
-        takeoff = self._modes[px4.TAKEOFF]
-        assert isinstance(takeoff, TakeoffMode)
-        takeoff.wanted_amsl_m = altitude_amsl_m
+        self.mode_of(TakeoffMode).wanted_amsl_m = altitude_amsl_m
         self.restart_mode(px4.TAKEOFF)
         return Result.ACCEPTED
 
@@ -311,9 +312,7 @@ class Px4Vehicle(Commander):
         Without a place and a height it stops. With a height alone it continues to the place of the
         mission's item in force.
         """
-        hold = self._modes[px4.LOITER]
-        assert isinstance(hold, HoldMode)
-        mission = self.mode
+        hold, mission = self.mode_of(HoldMode), self.mode
         flown = mission.last_place() if isinstance(mission, Px4Mission) else None
         self.intend(px4.LOITER)
         if not self.armed:
@@ -332,7 +331,7 @@ class Px4Vehicle(Commander):
         Args:
             first: an item that has to exist, or -1; it begins at the current one all the same.
         """
-        if not (self.has_mission and self.feasibility.known()):
+        if not (self.auto.has_mission and self.feasibility.known()):
             self.say(Severity.CRITICAL, "Mission start denied! No valid mission")
             return Result.DENIED
         if not -1.0 <= first < len(self.plans.mission.items):
@@ -357,10 +356,8 @@ class Px4Vehicle(Commander):
 
     def hold_at(self, place_ned_m: Vector) -> None:
         """AUTO.LOITER at a place, as after a take-off."""
-        hold = self._modes[px4.LOITER]
-        assert isinstance(hold, HoldMode)
         self.intend(px4.LOITER)
-        hold.stay_at(place_ned_m)
+        self.mode_of(HoldMode).stay_at(place_ned_m)
 
     def return_to_launch(self) -> Result:
         """NAV_RETURN_TO_LAUNCH; said before the mode says where it goes."""
@@ -379,9 +376,7 @@ class Px4Vehicle(Commander):
     def setpoint(self, setpoint: Setpoint) -> None:
         """A usable offboard setpoint: kept whatever the mode; OFFBOARD follows the latest."""
         self.setpoint_at_s = self.now_s
-        offboard = self._modes[px4.OFFBOARD]
-        assert isinstance(offboard, OffboardMode)
-        offboard.take(setpoint)
+        self.mode_of(OffboardMode).take(setpoint)
 
     def terminate(self) -> Result:
         """DO_FLIGHTTERMINATION: the motors stop for good."""

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.safety.rudder import BY_ORDER, STICK
 from mavlink_sitl.autopilot.state.radio import AXES
 from mavlink_sitl.exchange import Motors, Result, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
+STICK = "stick"
+"""Arming by the rudder stick"""
+BY_ORDER = ("auto", "guided")
+"""Behaviours in which only a ground station arms"""
 CHECK_INTERVAL_S = 1.0
 REPEAT_TEXT_S = 30.0
 LANDED_TO_DISARM_S = 0.5
 """In LAND and RTL, from 'landed' to disarming"""
+ALLOW_ARMING = 1
+"""Bit of AUTO_OPTIONS"""
 THROTTLE_LOW = 0.05
 """The stick counts as lowest below this; higher, DISARM_DELAY does not run"""
 
@@ -36,7 +41,7 @@ ALIGNED, ESTIMATOR_ACTIVE = "EKF3 IMU0 tilt alignment complete", "AHRS: EKF3 act
 """Texts: the tilt is known; the attitude in use is now that of the EKF"""
 
 
-def prearm_failures(vehicle: Firmware) -> list[str]:
+def prearm_failures(vehicle: Commander) -> list[str]:
     """The failed pre-arm checks; empty if it can arm.
 
     Those of the first half minute were seen of the real copter and rover, armed once a second
@@ -47,7 +52,7 @@ def prearm_failures(vehicle: Firmware) -> list[str]:
     reasons = [] if vehicle.body.damage is None else [vehicle.body.damage]
     needs_position = vehicle.mode.spec.requires_estimate
     leans = vehicle.personality.kind == "copter"
-    aligned = vehicle.own_texts.passed(ALIGNED)
+    aligned = _has_said(vehicle, ALIGNED)
     if leans and needs_position and not aligned:
         reasons.append("Need Alt Estimate")
     reasons += _inertial_failures(vehicle)
@@ -57,14 +62,19 @@ def prearm_failures(vehicle: Firmware) -> list[str]:
         reasons += _position_failures(vehicle)
     elif leans:
         reasons += _attitude_failures(vehicle)
-    if vehicle.mode.spec.behaviour == "auto" and not vehicle.has_mission:
+    if vehicle.mode.spec.behaviour == "auto" and not vehicle.auto.has_mission:
         reasons.append("Mode requires mission")
     reasons += vehicle.failsafe.battery_reasons()
     reasons += vehicle.fence.reasons()
     return reasons
 
 
-def _inertial_failures(vehicle: Firmware) -> list[str]:
+def _has_said(vehicle: Commander, text: str) -> bool:
+    """Whether a line of the start has its time behind it; one that never comes has, too."""
+    return all(line.text != text for line in vehicle.personality.boot[vehicle.state.lines :])
+
+
+def _inertial_failures(vehicle: Commander) -> list[str]:
     started_s = vehicle.personality.standby_s
     for name, after_s in (("Accels", ACCELS_AGREE_S), ("Gyros", GYROS_AGREE_S)):
         if vehicle.now_s < vehicle.estimator.scaled(started_s + after_s):
@@ -72,14 +82,22 @@ def _inertial_failures(vehicle: Firmware) -> list[str]:
     return []
 
 
-def _attitude_failures(vehicle: Firmware) -> list[str]:
+def _armable(vehicle: Commander) -> bool:
+    """Whether motors may be armed in this mode; AUTO_OPTIONS opens AUTO for it."""
+    opens = vehicle.mode is vehicle.auto and "AUTO_OPTIONS" in vehicle.parameters
+    if opens and int(vehicle.parameters["AUTO_OPTIONS"]) & ALLOW_ARMING:
+        return True
+    return vehicle.mode.spec.armable
+
+
+def _attitude_failures(vehicle: Commander) -> list[str]:
     """Of modes that need no position."""
-    if not vehicle.own_texts.passed(ESTIMATOR_ACTIVE):
+    if not _has_said(vehicle, ESTIMATOR_ACTIVE):
         return ["AHRS: not using configured AHRS type"]
-    return [] if vehicle.own_texts.passed(ALIGNED) else ["AHRS: EKF3 still initialising"]
+    return [] if _has_said(vehicle, ALIGNED) else ["AHRS: EKF3 still initialising"]
 
 
-def _position_failures(vehicle: Firmware) -> list[str]:
+def _position_failures(vehicle: Commander) -> list[str]:
     estimator = vehicle.estimator
     if estimator.gps_started and not estimator.gps_fix:
         return ["GPS 1: Bad fix"]
@@ -90,7 +108,7 @@ def _position_failures(vehicle: Firmware) -> list[str]:
     return [] if estimator.position_ok else ["Need Position Estimate"]
 
 
-def stick_failures(vehicle: Firmware, by_stick: bool) -> list[str]:
+def stick_failures(vehicle: Commander, by_stick: bool) -> list[str]:
     """The failed pre-arm checks of the sticks; the stick that arms may be out of its middle.
 
     All kinds want the throttle at zero, in every mode (AP_Arming's `rc_arm_checks`, with the
@@ -119,7 +137,7 @@ class Arming:
         checks_passed: what the latest look at the checks gave.
     """
 
-    def __init__(self, vehicle: Firmware) -> None:
+    def __init__(self, vehicle: Commander) -> None:
         self._vehicle = vehicle
         self.armed = False
         self.armed_at_s = vehicle.boot_s
@@ -139,7 +157,7 @@ class Arming:
             return Result.ACCEPTED
         reasons = []
         by_order = by_stick and vehicle.mode.spec.behaviour in BY_ORDER
-        if by_order or not vehicle.may_arm_in_mode:
+        if by_order or not _armable(vehicle):
             reasons.append(f"{vehicle.mode.spec.name} mode not armable")
         elif not force:
             reasons = prearm_failures(vehicle) or stick_failures(vehicle, by_stick)
@@ -204,5 +222,5 @@ class Arming:
         delay_s = vehicle.parameters["DISARM_DELAY"]
         resting = vehicle.mode.ground_motors() is not Motors.FLY
         idle_s = vehicle.now_s - max(self.armed_at_s, landed_since_s)
-        throttle_low = vehicle.pilot_throttle() < THROTTLE_LOW
+        throttle_low = vehicle.radio.throttle(vehicle.now_s) < THROTTLE_LOW
         return delay_s > 0.0 and idle_s >= delay_s and resting and throttle_low

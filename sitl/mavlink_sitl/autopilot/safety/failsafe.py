@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.exchange import Observation, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 MODE_ALT_HOLD = 2
 MODE_LAND = 9
@@ -53,7 +53,7 @@ class Failsafes:
         estimator_lost: the EKF failsafe has acted.
     """
 
-    def __init__(self, vehicle: Firmware) -> None:
+    def __init__(self, vehicle: Commander) -> None:
         self._vehicle = vehicle
         self.battery_level = 0
         self.gcs_lost = False

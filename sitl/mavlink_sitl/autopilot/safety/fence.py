@@ -18,7 +18,7 @@ from mavlink_sitl.exchange import Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 HEIGHT, CIRCLE, POLYGON, FLOOR = 1, 2, 4, 8
 """Bits of FENCE_TYPE"""
@@ -112,7 +112,7 @@ class Fence:
 
     again_m = 20.0
 
-    def __init__(self, vehicle: Firmware) -> None:
+    def __init__(self, vehicle: Commander) -> None:
         self._vehicle = vehicle
         self.breached = 0
         self.last_breached = 0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.exchange import Result, Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 PERCENT, PULSE, PILOT = 0, 1, 2
 """MOTOR_TEST_THROTTLE_TYPE"""
@@ -26,7 +26,7 @@ IDLE_US, FULL_US = 1000.0, 2000.0
 class MotorTest:
     """One vehicle's motor test."""
 
-    def __init__(self, copter: Firmware) -> None:
+    def __init__(self, copter: Commander) -> None:
         self._vehicle = copter
         self.running = False
         self._place = self._left = 0
@@ -60,7 +60,9 @@ class MotorTest:
         if self._kind == PERCENT and self._value <= 100.0:
             return IDLE_US + (FULL_US - IDLE_US) * self._value / 100.0
         if self._kind == PILOT:
-            return IDLE_US + (FULL_US - IDLE_US) * self._vehicle.pilot_throttle()
+            return IDLE_US + (FULL_US - IDLE_US) * self._vehicle.radio.range(
+                "Throttle", self._vehicle.now_s
+            )
         return self._value if self._kind == PULSE else 0.0
 
     def outputs_us(self) -> list[int]:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 
-def nearest_rally_ned_m(vehicle: Firmware) -> tuple[float, float, float] | None:
+def nearest_rally_ned_m(vehicle: Commander) -> tuple[float, float, float] | None:
     """The nearest rally point, as high as it says above home; None when home counts instead.
 
     Home counts when it is nearer and RALLY_INCL_HOME is set, or when no point is within
@@ -35,7 +35,7 @@ def nearest_rally_ned_m(vehicle: Firmware) -> tuple[float, float, float] | None:
     return best
 
 
-def return_point_ned_m(vehicle: Firmware) -> tuple[float, float, float]:
+def return_point_ned_m(vehicle: Commander) -> tuple[float, float, float]:
     """Home, or the nearest rally point, at home's height."""
     home = vehicle.navigator.home_ned_m()
     rally = nearest_rally_ned_m(vehicle)

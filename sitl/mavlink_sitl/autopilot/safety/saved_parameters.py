@@ -15,7 +15,7 @@ from mavlink_sitl.autopilot.personality.shared import BAROMETERS, GYROSCOPES
 from mavlink_sitl.exchange import ParameterSaved
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 STATISTICS_S = 30.0
 """How often AP_Stats saves"""
@@ -28,7 +28,7 @@ class Saved:
         firmware: the vehicle. One whose personality saves nothing while starting never does.
     """
 
-    def __init__(self, firmware: Firmware) -> None:
+    def __init__(self, firmware: Commander) -> None:
         self._vehicle = firmware
         self._told = 0
         self._items = 0

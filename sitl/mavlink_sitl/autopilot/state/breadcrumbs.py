@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from mavlink_sitl.exchange import Severity
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 P = TypeVar("P", bound=tuple[float, ...])
 """A point: of two or of three coordinates"""
@@ -65,7 +65,7 @@ class Trail:
         crumbs: its points, NED metres; None while disarmed.
     """
 
-    def __init__(self, vehicle: Firmware, coordinates: int) -> None:
+    def __init__(self, vehicle: Commander, coordinates: int) -> None:
         self._vehicle = vehicle
         self._coordinates = coordinates
         self.crumbs: Breadcrumbs[tuple[float, ...]] | None = None

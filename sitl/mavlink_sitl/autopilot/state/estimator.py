@@ -63,6 +63,9 @@ class Estimator:
             the other times shrink in proportion.
     """
 
+    is_external = False
+    """Whether it takes its position from outside, and has no receiver"""
+
     def __init__(self, personality: Personality, boot_s: float, ready_after_s: float) -> None:
         self._boot_s = boot_s
         self.time_scale = min(ready_after_s / personality.ready_s, 1.0)
@@ -127,11 +130,6 @@ class Estimator:
             self._flagged = True
         elif since_s is None and (last_s is None or now_s - last_s >= rules.cleared_s):
             self._flagged = False
-
-    @property
-    def is_external(self) -> bool:
-        """Whether it takes its position from outside, and has no receiver."""
-        return False
 
     @property
     def glitching(self) -> bool:
@@ -201,16 +199,13 @@ class ExternalEstimator(Estimator):
     0.
     """
 
+    is_external = True
+
     def __init__(self, personality: Personality, boot_s: float, ready_after_s: float) -> None:
         super().__init__(personality, boot_s, ready_after_s)
         self.origin_given = False
         self._fix = False
         self._lost_since_s = -math.inf
-
-    @property
-    def is_external(self) -> bool:
-        """Whether it takes its position from outside, and has no receiver."""
-        return True
 
     @property
     def gps_started(self) -> bool:

@@ -43,6 +43,11 @@ class Mode:
         return False
 
     @property
+    def at_rest(self) -> bool:
+        """Whether a vehicle that cannot tell by its height counts as landed in it."""
+        return False
+
+    @property
     def wanted_velocity_m_s(self) -> Vector | None:
         """The velocity, NED, that somebody has it fly at; None where there is none."""
         return None

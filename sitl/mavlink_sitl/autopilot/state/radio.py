@@ -144,3 +144,7 @@ class Radio:
     def range(self, axis: str, now_s: float) -> float:
         """A stick that stays where it is put, 0..1."""
         return self.calibration(axis).range(self.raw_us(axis, now_s))
+
+    def throttle(self, now_s: float) -> float:
+        """The throttle of vehicles that only go forward or up, 0..1."""
+        return self.range("Throttle", now_s)

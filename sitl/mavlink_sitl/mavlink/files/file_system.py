@@ -13,8 +13,7 @@ from datetime import datetime, timezone
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.mavlink.files import component_metadata, packed_parameters
-from mavlink_sitl.mavlink.files.contents import Contents, Stored
-from mavlink_sitl.mavlink.files.storage import Storage, StorageError
+from mavlink_sitl.mavlink.files.storage import Contents, Storage, StorageError, Stored
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, TypeVar
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.files import requests as ftp
 from mavlink_sitl.mavlink.files.component_metadata import crc32
-from mavlink_sitl.mavlink.files.contents import Contents
 from mavlink_sitl.mavlink.files.file_system import (
     ArduPilotFileSystem,
     FileSystem,
@@ -31,10 +30,9 @@ from mavlink_sitl.mavlink.files.requests import (
     Burst,
     RefusedError,
     Request,
-    of_errno,
     packed,
 )
-from mavlink_sitl.mavlink.files.storage import StorageError
+from mavlink_sitl.mavlink.files.storage import Contents, StorageError
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 
 if TYPE_CHECKING:
@@ -115,8 +113,6 @@ class FtpServer:
             given = self._do(request, idle)
         except RefusedError as error:
             kind, given = NAK, bytes(error.args)
-        except StorageError as error:
-            kind, given = NAK, of_errno(error.number)
         else:
             if given is None:
                 return
@@ -233,11 +229,9 @@ class FtpServer:
         last = burst.left == 1
         try:
             part = self._part(request, burst.part_bytes)
-        except (RefusedError, StorageError) as error:
-            refused = isinstance(error, RefusedError)
-            given = bytes(error.args) if refused else of_errno(error.number)  # type: ignore[union-attr]
+        except RefusedError as error:
             self._burst = None
-            self._reply(request.asker, packed(request, number, NAK, given))
+            self._reply(request.asker, packed(request, number, NAK, bytes(error.args)))
             return
         self._reply(request.asker, packed(request, number, ACK, part, last))
         ahead = replace(request, number=number, offset=request.offset + len(part))

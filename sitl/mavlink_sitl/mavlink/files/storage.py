@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import errno
 import posixpath
+from typing import Protocol
+
+from mavlink_sitl.mavlink.files.requests import RefusedError, of_errno
 
 BYTES_MAX = 4 << 20
 ENTRIES_MAX = 200
 
 
-class StorageError(Exception):
-    """A file operation that failed.
-
-    Attributes:
-        number: errno.
-    """
+class StorageError(RefusedError):
+    """A file operation that failed, by its errno."""
 
     def __init__(self, number: int) -> None:
-        super().__init__(errno.errorcode[number])
-        self.number = number
+        super().__init__(*of_errno(number))
 
 
 class Storage:
@@ -118,3 +116,34 @@ class Storage:
     def _make_room(self) -> None:
         if len(self.files) + len(self.folders) >= ENTRIES_MAX:
             raise StorageError(errno.ENOSPC)
+
+
+class Contents(Protocol):
+    """An open file."""
+
+    @property
+    def told_size(self) -> int:
+        """The size that is reported when the file is opened, in bytes."""
+
+    def read(self, offset: int, count: int) -> bytes:
+        """Bytes of it; none at its end.
+
+        Raises:
+            StorageError: it cannot be read so.
+        """
+
+
+class Stored:
+    """A file that is there as it is; a log may still grow."""
+
+    def __init__(self, data: bytes | bytearray) -> None:
+        self.data = data
+
+    @property
+    def told_size(self) -> int:
+        """Its size."""
+        return len(self.data)
+
+    def read(self, offset: int, count: int) -> bytes:
+        """See `Contents`."""
+        return bytes(self.data[offset : offset + count])

@@ -11,7 +11,7 @@ import math
 import struct
 
 from mavlink_sitl.exchange import Severity, StatusText
-from mavlink_sitl.mavlink.logs.flight_log import FlightLog
+from mavlink_sitl.mavlink.logs.logbook import FlightLog
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot, heading_deg, place_e7, to_i32
 
 _HEAD = b"\xa3\x95"

@@ -11,7 +11,7 @@ import struct
 from mavlink_sitl.autopilot.parameters import ParameterType
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.exchange import StatusText
-from mavlink_sitl.mavlink.logs.flight_log import FlightLog
+from mavlink_sitl.mavlink.logs.logbook import FlightLog
 from mavlink_sitl.mavlink.messages.position_messages import quaternion
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 

@@ -224,7 +224,7 @@ def mission_current(s: Snapshot) -> Message:
     flying = vehicle.mode is vehicle.auto
     total = max(len(plans.mission.items) - int(rules.home_first), 0)
     # PX4 counts a mission that it will not fly as none, whatever its length.
-    none = not vehicle.has_mission if rules.identified else not total
+    none = not vehicle.auto.has_mission if rules.identified else not total
     state = dialect.MISSION_STATE_NO_MISSION if none else int(plans.state)
     if not rules.identified:
         return dialect.MAVLink_mission_current_message(plans.current, total, state, int(flying))

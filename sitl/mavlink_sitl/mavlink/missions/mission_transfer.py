@@ -292,7 +292,7 @@ class MissionServer(MissionSender):
         return self._vehicle.armed and self._vehicle.mode is self._vehicle.auto
 
     def _on_set_current(self, message: Message) -> None:
-        result = self._vehicle.set_current_item(message.seq)
+        result = self._vehicle.auto.set_current(message.seq)
         if result is not Result.ACCEPTED and self._rules.not_in_list_text:
             self._vehicle.say(Severity.CRITICAL, self._rules.not_in_list_text)
         self._send_later(_MISSION_CURRENT)
@@ -303,7 +303,7 @@ class MissionServer(MissionSender):
         plans, saved = self._vehicle.plans, self._vehicle.saved
         if plan_type == PlanType.MISSION:
             saved.mission_length(len(plans.mission.items))
-            self._vehicle.mission_changed()
+            self._vehicle.auto.mission_changed()
         elif plan_type == PlanType.RALLY:
             saved.rally_length(len(plans.rally.items))
         elif self._rules.in_place:

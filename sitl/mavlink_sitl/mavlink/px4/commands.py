@@ -16,7 +16,7 @@ from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.commands import FORCE, SHARED, request
-from mavlink_sitl.mavlink.px4.known_messages import STREAMS
+from mavlink_sitl.mavlink.px4.rates import STREAMS
 from mavlink_sitl.mavlink.received_command import ReceivedCommand
 from mavlink_sitl.mavlink.setpoints import usable
 

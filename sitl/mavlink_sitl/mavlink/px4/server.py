@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mavlink_sitl.autopilot.personality import px4
+from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
 from mavlink_sitl.autopilot.px4.vehicle import ManualControl, Px4Vehicle
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
 from mavlink_sitl.exchange import (
@@ -23,18 +24,17 @@ from mavlink_sitl.exchange import (
     Severity,
     StatusText,
 )
+from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Encoder, Extended, Message, dialect
 from mavlink_sitl.mavlink.corrections import Px4Corrections
 from mavlink_sitl.mavlink.external_position import Px4ExternalPositionReceiver
 from mavlink_sitl.mavlink.files.ftp_server import Px4FtpServer
-from mavlink_sitl.mavlink.logs.log_server import LogServer, Px4LogServer
-from mavlink_sitl.mavlink.logs.logbook import Logbook
+from mavlink_sitl.mavlink.logs.log_server import Px4LogServer
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.px4 import (
     commands,
-    follow_target,
     kind_commands,
     kind_messages,
     messages,
@@ -44,6 +44,7 @@ from mavlink_sitl.mavlink.px4 import (
 from mavlink_sitl.mavlink.px4.parameters import Px4ParameterServer
 from mavlink_sitl.mavlink.received_command import from_message
 from mavlink_sitl.mavlink.server import COMPONENT_AUTOPILOT, MavlinkServer, PoweredUp, _name
+from mavlink_sitl.mavlink.setpoints import usable
 from mavlink_sitl.mavlink.traffic import ADSB_VEHICLE, TrafficQueue
 
 GCS_TIMEOUT_US = 2_500_000
@@ -90,6 +91,7 @@ class Px4Server(MavlinkServer):
     corrections_class = Px4Corrections
     external_class = Px4ExternalPositionReceiver
     ftp_class = Px4FtpServer
+    logs_class = Px4LogServer
     steady = frozenset({0, 42})
     """HEARTBEAT, and MISSION_CURRENT of the mission service"""
 
@@ -126,7 +128,7 @@ class Px4Server(MavlinkServer):
             {
                 "PING": self._on_ping,
                 "MANUAL_CONTROL": self._on_manual_control,
-                **follow_target.handlers(vehicle),
+                "FOLLOW_TARGET": self._on_follow_target,
             }
         )
         for unheard in ("REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE"):
@@ -139,10 +141,6 @@ class Px4Server(MavlinkServer):
     def _on_traffic(self, message: Message) -> None:
         for peer in self.peers:
             peer.traffic.take(message, self.now_us)
-
-    def make_log_server(self, logbook: Logbook) -> LogServer:
-        """The log service of this firmware."""
-        return Px4LogServer(logbook, self.vehicle, self.send)
 
     # Time and streams.
 
@@ -356,6 +354,20 @@ class Px4Server(MavlinkServer):
         )
         throttle = min(max(message.z / 1000.0, 0.0), 1.0)
         self.vehicle.manual = ManualControl(pitch, roll, yaw, throttle, self.now_us / 1e6)
+
+    def _on_follow_target(self, message: Message) -> None:
+        """Take where the target of AUTO.FOLLOW_TARGET is; the message has no addressee.
+
+        Without a velocity the estimate makes one (read in the firmware).
+        """
+        latitude_deg, longitude_deg = message.lat / 1e7, message.lon / 1e7
+        if abs(latitude_deg) > 90.0 or abs(longitude_deg) > 180.0 or not usable(message.alt):
+            return
+        if isinstance(self.vehicle, Px4Copter):
+            north, east, down = message.vel
+            known = all(map(usable, (north, east, down)))
+            place = GeoPoint(latitude_deg, longitude_deg, message.alt)
+            self.vehicle.see_target(place, (north, east, down) if known else None)
 
     def _on_local_setpoint(self, message: Message) -> None:
         self._follow(lambda: setpoints.from_local_ned(message))

@@ -130,9 +130,8 @@ class SentGoal:
         Returns:
             Whether the server has just rejected; it is asked again a while later.
         """
-        if self.stage is not GoalStage.OPEN:
+        if self._handle is None or self.stage is not GoalStage.OPEN:
             return False
-        assert self._handle is not None
         if self._cancel is None:
             if now_s >= self._cancel_again_s:
                 self._cancel = self._handle.cancel_goal_async()

@@ -344,8 +344,16 @@ def _handle_signals(client: NavigationClient, keyboard: Keyboard | None) -> None
     def interrupt(_number: int, _frame: FrameType | None) -> None:
         client.interrupt()
 
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, interrupt)
+    if keyboard is not None:
+        _handle_keys(client, keyboard)
+
+
+def _handle_keys(client: NavigationClient, keyboard: Keyboard) -> None:
+    """Leave the terminal as it was when its keys stop or suspend the client."""
+
     def quit_at_once(number: int, _frame: FrameType | None) -> None:
-        assert keyboard is not None
         keyboard.close()
         os.write(sys.stdout.fileno(), _SHOW_CURSOR)
         signal.signal(number, signal.SIG_DFL)
@@ -354,8 +362,5 @@ def _handle_signals(client: NavigationClient, keyboard: Keyboard | None) -> None
     def suspend(_number: int, _frame: FrameType | None) -> None:
         client.suspend()
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, interrupt)
-    if keyboard is not None:
-        signal.signal(signal.SIGQUIT, quit_at_once)
-        signal.signal(signal.SIGTSTP, suspend)
+    signal.signal(signal.SIGQUIT, quit_at_once)
+    signal.signal(signal.SIGTSTP, suspend)

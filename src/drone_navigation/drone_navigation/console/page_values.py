@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import Quaternion, Vector3
+from geometry_msgs.msg import Point, Quaternion, Vector3
 from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import BatteryState, NavSatFix
 from visualization_msgs.msg import Marker, MarkerArray
@@ -17,6 +17,18 @@ from custom_interfaces.msg import (
     ReplayStatus,
     StoredItems,
     VehicleStatus,
+)
+from drone_navigation.console.page_types import (
+    BatteryValue,
+    DiagnosticValue,
+    FeedbackValue,
+    FenceValue,
+    FixValue,
+    HomeValue,
+    ItemsValue,
+    MotionValue,
+    ReplayValue,
+    StatusValue,
 )
 from mavlink_vehicle.protocols.operations.command import command_name
 
@@ -36,13 +48,13 @@ def known(value: float, digits: int = 2) -> float | None:
     return round(float(value), digits) if math.isfinite(value) else None
 
 
-def point(place: Any) -> list[float] | None:
+def point(place: Point | Vector3) -> list[float] | None:
     """Return the three numbers of a point, None unless all are known."""
     values = (place.x, place.y, place.z)
     return [round(value, 2) for value in values] if all(map(math.isfinite, values)) else None
 
 
-def status(message: VehicleStatus) -> dict[str, Any]:
+def status(message: VehicleStatus) -> StatusValue:
     """Return mode, armed and so on."""
     return {
         "connected": message.connected,
@@ -60,7 +72,7 @@ def status(message: VehicleStatus) -> dict[str, Any]:
     }
 
 
-def motion(message: Odometry) -> dict[str, Any] | None:
+def motion(message: Odometry) -> MotionValue | None:
     """Return position, attitude (rad), ground speed and climb rate (m/s).
 
     Yaw is counter-clockwise from east, roll positive to the right, pitch positive with the nose up.
@@ -102,12 +114,12 @@ def _turned(v: Vector3, q: Quaternion) -> tuple[float, float, float]:
     )
 
 
-def battery(message: BatteryState) -> dict[str, Any]:
+def battery(message: BatteryState) -> BatteryValue:
     """Return charge (%) and voltage."""
     return {"percent": known(100.0 * message.percentage, 0), "voltage": known(message.voltage, 1)}
 
 
-def fix(message: NavSatFix) -> dict[str, Any]:
+def fix(message: NavSatFix) -> FixValue:
     """Return whether there is a fix, where (degrees), and the position's standard deviation, m."""
     variance = message.position_covariance[0]
     return {
@@ -124,7 +136,7 @@ def path(message: Path) -> list[list[float]]:
     return [place for place in places if place is not None]
 
 
-def home(message: HomePosition) -> dict[str, Any]:
+def home(message: HomePosition) -> HomeValue:
     """Return the launch point: geodetic, and in the map."""
     return {
         "latitude": known(message.latitude, 8),
@@ -134,7 +146,7 @@ def home(message: HomePosition) -> dict[str, Any]:
     }
 
 
-def fence(message: Fence) -> dict[str, Any] | None:
+def fence(message: Fence) -> FenceValue | None:
     """Return a fence or the flight volume, heights in m above home; None while unknown."""
     if not message.known:
         return None
@@ -158,7 +170,7 @@ def fence(message: Fence) -> dict[str, Any] | None:
     }
 
 
-def stored_items(message: StoredItems) -> dict[str, Any] | None:
+def stored_items(message: StoredItems) -> ItemsValue | None:
     """Return mission or rally points; None while unknown.
 
     `at` is in the map, None without a place, its height None where unknown. `values` are the
@@ -187,7 +199,7 @@ def stored_items(message: StoredItems) -> dict[str, Any] | None:
     }
 
 
-def diagnostic(message: DiagnosticStatus) -> dict[str, Any]:
+def diagnostic(message: DiagnosticStatus) -> DiagnosticValue:
     """Return level and message of one part."""
     level = int.from_bytes(message.level, "little")
     values = {value.key: value.value for value in message.values}
@@ -200,7 +212,7 @@ def diagnostic(message: DiagnosticStatus) -> dict[str, Any]:
     }
 
 
-def feedback(action: str, message: Any) -> dict[str, Any]:
+def feedback(action: str, message: Any) -> FeedbackValue:
     """Return the feedback of any action; distance in m, time in s."""
     return {
         "action": action,
@@ -214,7 +226,7 @@ def feedback(action: str, message: Any) -> dict[str, Any]:
     }
 
 
-def replay(message: ReplayStatus) -> dict[str, Any]:
+def replay(message: ReplayStatus) -> ReplayValue:
     """Return where the playing of a recording is: times in s, speed as a factor of real time."""
     return {
         "position": known(message.position),
@@ -227,12 +239,12 @@ def replay(message: ReplayStatus) -> dict[str, Any]:
     }
 
 
-def obstacles(message: MarkerArray) -> dict[str, Any]:
+def obstacles(message: MarkerArray) -> dict[str, list[list[float]] | list[str]]:
     """Return obstacles as rows of rounded numbers, at most this many of each kind.
 
     Beside the rows: the names of posts and boxes, in their order.
     """
-    shown: dict[str, Any] = {
+    shown: dict[str, list[list[float]] | list[str]] = {
         kind: [[round(value, 2) for value in row] for row in rows[:OBSTACLES_MAX]]
         for kind, rows in obstacle_rows(message).items()
     }

@@ -9,15 +9,24 @@ from functools import cache
 from typing import Any
 
 from drone_navigation.console.messages import PageWaypoint
+from drone_navigation.console.page_types import FenceValue, HomeValue, ItemsValue
 from mavlink_vehicle.codec import mavlink
-from mavlink_vehicle.positions.projections import LocalFrame, Projection
+from mavlink_vehicle.positions.projections import Geodetic, LocalFrame, Projection
 from mavlink_vehicle.profiles import profile_for
 from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.plan_files.items import PlanError
 from navigation_bridge.plan_files.routes import parse_route
 from navigation_core.geometry import Vector3
 
-__all__ = ["PlanError", "earth", "in_map_of", "make_plan", "map_waypoints", "stored_plan"]
+__all__ = [
+    "PlanError",
+    "earth",
+    "in_map_of",
+    "make_plan",
+    "map_waypoints",
+    "stored_plan",
+    "vehicle_map",
+]
 
 # Of two numbers for the same frame, the one that QGroundControl writes.
 _FILE_FRAMES = {
@@ -37,20 +46,38 @@ def _projections() -> dict[str, Projection]:
     return {profile.name: profile.projection for profile in profiles if profile.projection}
 
 
-def _frame(autopilot: str, home: dict[str, Any] | None) -> LocalFrame:
+def vehicle_map(autopilot: str, home: HomeValue | None) -> tuple[LocalFrame, Geodetic]:
+    """Return the vehicle's map, and home in degrees and metres above mean sea level.
+
+    Args:
+        autopilot: as in VehicleStatus.
+        home: as of `facts.home`.
+
+    Raises:
+        PlanError: nobody knows where the map lies on the earth.
+    """
     projection = _projections().get(autopilot)
     if projection is None:
         raise PlanError(
             "The vehicle's firmware is unknown, so positions cannot be converted to degrees."
         )
-    if home is None or home["at"] is None or None in home.values():
+    place = _home_place(home)
+    if home is None or home["at"] is None or place is None:
         raise PlanError("The vehicle's home is not known yet.")
     east_m, north_m, up_m = home["at"]
-    place = (home["latitude"], home["longitude"], home["altitude"])
-    return LocalFrame.through(place, (north_m, east_m, -up_m), projection)
+    return LocalFrame.through(place, (north_m, east_m, -up_m), projection), place
 
 
-def earth(autopilot: str, home: dict[str, Any] | None) -> dict[str, Any] | None:
+def _home_place(home: HomeValue | None) -> Geodetic | None:
+    if home is None:
+        return None
+    latitude, longitude, altitude = home["latitude"], home["longitude"], home["altitude"]
+    if latitude is None or longitude is None or altitude is None:
+        return None
+    return latitude, longitude, altitude
+
+
+def earth(autopilot: str, home: HomeValue | None) -> dict[str, object] | None:
     """Return where the vehicle's map lies on the earth, None if nobody knows.
 
     Args:
@@ -62,7 +89,7 @@ def earth(autopilot: str, home: dict[str, Any] | None) -> dict[str, Any] | None:
         firmware's projection.
     """
     try:
-        frame = _frame(autopilot, home)
+        frame, _ = vehicle_map(autopilot, home)
     except PlanError:
         return None
     projection: Any = frame.projection
@@ -71,8 +98,8 @@ def earth(autopilot: str, home: dict[str, Any] | None) -> dict[str, Any] | None:
 
 def in_map_of(
     points_enu_m: Sequence[Vector3],
-    own: tuple[str, dict[str, Any] | None],
-    other: tuple[str, dict[str, Any] | None],
+    own: tuple[str, HomeValue | None],
+    other: tuple[str, HomeValue | None],
 ) -> tuple[Vector3, ...]:
     """Return points of a vehicle's map in that of another one.
 
@@ -84,7 +111,7 @@ def in_map_of(
     Raises:
         PlanError: it is unknown where one of the maps lies.
     """
-    here, there = _frame(*own), _frame(*other)
+    here, there = vehicle_map(*own)[0], vehicle_map(*other)[0]
     found = []
     for east_m, north_m, up_m in points_enu_m:
         north_there_m, east_there_m, down_m = there.ned_m(here.geodetic((north_m, east_m, -up_m)))
@@ -93,7 +120,7 @@ def in_map_of(
 
 
 def map_waypoints(
-    text: str, autopilot: str, home: dict[str, Any] | None
+    text: str, autopilot: str, home: HomeValue | None
 ) -> tuple[list[dict[str, float]], tuple[str, ...]]:
     """Return the waypoints of a plan in the vehicle's map, and notes on what was left out.
 
@@ -105,8 +132,7 @@ def map_waypoints(
     Raises:
         PlanError: it cannot be flown, or nobody knows where that is.
     """
-    frame = _frame(autopilot, home)
-    assert home is not None
+    frame, home_place = vehicle_map(autopilot, home)
     route = parse_route(text)
     notes = list(route.notes)
     found = []
@@ -118,7 +144,7 @@ def map_waypoints(
                 "with navigation_client."
             )
         if waypoint.altitude_reference is AltitudeReference.HOME:
-            altitude_m += home["altitude"]
+            altitude_m += home_place[2]
         north_m, east_m, down_m = frame.ned_m((latitude_deg, longitude_deg, altitude_m))
         place = {"x": round(east_m, 2), "y": round(north_m, 2), "z": round(-down_m, 2)}
         found.append({**place, "hold": waypoint.hold_time_s})
@@ -127,22 +153,19 @@ def map_waypoints(
     return found, tuple(notes)
 
 
-def make_plan(
-    waypoints: Sequence[PageWaypoint], autopilot: str, home: dict[str, Any] | None
-) -> str:
+def make_plan(waypoints: Sequence[PageWaypoint], autopilot: str, home: HomeValue | None) -> str:
     """Return the text of a plan with heights above home.
 
     Raises:
         PlanError: nobody knows where the waypoints are.
     """
-    frame = _frame(autopilot, home)
-    assert home is not None
+    frame, home_place = vehicle_map(autopilot, home)
     items = []
     for number, waypoint in enumerate(waypoints, start=1):
         east_m, north_m, up_m = waypoint.position_enu_m
         latitude_deg, longitude_deg, altitude_m = frame.geodetic((north_m, east_m, -up_m))
         place = [round(latitude_deg, 8), round(longitude_deg, 8)]
-        height_m = round(altitude_m - home["altitude"], 2)
+        height_m = round(altitude_m - home_place[2], 2)
         items.append(
             {
                 "type": "SimpleItem",
@@ -153,15 +176,15 @@ def make_plan(
                 "params": [waypoint.hold_time_s, 0, 0, None, *place, height_m],
             }
         )
-    return _plan(items, autopilot, home, [], [], [])
+    return _plan(items, autopilot, home_place, [], [], [])
 
 
 def stored_plan(
-    mission: dict[str, Any] | None,
-    fence: dict[str, Any] | None,
-    rally: dict[str, Any] | None,
+    mission: ItemsValue | None,
+    fence: FenceValue | None,
+    rally: ItemsValue | None,
     autopilot: str,
-    home: dict[str, Any] | None,
+    home: HomeValue | None,
 ) -> str:
     """Return the text of a plan with all that the vehicle stores.
 
@@ -177,7 +200,8 @@ def stored_plan(
     Raises:
         PlanError: something is not known yet, or there is no mission.
     """
-    if mission is None or fence is None or rally is None or home is None or None in home.values():
+    place = _home_place(home)
+    if mission is None or fence is None or rally is None or place is None:
         raise PlanError("The vehicle's stored mission has not been read yet.")
     if not mission["items"]:
         raise PlanError("The vehicle stores no mission.")
@@ -186,8 +210,9 @@ def stored_plan(
     items = []
     for item in mission["items"]:
         params = list(item["values"])
-        if item["command"] == mavlink.MAV_CMD_DO_JUMP:
-            params[0] += shift
+        target = params[0]
+        if item["command"] == mavlink.MAV_CMD_DO_JUMP and target is not None:
+            params[0] = target + shift
         items.append(
             {
                 "type": "SimpleItem",
@@ -202,25 +227,24 @@ def stored_plan(
     for area in fence["areas"]:
         if not area["stored"]:
             continue  # parameters make it
-        shape: dict[str, Any] = {"inclusion": area["inclusion"], "version": 1}
+        shape: dict[str, object] = {"inclusion": area["inclusion"], "version": 1}
         if area["radius"] is None:
             polygons.append({**shape, "polygon": area["places"]})
         else:
             circle = {"center": area["places"][0], "radius": area["radius"]}
             circles.append({**shape, "circle": circle})
     points = [item["values"][4:] for item in rally["items"]]
-    return _plan(items, autopilot, home, circles, polygons, points)
+    return _plan(items, autopilot, place, circles, polygons, points)
 
 
 def _plan(
-    items: list[dict[str, Any]],
+    items: list[dict[str, object]],
     autopilot: str,
-    home: dict[str, Any],
-    circles: list[dict[str, Any]],
-    polygons: list[dict[str, Any]],
-    rally_points: list[list[float]],
+    home: Geodetic,
+    circles: list[dict[str, object]],
+    polygons: list[dict[str, object]],
+    rally_points: list[list[float | None]],
 ) -> str:
-    home_place = [home["latitude"], home["longitude"], home["altitude"]]
     px4 = autopilot in {
         profile_for(mavlink.MAV_AUTOPILOT_PX4, kind).name for kind in mavlink.enums["MAV_TYPE"]
     }
@@ -236,7 +260,7 @@ def _plan(
             "vehicleType": mavlink.MAV_TYPE_QUADROTOR,
             "cruiseSpeed": 15,
             "hoverSpeed": 5,
-            "plannedHomePosition": home_place,
+            "plannedHomePosition": list(home),
             "items": items,
         },
     }

@@ -67,7 +67,9 @@ class Web:
         self._numbers = itertools.count(1)
         self._files = {
             f"/{file.name}": file.read_bytes()
-            for file in (files(__package__) / "page").iterdir()
+            # The map is that of the reports, too.
+            for folder in (files(__package__) / "page", files("flight_reports") / "page" / "map")
+            for file in folder.iterdir()
             if file.name.rpartition(".")[2] in _TYPES
         }
         self._version = 0

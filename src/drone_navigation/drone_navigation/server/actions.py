@@ -277,8 +277,8 @@ class GoalServers:
 
     def _on_known_id(self, goal_id: str) -> None:
         text = (
-            f"Goal {goal_id[:8]} of this action is active or ended less than {RESULT_TIMEOUT_S} s "
-            "ago; give each goal an id of its own."
+            f"Goal {goal_id[:8]} of this action is active or ended less than "
+            f"{RESULT_TIMEOUT_S} s ago; give each goal an id of its own."
         )
         rejection = Rejection(OutcomeCode.BUSY, text)
         self._driver.post(lambda: self._bridge.reject(rejection))

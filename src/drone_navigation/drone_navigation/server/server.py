@@ -157,12 +157,12 @@ class NavigationServer:
         if self._searches is not None:
             self._searches.warm_up()
 
-    def look_around(self) -> None:
+    def check_links(self) -> None:
         """Log newly opened links, and look for other servers; call periodically."""
         for vehicle in self._vehicles:
             vehicle.presence.look()
-            if not vehicle.told_ready and self._is_open(vehicle):
-                vehicle.tell_ready()
+            if not vehicle.ready_logged and self._is_open(vehicle):
+                vehicle.log_ready()
 
     def _is_open(self, vehicle: VehicleNode) -> bool:
         return self._network.is_open(vehicle.config.link_url)
@@ -194,7 +194,7 @@ class NavigationServer:
             self._driver.stop(_DRIVER_S)
         finally:
             for vehicle in self._vehicles:
-                vehicle.tell_what_is_left(isinstance(self._driver, ReplayDriver))
+                vehicle.log_what_is_left(isinstance(self._driver, ReplayDriver))
 
     def _stop_goals(self) -> bool:
         """Stop the vehicles and end their goals; return whether there were any."""

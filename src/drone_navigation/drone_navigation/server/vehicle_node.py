@@ -49,7 +49,7 @@ class VehicleNode:
         member: what a fleet runs; takes work for the bridge.
         outputs: publishes what the bridge puts out.
         presence: knows of other servers of the vehicle's name; there from :meth:`serve` on.
-        told_ready: whether it was said that the vehicle's link is open.
+        ready_logged: whether it was said that the vehicle's link is open.
     """
 
     presence: Presence
@@ -90,7 +90,7 @@ class VehicleNode:
         self._server: GoalServers | None = None
         self._closed = False
         self._servers: list[object] = []
-        self.told_ready = False
+        self.ready_logged = False
 
     def serve(
         self, statistics: Callable[[], LinkStatistics], stations: StationLinks | None = None
@@ -126,23 +126,23 @@ class VehicleNode:
             is_open: whether bytes can pass the vehicle's link by now.
         """
         if is_open:
-            self.tell_ready()
+            self.log_ready()
         else:
             self.node.get_logger().warning(
                 f"Navigation server waiting for link {self.config.link_url}"
             )
         self._spinner.start()
 
-    def tell_ready(self) -> None:
+    def log_ready(self) -> None:
         """Log that the vehicle's link is open."""
         goto = self.config.bridge.goto
         arming = "never arms"
         if goto.may_leave_ground:
             arming = "may arm and take off" if goto.may_arm else "may take off once armed"
         self.node.get_logger().info(f"Navigation server ready on {self.config.link_url}; {arming}")
-        self.told_ready = True
+        self.ready_logged = True
 
-    def tell_what_is_left(self, is_recorded: bool) -> None:
+    def log_what_is_left(self, is_recorded: bool) -> None:
         """Log the final state of the vehicle, or of a recorded one, at the server's end."""
         left = what_is_left(self._bridge.vehicle, is_recorded)
         logger = self.node.get_logger()

@@ -41,6 +41,7 @@ class VehicleOutputs(Front):
         self._sinks: dict[type[Output], Callable[[Any], object]] = {}
         self._muted = False
         self._plan = outputs.PlanChanged(())
+        self._recorded = recorder is not None
         if recorder is not None:
             self._sinks[outputs.Annotation] = partial(self._record, recorder)
 
@@ -94,7 +95,7 @@ class VehicleOutputs(Front):
 
     def put_out(self) -> None:
         """Publish the outputs."""
-        while (output := self._bridge.next_output()) is not None:
+        while (output := self._bridge.next_output(self._recorded)) is not None:
             self._put_out(output)
 
     def update(self, now: float) -> None:

@@ -309,12 +309,12 @@ def _frame(
     if told is not None:
         told = told[(told["latitude"] != 0) | (told["longitude"] != 0)]
     if told is not None and len(told):
-        finder.tell(_place(told[0], "latitude", "longitude", "altitude"))
+        finder.take_origin(_place(told[0], "latitude", "longitude", "altitude"))
     if local is not None and finder.wants_pairs:
         _take_pairs(finder, places, local)
     remark = ""
     if finder.frame is None:
-        finder.tell(_place(places[0], "lat", "lon", "alt"))
+        finder.take_origin(_place(places[0], "lat", "lon", "alt"))
         remark = "The log has no map origin; the first position is the origin."
     frame = finder.frame
     assert frame is not None

@@ -85,8 +85,8 @@ def goals(flight: Flight, section: str) -> Markup:
     noted = flight.retold.noted.goals
     if not noted:
         return Markup()
-    heads = ("", "goal", "accepted", "target (m: east, north, up)", "progress", "end", "duration",
-             "error", "replans", "server message")  # fmt: skip
+    heads = ("no.", "goal", "accepted", "target (m: east, north, up)", "progress", "end",
+             "duration", "error", "replans", "server message")  # fmt: skip
     rows = [_goal(flight, goal, place, section) for place, goal in enumerate(noted)]
     return joined((element("h3", "Goals"), table(heads, rows, "goals")))
 
@@ -166,7 +166,7 @@ def worth_a_look(flight: Flight, section: str) -> Markup:
     if not told:
         return joined((head, element("p", "None: no failsafe, no gap, no unanswered command.")))
     rows = [_warning_row(warned, section) for warned in told]
-    return joined((head, table(("when", "", "about", "what"), rows, "warnings")))
+    return joined((head, table(("when", "severity", "about", "what"), rows, "warnings")))
 
 
 def _warning_row(warned: Warned, section: str) -> list[object]:

@@ -86,7 +86,7 @@ class Router:
         self._make_codec = make_codec
         self.find_intakes: FindIntakes = _no_intakes
         self._recorder = recorder
-        self._failure_told = False
+        self._failure_reported = False
         self._table: RoutingTable[PeerEndpoint] = RoutingTable()
         self._unknown: list[bytes] = []
         self._stations_bucket = TokenBucket(STATIONS_FRAMES_HZ, STATIONS_BURST)
@@ -175,8 +175,8 @@ class Router:
         if self._recorder is None:
             return
         self._recorder.flush()
-        if self._recorder.failure is not None and not self._failure_told:
-            self._failure_told = True
+        if self._recorder.failure is not None and not self._failure_reported:
+            self._failure_reported = True
             raise self._recorder.failure
 
     def close(self) -> None:

@@ -44,7 +44,7 @@ class FrameFinder:
         """Begin with the projection of the firmware; None: it is to be measured."""
         self._projection = projection
         self._anchor: tuple[Geodetic, Vector3] | None = None
-        self._told: Geodetic | None = None
+        self._origin: Geodetic | None = None
         self._axes: tuple[_Axis, _Axis] | None = None
         self.frame: LocalFrame | None = None
 
@@ -53,10 +53,10 @@ class FrameFinder:
         """Whether there is anything to learn from a pair."""
         return self._projection is None or self.frame is None
 
-    def tell(self, origin: Geodetic) -> None:
+    def take_origin(self, origin: Geodetic) -> None:
         """Take the origin from the vehicle itself (GPS_GLOBAL_ORIGIN)."""
-        if origin != self._told:
-            self._told = origin
+        if origin != self._origin:
+            self._origin = origin
             self._begin(origin, (0.0, 0.0, 0.0))
 
     def pair(self, place: Geodetic, position_ned_m: Vector3) -> None:
@@ -87,8 +87,8 @@ class FrameFinder:
     def _lay(self, anchor: tuple[Geodetic, Vector3], projection: Projection) -> None:
         """Lay the frame through its anchor."""
         place, position_ned_m = anchor
-        if self._told is not None:
-            self.frame = LocalFrame(self._told, projection)
+        if self._origin is not None:
+            self.frame = LocalFrame(self._origin, projection)
         else:
             self.frame = LocalFrame.through(place, position_ned_m, projection)
 

@@ -88,17 +88,17 @@ def quaternion_multiply(left: Quaternion, right: Quaternion) -> Quaternion:
     )
 
 
-# The turn between the world frames swaps x and y and flips z: half a turn about the diagonal
-# (x + y); between the body frames it is half a turn about x. Both are their own inverses.
-_WORLD_TURN: Quaternion = (0.0, _SQRT_HALF, _SQRT_HALF, 0.0)
-_BODY_TURN: Quaternion = (0.0, 1.0, 0.0, 0.0)
-
-
 def quaternion_ned_frd_to_enu_flu(quaternion: Quaternion) -> Quaternion:
-    """Turn an attitude FRD -> NED (MAVLink) into FLU -> ENU (REP-103)."""
-    return quaternion_multiply(quaternion_multiply(_WORLD_TURN, quaternion), _BODY_TURN)
+    """Turn an attitude FRD -> NED (MAVLink) into FLU -> ENU (REP-103).
+
+    The turn between the world frames swaps x and y and flips z: half a turn about the diagonal
+    (x + y), (0, s, s, 0) with s the root of 1/2. Between the body frames it is half a turn about x,
+    (0, 1, 0, 0). This is the product of the first, the attitude and the second.
+    """
+    w, x, y, z = (_SQRT_HALF * part for part in quaternion)
+    return (-(w + z), -(x + y), y - x, z - w)
 
 
 def quaternion_enu_flu_to_ned_frd(quaternion: Quaternion) -> Quaternion:
-    """Turn an attitude FLU -> ENU (REP-103) into FRD -> NED (MAVLink)."""
-    return quaternion_multiply(quaternion_multiply(_WORLD_TURN, quaternion), _BODY_TURN)
+    """Turn an attitude FLU -> ENU (REP-103) into FRD -> NED (MAVLink); both are half turns."""
+    return quaternion_ned_frd_to_enu_flu(quaternion)

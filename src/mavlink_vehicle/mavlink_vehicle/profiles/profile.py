@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
@@ -225,7 +226,7 @@ class Profile:
             metres of it; None: that is not known.
         setpoints: what it does with setpoints.
         speed_command: how its speed is changed by command; None where the setpoints say it.
-        status_tells_runnable: whether HEARTBEAT's system_status is 0 while the selected mode
+        status_shows_runnable: whether HEARTBEAT's system_status is 0 while the selected mode
             cannot run.
         pauses_in_mode: whether MAV_CMD_DO_PAUSE_CONTINUE makes it stand in the control mode, and
             ignore setpoints until it is commanded to continue or has been in another mode.
@@ -265,7 +266,7 @@ class Profile:
     return_height: tuple[str, float] | None = None
     setpoints: SetpointRules = SetpointRules()
     speed_command: SpeedCommand | None = None
-    status_tells_runnable: bool = False
+    status_shows_runnable: bool = False
     pauses_in_mode: bool = False
     earlier_mode_after_landing: bool = False
     messages: MessageProperties = MessageProperties()
@@ -280,6 +281,11 @@ class Profile:
             if number == custom_mode:
                 return name
         return f"MODE_{custom_mode}"
+
+    @cached_property
+    def control_number(self) -> int | None:
+        """The custom_mode of the `control_mode`; None without one."""
+        return self.mode_number(self.control_mode)
 
     def mode_number(self, name: str | None) -> int | None:
         """Return the custom_mode of a mode's name, None for no name or an unknown one."""

@@ -101,7 +101,7 @@ _COMMON = Profile(
     # navigator_main.cpp: the cruising speed of the navigator's modes; OFFBOARD has none. It
     # does not distinguish ground speed from airspeed.
     speed_command=SpeedCommand(1, frozenset({"AUTO.LOITER", "AUTO.MISSION"})),
-    status_tells_runnable=True,
+    status_shows_runnable=True,
     earlier_mode_after_landing=True,
     messages=MessageProperties(
         # STATUSTEXT goes only to links on which a ground station was heard (mavlink_main.h,

@@ -3,7 +3,8 @@
 The messages of `state.measurements.MEASUREMENTS` go from the bytes of their frames, or from message
 objects, into the state, and no other part is asked. Anything that is not plain is left to
 `VehicleCore.receive`: a time since boot that is older or of another clock, the first message after
-a silence, ours or the vehicle's, another landed state, and what a pending operation waits for.
+a silence, ours or the vehicle's, another landed state, and what a pending operation waits for. A
+TIMESYNC that answers somebody else is taken the same way, as a sign of life.
 """
 
 from __future__ import annotations
@@ -11,15 +12,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from mavlink_vehicle.codec import PAYLOAD_START, Intake, Message
+from mavlink_vehicle.codec import PAYLOAD_START, Intake, Message, mavlink
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
 from mavlink_vehicle.protocols.monitoring.stream_gap import STREAM_GAP_S, StreamGap
+from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.sequence import ModeOrder
 from mavlink_vehicle.state.live_state import LiveState
-from mavlink_vehicle.state.measurements import MEASUREMENTS, Measurement, Values
+from mavlink_vehicle.state.measurements import MEASUREMENTS, Measurement, Values, measurement
 
 _SEQUENCE = 4
 _Take: TypeAlias = Callable[[Values, int, float], bool]
@@ -42,6 +44,7 @@ class DirectMeasurements:
         gap: StreamGap,
         heartbeats: HeartbeatWatch,
         operations: OperationSlot,
+        timesync: Timesync,
     ) -> None:
         """Work on the parts of one vehicle."""
         self._live = live
@@ -53,10 +56,12 @@ class DirectMeasurements:
         self._operations = operations
         self._takes: dict[type[Message], tuple[Callable[[Message], Values], _Take]] = {}
         self.intakes: dict[int, Intake] = {}
-        for kind, measurement in MEASUREMENTS.items():
-            take = self._taker(measurement)
-            self._takes[kind] = (measurement.values, take)
-            self.intakes[measurement.number] = _intake(measurement, take)
+        answers = measurement(mavlink.MAVLink_timesync_message, timesync.changes)
+        measurements = {**MEASUREMENTS, mavlink.MAVLink_timesync_message: answers}
+        for kind, taken in measurements.items():
+            take = self._taker(taken)
+            self._takes[kind] = (taken.values, take)
+            self.intakes[taken.number] = _intake(taken, take)
 
     def take(self, message: Message, now: float) -> bool:
         """Take a message of the vehicle; False: it must be received like any other."""

@@ -53,9 +53,9 @@ class KnownVehicle:
     def is_in_control_mode(self, state: VehicleState) -> bool:
         """Return whether it is so in a state."""
         profile = self.profile
-        if profile is None or state.custom_mode != profile.mode_number(profile.control_mode):
+        if profile is None or state.custom_mode != profile.control_number:
             return False
-        return not (profile.status_tells_runnable and state.mode_may_not_run)
+        return not (profile.status_shows_runnable and state.mode_may_not_run)
 
     @property
     def address(self) -> Address:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,17 +16,14 @@ from mavlink_vehicle.protocols.mission.mission_operation import (
 )
 from mavlink_vehicle.protocols.mission.transfer import MISSION_ANSWERS
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatWatch
-from mavlink_vehicle.protocols.operations.command import Address, CommandTiming
-from mavlink_vehicle.protocols.operations.crossings import Crossings
+from mavlink_vehicle.protocols.operations.command import CommandTiming
+from mavlink_vehicle.protocols.operations.crossings import SETTLE_S, Crossings
 from mavlink_vehicle.protocols.operations.operation_parts import Gate, Goal, OperationTiming
 from mavlink_vehicle.protocols.operations.operations import Operation
 from mavlink_vehicle.protocols.operations.requested_changes import RequestedChanges
 from mavlink_vehicle.protocols.service import SendingRank
 from mavlink_vehicle.protocols.slot import Slot
 from mavlink_vehicle.state.reducer import VehicleState
-
-SETTLE_S = 1.5
-"""How long a command that was sent and given up may still take effect."""
 
 Begin = Callable[[int, float], object]
 """Begins an operation with an id, at a time."""
@@ -38,17 +35,6 @@ class Wanted:
 
     mode: int | None = None
     armed: bool | None = None
-
-
-@dataclass
-class _ModeRequest:
-    """The goal of the pending operation, and how many of its commands have been recorded."""
-
-    command: int
-    mode: int
-    acks: int
-    address: Address
-    counted: int = 0
 
 
 class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
@@ -89,10 +75,8 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         grace_s = vehicle.config.grace_s
         self._requested = RequestedChanges(grace_s)
         self._crossings = Crossings(grace_s)
-        self._asked: _ModeRequest | None = None
-        self._foreign: tuple[int, float] | None = None
         self._then: Begin | None = None
-        self._next_id = 1
+        self._ids = itertools.count(1)
 
     @property
     def choice_is_unclear(self) -> bool:
@@ -126,7 +110,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         )
         self.cancel(f"{goal.kind.value} was requested instead", now)
         operation = Operation(
-            self._take_id() if operation_id is None else operation_id,
+            next(self._ids) if operation_id is None else operation_id,
             goal,
             address,
             self._command_timing,
@@ -135,13 +119,18 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
             gate=gate,
         )
         self.pending, self._then = operation, then
-        self._asked = None
-        if wanted.mode is not None:
-            self._crossings.settle()
-            acks = 1 if first_ack_counts else 2
-            self._asked = _ModeRequest(goal.request.command, wanted.mode, acks, address)
+        if wanted.mode is None:
+            self._crossings.end()
+        else:
+            self._crossings.begin(
+                goal.request.command,
+                wanted.mode,
+                1 if first_ack_counts else 2,
+                address,
+                restores=goal.kind is OperationKind.RESTORE_MODE,
+            )
         doubt = self._requested.contradicted(now, mode=wanted.mode, armed=wanted.armed)
-        silent_until_s = self._silent_until_s()
+        silent_until_s = self._crossings.silent_until_s
         settle_s = SETTLE_S if doubt else 0.0
         operation.begin(vehicle.state, self._heartbeats.alive, now, settle_s, silent_until_s)
         if not operation.finished and wanted != Wanted():
@@ -154,7 +143,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         """Start an operation on the stored mission, and return its id."""
         self._on_request(now)
         vehicle = self._vehicle
-        operation = MissionOperation(self._take_id(), job, vehicle.address, timing)
+        operation = MissionOperation(next(self._ids), job, vehicle.address, timing)
         self.last_mission = operation
         self.cancel(f"{operation.goal.kind.value} was requested instead", now)
         self.pending = operation
@@ -180,22 +169,18 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         self, kind: OperationKind, result: OperationResult, reason: str, now: float
     ) -> int:
         self.cancel(f"{kind.value} was requested instead", now)
-        operation_id = self._take_id()
+        operation_id = next(self._ids)
         self._events.append(OperationFinished(operation_id, kind, result, reason))
         self._on_done(now)
         return operation_id
 
     def cancel(self, reason: str, now: float) -> None:
         """End the pending operation, if any, as CANCELLED."""
-        if self.pending is not None:
-            self.pending.cancel(reason, now)
-            self._collect(now)
+        self._stop(OperationResult.CANCELLED, reason, now)
 
-    def lose(self, reason: str, now: float) -> None:
-        """End the pending operation, if any, as LINK_LOST: the vehicle restarted."""
-        self._crossings.forget()
+    def _stop(self, result: OperationResult, reason: str, now: float) -> None:
         if self.pending is not None:
-            self.pending.lose(reason, now)
+            self.pending.stop(result, reason, now)
             self._collect(now)
 
     def link_lost(self, state: VehicleState, now: float) -> None:
@@ -204,7 +189,8 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
 
     def vehicle_gone(self, reason: str, now: float) -> None:
         """End the pending operation, if any, as LINK_LOST."""
-        self.lose(reason, now)
+        self._crossings.forget()
+        self._stop(OperationResult.LINK_LOST, reason, now)
 
     def excuse(self, gap_s: float) -> None:
         """Do not count a time in which we did not run."""
@@ -216,22 +202,18 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
 
         Nothing that asks for another mode is sent until it has had time to show.
         """
-        self._crossings.chosen(mode, now)
-        self._foreign = (mode, now + SETTLE_S)
+        self._crossings.mode_asked(mode, now)
         operation = self.pending
         if isinstance(operation, Operation):
-            operation.keep_silent(self._silent_until_s())
+            operation.keep_silent(self._crossings.silent_until_s)
 
     def mode_changed(self, state: VehicleState, name: str, now: float) -> tuple[bool, int | None]:
         """Record another mode; returns whether it was asked for, and which mode it has overtaken.
 
         Ends what the change cuts short. A command is never repeated against a pilot's choice.
         """
-        self._foreign = None
         requested = self._requested.take_mode(state.custom_mode, now)
         overtaken = self._crossings.mode_changed(state.custom_mode, requested, now)
-        if requested and self._restores():
-            self._crossings.chosen(state.custom_mode, now)
         if overtaken is not None:
             self.cancel(f"another mode than {name} was chosen meanwhile", now)
             return True, overtaken
@@ -242,7 +224,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         operation = self.pending
         if operation is not None:
             if requested:
-                operation.settle()
+                operation.evidence.settle()
             if operation.goal.cut_short(state, requested):
                 self.cancel(f"the vehicle was switched to {name} meanwhile", now)
             elif operation.goal.kind is OperationKind.TAKE_OFF:
@@ -253,7 +235,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         """Record arming or disarming; returns whether it was asked for."""
         requested = self._requested.take_armed(armed, now)
         if requested and self.pending is not None:
-            self.pending.settle()
+            self.pending.evidence.settle()
         return requested
 
     def observe(self, state: VehicleState, connected: bool, now: float) -> None:
@@ -267,9 +249,10 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         self._crossings.receive(message, now)
         super().receive(message, now)
 
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
-        times = (super().next_deadline(), self._crossings.next_deadline())
+    @property
+    def deadline_s(self) -> float | None:
+        """When `handle_timer` wants to be called."""
+        times = (super().deadline_s, self._crossings.deadline_s)
         return min((time for time in times if time is not None), default=None)
 
     def handle_timer(self, now: float) -> None:
@@ -281,41 +264,19 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         """Return and clear what is to be sent."""
         return [*super().messages_to_send(), *self._crossings.messages_to_send()]
 
-    def _restores(self) -> bool:
-        operation = self.pending
-        return operation is not None and operation.goal.kind is OperationKind.RESTORE_MODE
-
-    def _silent_until_s(self) -> float:
-        """Return until when a request for a mode must wait for one of somebody else."""
-        foreign, asked = self._foreign, self._asked
-        if foreign is None or asked is None or asked.mode == foreign[0] or self._restores():
-            return -math.inf
-        return foreign[1]
-
-    def _note_sent(self, operation: Operation, asked: _ModeRequest, now: float) -> None:
-        """Record the requests for a mode that have been made since the last call."""
-        for _ in range(operation.attempts - asked.counted):
-            self._crossings.sent(asked.command, asked.mode, asked.acks, asked.address, now)
-        asked.counted = operation.attempts
-
     def _collect(self, now: float) -> None:
-        if isinstance(self.pending, Operation) and self._asked is not None and not self._restores():
-            self._note_sent(self.pending, self._asked, now)
+        if isinstance(self.pending, Operation):
+            self._crossings.attempted(self.pending.attempts, now)
         event = None if self.pending is None else self.pending.next_event()
         if event is not None and self.pending is not None:
             if event.result is OperationResult.ACHIEVED:
-                for mode in self.pending.next_modes():
+                for mode in self.pending.goal.next_modes(self.pending.evidence.state):
                     self._requested.add(mode=mode)
             self._vacate()
-            self._asked = None
+            self._crossings.end()
             then, self._then = self._then, None
             self._requested.end(now)
             if then is not None and event.result is OperationResult.ACHIEVED:
                 then(event.operation_id, now)
             else:
                 self._events.append(event)
-
-    def _take_id(self) -> int:
-        operation_id = self._next_id
-        self._next_id += 1
-        return operation_id

@@ -56,13 +56,13 @@ def assess(state: VehicleState, now: float) -> Failsafe | None:
     last = state.failsafe
     since_s = now if last is None else last.since_s
     shown = _shown(state, since_s)
-    told = _told(state, since_s - TEXT_AGE_S)
+    found = _kind_and_text(state, since_s - TEXT_AGE_S)
     if shown is not None:
         kind, text = shown
-        if told is not None and told[0] is kind:
-            text = told[1]
-    elif told is not None:
-        kind, text = told
+        if found is not None and found[0] is kind:
+            text = found[1]
+    elif found is not None:
+        kind, text = found
     elif last is not None and last.kind is not FailsafeKind.OTHER:
         return last  # the fault has ended
     else:
@@ -116,7 +116,7 @@ def _shown(state: VehicleState, since_s: float) -> tuple[FailsafeKind, str] | No
     return kind, text
 
 
-def _told(state: VehicleState, from_s: float) -> tuple[FailsafeKind, str] | None:
+def _kind_and_text(state: VehicleState, from_s: float) -> tuple[FailsafeKind, str] | None:
     """Return what the latest of the autopilot's texts since then says."""
     for text in reversed(state.status_texts):
         if text.time_s < from_s:

@@ -155,9 +155,10 @@ def _landed_changes(state: VehicleState, _: float, values: Values) -> Changes | 
     return {} if values[_LANDED_STATE] == state.landed_state else None
 
 
-def _measurement(
+def measurement(
     message: type[Message], changes: Callable[[VehicleState, float, Values], Changes | None]
 ) -> Measurement:
+    """Return how a message is taken; `changes` is that of a `Measurement`."""
     names = message.ordered_fieldnames
     time_index = names.index("time_boot_ms") if "time_boot_ms" in names else -1
     unpack = message.unpacker.unpack_from
@@ -166,17 +167,17 @@ def _measurement(
 
 _EXTENDED_SYS_STATE = mavlink.MAVLink_extended_sys_state_message
 _LANDED_STATE = _EXTENDED_SYS_STATE.ordered_fieldnames.index("landed_state")
-GLOBAL_POSITION = _measurement(mavlink.MAVLink_global_position_int_message, global_position_changes)
-LOCAL_POSITION = _measurement(mavlink.MAVLink_local_position_ned_message, local_position_changes)
-ATTITUDE = _measurement(mavlink.MAVLink_attitude_message, attitude_changes)
+GLOBAL_POSITION = measurement(mavlink.MAVLink_global_position_int_message, global_position_changes)
+LOCAL_POSITION = measurement(mavlink.MAVLink_local_position_ned_message, local_position_changes)
+ATTITUDE = measurement(mavlink.MAVLink_attitude_message, attitude_changes)
 MEASUREMENTS: dict[type[Message], Measurement] = {
     mavlink.MAVLink_global_position_int_message: GLOBAL_POSITION,
     mavlink.MAVLink_local_position_ned_message: LOCAL_POSITION,
     mavlink.MAVLink_attitude_message: ATTITUDE,
-    mavlink.MAVLink_system_time_message: _measurement(
+    mavlink.MAVLink_system_time_message: measurement(
         mavlink.MAVLink_system_time_message, _time_changes
     ),
     # While the landed state stays, it says nothing.
-    _EXTENDED_SYS_STATE: _measurement(_EXTENDED_SYS_STATE, _landed_changes),
+    _EXTENDED_SYS_STATE: measurement(_EXTENDED_SYS_STATE, _landed_changes),
 }
 """The messages that come most often, by class."""

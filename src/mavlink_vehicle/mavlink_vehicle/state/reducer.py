@@ -200,7 +200,7 @@ def _estimator(
         _accuracy_m(horizontal_m),
         _accuracy_m(vertical_m),
     )
-    return evolve(state, {"estimator": estimator, "estimator_told": True})
+    return evolve(state, {"estimator": estimator, "estimator_reported": True})
 
 
 def _accuracy_m(accuracy_m: float) -> float | None:
@@ -212,12 +212,12 @@ def _mission_current(
 ) -> VehicleState:
     before = state.mission
     # Before the extension of 2023 there is only `seq`, and the rest reads as 0.
-    told = message.total or message.mission_state
+    is_reported = bool(message.total or message.mission_state)
     total = 0 if message.total == _UINT16_MAX else message.total  # PX4: there is no mission
     mission = telemetry.MissionProgress(
         now,
         message.seq,
-        total if told else None,
+        total if is_reported else None,
         message.mission_state,
         mission_id(message),
         () if before is None else before.reached,

@@ -87,18 +87,18 @@ def sys_status(
     """Process health and fence, and the battery where BATTERY_STATUS does not report it."""
     health = message.onboard_control_sensors_health
     # PX4 sets the health bit of a check that it does not list as present.
-    tells_prearm = state.autopilot == mavlink.MAV_AUTOPILOT_PX4 or bool(
+    reports_prearm = state.autopilot == mavlink.MAV_AUTOPILOT_PX4 or bool(
         message.onboard_control_sensors_present & _PREARM_CHECK
     )
     changes: Changes = {
         "sensors_health": health,
-        "prearm_ok": bool(health & _PREARM_CHECK) if tells_prearm else None,
+        "prearm_ok": bool(health & _PREARM_CHECK) if reports_prearm else None,
     }
     enabled = message.onboard_control_sensors_enabled
     changes["radio_ok"] = radio_ok(enabled, health)
     if enabled & _GEOFENCE:
         changes["fence_breached"] = not health & _GEOFENCE
-    elif state.fence_told_s is None or now - state.fence_told_s > _FENCE_SILENCE_S:
+    elif state.fence_reported_s is None or now - state.fence_reported_s > _FENCE_SILENCE_S:
         # Switched off. An ArduPilot keeps the health bit of a breach then, and says no more of it;
         # with FENCE_ACTION 0 the fence is not enabled here either, but FENCE_STATUS continues.
         changes["fence_breached"] = False
@@ -131,7 +131,7 @@ def fence_status(
     state: VehicleState, message: mavlink.MAVLink_fence_status_message, now: float
 ) -> VehicleState:
     """Process whether a fence is breached; it comes only while a fence is enabled."""
-    changes: Changes = {"fence_breached": message.breach_status != 0, "fence_told_s": now}
+    changes: Changes = {"fence_breached": message.breach_status != 0, "fence_reported_s": now}
     return evolve(state, changes)
 
 

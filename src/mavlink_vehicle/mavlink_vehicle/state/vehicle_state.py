@@ -93,7 +93,7 @@ class VehicleState:
         landed_state: of EXTENDED_SYS_STATE.
         failsafe: the failsafe in force, None when there is none.
         fence_breached: of FENCE_STATUS, or of SYS_STATUS where a fence is enabled.
-        fence_told_s: when FENCE_STATUS came last.
+        fence_reported_s: when FENCE_STATUS came last.
         radio_ok: whether SYS_STATUS calls the pilot's radio healthy; None when it does not say.
         signs: since when the vehicle shows that something is wrong.
         global_position: None also while the vehicle sends 0, 0.
@@ -115,7 +115,7 @@ class VehicleState:
         boot_announced_s: when HEARTBEAT announced a restart that no time since boot has
             shown yet.
         capabilities: MAV_PROTOCOL_CAPABILITY of AUTOPILOT_VERSION.
-        estimator_told: whether the vehicle has ever reported how its estimator is; one that has is
+        estimator_reported: whether it has ever reported how its estimator is; one that has is
             waited for after a restart, when there is a position before a report about it.
         texts: STATUSTEXTs; see `status_texts`.
     """
@@ -135,7 +135,7 @@ class VehicleState:
     landed_state: LandedState = LandedState.UNDEFINED
     failsafe: Failsafe | None = None
     fence_breached: bool = False
-    fence_told_s: float | None = None
+    fence_reported_s: float | None = None
     radio_ok: bool | None = None
     signs: Signs = NO_SIGNS
     global_position: GlobalPosition | None = None
@@ -162,7 +162,7 @@ class VehicleState:
     boot_time_s: float = -math.inf
     restart_signs: RestartSigns = _NO_RESTART_SIGNS
     boot_announced_s: float | None = None
-    estimator_told: bool = False
+    estimator_reported: bool = False
     texts: StatusTexts = field(default_factory=StatusTexts)
 
     @property
@@ -196,7 +196,7 @@ class VehicleState:
         if self.global_position is None:
             return False
         if self.estimator is None:
-            return not self.estimator_told
+            return not self.estimator_reported
         return self.estimator.horizontal_position_ok
 
 

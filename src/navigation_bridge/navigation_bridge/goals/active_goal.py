@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.goals.admitted import FlightPlan
 from navigation_bridge.goals.goal import GoalFinished
+from navigation_bridge.goals.goal_operation import GoalOperation
+from navigation_bridge.goals.goal_times import GoalTimes
 from navigation_bridge.goals.lifecycle import (
-    TERMINAL_STATES,
     GoalEvent,
     GoalState,
     next_state,
@@ -22,16 +23,13 @@ from navigation_bridge.vehicle.takeover import Takeover
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.intents import Outcome, Perform
-from navigation_core.tasks.observation import OperationReport, OperationStatus
+from navigation_core.tasks.intents import Outcome
+from navigation_core.tasks.observation import OperationStatus
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.task import Task
 
 __all__ = ["ActiveGoal", "PositionDoubt", "Yielded"]
-
-# Period of what is watched less often than setpoints are sent.
-_GUARD_PERIOD_S = 0.5
 
 
 @dataclass
@@ -83,17 +81,12 @@ class ActiveGoal:
         target_enu_m: the target in the map frame; None when the vehicle decides.
         task: the task that flies it.
         accepted_s: time of acceptance.
-        next_step_s: time of the next step of the task.
-        think_s: time from which the task may think; infinite until its next setpoint is sent.
-        feedback_due_s: time from which the next position triggers feedback.
+        times: when something is due for it.
         state: state of its life cycle.
         status: last status; the one reported while the link is lost.
         cancel_requested_s: time of the first cancel, or None.
         closing: the outcome that a commanded stop ends in instead of CANCELED.
-        asked: the last operation that the task requested.
-        operation: its state; None once the task knows the result.
-        operation_id: the vehicle's number for it.
-        setpoint_s: time of the last setpoint, or None.
+        operation: the operation of the vehicle that the task has asked for.
         notes: sentences that are added to the final message.
         progress: the last progress, or None.
         mission: tracks the mission that was uploaded for it, or None.
@@ -108,7 +101,6 @@ class ActiveGoal:
         kind: name of its action.
         follows_commands: whether it follows velocity commands.
         doubt: doubt about the vehicle's position.
-        guard_s: time of the next look at what is watched twice a second.
         facts: what rules remember, by name of the rule.
     """
 
@@ -117,17 +109,12 @@ class ActiveGoal:
     target_enu_m: Vector3 | None
     task: Task
     accepted_s: float
-    next_step_s: float
-    feedback_due_s: float
-    think_s: float = math.inf
+    times: GoalTimes
+    operation: GoalOperation
     state: GoalState = GoalState.ACCEPTED
     status: Status = Status.PREPARING
     cancel_requested_s: float | None = None
     closing: Outcome | None = None
-    asked: Perform | None = None
-    operation: OperationReport | None = None
-    operation_id: int | None = None
-    setpoint_s: float | None = None
     notes: list[str] = field(default_factory=list)
     progress: Progress | None = None
     mission: MissionTracker | None = None
@@ -142,7 +129,6 @@ class ActiveGoal:
     kind: str = ""
     follows_commands: bool = False
     doubt: PositionDoubt = field(default_factory=PositionDoubt)
-    guard_s: float = -math.inf
     facts: dict[str, object] = field(default_factory=dict)
 
     @property
@@ -152,40 +138,9 @@ class ActiveGoal:
 
     def is_guarded(self, now: float) -> bool:
         """Whether what is watched less often is looked at now: not while it is being ended."""
-        return now >= self.guard_s and not self.ending
+        return now >= self.times.guard_s and not self.ending
 
     # --- its turns -------------------------------------------------------------------
-
-    def due(self, now: float) -> None:
-        """Have the task step at once."""
-        self.next_step_s = min(self.next_step_s, now)
-
-    def step_begins(self, period_s: float, now: float) -> None:
-        """Set the time of the next step: the first after ``now`` on the grid of the last one."""
-        following = self.next_step_s + period_s
-        if following <= now:
-            periods = math.floor((now - self.next_step_s) / period_s) + 1
-            following = self.next_step_s + periods * period_s
-        self.next_step_s = following
-
-    def think_begins(self) -> None:
-        """The task thinks; not again before its next setpoint is out."""
-        self.think_s = math.inf
-
-    def setpoint_sent(self, now: float) -> None:
-        """A setpoint of the task is out."""
-        self.setpoint_s = self.think_s = now
-
-    def guard_begins(self, now: float) -> None:
-        """Set the time of the next look at what is watched less often."""
-        self.guard_s = now + _GUARD_PERIOD_S
-
-    def feedback_given(self, period_s: float, now: float) -> None:
-        """Set the time of the next feedback.
-
-        It counts from now, not on a grid, so that feedback keeps in step with the positions.
-        """
-        self.feedback_due_s = now + period_s
 
     def progressed(self, progress: Progress) -> None:
         """Keep the progress."""
@@ -203,51 +158,22 @@ class ActiveGoal:
         self.path_enu_m = path_enu_m
         return new
 
-    # --- operations of the vehicle ------------------------------------------------------
-
-    def is_new(self, intent: Perform) -> bool:
-        """Whether the task asks for another operation than the one in progress."""
-        elsewhere = self.asked is None or self.asked.target_enu_m != intent.target_enu_m
-        return self.operation is None or self.operation.kind is not intent.kind or elsewhere
-
-    def operation_began(
-        self, intent: Perform, operation_id: int, mission: MissionTracker | None = None
-    ) -> None:
-        """The vehicle was asked for an operation, with the mission that it uploads."""
-        self.asked, self.operation_id = intent, operation_id
-        if mission is not None:
-            self.mission = mission
-        self.operation = OperationReport(intent.kind, OperationStatus.PENDING, "")
+    def upload_began(self, mission: MissionTracker) -> None:
+        """The vehicle was asked to store a mission."""
+        self.mission = mission
 
     def operation_ended(self, status: OperationStatus, reason: str, now: float) -> None:
         """The operation in progress has ended."""
-        if self.operation is not None:
-            self.operation = OperationReport(self.operation.kind, status, reason)
-            self.due(now)
-
-    def operation_known(self) -> None:
-        """The task knows the result of an operation that has ended."""
-        if self.operation is not None and self.operation.state is not OperationStatus.PENDING:
-            self.operation = None
-
-    def operation_dropped(self) -> None:
-        """The operation in progress was given up."""
-        self.operation = self.operation_id = None
-
-    def continues(self, previous: ActiveGoal) -> None:
-        """Take over the operation that the replaced goal has begun."""
-        self.operation, self.operation_id = previous.operation, previous.operation_id
-        self.asked = previous.asked
+        self.operation.ended(status, reason)
+        self.times.due(now)
 
     # --- rules ---------------------------------------------------------------------------
 
-    def note(self, text: str) -> None:
-        """Add a sentence to the final message."""
-        self.notes.append(text)
-
-    def remember(self, rule: str, fact: object) -> None:
-        """Keep what a rule has seen."""
+    def remember(self, rule: str, fact: object, text: str) -> None:
+        """Keep what a rule has seen, and a sentence for the final message unless it is empty."""
         self.facts[rule] = fact
+        if text:
+            self.notes.append(text)
 
     def doubted(self, doubt: PositionDoubt | None, now: float) -> None:
         """The doubt about the position has changed; None: it is over, or the goal is."""
@@ -256,14 +182,14 @@ class ActiveGoal:
             return
         summary = self.doubt.summary(self.accepted_s, now)
         if summary:
-            self.note(summary)
+            self.notes.append(summary)
             self.doubt = PositionDoubt(self.doubt.jumps_ned_m)
 
     def stop(self, outcome: Outcome, now: float) -> None:
         """Have the task stop the vehicle; the goal then ends with this outcome."""
         self.closing = outcome
         self.task.cancel(now)
-        self.due(now)
+        self.times.due(now)
 
     # --- clients ---------------------------------------------------------------------------
 
@@ -272,14 +198,14 @@ class ActiveGoal:
         self.apply(GoalEvent.CANCEL)
         self.cancel_requested_s = now
         self.task.cancel(now)
-        self.due(now)
+        self.times.due(now)
 
     def pause(self, now: float) -> Rejection | None:
         """Pause by the service; return why that is not possible."""
         rejection = self.task.pause(now)
         if rejection is None:
             self.paused_by_client = True
-            self.due(now)
+            self.times.due(now)
         return rejection
 
     def resume(self, now: float) -> str:
@@ -289,7 +215,7 @@ class ActiveGoal:
             # The person who stopped the vehicle may be standing beside it.
             return f"{self.paused_by} Only a ground station can resume the goal, or cancel it here."
         self.task.unpause(now)
-        self.due(now)
+        self.times.due(now)
         return ""
 
     # --- ground stations and pilots ----------------------------------------------------------
@@ -319,9 +245,14 @@ class ActiveGoal:
         self.yielded = None
         self.task.resume_control(now)
 
-    def take_away(self, takeover: Takeover) -> None:
-        """Somebody else has the vehicle; who, may show later."""
+    def taken(self, takeover: Takeover | None) -> None:
+        """Somebody else has the vehicle, or more is known of it; None: it was explained."""
         self.takeover = takeover
+
+    def see_failsafe(self, state: VehicleState) -> None:
+        """Keep the failsafe that is active while it is unclear who has the vehicle."""
+        if self.takeover is not None:
+            self.takeover = self.takeover.watched(state)
 
     def redirect(self, takeover: Takeover) -> None:
         """A ground station sends the vehicle elsewhere; its stop before was part of that."""
@@ -329,36 +260,12 @@ class ActiveGoal:
         if self.cancelled_by_pause:
             self.cancelled_by, self.cancelled_by_pause = "", False
 
-    def name_station(self, sentence: str) -> None:
-        """A ground station was seen that has changed the mode."""
-        if self.takeover is not None:
-            self.takeover = replace(self.takeover, by=sentence)
-
-    def explain_takeover(self) -> None:
-        """The mode change was the effect of a ground station's act on this goal."""
-        self.takeover = None
-
-    def see_failsafe(self, state: VehicleState) -> None:
-        """Keep the failsafe that is active while it is unclear who has the vehicle."""
-        if self.takeover is not None:
-            self.takeover = self.takeover.watched(state)
-
-    def mode_restored(self, text: str, achieved: bool) -> None:
-        """The mode that a request of this server has overtaken was asked for again."""
-        if self.takeover is not None:
-            self.takeover = replace(self.takeover, overtaken=text, restored=achieved)
-
     # --- its end ---------------------------------------------------------------------------
 
     @property
     def short_id(self) -> str:
         """The first eight digits of the goal's UUID, for messages."""
         return self.goal_id[:8]
-
-    @property
-    def finished(self) -> bool:
-        """Whether the goal has ended."""
-        return self.state in TERMINAL_STATES
 
     def apply(self, event: GoalEvent) -> None:
         """Move along the life cycle.

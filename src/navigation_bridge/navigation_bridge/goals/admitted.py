@@ -53,8 +53,8 @@ def may_move(snapshot: Snapshot) -> Rejection | None:
             "yourself, or set arming to 'auto'.",
         )
     if snapshot.traits.flies and not snapshot.flies and not goto.may_leave_ground:
-        told = snapshot.state.landed_state is LandedState.ON_GROUND
-        where = "is on the ground" if told else "does not report that it is airborne"
+        on_ground = snapshot.state.landed_state is LandedState.ON_GROUND
+        where = "is on the ground" if on_ground else "does not report that it is airborne"
         return Rejection(
             OutcomeCode.TAKEOFF_NOT_ALLOWED,
             f"The vehicle {where} and parameter arming is 'never'; take off yourself, or "

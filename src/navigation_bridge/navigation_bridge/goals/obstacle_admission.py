@@ -12,7 +12,7 @@ from navigation_core.geometry import Vector3
 from navigation_core.mapping.obstacles import KnownObstacle, Obstacles
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 
 __all__ = ["avoidance_of", "check_obstacles"]
 
@@ -60,8 +60,9 @@ def _check_targets(
             where = "inside" if away_m <= 0.0 else f"{away_m:.2f} m from"
             return Rejection(
                 OutcomeCode.NO_PATH,
-                f"The target {_told(target)} is {where} the known obstacle {_named(obstacle)}; "
-                f"the required clearance is {kept_m:.2f} m (vehicle_radius_m + obstacle_margin_m).",
+                f"The target {_point_text(target)} is {where} the known obstacle "
+                f"{_named(obstacle)}; the required clearance is {kept_m:.2f} m "
+                "(vehicle_radius_m + obstacle_margin_m).",
             )
     return None
 
@@ -88,12 +89,12 @@ def _straight(
         for obstacle in known:
             rows = Obstacles.of((obstacle,))
             if not rows.is_clear(*leg, hull_m):
-                hit.setdefault(_named(obstacle), []).append(_told(end))
+                hit.setdefault(_named(obstacle), []).append(_point_text(end))
             elif not rows.is_clear(*leg, kept_m):
-                near.setdefault(_named(obstacle), []).append(_told(end))
+                near.setdefault(_named(obstacle), []).append(_point_text(end))
         # A sensor sees hundreds of cells: the first of them is named.
         if (cell := _first_on(leg, sensed, hull_m)) is not None:
-            seen.setdefault(f"at {cell}", []).append(_told(end))
+            seen.setdefault(f"at {cell}", []).append(_point_text(end))
     kept = f"{kept_m:.2f} m (vehicle_radius_m + obstacle_margin_m)"
     kinds = (
         ("hit known ones", hit),
@@ -181,5 +182,5 @@ def _named(obstacle: KnownObstacle) -> str:
     return f"'{obstacle.name}' at ({x:.1f}, {y:.1f}) m{top}"
 
 
-def _told(point: Vector3) -> str:
+def _point_text(point: Vector3) -> str:
     return f"({point[0]:.1f}, {point[1]:.1f}, {point[2]:.1f}) m"

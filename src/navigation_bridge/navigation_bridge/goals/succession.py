@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from navigation_bridge.goals.active_goal import ActiveGoal, PositionDoubt
 from navigation_bridge.goals.admitted import Admitted
+from navigation_bridge.goals.goal_operation import GoalOperation
+from navigation_bridge.goals.goal_times import GoalTimes
 from navigation_bridge.goals.lifecycle import GoalEvent
 from navigation_core.tasks.intents import Handover
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
@@ -38,32 +42,31 @@ def successor(
         now: time in seconds.
     """
     handover, next_step_s = Handover(), now
-    operation = None if previous is None else previous.operation
+    operation = None if previous is None else previous.operation.report
     if previous is not None:
         leads = operation is not None and operation.kind in _LEADS_TO
         handover = Handover(
             previous.task.commanded,
             previous.task.commanded_yaw_enu_rad,
-            previous.setpoint_s,
+            previous.times.setpoint_s,
             by_itself=mode in _LEADING or leads,
         )
-        next_step_s = previous.next_step_s
+        next_step_s = previous.times.next_step_s
+    # The new goal also needs an arming or a take-off in progress, but not another mission.
+    continues = operation is not None and operation.kind not in _OF_ONE_MISSION
     goal = ActiveGoal(
         goal_id,
         admitted.description,
         admitted.target_enu_m,
         admitted.make_task(handover),
         now,
-        next_step_s,
-        now,
+        GoalTimes(next_step_s, feedback_due_s=now),
+        replace(previous.operation) if previous is not None and continues else GoalOperation(),
         notes=list(admitted.warnings),
         plan=admitted.plan,
         kind=admitted.action,
         follows_commands=admitted.follows_commands,
         doubt=PositionDoubt(jumps_ned_m),
     )
-    # The new goal also needs an arming or a take-off in progress, but not another mission.
-    if previous is not None and operation and operation.kind not in _OF_ONE_MISSION:
-        goal.continues(previous)
     goal.apply(GoalEvent.EXECUTE)
     return goal

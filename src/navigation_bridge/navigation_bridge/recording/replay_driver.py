@@ -219,7 +219,7 @@ class ReplayDriver(Mailbox):
         due_s = player.due_s()
         if due_s is not None:
             self.clock.advance_to(due_s)
-        self._tell_time()
+        self._report_time()
         self._step(application, player)
         if player.ended:
             self._end()
@@ -231,7 +231,7 @@ class ReplayDriver(Mailbox):
                 application.take_note(played.message, played.now)
         application.messages_to_send()
 
-    def _tell_time(self) -> None:
+    def _report_time(self) -> None:
         self.on_time(self.begin_unix_s + self.clock.now() - self._begin_s)
 
     def _end(self) -> None:
@@ -250,7 +250,7 @@ class ReplayDriver(Mailbox):
             self.clock.advance_to(target_s)
         self._seek_s = None
         self.changes += 1
-        self._tell_time()
+        self._report_time()
         self.on_look()
         application.mute(False, self.clock.now())
         self._set_anchor(self.clock.now())

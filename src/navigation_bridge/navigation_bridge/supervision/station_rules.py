@@ -59,7 +59,7 @@ def takes_vehicle(acted: StationActed) -> bool:
     return acted.act is StationAct.PAUSED or acted.command == mavlink.MAV_CMD_DO_REPOSITION
 
 
-def told(acted: StationActed) -> str:
+def act_sentence(acted: StationActed) -> str:
     """Return a sentence with system, act and command."""
     who = "An unknown ground station"
     if acted.station is not None:

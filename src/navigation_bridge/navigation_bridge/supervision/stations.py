@@ -25,11 +25,11 @@ from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.station_rules import (
     STOPS,
     Consequence,
+    act_sentence,
     consequence,
     note_text,
     sends_elsewhere,
     stays_paused,
-    told,
     working_mode,
 )
 from navigation_bridge.vehicle.takeover import Takeover
@@ -71,7 +71,7 @@ class Stations:
         """Apply the effect of an act."""
         self._last = (acted, now)
         self._follow_pause(acted)
-        sentence = told(acted)
+        sentence = act_sentence(acted)
         self._report.log(LogLevel.WARN if goal is not None else LogLevel.INFO, sentence)
         self._report.note(notes.text(note_text(acted)))
         if goal is None:
@@ -83,9 +83,9 @@ class Stations:
             return
         if goal.takeover is not None:
             if not self._brought(goal, acted, goal.takeover):
-                goal.name_station(sentence)
+                goal.taken(replace(goal.takeover, by=sentence))
                 return
-            goal.explain_takeover()
+            goal.taken(None)
             if goal.plan is None and not goal.ending:
                 what = Consequence.CANCEL
         if acted.act is StationAct.REPLACED_MISSION and goal.mission is not None:
@@ -97,7 +97,7 @@ class Stations:
             self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: paused by a ground station")
         elif what is Consequence.GO_ON:
             self._go_on(goal, now)
-        goal.due(now)
+        goal.times.due(now)
 
     def change_mode(self, event: ModeChanged, goal: ActiveGoal | None, now: float) -> bool:
         """Handle a mode change not requested here; True if a ground station's act explains it."""
@@ -125,8 +125,8 @@ class Stations:
     def take_away(self, goal: ActiveGoal, mode_name: str, now: float) -> None:
         """Stop sending: the mode has changed, and the origin may show later."""
         acted = self._recent(now)
-        by = "" if acted is None else told(acted)
-        goal.take_away(Takeover(mode_name, now, by).watched(self._vehicle.state))
+        by = "" if acted is None else act_sentence(acted)
+        goal.taken(Takeover(mode_name, now, by).watched(self._vehicle.state))
         self.let_go(goal, now)
 
     def name(self, outcome: Outcome, now: float) -> Outcome:
@@ -135,17 +135,17 @@ class Stations:
         taken = outcome.code in (OutcomeCode.DISARMED, OutcomeCode.PILOT_OVERRIDE)
         if acted is None or not taken or acted.act is not StationAct.CHANGED_MODE:
             return outcome
-        return replace(outcome, message=f"{outcome.message} {told(acted)}")
+        return replace(outcome, message=f"{outcome.message} {act_sentence(acted)}")
 
     # --- a vehicle that is left alone -----------------------------------------------------
 
     def let_go(self, goal: ActiveGoal, now: float) -> None:
         """Send nothing to the vehicle of a goal any more."""
-        if goal.operation is not None:
+        if goal.operation.report is not None:
             self._vehicle.operations.abandon(now)
-            goal.operation_dropped()
+            goal.operation.dropped()
         self._vehicle.setpoints.close()
-        goal.due(now)
+        goal.times.due(now)
 
     def free(self, now: float) -> bool:
         """Make a vehicle that ignores setpoints follow them again: through its hold mode."""
@@ -162,7 +162,7 @@ class Stations:
         self.let_go(goal, now)
 
     def _cancel(self, goal: ActiveGoal, acted: StationActed, now: float) -> None:
-        goal.cancel_by_station(told(acted), acted.act is StationAct.PAUSED, now)
+        goal.cancel_by_station(act_sentence(acted), acted.act is StationAct.PAUSED, now)
         self._report.log(LogLevel.WARN, f"Goal {goal.short_id}: cancelled by a ground station")
         self._report.cancel_wanted(goal)
 
@@ -170,7 +170,7 @@ class Stations:
         goal.resume_by_station(now)
         if self.free(now) or goal.yielded is not None:
             goal.take_back(now)
-        goal.due(now)
+        goal.times.due(now)
         self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: resumed by a ground station")
 
     def _follow_pause(self, acted: StationActed) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from mavlink_vehicle.state.position_trust import PositionTrust
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import TrafficConflict
 from navigation_bridge.engine import Engine
@@ -14,11 +15,11 @@ from navigation_bridge.goals.point_requests import check_request
 from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
-from navigation_bridge.supervision.data_watches import PositionWatch
+from navigation_bridge.supervision.data_watches import check_position
 from navigation_bridge.supervision.preflight import check_safety
 from navigation_bridge.tasks.registry import task_of
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
+from navigation_bridge.traffic.target_conflicts import check_target, free_target
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 
@@ -53,15 +54,13 @@ class Admission:
         tasks: Sequence[TaskKind[Any]],
         engine: Engine,
         vehicle: Vehicle,
-        traffic: VehicleSeparation,
-        positions: PositionWatch,
+        positions: PositionTrust,
         features: Feature,
     ) -> None:
         """Decide by these."""
         self._tasks = tasks
         self._engine = engine
         self._vehicle = vehicle
-        self._traffic = traffic
         self._positions = positions
         self._features = features
         self._ticket: _Ticket | None = None
@@ -116,7 +115,7 @@ class Admission:
         checked = self._among_others(checked, request, active_goal_id, snapshot)
         if isinstance(checked, Rejection):
             return checked
-        doubt, note = self._positions.check(now)
+        doubt, note = check_position(self._positions, now)
         if doubt is not None:
             return doubt
         return replace(checked, warnings=(*checked.warnings, note)) if note else checked
@@ -129,20 +128,21 @@ class Admission:
         snapshot: Snapshot,
     ) -> Admitted | Rejection:
         """Check a target against those of other vehicles; it may be moved."""
-        target_enu_m = admitted.target_enu_m
-        found = self._traffic.check_target(target_enu_m, snapshot.time_s)
+        target_enu_m, view = admitted.target_enu_m, snapshot.traffic
+        if target_enu_m is None or view is None:
+            return admitted
+        conflict = snapshot.config.traffic.conflict
+        found = check_target(view, target_enu_m, conflict)
         if isinstance(found, Rejection):
             return found
         if not found:
             return admitted
-        reroutes = snapshot.config.traffic.conflict is TrafficConflict.REROUTE
         if (
-            reroutes
-            and target_enu_m is not None
+            conflict is TrafficConflict.REROUTE
             and isinstance(request, NavigateRequest)
             and request.frame_id != "base_link"
         ):
-            place = self._traffic.free_target(target_enu_m, snapshot.time_s)
+            place = free_target(view, target_enu_m)
             if place is not None:
                 moved = replace(request, frame_id="map", position=place)
                 again = self.admit(moved, active_goal_id, snapshot.time_s)

@@ -15,37 +15,33 @@ from dataclasses import replace
 import numpy as np
 
 from mavlink_vehicle.codec import Message
-from mavlink_vehicle.profiles import Profile, VehicleKind
 from mavlink_vehicle.vehicle import Vehicle
-from navigation_bridge.configuration.settings import BridgeConfig, TrafficConflict
+from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.names import RETURN_ACTION_NAME
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.traffic import own_volumes
-from navigation_bridge.traffic.other_traffic import address_of, adsb_of, is_by_adsb, seen_by_adsb
+from navigation_bridge.traffic.announcements import Announcements
+from navigation_bridge.traffic.commanded_pace import paced
+from navigation_bridge.traffic.other_traffic import seen_by_adsb
+from navigation_bridge.traffic.own_view import OwnView
 from navigation_bridge.traffic.own_volumes import is_plane
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
-from navigation_bridge.vehicle.fence import fence_of
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_bridge.vehicle.traits import drives, limits_of
-from navigation_core.geometry import Vector3, norm
-from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_bridge.vehicle.traits import limits_of
+from navigation_core.geometry import norm
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.searches import Searcher
-from navigation_core.tasks.intents import Fly, Perform, Setpoint
-from navigation_core.tasks.leading.path_in_traffic import BRAKE_SHARE, REACTION_S
+from navigation_core.tasks.intents import Fly, Perform
+from navigation_core.tasks.leading.path_in_traffic import BRAKE_SHARE
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
-from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M
-from navigation_core.traffic.evasions import AFTER_S
 from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
-from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
+from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import NOWHERE, Volume, joined
 
 __all__ = ["VehicleSeparation"]
 
-# How far a vehicle strays from its path, level and in height, its estimate's errors included.
-_STRAYS_M, _RISES_M, _DRIVING_STRAYS_M = 1.0, 0.7, 1.5
 # Age of a reservation by the task from which it does not count as led any more.
 _LED_AGE_MAX_S = 0.35
 # Age of a position from which what the vehicle held is not given back any more.
@@ -63,15 +59,12 @@ _GATED = frozenset(
         TaskOperation.START_MISSION,
     }
 )
-_ANNOUNCE_S = 1.0
 # A return goes before every other goal, as if it had been accepted this much earlier.
 _RETURN_AHEAD_S = 1e9
 _ANY_HEIGHT_M = 20e3
 _BY_ITSELF = frozenset({VehicleMode.RETURN, VehicleMode.LAND, VehicleMode.MISSION})
 # A plane that is sent to a target this near, over ground, circles where it is.
 _AT_TARGET_WITHIN_M = 30.0
-# Shares of a commanded velocity that are tried.
-_SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
 
 
 class VehicleSeparation:
@@ -100,19 +93,16 @@ class VehicleSeparation:
         """
         self._look = look
         self._vehicle = vehicle
-        self._map_frame = map_frame
         self._config = config
-        self._searcher = searcher
+        self._own_view = OwnView(vehicle, map_frame, searcher, name)
         self._shared: SharedTraffic | None = None
         self.name = name
-        self._traffic_frame: tuple[object, TrafficFrame] | None = None
         self._asked: Perform | None = None
         self._updated_s = -math.inf
         self._gate: TrafficWait | None = None
         self._return_m: float | None = None
-        self._announced_s = -math.inf
         self._now = 0.0
-        self._announcements: list[Message] = []
+        self.announcements = Announcements()
         if shared is not None:
             self.share(shared)
 
@@ -133,47 +123,10 @@ class VehicleSeparation:
 
     def view(self) -> TrafficView | None:
         """Return the traffic; None where there is nobody else, or no position yet."""
-        is_alone = self._shared is None or self._shared.is_alone
-        return None if is_alone else self._own_view()
-
-    def _own_view(self) -> TrafficView | None:
-        shared, frame = self._shared, self._map_frame.frame
-        profile = self._vehicle.profile
-        if shared is None or frame is None or profile is None or not self._config.traffic.on:
+        shared = self._shared
+        if shared is None or shared.is_alone:
             return None
-        if self._traffic_frame is None or self._traffic_frame[0] is not frame:
-            earth = shared.frame_about(frame.origin)
-            self._traffic_frame = (frame, earth.traffic_frame(self._map_frame))
-        on_ground = drives(profile)
-        return TrafficView(
-            reservations=shared.reservations,
-            name=self.name,
-            traffic_frame=self._traffic_frame[1],
-            radius_m=_DRIVING_STRAYS_M if on_ground else _STRAYS_M,
-            rise_m=_RISES_M,
-            heights_m=None if on_ground else self._heights_m(profile),
-            reach_m=self._config.volume.radius_max_m,
-            timeout_s=self._config.traffic.timeout_s,
-            searcher=self._searcher,
-        )
-
-    def _heights_m(self, profile: Profile) -> tuple[float, float]:
-        """Return the lowest and highest map z of a detour, within volume and fence."""
-        config, state = self._config, self._vehicle.state
-        ground_m, home = self._map_frame.ground_enu_m(state), self._map_frame.home_enu_m(state)
-        # No detour leads lower than a take-off: near the ground it would be taken for a landing.
-        low_m = ground_m + max(config.volume.altitude_min_m, config.goto.takeoff_height_m)
-        high_m = ground_m + config.volume.altitude_max_m
-        fence = fence_of(profile, self._vehicle.parameters.values, home)
-        if fence is not None and home is not None:
-            margin_m = config.safety.fence_margin_m
-            if profile.kind is VehicleKind.PLANE:
-                margin_m += HEIGHT_ERROR_M
-            if fence.altitude_min_m is not None:
-                low_m = max(low_m, home[2] + fence.altitude_min_m + margin_m)
-            if fence.altitude_max_m is not None:
-                high_m = min(high_m, home[2] + fence.altitude_max_m - margin_m)
-        return low_m, max(high_m, low_m)
+        return self._own_view.of(shared, self._config)
 
     def progress(self, progress: Progress) -> Progress:
         """Return a progress with what an operation waits for."""
@@ -191,84 +144,17 @@ class VehicleSeparation:
         if seen is not None:
             self._shared.see(seen, now, self.name)
 
-    def announcements(self) -> list[Message]:
-        """Return and clear the messages that announce the others."""
-        messages, self._announcements = self._announcements, []
-        return messages
-
-    def _announce(self, now: float) -> None:
-        """Announce the others to the autopilot, and by its link to ground stations."""
-        shared = self._shared
-        if shared is None or shared.earth is None or now - self._announced_s < _ANNOUNCE_S:
-            return
-        self._announced_s = now
-        for other in shared.reservations.others(self.name):
-            if len(other.held) and not is_by_adsb(other.name):
-                # An autopilot with a receiver reports it back.
-                shared.others.own_addresses.add(address_of(other.name))
-                place = shared.earth.geodetic(other.held.points_m[0])
-                self._announcements.append(adsb_of(other, place))
-
     def _alone(self) -> tuple[Volume, Volume] | None:
         """Return what the vehicle may enter without this server, and where it can be sent."""
-        view, at = self._own_view(), self._look(self._now)
-        if view is None or not isinstance(at, LocatedSnapshot):
+        at = self._look(self._now)
+        if self._shared is None or not isinstance(at, LocatedSnapshot):
+            return None
+        view = self._own_view.of(self._shared, self._config)
+        if view is None:
             return None
         centre = view.traffic_frame.traffic(np.zeros((1, 3)))
         reach = Volume.along(centre, self._config.volume.radius_max_m, _ANY_HEIGHT_M)
         return self._silent(view, at), reach
-
-    # --- admission ---------------------------------------------------------------------------
-
-    def conflict(self, target_enu_m: Vector3, now: float) -> TrafficWait | None:
-        """Return who stands at a target, or is about to."""
-        view = self.view()
-        if view is None:
-            return None
-        place = view.volume(np.array([target_enu_m]))
-        for other in view.reservations.others(self.name):
-            if (
-                other.target is not None
-                and place.meets(other.target, view.reservations.separation)[0]
-            ):
-                return TrafficWait(other.name, "whose target is too near", now)
-            if other.moves or not len(other.whole):
-                continue
-            if place.meets(other.whole, view.reservations.separation)[0]:
-                return TrafficWait(other.name, "which stands there", now)
-        return None
-
-    def check_target(self, target_enu_m: Vector3 | None, now: float) -> Rejection | str:
-        """Return why a goal is rejected, or a note for its result, which may be empty."""
-        found = None if target_enu_m is None else self.conflict(target_enu_m, now)
-        if found is None:
-            return ""
-        if self._config.traffic.conflict is TrafficConflict.REJECT:
-            return Rejection(
-                OutcomeCode.TRAFFIC,
-                f"The target is too near to that of {found.whom}, or to where it stands; choose "
-                "another target, or send the goal again once it has left.",
-            )
-        # It is also in the result, once the other one has left.
-        return (
-            f"Accepted while the target was too near to that of {found.whom}, or to where it "
-            "stood; such a goal waits until it has left."
-        )
-
-    def free_target(self, target_enu_m: Vector3, now: float) -> Vector3 | None:
-        """Return the nearest target where nobody stands, at the same height."""
-        view = self.view()
-        assert view is not None
-        x, y, z = target_enu_m
-        step_m = 0.5 * view.reservations.separation.horizontal_m
-        for ring in range(1, 9):
-            for part in range(12):
-                angle = math.tau * part / 12
-                away_m = ring * step_m
-                place = (x + away_m * math.cos(angle), y + away_m * math.sin(angle), z)
-                if self.conflict(place, now) is None:
-                    return place
-        return None
 
     # --- what is asked of the autopilot ------------------------------------------------------
 
@@ -324,44 +210,13 @@ class VehicleSeparation:
 
     def limited(self, goal: ActiveGoal, intent: Fly, snapshot: Snapshot) -> Fly:
         """Return a setpoint as fast as a run-out from it is free, for who follows commands."""
-        view, now = snapshot.traffic, snapshot.time_s
+        view = snapshot.traffic
         self._gate = None
         if view is None or not goal.follows_commands:
             return intent
-        setpoint = intent.setpoint
-        if norm(setpoint.velocity_enu_m_s) < 0.05:
-            return intent
-        timeout_s, braking_m_s2 = _run_out(snapshot)
         self._rank(goal, snapshot)
-        for share in self._paces(view, setpoint, now):
-            velocity = np.array(setpoint.velocity_enu_m_s) * share
-            speed = float(np.linalg.norm(velocity))
-            stop_m = stopping_distance_m(speed, timeout_s + REACTION_S, braking_m_s2)
-            start = np.array(setpoint.position_enu_m)
-            line = start + np.linspace(0.0, 1.0, max(math.ceil(stop_m), 1) + 1)[:, None] * (
-                velocity * (stop_m / max(speed, 1e-9))
-            )
-            volume = view.volume(line)
-            if view.reservations.blocked_by(self.name, volume) is None:
-                view.reservations.stand(self.name, volume, now, moves=True)
-                x, y, z = velocity.tolist()
-                return replace(intent, setpoint=replace(setpoint, velocity_enu_m_s=(x, y, z)))
-        x, y, z = setpoint.velocity_enu_m_s
-        still = replace(setpoint, velocity_enu_m_s=(1e-3 * x, 1e-3 * y, 1e-3 * z))
-        return replace(intent, setpoint=replace(still, acceleration_enu_m_s2=(0.0, 0.0, 0.0)))
-
-    def _paces(self, view: TrafficView, setpoint: Setpoint, now: float) -> tuple[float, ...]:
-        """Return the shares of a commanded velocity that keep most from intruders, and less."""
-        speed_m_s = norm(setpoint.velocity_enu_m_s)
-        intruders = view.intruders(setpoint.position_enu_m, speed_m_s, now)
-        if not len(intruders):
-            return _SHARES
-        shares = np.array([*_SHARES, 0.0])
-        course = AFTER_S[:, None] * np.array(setpoint.velocity_enu_m_s)
-        motions = np.array(setpoint.position_enu_m) + shares[:, None, None] * course
-        placed = view.traffic_frame.traffic(motions.reshape(-1, 3)).reshape(motions.shape)
-        penalties = intruders.passage(placed, AFTER_S).penalties
-        return _SHARES[int(penalties.argmin()) :]
+        setpoint = paced(view, intent.setpoint, *_run_out(snapshot), snapshot.time_s)
+        return replace(intent, setpoint=setpoint)
 
     # --- what it holds ------------------------------------------------------------------------
 
@@ -374,7 +229,7 @@ class VehicleSeparation:
         now = snapshot.time_s
         if self._shared is None or now - self._updated_s < self._shared.period_s:
             return
-        view = self._own_view()
+        view = self._own_view.of(self._shared, self._config)
         if view is None:
             if not self._config.traffic.on:
                 self._shared.reservations.forget(self.name)
@@ -384,7 +239,7 @@ class VehicleSeparation:
             self._gate = None
         self._shared.look(now)
         if self._config.traffic.announces:
-            self._announce(now)
+            self.announcements.announce(self._shared, self.name, now)
         self._rank(goal, snapshot)
         self._ask_return_height(snapshot)
         heard = snapshot.connected and snapshot.arrival_age_s <= _STALE_S

@@ -36,8 +36,8 @@ def areas_of(items: Sequence[MissionItem], enu: Callable[[Vector3], Vector3]) ->
     left = list(items)
     while left:
         item = left[0]
-        corners_are_told = item.command in _POLYGONS and math.isfinite(item.params[0])
-        count = max(int(item.params[0]), 1) if corners_are_told else 1
+        has_corners = item.command in _POLYGONS and math.isfinite(item.params[0])
+        count = max(int(item.params[0]), 1) if has_corners else 1
         group, left = left[:count], left[count:]
         if item.command in _CIRCLES:
             areas.append(CircleArea(place(item), item.params[0], _CIRCLES[item.command]))
@@ -95,12 +95,12 @@ def enforcement(profile: Profile, parameters: Mapping[str, float]) -> str:
         names = ("FENCE_ENABLE", "FENCE_AUTOENABLE", "FENCE_TYPE")
     if names[0] not in parameters:
         return f"Whether the autopilot enforces it is unknown: {names[0]} was not read."
-    told = ", ".join(f"{name} {parameters[name]:g}" for name in names if name in parameters)
+    values = ", ".join(f"{name} {parameters[name]:g}" for name in names if name in parameters)
     if has_areas(profile, parameters):
         by_itself = parameters.get("FENCE_AUTOENABLE") and not parameters.get("FENCE_ENABLE")
         when = ", once its own rule enables it" if by_itself else ""
-        return f"The autopilot enforces it{when} ({told})."
-    return f"The autopilot does not enforce it ({told})."
+        return f"The autopilot enforces it{when} ({values})."
+    return f"The autopilot does not enforce it ({values})."
 
 
 def fence_of(

@@ -63,7 +63,9 @@ class MapFrame:
             self._finder = FrameFinder(profile_for(state.autopilot, state.vehicle_type).projection)
         if state.origin is not None:
             origin = state.origin
-            self._finder.tell((origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m))
+            self._finder.take_origin(
+                (origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m)
+            )
         if self._finder.wants_pairs:
             self._take_pair(state)
         self.frame = self._finder.frame
@@ -202,5 +204,7 @@ def still_has_pose(state: VehicleState, here: GlobalPosition | None) -> bool:
         here is not None
         and state.local_position is not None
         and (state.attitude is not None or here.heading_ned_rad is not None)
-        and (not state.estimator_told if estimator is None else estimator.horizontal_position_ok)
+        and (
+            not state.estimator_reported if estimator is None else estimator.horizontal_position_ok
+        )
     )

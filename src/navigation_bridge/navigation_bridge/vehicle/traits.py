@@ -108,11 +108,13 @@ def traits_of(profile: Profile, parameters: Mapping[str, float] = _NONE) -> Trai
             setpoint_timeout_s=_setpoint_timeout_s(profile, parameters),
             return_turn_m=turning_radius_m if _drives_back(profile, parameters) else 0.0,
         )
-    told = profile.setpoints.following
+    following = profile.setpoints.following
     most_m_s2 = most_climb_m_s2 = math.inf
-    if told is not None:
-        most_m_s2 = _FOLLOWED_SHARE * _limit(told.acceleration, parameters, math.inf)
-        most_climb_m_s2 = _FOLLOWED_SHARE * _limit(told.climb_acceleration, parameters, math.inf)
+    if following is not None:
+        most_m_s2 = _FOLLOWED_SHARE * _limit(following.acceleration, parameters, math.inf)
+        most_climb_m_s2 = _FOLLOWED_SHARE * _limit(
+            following.climb_acceleration, parameters, math.inf
+        )
     return Traits(
         control_before_takeoff=before,
         lands_itself=lands_itself,
@@ -140,18 +142,23 @@ def _limit(
 
 def _following(profile: Profile, parameters: Mapping[str, float]) -> Following | None:
     """Return how the vehicle comes to a setpoint whose target it moves on."""
-    told = profile.setpoints.following
-    if told is None:
+    following = profile.setpoints.following
+    if following is None:
         return None
-    limits = (told.acceleration, told.jerk, told.climb_acceleration, told.climb_jerk)
+    limits = (
+        following.acceleration,
+        following.jerk,
+        following.climb_acceleration,
+        following.climb_jerk,
+    )
     level, jerk, climb, climb_jerk = (_limit(one, parameters, one[2]) for one in limits)
     return Following(Shaping(level, jerk), Shaping(climb, climb_jerk))
 
 
 def _setpoint_timeout_s(profile: Profile, parameters: Mapping[str, float]) -> float:
     """Return the time for which the vehicle follows its last setpoint."""
-    told = parameters.get(profile.setpoints.timeout_parameter)
-    return profile.setpoints.timeout_s if told is None else max(told, 0.0)
+    timeout_s = parameters.get(profile.setpoints.timeout_parameter)
+    return profile.setpoints.timeout_s if timeout_s is None else max(timeout_s, 0.0)
 
 
 def limits_of(traits: Traits, limits: Limits) -> Limits:

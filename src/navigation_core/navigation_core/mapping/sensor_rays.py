@@ -133,10 +133,10 @@ def scan_ranges_m(scan: RayScan, own_radius_m: float) -> Array:
     ranges = np.array(scan.ranges_m, dtype=np.float64)
     directions = np.asarray(scan.directions_enu, dtype=np.float64)
     slope = _polar(directions)[1]
-    tells = ranges >= max(scan.range_min_m, own_radius_m)
-    tells &= np.isfinite(directions).all(axis=1) & (np.abs(slope) < _STEEP_SLOPE)
+    is_valid = ranges >= max(scan.range_min_m, own_radius_m)
+    is_valid &= np.isfinite(directions).all(axis=1) & (np.abs(slope) < _STEEP_SLOPE)
     ranges[ranges > scan.range_max_m] = np.inf
-    ranges[~tells] = np.nan
+    ranges[~is_valid] = np.nan
     return ranges
 
 

@@ -102,7 +102,7 @@ def plan(
     )
     if not _is_clear(path, obstacles, clearance_m):
         return NoPath(
-            f"No path to {_told(goal_enu_m)} keeps {clearance_m:.2f} m clear of all "
+            f"No path to {_point_text(goal_enu_m)} keeps {clearance_m:.2f} m clear of all "
             f"{len(obstacles)} obstacles: the target is enclosed, or every gap is narrower than "
             f"{2.0 * clearance_m:.2f} m."
         )
@@ -111,8 +111,8 @@ def plan(
         path = _driven(path, heading_rad, obstacles, limits)
         if not _is_clear(path, obstacles, clearance_m):
             return NoPath(
-                f"There are paths to {_told(goal_enu_m)}, but none leaves room to turn with a "
-                f"radius of {limits.turning_radius_m:.2f} m."
+                f"There are paths to {_point_text(goal_enu_m)}, but none leaves room to turn with "
+                f"a radius of {limits.turning_radius_m:.2f} m."
             )
     corners = np.concatenate([begin[:-1], path])[1:-1]
     points = [(float(p[0]), float(p[1]), float(p[2])) for p in corners]
@@ -185,12 +185,12 @@ def _unreachable(goal_enu_m: Vector3, obstacles: Obstacles, limits: PlanLimits) 
     if has_m <= 0.0:
         level = obstacles.between(goal_enu_m[2] - _TINY_M, goal_enu_m[2] + _TINY_M)
         depth_m = PlanarShapes(level).depth_m(np.array(goal_enu_m[:2]))
-        return f"The goal {_told(goal_enu_m)} is inside an obstacle, by {depth_m:.2f} m."
+        return f"The goal {_point_text(goal_enu_m)} is inside an obstacle, by {depth_m:.2f} m."
     return (
-        f"The goal {_told(goal_enu_m)} is {has_m:.2f} m from an obstacle; "
+        f"The goal {_point_text(goal_enu_m)} is {has_m:.2f} m from an obstacle; "
         f"the required clearance is {limits.clearance_m:.2f} m."
     )
 
 
-def _told(point: Vector3) -> str:
+def _point_text(point: Vector3) -> str:
     return f"({point[0]:.1f}, {point[1]:.1f}, {point[2]:.1f}) m"

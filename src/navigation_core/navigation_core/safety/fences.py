@@ -190,9 +190,9 @@ class Fence:
         height_m = z - home_z_enu_m
         highest_m, lowest_m = self.altitude_max_m, self.altitude_min_m
         if highest_m is not None and height_m > highest_m - height_margin_m + RESOLUTION_M:
-            told = beside(height_m, highest_m - height_margin_m)
+            height = beside(height_m, highest_m - height_margin_m)
             return _outside(
-                f"{what} is {told} m above home; the fence ends at {highest_m:g} m, with "
+                f"{what} is {height} m above home; the fence ends at {highest_m:g} m, with "
                 f"a margin of {height_margin_m:g} m (fence_margin_m)."
             )
         if lowest_m is not None and height_m < lowest_m + height_margin_m - RESOLUTION_M:

@@ -174,9 +174,9 @@ def check_target(
             f"flight volume ends at {volume.radius_max_m:g} m."
         )
     elif not low_m - _HEIGHT_RESOLUTION_M <= altitude_m <= high_m + _HEIGHT_RESOLUTION_M:
-        told = beside(altitude_m, low_m if altitude_m < low_m else high_m)
+        height = beside(altitude_m, low_m if altitude_m < low_m else high_m)
         text = (
-            f"is {told} m above the ground; the flight volume reaches from "
+            f"is {height} m above the ground; the flight volume reaches from "
             f"{low_m:g} m to {high_m:g} m."
         )
     elif volume.box is not None and not volume.box.contains(position_enu_m, RESOLUTION_M):

@@ -74,6 +74,11 @@ class PhasedTask(Task):
         """The waypoints, where there are any: the vehicle flies by itself."""
         return self._path_enu_m
 
+    @property
+    def thinks(self) -> bool:
+        """No: nothing takes long."""
+        return False
+
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         self._phase_since_s = now

@@ -32,6 +32,10 @@ class Task(Protocol):
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """The path that is planned, in the map frame; the same object until it is replanned."""
 
+    @property
+    def thinks(self) -> bool:
+        """Whether :meth:`think` has anything to do."""
+
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
 

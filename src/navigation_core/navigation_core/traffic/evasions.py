@@ -11,8 +11,7 @@ import numpy as np
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.traffic.intruders import HORIZON_S, Intruders
-from navigation_core.traffic.reservations import wait_for
-from navigation_core.traffic.right_of_way import TrafficWait
+from navigation_core.traffic.right_of_way import TrafficWait, wait_for
 from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import Array
 

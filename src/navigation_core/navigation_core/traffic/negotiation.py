@@ -24,8 +24,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from navigation_core.traffic.reservations import Entry, Intent, TrafficReservations, wait_for
-from navigation_core.traffic.right_of_way import Rank
+from navigation_core.traffic.entries import Entry, Intent
+from navigation_core.traffic.reservations import TrafficReservations
+from navigation_core.traffic.right_of_way import Rank, wait_for
 from navigation_core.traffic.volumes import NOWHERE, Array, Volume, joined
 from navigation_core.traffic.way_out import first_blocked
 
@@ -287,7 +288,7 @@ class Negotiation:
                 continue
             if own.rank < vehicle.rank:
                 return False
-            self._reservations.give_up_wish(name)
+            own.give_up_wish()
         return True
 
     def _gets_into(self, vehicle: PeerVehicle, held: Volume, kept: Volume) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
-__all__ = ["Claimant", "Rank", "TrafficWait"]
+__all__ = ["Claimant", "Rank", "TrafficWait", "wait_for"]
 
 
 class Claimant(IntEnum):
@@ -55,3 +55,8 @@ class TrafficWait:
     def text(self) -> str:
         """The reason as a sentence."""
         return f"Waits for {self.whom}, {self.why}."
+
+
+def wait_for(before: TrafficWait | None, whom: str, why: str, now: float) -> TrafficWait:
+    """Return a wait that continues, perhaps for another vehicle, or begins."""
+    return TrafficWait(whom, why, now if before is None else before.since_s)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Brake, Land, Throw
@@ -16,8 +15,8 @@ from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import (
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch
 from mavlink_sitl.autopilot.ardupilot.copter.smart_rtl import SmartReturn
 from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.common.commander import Commander, PowerUp
+from mavlink_sitl.autopilot.common.firmware import Firmware
 from mavlink_sitl.autopilot.control.circle import Circle
 from mavlink_sitl.autopilot.control.yaw_control import YawControl
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState
@@ -47,7 +46,7 @@ class AutoReturn(Mode):
 
 
 class Copter(Commander):
-    """A copter from power-up to the next; arguments as of `Firmware`.
+    """A copter from power-up to the next; arguments as of `Commander`.
 
     Attributes:
         yaw: where somebody wants the nose to point.
@@ -55,20 +54,22 @@ class Copter(Commander):
         trail: the way since it was armed, for SMART_RTL.
     """
 
-    behaviours: ClassVar = {
-        "stabilize": Stabilize,
-        "alt_hold": AltHold,
-        "auto": CopterAuto,
-        "guided": Guided,
-        "loiter": PilotHeight,
-        "rtl": ReturnToLaunch,
-        "land": Land,
-        "brake": Brake,
-        "circle": Circle,
-        "throw": Throw,
-        "smart_rtl": SmartReturn,
-        "auto_rtl": AutoReturn,
-    }
+    table = Firmware(
+        modes={
+            "stabilize": Stabilize,
+            "alt_hold": AltHold,
+            "auto": CopterAuto,
+            "guided": Guided,
+            "loiter": PilotHeight,
+            "rtl": ReturnToLaunch,
+            "land": Land,
+            "brake": Brake,
+            "circle": Circle,
+            "throw": Throw,
+            "smart_rtl": SmartReturn,
+            "auto_rtl": AutoReturn,
+        }
+    )
 
     def __init__(self, start: PowerUp) -> None:
         self.yaw = YawControl()
@@ -113,8 +114,7 @@ class Copter(Commander):
     @property
     def guided(self) -> Guided:
         """The GUIDED mode, whether it flies or not."""
-        guided = (m for m in self._modes.values() if m.spec.behaviour == "guided")
-        return next(mode for mode in guided if isinstance(mode, Guided))
+        return self.mode_of(Guided)
 
     def watch(self, observation: Observation) -> None:
         """See `Commander`; remembers the way it has come."""
@@ -149,10 +149,9 @@ class Copter(Commander):
     def start_mission(self) -> Result:
         """See `Commander`; in AUTO a mission that is over begins again, as AUTO, not its return."""
         auto = self.auto
-        if auto is not None:
-            auto.spec = self.personality.modes[AUTO]
+        auto.spec = self.personality.modes[AUTO]
         over = self.plans.state not in (MissionState.ACTIVE, MissionState.PAUSED)
-        if auto is not None and self.mode is auto and over and auto.has_mission:
+        if self.mode is auto and over and auto.has_mission:
             auto.enter()
         return super().start_mission()
 
@@ -161,7 +160,7 @@ class Copter(Commander):
         items = self.plans.mission.items
         place = next((i for i, item in enumerate(items) if item.command == Cmd.LAND_START), None)
         text = "Mode change to AUTO RTL failed"
-        if place is None or self.auto is None:
+        if place is None:
             self.say(Severity.WARNING, f"{text}: No landing sequence found")
             return Result.FAILED
         named = next(
@@ -172,7 +171,7 @@ class Copter(Commander):
             return Result.FAILED
         self.auto.spec = named
         self.events.append(ModeChanged(named.name, named.position_controlled))
-        return self.set_current_item(place)
+        return self.auto.set_current(place)
 
     def change_to(self, mode: Mode) -> None:
         """See `Commander`; AUTO begins under its own name."""
@@ -182,12 +181,12 @@ class Copter(Commander):
 
     def save_waypoint(self) -> None:
         """See `Commander`: first a take-off, then waypoints, with a closed throttle a landing."""
-        closed = self.pilot_throttle() == 0.0
-        if self.mode is self.auto or not self.armed or (closed and not self.has_mission):
+        auto, closed = self.auto, self.radio.throttle(self.now_s) == 0.0
+        if self.mode is auto or not self.armed or (closed and not auto.has_mission):
             return
-        if not self.has_mission:
-            self.append_here(Cmd.TAKEOFF)
-        self.append_here(Cmd.LAND if closed else Cmd.WAYPOINT)
+        if not auto.has_mission:
+            auto.append_here(Cmd.TAKEOFF)
+        auto.append_here(Cmd.LAND if closed else Cmd.WAYPOINT)
 
     def pause_or_go_on(self, go_on: bool) -> Result:
         """DO_PAUSE_CONTINUE: AUTO and GUIDED stop and hold, or continue."""

@@ -22,8 +22,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import (
     TakeOffTask,
 )
 from mavlink_sitl.autopilot.ardupilot.copter.rtl import stopping_point
-from mavlink_sitl.autopilot.common.auto import TAKE_OFFS
-from mavlink_sitl.autopilot.common.auto_tasks import Delay
+from mavlink_sitl.autopilot.common.auto import TAKE_OFFS, Delay
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
 from mavlink_sitl.exchange import Motors, Result, Vector

@@ -11,7 +11,7 @@ from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.exchange import Guidance, Motors
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 BRAKE_DECELERATION_M_S2 = 7.5
 """BRAKE_MODE_DECEL_RATE, 750 cm/s2"""
@@ -91,7 +91,7 @@ class Land(Mode):
         )
 
 
-def landing_speed_m_s(copter: Firmware) -> float:
+def landing_speed_m_s(copter: Commander) -> float:
     """The descent rate at this height above home."""
     parameters = copter.parameters
     final = parameters["LAND_SPEED"] / 100.0

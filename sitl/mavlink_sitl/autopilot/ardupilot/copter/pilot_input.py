@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.exchange import YawMode
 
 if TYPE_CHECKING:
-    from mavlink_sitl.autopilot.common.firmware import Firmware
+    from mavlink_sitl.autopilot.common.commander import Commander
 
 MOST_LEAN_RAD = math.radians(85.0)
 MOST_DEAD_ZONE = 0.4
@@ -22,12 +22,12 @@ Lean = tuple[float, float]
 """Tangents of the thrust's lean, forward and right, or north and east"""
 
 
-def lean_limit_rad(copter: Firmware) -> float:
+def lean_limit_rad(copter: Commander) -> float:
     """ANGLE_MAX."""
     return min(max(math.radians(copter.parameters["ANGLE_MAX"] / 100.0), 0.0), MOST_LEAN_RAD)
 
 
-def lean(copter: Firmware, most_rad: float) -> Lean:
+def lean(copter: Commander, most_rad: float) -> Lean:
     """The lean of the roll and pitch sticks, north and east."""
     steepest = math.tan(most_rad)
     forward = -steepest * copter.radio.stick("Pitch", copter.now_s)
@@ -42,14 +42,14 @@ def turned(level: Lean, yaw_rad: float) -> Lean:
     return level[0] * c - level[1] * s, level[0] * s + level[1] * c
 
 
-def yaw(copter: Firmware) -> tuple[YawMode, float]:
+def yaw(copter: Commander) -> tuple[YawMode, float]:
     """The turn rate of the yaw stick, rad/s (PILOT_Y_RATE); in its middle the heading is held."""
     stick = copter.radio.stick("Yaw", copter.now_s)
     rate = stick * math.radians(copter.parameters["PILOT_Y_RATE"])
     return (YawMode.RATE if rate else YawMode.HOLD), rate
 
 
-def climb_rate_m_s(copter: Firmware) -> float:
+def climb_rate_m_s(copter: Commander) -> float:
     """The climb rate of the throttle stick where height is held; positive is up."""
     if not copter.radio.obeyed(copter.now_s):
         return 0.0
@@ -58,15 +58,16 @@ def climb_rate_m_s(copter: Firmware) -> float:
     down = (p["PILOT_SPEED_DN"] or p["PILOT_SPEED_UP"]) / 100.0
     middle = copter.radio.calibration("Throttle").middle()
     dead_zone = min(max(p["THR_DZ"] / 1000.0, 0.0), MOST_DEAD_ZONE)
-    stick, low, high = copter.pilot_throttle(), middle - dead_zone, middle + dead_zone
+    stick = copter.radio.throttle(copter.now_s)
+    low, high = middle - dead_zone, middle + dead_zone
     if stick < low:
         return down * (stick - low) / low
     return up * (stick - high) / (1.0 - high) if stick > high else 0.0
 
 
-def thrust(copter: Firmware) -> float:
+def thrust(copter: Commander) -> float:
     """The throttle stick's share of the full thrust: mid-stick is MOT_THST_HOVER."""
-    stick = copter.pilot_throttle()
+    stick = copter.radio.throttle(copter.now_s)
     middle = copter.radio.calibration("Throttle").middle() or 0.5
     if stick < middle:
         stick = 0.5 * stick / middle

@@ -18,7 +18,7 @@ LEAST_RADIUS_M = 0.2
 STILL_M_S = 0.3
 
 
-class RehearsedFlight(Enum):
+class SmartStage(Enum):
     """The stage of the return."""
 
     FOLLOW = 1
@@ -30,18 +30,18 @@ class SmartReturn(LandsAtTheEnd):
     """Flies from corner to corner of its way, and lands where it was armed."""
 
     vehicle: Copter
-    _stage = RehearsedFlight.FOLLOW
+    _stage = SmartStage.FOLLOW
 
     @property
     def landing(self) -> bool:
         """In the last stage only."""
-        return self._stage is RehearsedFlight.LAND
+        return self._stage is SmartStage.LAND
 
     def enter(self) -> None:
         """Brake, and find the corners of the way."""
         crumbs = self.vehicle.trail.crumbs
         self._points = crumbs.shortest() if crumbs is not None else []
-        self._stage = RehearsedFlight.FOLLOW
+        self._stage = SmartStage.FOLLOW
         self._speed_m_s = 0.0
         self._target = stopping_point(self.vehicle)
         self.guide(self._towards(self._target, restarts=True))
@@ -61,7 +61,7 @@ class SmartReturn(LandsAtTheEnd):
         copter = self.vehicle
         if copter.landed or not copter.armed:
             return
-        if self._stage is RehearsedFlight.LAND:
+        if self._stage is SmartStage.LAND:
             self.descend(self.hold_guidance().at(self._target))
         elif self._there():
             self._advance()
@@ -71,17 +71,17 @@ class SmartReturn(LandsAtTheEnd):
         m = self.vehicle.motion
         radius = max(self.vehicle.parameters["WPNAV_RADIUS"] / 100.0, LEAST_RADIUS_M)
         near = math.dist(m[:3], self._target) <= radius
-        if self._stage is not RehearsedFlight.ABOVE:
+        if self._stage is not SmartStage.ABOVE:
             return near
         return near and math.hypot(*m[3:6]) < STILL_M_S
 
     def _advance(self) -> None:
-        if self._stage is RehearsedFlight.ABOVE:
-            self._stage = RehearsedFlight.LAND
+        if self._stage is SmartStage.ABOVE:
+            self._stage = SmartStage.LAND
             return
         north, east, down = self._points.pop() if self._points else self._target
         if not self._points:
-            self._stage = RehearsedFlight.ABOVE
+            self._stage = SmartStage.ABOVE
             down -= ABOVE_M
         self._target = (north, east, down)
         self.guide(self._towards(self._target))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
 
-from mavlink_sitl.autopilot.ardupilot.plane.guided import Guided
 from mavlink_sitl.autopilot.ardupilot.plane.pilot_modes import Cruise, HoldHeight, Stick
 from mavlink_sitl.autopilot.ardupilot.plane.plane_auto import GlideAuto
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import (
     Circle,
+    Guided,
     Loiter,
     PlaneMode,
     ReturnToLaunch,
@@ -21,14 +20,13 @@ from mavlink_sitl.autopilot.ardupilot.plane.plane_speed import (
     PlaneNavigator,
 )
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import TakeOff
-from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
+from mavlink_sitl.autopilot.common.commander import Commander, PowerUp
+from mavlink_sitl.autopilot.common.firmware import Firmware, Inputs, Landing
 from mavlink_sitl.autopilot.plans.plans import MissionState, PlanItem
-from mavlink_sitl.autopilot.safety.arming import Arming
 from mavlink_sitl.autopilot.safety.rally import nearest_rally_ned_m
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import Setpoint
-from mavlink_sitl.exchange import Observation, Result, Severity, Vector
+from mavlink_sitl.exchange import NavigationReport, Observation, Result, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 MODE_MANUAL, MODE_AUTO, MODE_RTL, MODE_LOITER, MODE_GUIDED = 0, 10, 11, 12, 15
@@ -37,72 +35,63 @@ STANDING_M_S = 3.0
 STEP_S = 0.05
 
 
-class Plane(Traveller):
+def _landed_by_speed(landing: Landing, inputs: Inputs) -> Landing:
+    """In the air when armed and fast, landed when it stands."""
+    observation = inputs.observation
+    speed_m_s = observation.motion.speed_m_s
+    if inputs.armed and speed_m_s > FLYING_M_S:
+        return landing.become(False, observation.time_s)
+    stands = observation.touching_ground and speed_m_s < STANDING_M_S
+    return landing.become(True, observation.time_s) if stands else landing
+
+
+class Plane(Commander):
     """An aeroplane from power-up to the next. Arguments and attributes as of `Copter`.
 
     Attributes:
-        landed_at_s: when it last touched down; 0 before.
         true_over_indicated: true airspeed over indicated.
         step_s: between two updates.
     """
 
     navigator: PlaneNavigator
-    navigator_class = PlaneNavigator
-    behaviours: ClassVar = {
-        "stick": Stick,
-        "hold_height": HoldHeight,
-        "cruise": Cruise,
-        "circle": Circle,
-        "loiter": Loiter,
-        "rtl": ReturnToLaunch,
-        "takeoff": TakeOff,
-        "guided": Guided,
-        "auto": GlideAuto,
-    }
     fence: PlaneFence
+    table = Firmware(
+        modes={
+            "stick": Stick,
+            "hold_height": HoldHeight,
+            "cruise": Cruise,
+            "circle": Circle,
+            "loiter": Loiter,
+            "rtl": ReturnToLaunch,
+            "takeoff": TakeOff,
+            "guided": Guided,
+            "auto": GlideAuto,
+        },
+        navigator=PlaneNavigator,
+        arming=PlaneArming,
+        failsafes=PlaneFailsafes,
+        fence=PlaneFence,
+        landing=_landed_by_speed,
+        reports_start=True,
+    )
     true_over_indicated = 1.06
     step_s = STEP_S
 
     def __init__(self, start: PowerUp) -> None:
-        self._flying = False
-        self.landed_at_s = 0.0
         self.airspeed_m_s = 0.0
         super().__init__(start)
-        self.failsafe = PlaneFailsafes(self)
-        self.fence = PlaneFence(self)
-        self.arming = PlaneArming(self)
 
     # State.
 
     def observe(self, observation: Observation) -> None:
-        """See `Commander`; learns whether it flies."""
+        """See `Commander`; takes the airspeed."""
         super().observe(observation)
-        speed = observation.motion.speed_m_s
         self.airspeed_m_s = observation.indicated_m_s(self.true_over_indicated)
-        if self.arming_or_none() and speed > FLYING_M_S:
-            self._flying = True
-        elif self._flying and observation.touching_ground and speed < STANDING_M_S:
-            self._flying = False
-            self.landed_at_s = observation.time_s
-
-    def arming_or_none(self) -> bool:
-        """Whether it is armed; also before there is an `arming`."""
-        arming = getattr(self, "arming", None)
-        return isinstance(arming, Arming) and arming.armed
-
-    @property
-    def landed(self) -> bool:
-        """Whether it stands."""
-        return not self._flying
 
     @property
     def aloft(self) -> bool:
-        """While it flies."""
-        return self._flying
-
-    def cruise_m_s(self) -> float:
-        """The indicated airspeed it keeps."""
-        return self.navigator.cruise_m_s()
+        """While it flies, armed or not."""
+        return not self.landed
 
     def sticks(self) -> Vector:
         """Roll and pitch, -1..1, pitch up; throttle, 0..1."""
@@ -110,7 +99,7 @@ class Plane(Traveller):
         if not radio.heard(now_s):
             return 0.0, 0.0, 0.0
         roll, pitch = radio.angle("Roll", now_s), radio.angle("Pitch", now_s)
-        return roll, pitch, radio.range("Throttle", now_s)
+        return roll, pitch, radio.throttle(now_s)
 
     def navigation_report(self) -> NavigationReport | None:
         """For NAV_CONTROLLER_OUTPUT; None in MANUAL."""
@@ -130,7 +119,7 @@ class Plane(Traveller):
             target_bearing_deg=bearing,
             distance_m=math.hypot(north, east),
             altitude_error_m=m.down_m - target[2],
-            airspeed_error_m_s=self.cruise_m_s() - self.airspeed_m_s,
+            airspeed_error_m_s=self.navigator.cruise_m_s() - self.airspeed_m_s,
             cross_track_m=self.mode.cross_track_m,
         )
 
@@ -161,27 +150,18 @@ class Plane(Traveller):
         """See `Commander`: AUTO without a mission returns."""
         return True
 
-    def return_to_launch(self) -> None:
-        """NAV_RETURN_TO_LAUNCH in a mission: change the mode to RTL."""
-        self.enter_mode(MODE_RTL)
-
-    def return_after_mission(self) -> None:
-        """The mission is over."""
-        self.enter_mode(MODE_RTL)
-        self.say(Severity.INFO, "Mission complete, changing mode to RTL")
-
     def start_landing(self) -> bool:
         """DO_LAND_START: continue with the mission's landing, if it has one."""
         auto = self.auto
         start = auto.landing_start() if isinstance(auto, GlideAuto) else None
-        if auto is None or start is None:
+        if start is None:
             self.say(Severity.WARNING, "Unable to start landing sequence")
             return False
         if self.plans.state is MissionState.COMPLETE:
             self.plans.state = MissionState.NOT_STARTED
         self.say(Severity.INFO, "Landing sequence start")
         if self.mode is auto:
-            self.set_current_item(start)
+            auto.set_current(start)
             return True
         self.plans.current = start
         return self.enter_mode(auto.spec.number)
@@ -212,7 +192,7 @@ class Plane(Traveller):
 
     def fly_at_height_of(self, item: PlanItem) -> Result:
         """See `Commander`."""
-        if not isinstance(self.mode, Guided) or self.auto is None or not math.isfinite(item.z):
+        if not isinstance(self.mode, Guided) or not math.isfinite(item.z):
             return Result.FAILED
         self.mode.change_height(self.auto.place_of(item, self.motion[:3])[2])
         return Result.ACCEPTED

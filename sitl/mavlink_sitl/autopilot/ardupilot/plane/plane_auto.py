@@ -20,6 +20,7 @@ from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 ROUND = (Cmd.LOITER_UNLIM, Cmd.LOITER_TIME, Cmd.LOITER_TURNS, Cmd.LOITER_TO_ALT)
+MODE_RTL = 11
 PLACED = (Cmd.WAYPOINT, Cmd.LAND, *ROUND)
 """Items that are somewhere"""
 GO_AROUND_M = 30.0
@@ -70,7 +71,8 @@ class GlideAuto(ItemAuto):
     def _complete(self) -> None:
         self.vehicle.plans.state = MissionState.COMPLETE
         self.task = None
-        self.vehicle.return_after_mission()
+        self.vehicle.enter_mode(MODE_RTL)
+        self.vehicle.say(Severity.INFO, "Mission complete, changing mode to RTL")
 
     def _begin(self, item: PlanItem) -> None:
         m, command = self.vehicle.motion, item.command
@@ -80,7 +82,7 @@ class GlideAuto(ItemAuto):
         self._leg_end = target if command in PLACED else None
         if command == Cmd.RTL:
             self.task = None
-            self.vehicle.return_to_launch()
+            self.vehicle.enter_mode(MODE_RTL)
         elif command == Cmd.TAKEOFF:
             self.task = Climb(self, item, target[2])
         elif command == Cmd.DELAY:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.control import l1_guidance as l1
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.exchange import GRAVITY_M_S2, Motors, Vector
+from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
+from mavlink_sitl.exchange import GRAVITY_M_S2, ItemReached, Motors, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ class PlaneMode(Mode):
         thin_air = plane.true_over_indicated
         limit_rad = math.radians(min(max(plane.parameters["NAVL1_LIM_BANK"], 0.0), 89.0))
         if limit_rad > 0.0:
-            least_m = plane.cruise_m_s() ** 2 / (math.tan(limit_rad) * GRAVITY_M_S2)
+            least_m = plane.navigator.cruise_m_s() ** 2 / (math.tan(limit_rad) * GRAVITY_M_S2)
             if least_m <= radius_m:
                 return max(least_m * thin_air, radius_m, 1.0)
         return max(radius_m * thin_air, 1.0)
@@ -136,7 +137,7 @@ class PlaneMode(Mode):
         """
         target = self.target or (0.0, 0.0, 0.0)
         least, most = throttle_limits(self.vehicle) if throttle is None else throttle
-        airspeed = self.vehicle.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
+        airspeed = self.vehicle.navigator.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
         self.guide(
             GlideGuidance(
                 motors=Motors.FLY,
@@ -260,3 +261,56 @@ class ReturnToLaunch(Loiter):
             return self.target is not None and down_m < self.target[2]
         start = self.slope_from or self.vehicle.motion[:3]
         return p["RTL_CLIMB_MIN"] <= 0.0 or start[2] - down_m > p["RTL_CLIMB_MIN"]
+
+
+class Guided(Loiter):
+    """Round a point: first the one where it was chosen, then that of DO_REPOSITION.
+
+    Of setpoints only the height of SET_POSITION_TARGET_GLOBAL_INT and of an offset in NED is
+    taken; everything else has no effect and gets no word.
+    """
+
+    def enter(self) -> None:
+        """Round this point."""
+        self._told = False
+        self.slope_from = None
+        self.radius_m = 0.0
+        super().enter()
+
+    def update(self) -> None:
+        """Fly a circle; report it once, when it is reached."""
+        super().update()
+        if self.on_circle and not self._told:
+            self._told = True
+            self.vehicle.events.append(ItemReached(0))
+
+    def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
+        """Another point."""
+        self._told = self.on_circle = False
+        self.slope_from = self.vehicle.motion[:3]
+        self.radius_m = radius_m
+        self.go_round(place)
+
+    def setpoint(self, setpoint: Setpoint) -> None:
+        """Set the altitude of a setpoint, if its kind has one that counts."""
+        assert self.target is not None
+        if setpoint.position_m is None:
+            return
+        if setpoint.frame is SetpointFrame.OFFSET:
+            down = self.vehicle.motion.down_m + setpoint.position_m[2]
+        elif setpoint.is_global:
+            down = setpoint.position_m[2]
+        else:
+            return
+        self.slope_from = None
+        self.go_round((self.target[0], self.target[1], down))
+
+    def climb_to(self, down_m: float) -> float:
+        """See `PlaneMode`; along the slope to the point."""
+        return super().climb_to(self.sloped_down_m(down_m))
+
+    def change_height(self, down_m: float) -> None:
+        """Another height of the circle, NED."""
+        assert self.target is not None
+        self.slope_from = None
+        self.target = (self.target[0], self.target[1], down_m)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.plane.guided import Guided
+from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import Guided
 from mavlink_sitl.autopilot.plans.plans import Cmd
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.autopilot.safety.fence import Fence, areas_of

@@ -24,9 +24,9 @@ class PlaneArming(Arming):
         """LAND_DISARMDELAY after a landing in AUTO."""
         plane = self._vehicle
         delay_s = plane.parameters["LAND_DISARMDELAY"]
-        if not self.armed or not plane.landed or not plane.landed_at_s or not plane.mode.landing:
+        if not self.armed or not plane.landed or not landed_since_s or not plane.mode.landing:
             return False
-        due = delay_s > 0.0 and plane.now_s - plane.landed_at_s >= delay_s
+        due = delay_s > 0.0 and plane.now_s - landed_since_s >= delay_s
         if due:
             plane.say(Severity.INFO, "Auto disarmed")
         return due

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import PlaneMode, Point, level_limit_rad
 from mavlink_sitl.autopilot.ardupilot.plane.plane_takeoff import Launch
-from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
+from mavlink_sitl.autopilot.common.auto import Auto, AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity, Vector
 

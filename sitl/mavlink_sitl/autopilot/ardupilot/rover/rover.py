@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
 from mavlink_sitl.autopilot.ardupilot.rover.pilot_modes import Acro, Manual, Steering
@@ -14,17 +14,26 @@ from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
     Guided,
     Hold,
     Loiter,
+    ReturnToLaunch,
+    SmartReturn,
 )
 from mavlink_sitl.autopilot.ardupilot.rover.rover_motor_test import RoverMotorTest
-from mavlink_sitl.autopilot.ardupilot.rover.rover_return import ReturnToLaunch, SmartReturn
 from mavlink_sitl.autopilot.ardupilot.rover.rover_safety import RoverFailsafes, RoverFence
-from mavlink_sitl.autopilot.common.firmware import PowerUp
-from mavlink_sitl.autopilot.common.traveller import NavigationReport, Traveller
+from mavlink_sitl.autopilot.common.commander import Commander, PowerUp
+from mavlink_sitl.autopilot.common.firmware import Firmware, Inputs, Landing
 from mavlink_sitl.autopilot.plans.plans import Cmd
 from mavlink_sitl.autopilot.state.breadcrumbs import Trail
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT, Navigator
 from mavlink_sitl.autopilot.state.setpoint import DriveTarget, Setpoint
-from mavlink_sitl.exchange import LandedState, Limits, Observation, Result, Severity, Vector
+from mavlink_sitl.exchange import (
+    LandedState,
+    Limits,
+    NavigationReport,
+    Observation,
+    Result,
+    Severity,
+    Vector,
+)
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
@@ -54,7 +63,12 @@ class DriveNavigator(Navigator):
         return Limits(speed_xy_m_s=self.cruise_m_s(), acceleration_xy_m_s2=acceleration)
 
 
-class Rover(Traveller):
+def _never_landed(landing: Landing, _: Inputs) -> Landing:
+    """It knows of no ground."""
+    return landing._replace(landed=False)
+
+
+class Rover(Commander):
     """A car or a boat from power-up to the next. Arguments as of `Copter`.
 
     Attributes:
@@ -63,24 +77,28 @@ class Rover(Traveller):
     """
 
     navigator: DriveNavigator
-    navigator_class = DriveNavigator
-    behaviours: ClassVar = {
-        "manual": Manual,
-        "acro": Acro,
-        "steering": Steering,
-        "hold": Hold,
-        "loiter": Loiter,
-        "circle": Circle,
-        "auto": DriveAuto,
-        "rtl": ReturnToLaunch,
-        "smart_rtl": SmartReturn,
-        "guided": Guided,
-    }
+    table = Firmware(
+        modes={
+            "manual": Manual,
+            "acro": Acro,
+            "steering": Steering,
+            "hold": Hold,
+            "loiter": Loiter,
+            "circle": Circle,
+            "auto": DriveAuto,
+            "rtl": ReturnToLaunch,
+            "smart_rtl": SmartReturn,
+            "guided": Guided,
+        },
+        navigator=DriveNavigator,
+        failsafes=RoverFailsafes,
+        fence=RoverFence,
+        landing=_never_landed,
+        reports_start=True,
+    )
 
     def __init__(self, start: PowerUp) -> None:
         super().__init__(start)
-        self.failsafe = RoverFailsafes(self)
-        self.fence = RoverFence(self)
         self.trail = Trail(self, coordinates=2)
         self.backwards = False
         self.motor_test = RoverMotorTest(self)
@@ -100,11 +118,6 @@ class Rover(Traveller):
     # State.
 
     @property
-    def landed(self) -> bool:
-        """Never: it knows of no ground."""
-        return False
-
-    @property
     def landed_state(self) -> LandedState:
         """Always undefined."""
         return LandedState.UNDEFINED
@@ -112,15 +125,6 @@ class Rover(Traveller):
     def is_active(self) -> bool:
         """Even disarmed; not in HOLD, even armed."""
         return not isinstance(self.mode, Hold)
-
-    @property
-    def is_boat(self) -> bool:
-        """Whether it drifts when it stops."""
-        return self.personality.kind == "boat"
-
-    def cruise_m_s(self) -> float:
-        """The cruise speed."""
-        return self.navigator.cruise_m_s()
 
     def turn_limit_rad_s(self, speed_m_s: float) -> float:
         """The largest turn rate at a speed: ATC_STR_RAT_MAX, and sideways ATC_TURN_MAX_G."""
@@ -143,11 +147,11 @@ class Rover(Traveller):
     @property
     def guided(self) -> Guided:
         """The GUIDED mode, whether it drives or not."""
-        return next(mode for mode in self._modes.values() if isinstance(mode, Guided))
+        return self.mode_of(Guided)
 
     def rest_at(self, mode: DriveMode, place: Point) -> None:
         """The guidance after arrival: a car stops, a boat holds its position."""
-        if self.is_boat:
+        if self.personality.kind == "boat":
             mode.stay_at(place)
         else:
             mode.stop()
@@ -176,7 +180,7 @@ class Rover(Traveller):
 
     def enter_mode(self, number: int) -> bool:
         """Change the mode if it may be entered; says why not."""
-        if self.personality.modes[number].behaviour == "auto" and not self.has_mission:
+        if self.personality.modes[number].behaviour == "auto" and not self.auto.has_mission:
             self.say(Severity.NOTICE, "No Mission. Can't set AUTO.")
             return False
         if self.personality.modes[number].behaviour == "smart_rtl" and not self.trail.known:
@@ -193,9 +197,9 @@ class Rover(Traveller):
         if isinstance(self.mode, DriveAuto):
             return
         if self.armed:
-            self.append_here(Cmd.WAYPOINT)
+            self.auto.append_here(Cmd.WAYPOINT)
             return
-        self.clear_mission()
+        self.auto.clear()
         self.say(Severity.NOTICE, "SaveWP: Mission cleared!")
         self.set_home()
 
@@ -223,7 +227,7 @@ class Rover(Traveller):
         if not self.navigator.change_speed(kind, speed_m_s):
             return Result.FAILED
         if isinstance(mode, DriveMode) and mode.route is not None:
-            mode.route.change_speed(self.cruise_m_s())
+            mode.route.change_speed(self.navigator.cruise_m_s())
         elif isinstance(mode, DriveAuto):
             mode.limits_changed()
         return Result.ACCEPTED

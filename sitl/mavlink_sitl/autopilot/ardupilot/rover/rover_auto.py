@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
-from mavlink_sitl.autopilot.common.auto import Auto
-from mavlink_sitl.autopilot.common.auto_tasks import AutoTask, Delay
+from mavlink_sitl.autopilot.common.auto import Auto, AutoTask, Delay
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Guidance, Motors, Severity, Vector
@@ -52,9 +51,9 @@ class DriveTo(AutoTask):
         """Set off from where the vehicle is."""
         rover = self.vehicle
         here = (rover.motion.north_m, rover.motion.east_m) if speed_m_s > 0.0 else None
-        leaving = 0.0 if self._stops else min(CORNER_M_S, rover.cruise_m_s())
+        leaving = 0.0 if self._stops else min(CORNER_M_S, rover.navigator.cruise_m_s())
         self.route = LegReference(
-            rover, self._target[:2], rover.cruise_m_s(), here, speed_m_s, leaving
+            rover, self._target[:2], rover.navigator.cruise_m_s(), here, speed_m_s, leaving
         )
         self.auto.route = self.route
 
@@ -136,7 +135,7 @@ class DriveAuto(DriveMode, Auto):
     def limits_changed(self) -> None:
         """Another speed: continue with it."""
         if isinstance(self.task, DriveTo):
-            self.task.route.change_speed(self.vehicle.cruise_m_s())
+            self.task.route.change_speed(self.vehicle.navigator.cruise_m_s())
 
     def _do(self, item: PlanItem, begins: bool) -> bool:
         """DO_SET_REVERSE and DO_GUIDED_LIMITS, besides what every vehicle does."""

@@ -7,10 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import (
+    CORNER_M_S,
     LegReference,
     Point,
     drive_towards,
 )
+from mavlink_sitl.autopilot.safety.rally import return_point_ned_m
 from mavlink_sitl.autopilot.state.mode import Mode
 from mavlink_sitl.autopilot.state.setpoint import DriveTarget, Setpoint, SetpointFrame
 from mavlink_sitl.exchange import ItemReached, Motors, Severity, YawMode
@@ -50,7 +52,7 @@ class DriveMode(Mode):
             self.stop()
             return
         course = math.atan2(east, north)
-        speed = min(0.5 * away + 0.2, rover.cruise_m_s())
+        speed = min(0.5 * away + 0.2, rover.navigator.cruise_m_s())
         if abs(math.remainder(course - m.yaw_rad, math.tau)) > 2.1 and away < 5.0:
             course, speed = course + math.pi, -speed
         self.drive(drive_towards(rover, point, speed, course))
@@ -99,7 +101,7 @@ class Circle(DriveMode):
         tangent = math.atan2(east, north) + math.pi / 2
         outside = (distance - self._radius) / self._radius
         course = tangent + math.atan(3.0 * outside)
-        speed = rover.parameters["CIRC_SPEED"] or rover.cruise_m_s()
+        speed = rover.parameters["CIRC_SPEED"] or rover.navigator.cruise_m_s()
         self.drive(drive_towards(rover, self._centre, speed, course))
 
 
@@ -153,14 +155,14 @@ class Guided(DriveMode):
                 return
             route.redirect(place)
         else:
-            self.route = LegReference(rover, place, rover.cruise_m_s())
+            self.route = LegReference(rover, place, rover.navigator.cruise_m_s())
         self._expires_s = math.inf
         self._told = False
 
     def go(self, target: DriveTarget) -> None:
         """Drive at a share of WP_SPEED with a heading, or turning; runs out as a velocity does."""
         rover = self.vehicle
-        speed = min(max(target.thrust, -1.0), 1.0) * rover.cruise_m_s()
+        speed = min(max(target.thrust, -1.0), 1.0) * rover.navigator.cruise_m_s()
         by_heading = target.heading_rad is not None
         self.route = None
         self._expires_s = rover.now_s + TARGET_TIMEOUT_S
@@ -183,7 +185,7 @@ class Guided(DriveMode):
         velocity = setpoint.velocity_m_s
         speed = 0.0
         if velocity is not None:
-            speed = min(math.hypot(velocity[0], velocity[1]), self.vehicle.cruise_m_s())
+            speed = min(math.hypot(velocity[0], velocity[1]), self.vehicle.navigator.cruise_m_s())
             base = replace(base, turn_rate_limit_rad_s=self.vehicle.turn_limit_rad_s(speed))
         if setpoint.yaw_rate_rad_s is not None and setpoint.yaw_rad is None:
             backwards = velocity is not None and body and velocity[0] < 0.0
@@ -217,3 +219,65 @@ class Guided(DriveMode):
             self._told = True
             rover.events.append(ItemReached(0))
         rover.rest_at(self, self.route.destination)
+
+
+class ReturnToLaunch(DriveMode):
+    """Back home or to a rally point; it says when it is there, and stays in RTL, armed.
+
+    Recorded in `rover_guided`.
+    """
+
+    def enter(self) -> None:
+        """Set off."""
+        self.route = LegReference(
+            self.vehicle, return_point_ned_m(self.vehicle)[:2], self.speed_m_s()
+        )
+        self._said = False
+
+    def speed_m_s(self) -> float:
+        """The speed of the return."""
+        return self.vehicle.parameters["RTL_SPEED"] or self.vehicle.navigator.cruise_m_s()
+
+    def update(self) -> None:
+        """Run one step."""
+        if self.route is None or not self.vehicle.armed:
+            return
+        if not self.route.reached or self.goes_on():
+            self.drive(self.route.follow())
+            return
+        if not self._said:
+            self._said = True
+            self.vehicle.say(Severity.INFO, "Reached destination")
+        self.vehicle.rest_at(self, self.route.destination)
+
+    def goes_on(self) -> bool:
+        """Whether another leg begins where this one ended."""
+        return False
+
+
+class SmartReturn(ReturnToLaunch):
+    """SMART_RTL: back the way it came, without the loops of it."""
+
+    def enter(self) -> None:
+        """Brake, and find the corners of the way."""
+        self._said = False
+        crumbs = self.vehicle.trail.crumbs
+        self._points = crumbs.shortest() if crumbs is not None else []
+        self._next_leg(self.vehicle.stopping_point(), 0.0)
+
+    def _next_leg(self, start: Point, speed_m_s: float) -> None:
+        """To the next corner."""
+        rover = self.vehicle
+        destination = start
+        if self._points:
+            north, east = self._points.pop()
+            destination = (north, east)
+        leaving = min(CORNER_M_S, self.speed_m_s()) if self._points else 0.0
+        self.route = LegReference(rover, destination, self.speed_m_s(), start, speed_m_s, leaving)
+
+    def goes_on(self) -> bool:
+        """Round the corner, while there are any."""
+        if not self._points or self.route is None:
+            return False
+        self._next_leg(self.route.destination, self.vehicle.motion.speed_m_s)
+        return True

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter import copter_modes as modes
 from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
@@ -11,7 +9,7 @@ from mavlink_sitl.autopilot.px4.multicopter.copter_navigation import CopterNavig
 from mavlink_sitl.autopilot.px4.multicopter.follow_target import FollowTarget
 from mavlink_sitl.autopilot.px4.multicopter.offboard import Offboard
 from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit, OrbitRequest
-from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
@@ -30,20 +28,22 @@ class Px4Copter(Px4Vehicle):
     """A multicopter with PX4."""
 
     navigator: CopterNavigator
-    navigator_class = CopterNavigator
-    behaviours: ClassVar = {
-        "px4_hold": modes.Hold,
-        "px4_manual": modes.Manual,
-        "px4_altitude": modes.Manual,
-        "px4_position": modes.Manual,
-        "px4_mission": Mission,
-        "px4_return": modes.Return,
-        "px4_offboard": Offboard,
-        "px4_takeoff": modes.Takeoff,
-        "px4_land": modes.Land,
-        "px4_orbit": Orbit,
-        "px4_follow_target": FollowTarget,
-    }
+    table = px4_table(
+        modes={
+            "px4_hold": modes.Hold,
+            "px4_manual": modes.Manual,
+            "px4_altitude": modes.Manual,
+            "px4_position": modes.Manual,
+            "px4_mission": Mission,
+            "px4_return": modes.Return,
+            "px4_offboard": Offboard,
+            "px4_takeoff": modes.Takeoff,
+            "px4_land": modes.Land,
+            "px4_orbit": Orbit,
+            "px4_follow_target": FollowTarget,
+        },
+        navigator=CopterNavigator,
+    )
     _left_ground = False
 
     def takes_off(self) -> bool:
@@ -65,24 +65,22 @@ class Px4Copter(Px4Vehicle):
             return False
         returned = self.mode.spec.number == px4.RTL
         unloaded_s = UNLOADED_IN_RTL_S if returned else UNLOADED_S
-        return not self._left_ground or self.now_s - self._landing.landed_since_s >= unloaded_s
+        return not self._left_ground or self.now_s - self.state.landing.since_s >= unloaded_s
 
     def orbit(self, wanted: OrbitRequest) -> Result:
         """DO_ORBIT: changes the mode, whatever is wrong with the circle."""
         if self.set_mode(px4.ORBIT) is not Result.ACCEPTED:
             self.say(Severity.CRITICAL, "Orbit command rejected")
             return Result.TEMPORARILY_REJECTED
-        mode = self._modes[px4.ORBIT]
-        assert isinstance(mode, Orbit)
-        mode.request(wanted)
+        self.mode_of(Orbit).request(wanted)
         return Result.ACCEPTED
 
     def see_target(self, place: GeoPoint, velocity_ned_m_s: Vector | None) -> None:
         """FOLLOW_TARGET: where the target is, and how fast if it knows that; in any mode."""
         if not self.estimator.has_origin:
             return
-        mode = self._modes[px4.FOLLOW_TARGET]
-        assert isinstance(mode, FollowTarget)
         place_ned_m = self.navigator.place_ned_m(place)
         responsiveness = self.parameters["FLW_TGT_RS"]
-        mode.target.hear(self.now_s, place_ned_m, velocity_ned_m_s, responsiveness)
+        self.mode_of(FollowTarget).target.hear(
+            self.now_s, place_ned_m, velocity_ned_m_s, responsiveness
+        )

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import ClassVar
 
-from mavlink_sitl.autopilot.common.firmware import PowerUp
+from mavlink_sitl.autopilot.common.commander import PowerUp
+from mavlink_sitl.autopilot.common.firmware import Inputs, Landing
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.plane import plane_landing, plane_modes, plane_takeoff
 from mavlink_sitl.autopilot.px4.plane.path_guidance import Law, Point
 from mavlink_sitl.autopilot.px4.plane.plane_mission import PlaneMission, approach_is_good
-from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED
-from mavlink_sitl.autopilot.px4.plane.plane_offboard import PlaneOffboard
-from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED, PlaneOffboard
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
 from mavlink_sitl.exchange import Limits, Observation, Result
 from mavlink_sitl.geodesy import GeoPoint
@@ -38,6 +37,20 @@ class PlaneNavigator(Px4Navigator):
         return Limits(speed_xy_m_s=self.cruise_m_s())
 
 
+def _landed_when_slow(landing: Landing, inputs: Inputs) -> Landing:
+    """Flying at once when fast, also while it rolls; landed when slow for LNDFW_TRIG_TIME."""
+    p, observation = inputs.parameters, inputs.observation
+    airspeed_m_s = observation.indicated_m_s(TRUE_OVER_INDICATED)
+    fast = observation.motion.speed_m_s > p["LNDFW_VEL_XY_MAX"] or (
+        airspeed_m_s > p["LNDFW_AIRSPD_MAX"] and not observation.touching_ground
+    )
+    if not inputs.armed:
+        return landing.become(observation.touching_ground, observation.time_s)
+    if landing.landed:
+        return landing.become(not fast, observation.time_s)
+    return landing.after(p["LNDFW_TRIG_TIME"], observation.time_s, not fast)
+
+
 class Px4Plane(Px4Vehicle):
     """An aeroplane with PX4.
 
@@ -47,81 +60,42 @@ class Px4Plane(Px4Vehicle):
     """
 
     navigator: PlaneNavigator
-    navigator_class = PlaneNavigator
-    behaviours: ClassVar = {
-        "px4_hold": plane_modes.Hold,
-        "px4_manual": plane_modes.Manual,
-        "px4_altitude": plane_modes.Altitude,
-        "px4_position": plane_modes.Altitude,
-        "px4_mission": PlaneMission,
-        "px4_return": plane_landing.Return,
-        "px4_offboard": PlaneOffboard,
-        "px4_takeoff": plane_takeoff.Takeoff,
-        "px4_land": plane_landing.Land,
-    }
+    table = px4_table(
+        modes={
+            "px4_hold": plane_modes.Hold,
+            "px4_manual": plane_modes.Manual,
+            "px4_altitude": plane_modes.Altitude,
+            "px4_position": plane_modes.Altitude,
+            "px4_mission": PlaneMission,
+            "px4_return": plane_landing.Return,
+            "px4_offboard": PlaneOffboard,
+            "px4_takeoff": plane_takeoff.Takeoff,
+            "px4_land": plane_landing.Land,
+        },
+        navigator=PlaneNavigator,
+        landing=_landed_when_slow,
+    )
 
     def __init__(self, start: PowerUp) -> None:
         self.airspeed_m_s = 0.0
         self.circling: tuple[Point, float] | None = None
-        self._on_ground = True
-        self._slow_since_s: float | None = None
         super().__init__(start)
 
     # State.
 
-    @property
-    def landed(self) -> bool:
-        """The state of the land detector."""
-        return self._on_ground
-
-    def takes_off(self) -> bool:
-        """As soon as the land detector says so."""
-        return not self._on_ground
-
-    def has_landed(self) -> bool:
-        """The same."""
-        return self._on_ground
-
     def observe(self, observation: Observation) -> None:
-        """See `Firmware`; takes the airspeed."""
+        """See `Commander`; takes the airspeed."""
         super().observe(observation)
         self.airspeed_m_s = observation.indicated_m_s(TRUE_OVER_INDICATED)
-
-    def update(self, observation: Observation) -> None:
-        """See `Firmware`."""
-        self._detect_ground(observation)
-        super().update(observation)
-
-    def _detect_ground(self, observation: Observation) -> None:
-        """Flying at once when fast, also while it rolls; landed when slow for LNDFW_TRIG_TIME."""
-        p, m = self.parameters, observation.motion
-        speed = m.speed_m_s
-        fast = speed > p["LNDFW_VEL_XY_MAX"] or (
-            self.airspeed_m_s > p["LNDFW_AIRSPD_MAX"] and not observation.touching_ground
-        )
-        if not self.armed:
-            self._on_ground, self._slow_since_s = observation.touching_ground, None
-        elif self._on_ground:
-            self._on_ground = not fast
-        elif fast:
-            self._slow_since_s = None
-        elif self._slow_since_s is None:
-            self._slow_since_s = observation.time_s
-        elif observation.time_s - self._slow_since_s >= p["LNDFW_TRIG_TIME"]:
-            self._on_ground, self._slow_since_s = True, None
 
     def may_land_by(self, items: Sequence[PlanItem]) -> bool:
         """See `Px4Vehicle`: what comes before a landing must suit FW_LND_ANG."""
         auto, here = self.auto, self.motion[:3]
-        return auto is None or all(
+        return all(
             approach_is_good(self, before, auto.place_of(before, here), auto.place_of(item, here))
             for before, item in pairwise(items)
             if item.command == Cmd.LAND and (before.x or before.y)
         )
-
-    def cruise_m_s(self) -> float:
-        """The indicated airspeed it keeps."""
-        return self.navigator.cruise_m_s()
 
     def takeoff_m_s(self) -> float:
         """FW_TKO_AIRSPD, or FW_AIRSPD_MIN."""
@@ -159,9 +133,7 @@ class Px4Plane(Px4Vehicle):
         self, point: GeoPoint | None, altitude_amsl_m: float | None, radius_m: float | None
     ) -> Result:
         """DO_ORBIT: AUTO.LOITER round a place, or where it is; negative is counter-clockwise."""
-        hold = self._modes[px4.LOITER]
-        assert isinstance(hold, plane_modes.Hold)
         result = self.set_mode(px4.LOITER)
         if result is Result.ACCEPTED and self.armed:
-            hold.go_round(point, altitude_amsl_m, radius_m)
+            self.mode_of(plane_modes.Hold).go_round(point, altitude_amsl_m, radius_m)
         return result

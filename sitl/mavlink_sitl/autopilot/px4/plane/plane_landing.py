@@ -147,9 +147,7 @@ class Return(PlaneMode):
         """The last place before the mission's landing, when that is where it goes."""
         plane = self.vehicle
         items, auto = plane.plans.mission.items, plane.auto
-        if int(plane.parameters["RTL_TYPE"]) not in (1, 2, 4) or auto is None:
-            return None
-        if not plane.has_mission:
+        if int(plane.parameters["RTL_TYPE"]) not in (1, 2, 4) or not auto.has_mission:
             return None
         before: Vector | None = None
         for item in items:

@@ -1,4 +1,4 @@
-"""The flight modes of PX4's planes without landing or take-off."""
+"""The flight modes of PX4's planes without missions, landing or take-off."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.control.l1_guidance import bank_rad
-from mavlink_sitl.autopilot.px4.mode import HoldMode, Px4Mode
+from mavlink_sitl.autopilot.px4.mode import HoldMode, OffboardMode, Px4Mode
 from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.plane import path_guidance
 from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint, Point
@@ -53,7 +53,7 @@ class PlaneMode(Px4Mode):
             north_m=m.north_m,
             east_m=m.east_m,
             down_m=m.down_m,
-            airspeed_m_s=self.vehicle.cruise_m_s() * TRUE_OVER_INDICATED,
+            airspeed_m_s=self.vehicle.navigator.cruise_m_s() * TRUE_OVER_INDICATED,
         )
 
     def course(self) -> Point:
@@ -111,7 +111,7 @@ class PlaneMode(Px4Mode):
             bank = bank_rad(push, self.bank_limit_rad())
         change = CLIMB_CHANGE_M_S2 * STEP_S
         self._climb_m_s += min(max(climb_m_s - self._climb_m_s, -change), change)
-        airspeed = plane.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
+        airspeed = plane.navigator.cruise_m_s() if airspeed_m_s is None else airspeed_m_s
         self.guide(
             replace(
                 self.hold_guidance(),
@@ -280,3 +280,54 @@ class Altitude(Manual):
             (north, east), (c, s) = self.level(), path_guidance.unit(*self.course())
             self._line = ((north, east), (north + c, east + s))
         return path_guidance.line(self.level(), *self._line)
+
+
+def whole(vector: Vector | None) -> bool:
+    """Whether all three components are given."""
+    return vector is not None and all(math.isfinite(value) for value in vector)
+
+
+class PlaneOffboard(PlaneMode, OffboardMode):
+    """OFFBOARD: follows the stream of setpoints.
+
+    * A position is flown to in a straight line, and flown over again and again; far from its
+      height it is circled until the height is reached.
+    * A position with a velocity is a place on a path and the path's direction there.
+    * A velocity, an acceleration, or a position with something missing controls nothing: it
+      flies on, level.
+    """
+
+    def enter(self) -> None:
+        """Follow the latest setpoint."""
+        self.level_off()
+        self._down_m = self.vehicle.motion.down_m
+        self.rising = False
+        super().enter()
+
+    def follow(self, fresh: bool) -> None:
+        """See `OffboardMode`."""
+        self.update()
+
+    def stop(self) -> None:
+        """Nobody says anything: fly on, level."""
+        self.vehicle.circling = None
+        if self.vehicle.landed:
+            self.rest()
+        else:
+            self.fly(None, self.climb_to(self._down_m))
+
+    def update(self) -> None:
+        """Follow the setpoint."""
+        place, velocity = self.target.position_m, self.target.velocity_m_s
+        if not self.vehicle.stream_alive() or place is None or not whole(place):
+            self.stop()
+            return
+        self._down_m = place[2]
+        here = self.level()
+        if velocity is not None and whole(velocity):
+            self.rising = False
+            along = path_guidance.unit(velocity[0], velocity[1])
+            end = (place[0] + along[0], place[1] + along[1])
+            self.follow_path(path_guidance.line(here, place[:2], end), place)
+            return
+        self.fly_over(path_guidance.point(here, place[:2]), place)

@@ -103,7 +103,7 @@ class PurePursuit:
 
     def _go(self, left_m: float) -> DriveGuidance:
         rover, p = self._vehicle, self._vehicle.parameters
-        cruise = rover.cruise_m_s()
+        cruise = rover.navigator.cruise_m_s()
         if p["RO_DECEL_LIM"] > 0.0 and p["RO_JERK_LIM"] > 0.0:
             jerk = within(p["RO_JERK_LIM"], 1e-3, _MOST)
             deceleration = within(p["RO_DECEL_LIM"], 1e-3, _MOST)

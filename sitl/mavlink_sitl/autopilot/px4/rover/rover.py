@@ -7,13 +7,13 @@ seen once of its simulated rover.
 from __future__ import annotations
 
 import math
-from typing import ClassVar
 
+from mavlink_sitl.autopilot.common.firmware import Inputs, Landing
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.rover import rover_modes
 from mavlink_sitl.autopilot.px4.rover.pursuit import Point
 from mavlink_sitl.autopilot.px4.rover.rover_mission import RoverMission
-from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
+from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
 from mavlink_sitl.exchange import Limits, Motors, YawMode
 from mavlink_sitl.guidance import DriveGuidance
@@ -42,37 +42,36 @@ class RoverNavigator(Px4Navigator):
         )
 
 
+def _landed_at_rest(landing: Landing, inputs: Inputs) -> Landing:
+    """Disarmed, in AUTO.LAND, or at the end of AUTO.RTL."""
+    return landing._replace(landed=not inputs.armed or inputs.at_rest)
+
+
 class Px4Rover(Px4Vehicle):
     """A car or a boat with PX4."""
 
     navigator: RoverNavigator
-    navigator_class = RoverNavigator
-    behaviours: ClassVar = {
-        "px4_hold": rover_modes.Hold,
-        "px4_manual": rover_modes.Manual,
-        "px4_altitude": rover_modes.Manual,
-        "px4_position": rover_modes.Position,
-        "px4_mission": RoverMission,
-        "px4_return": rover_modes.Return,
-        "px4_offboard": rover_modes.Offboard,
-        "px4_takeoff": rover_modes.Takeoff,
-        "px4_land": rover_modes.Land,
-    }
+    table = px4_table(
+        modes={
+            "px4_hold": rover_modes.Hold,
+            "px4_manual": rover_modes.Manual,
+            "px4_altitude": rover_modes.Manual,
+            "px4_position": rover_modes.Position,
+            "px4_mission": RoverMission,
+            "px4_return": rover_modes.Return,
+            "px4_offboard": rover_modes.Offboard,
+            "px4_takeoff": rover_modes.Takeoff,
+            "px4_land": rover_modes.Land,
+        },
+        navigator=RoverNavigator,
+        landing=_landed_at_rest,
+    )
 
     # State.
-
-    @property
-    def landed(self) -> bool:
-        """Disarmed, in AUTO.LAND, or at the end of AUTO.RTL."""
-        return not self.armed or self.mode.at_rest
 
     def takes_off(self) -> bool:
         """A moment after arming."""
         return not self.landed and self.now_s - self.arming.armed_at_s >= DRIVING_AFTER_S
-
-    def has_landed(self) -> bool:
-        """See `landed`."""
-        return self.landed
 
     def may_disarm(self) -> bool:
         """Always, also while it rolls."""
@@ -82,10 +81,6 @@ class Px4Rover(Px4Vehicle):
         """Whether a mode has what it needs; a height to hold there is none."""
         impossible = self.personality.modes[number].behaviour == "px4_altitude"
         return not impossible and super().can_run(number)
-
-    def cruise_m_s(self) -> float:
-        """The cruise speed."""
-        return self.navigator.cruise_m_s()
 
     def accept_m(self) -> float:
         """The acceptance radius (NAV_ACC_RAD)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.common.auto_tasks import AutoTask
+from mavlink_sitl.autopilot.common.auto import AutoTask
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.mission_mode import Px4Mission
 from mavlink_sitl.autopilot.px4.navigation import within
@@ -57,7 +57,7 @@ class DriveTo(AutoTask):
         if after is not None and self._wait_s == 0.0 and item.command not in _ENDLESS:
             angle = corner_rad(start, target, after)
             accept = corner_radius_m(rover, angle)
-            arrival = min(rover.reduced_m_s(1.0 - angle / math.pi), rover.cruise_m_s())
+            arrival = min(rover.reduced_m_s(1.0 - angle / math.pi), rover.navigator.cruise_m_s())
         mission.way = PurePursuit(rover, target, start, arrival, accept)
 
     def update(self) -> None:

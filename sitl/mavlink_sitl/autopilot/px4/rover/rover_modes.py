@@ -164,7 +164,7 @@ class Position(Manual):
         """Follow the sticks."""
         rover = self.vehicle
         throttle, turn = self.sticks()
-        speed = throttle * rover.cruise_m_s()
+        speed = throttle * rover.navigator.cruise_m_s()
         if abs(turn) < STICK_DEADZONE and speed != 0.0:
             if self._course_rad is None:
                 self._course_rad = rover.motion.yaw_rad
@@ -197,7 +197,7 @@ class Offboard(DriveMode, OffboardMode):
                 self.stop()
         elif velocity is not None and given(velocity)[0]:
             speed = math.hypot(velocity[0], velocity[1])
-            speed = min(speed, self.vehicle.cruise_m_s())
+            speed = min(speed, self.vehicle.navigator.cruise_m_s())
             course = math.atan2(velocity[1], velocity[0])
             self.drive(self.vehicle.drive_guidance(speed, course))
         else:

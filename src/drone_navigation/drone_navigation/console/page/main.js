@@ -199,7 +199,8 @@ function showEnds() {
   for (const [name, v] of Object.entries(link.vehicles)) {
     const number = v.end?.number ?? 0;
     const isNew = ends[name] !== undefined && number > ends[name];
-    if (isNew) say(of(name) + endText(v.end), v.end.code !== "SUCCESS");
+    // That of this vehicle is read aloud once, where the goal stands.
+    if (isNew) say(of(name) + endText(v.end), v.end.code !== "SUCCESS", name === chosen ? "off" : "polite");
     ends[name] = number;
   }
 }
@@ -237,7 +238,8 @@ function sayBeside(kind, text) {
   }
 }
 
-function say(text, bad = false) {
+function say(text, bad = false, live = "polite") {
+  $("answer").ariaLive = live;
   setText($("answer"), text, bad);
   $("answer").dataset.count = Number($("answer").dataset.count ?? 0) + 1;
 }
@@ -482,7 +484,8 @@ const KEYS = [
 
 addEventListener("keydown", (event) => {
   if (event.ctrlKey && event.key === "z") return route.undo();
-  const typing = event.target instanceof HTMLInputElement && event.target.type === "number";
+  // A list that scrolls keeps the arrows, as a field does.
+  const typing = event.target instanceof HTMLInputElement && event.target.type === "number" || event.target instanceof HTMLOListElement;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const pressing = event.target instanceof HTMLButtonElement || event.target instanceof HTMLSelectElement;
   if (event.ctrlKey || event.metaKey || event.repeat && "hcvgtlbpr".includes(key)) return undefined;

@@ -26,12 +26,12 @@ function outline(map, context, area) {
   if (area.radius === null) {
     points.forEach(([px, py], i) => (i ? context.lineTo(px, py) : context.moveTo(px, py)));
     context.closePath();
-  } else context.arc(...points[0], Math.max(area.radius * map.view.scale, 2), 0, 2 * Math.PI);
+  } else context.arc(...points[0], Math.max(area.radius * map.scale, 2), 0, 2 * Math.PI);
 }
 
 // Where one may not be is hatched: the inside of an exclusion.
 function hatch(map, context, area, colour) {
-  const { clientWidth: width, clientHeight: height } = map.canvas;
+  const { width, height } = map;
   context.save();
   outline(map, context, area);
   context.clip();
@@ -111,7 +111,7 @@ export function drawScene(map, context, scene, c) {
   drawTogether(map, context, scene.together, c);
   const count = (list) => list?.length ?? 0;
   const drawn = `fence ${count(scene.fence?.areas)} rally ${count(scene.rally?.items)} mission ${missionPoints(scene.mission).length}`;
-  if (map.canvas.dataset.scene !== drawn) map.canvas.dataset.scene = drawn;
+  if (map.element.dataset.scene !== drawn) map.element.dataset.scene = drawn;
 }
 
 // --- from the side

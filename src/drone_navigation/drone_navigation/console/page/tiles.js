@@ -1,13 +1,15 @@
-// Tiles below the map, from the console's own file, laid out in the metres of the vehicle's map.
+// Tiles below the map: Leaflet's layers, laid into the metres of the vehicle's map.
 
 const TILE_PX = 256;
-const EQUATOR_M = 40075016.686;
-const DEGREE_M = EQUATOR_M / 360;
 const RADIAN = Math.PI / 180;
+const DEGREE_M = 111320;
 const LATITUDE_MAX = 85;
-const IMAGES_MAX = 500;
-const TILES_MAX = 200;
-const ROUNDS = 5;
+// Over a step of this length the map's metres follow from degrees in proportion.
+const STEP_DEG = 1e-4;
+// The layers are laid again when the middle of the map is this far from where they fit.
+const APART_M = 1000;
+// Below the finest tiles, where these have gaps, are those of this many zooms less.
+const COARSER = 3;
 
 // East and north of a place in the map: mavlink_vehicle's projections of each firmware.
 export function toLocal(earth, latitude, longitude) {
@@ -26,97 +28,70 @@ export function toLocal(earth, latitude, longitude) {
   return [east * longer * earth.radius_east_m, north * longer * earth.radius_north_m];
 }
 
-// Latitude and longitude of a place in the map; the latter may be beyond 180 degrees.
-export function toGeodetic(earth, x, y) {
-  let [latitude, longitude] = earth.origin;
-  for (let i = 0; i < ROUNDS; i += 1) {
-    const [east, north] = toLocal(earth, latitude, longitude);
-    latitude = Math.max(-LATITUDE_MAX, Math.min(LATITUDE_MAX, latitude + (y - north) / DEGREE_M));
-    longitude += (x - east) / (DEGREE_M * Math.cos(latitude * RADIAN));
-  }
-  return [latitude, longitude];
+// Parts of the whole web map, from its north-western corner: https://wiki.openstreetmap.org/wiki/Slippy_map_tilenames
+const column = (longitude) => (longitude + 180) / 360;
+const row = (latitude) => 0.5 * (1 - Math.asinh(Math.tan(latitude * RADIAN)) / Math.PI);
+
+// The metres of the web map's width and height, and where its corner is, if the whole were as it is
+// around a place in the map.
+function fitted(earth, x, y) {
+  const latitude = Math.max(-LATITUDE_MAX, Math.min(LATITUDE_MAX, earth.origin[0] + y / DEGREE_M));
+  const longitude = earth.origin[1] + x / (DEGREE_M * Math.cos(latitude * RADIAN));
+  const [east, north] = toLocal(earth, latitude, longitude);
+  const [farther] = toLocal(earth, latitude, longitude + STEP_DEG);
+  const [, lower] = toLocal(earth, latitude - STEP_DEG, longitude);
+  const width = (farther - east) / (column(longitude + STEP_DEG) - column(longitude));
+  const height = (north - lower) / (row(latitude - STEP_DEG) - row(latitude));
+  return { x, y, width, height, left: east - width * column(longitude), top: north + height * row(latitude) };
 }
 
-// Columns from the date line and rows from the north: https://wiki.openstreetmap.org/wiki/Slippy_map_tilenames
-const column = (longitude, count) => ((longitude + 180) / 360) * count;
-const row = (latitude, count) => 0.5 * (1 - Math.asinh(Math.tan(latitude * RADIAN)) / Math.PI) * count;
-const longitudeOf = (x, count) => (x / count) * 360 - 180;
-const latitudeOf = (y, count) => Math.atan(Math.sinh(Math.PI * (1 - (2 * y) / count))) / RADIAN;
+// Not TileLayer, which puts data: into images: the page's policy forbids that.
+const Layer = L.GridLayer.extend({
+  createTile({ x, y, z }, done) {
+    const zoom = z + this.options.zoomOffset;
+    const column = x - 2 ** zoom * Math.floor(x / 2 ** zoom);
+    const tile = Object.assign(new Image(), { alt: "", onload: () => done(null, tile), onerror: () => done(true, tile) });
+    tile.src = `/tile/${zoom}/${column}/${y}?token=${this.options.token}`;
+    return tile;
+  },
+});
 
 export class Tiles {
   constructor(link, earth, redraw) {
-    this.link = link;
-    this.earth = earth;
-    this.redraw = redraw;
-    this.images = new Map();
+    Object.assign(this, { link, earth, redraw, layers: [], key: "" });
   }
 
-  // Returns how many are drawn.
-  draw(context, map) {
-    const zooms = this.link.tiles;
-    const earth = this.earth();
-    if (!zooms || !earth) return 0;
-    const { clientWidth: width, clientHeight: height } = map.canvas;
-    const corners = [[0, 0], [width, 0], [0, height], [width, height]].map(([px, py]) => toGeodetic(earth, ...map.toMap(px, py)));
-    const scale = map.view.scale * (devicePixelRatio || 1);
-    const whole = EQUATOR_M * Math.cos(corners[0][0] * RADIAN) * scale;
-    const zoom = Math.max(Math.round(Math.log2(whole / TILE_PX)), zooms.min);
-    const count = 2 ** zoom;
-    const [xs, ys] = [corners.map(([, longitude]) => column(longitude, count)), corners.map(([latitude]) => row(latitude, count))];
-    const [west, east, north, south] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)].map(Math.floor);
-    if ((east - west + 1) * (south - north + 1) > TILES_MAX) return 0;
-    context.save();
-    context.globalAlpha = document.documentElement.dataset.theme === "night" ? 0.45 : 0.8;
-    let drawn = 0;
-    for (let x = west; x <= east; x += 1) {
-      for (let y = Math.max(north, 0); y <= Math.min(south, count - 1); y += 1) drawn += this.tile(context, map, earth, zooms, zoom, x, y);
+  // Lays the tiles where the map is; returns whether any are shown.
+  show(map) {
+    const [zooms, earth, ratio] = [this.link.tiles, this.earth(), devicePixelRatio || 1];
+    const { x, y } = map.view;
+    const key = JSON.stringify([zooms, earth, ratio]);
+    const apart = this.fit && !map.moving && Math.hypot(x - this.fit.x, y - this.fit.y) > APART_M;
+    if (key !== this.key || apart) {
+      this.key = key;
+      this.fit = zooms && earth && fitted(earth, x, y);
+      this.lay(map, zooms, ratio);
     }
-    context.restore();
-    map.canvas.dataset.tiles = `${drawn} ${[...this.images.values()].filter((image) => !image.state).length}`;
-    return drawn;
+    const pane = map.leaflet.getPane("tilePane");
+    pane.style.opacity = document.documentElement.dataset.theme === "night" ? 0.45 : 0.8;
+    const shown = pane.querySelectorAll(".leaflet-tile-loaded").length;
+    if (this.fit) map.element.dataset.tiles = `${shown} ${this.layers.filter((layer) => layer.isLoading()).length}`;
+    return shown > 0;
   }
 
-  // Draws one, or its part of the finest one around it that there is.
-  tile(context, map, earth, zooms, zoom, x, y) {
-    const count = 2 ** zoom;
-    let waits = false;
-    for (let up = Math.max(zoom - zooms.max, 0); zoom - up >= zooms.min; up += 1) {
-      const parts = 2 ** up;
-      const around = 2 ** (zoom - up);
-      const place = [((Math.floor(x / parts) % around) + around) % around, Math.floor(y / parts)];
-      // While it is loaded a coarser one that is there takes its place.
-      const image = this.image(zoom - up, ...place, !waits);
-      waits = waits || image?.state === undefined;
-      if (image?.state !== "ready") continue;
-      const at = (dx, dy) => map.toScreen(...toLocal(earth, latitudeOf(y + dy, count), longitudeOf(x + dx, count)));
-      const [[left, top], right, bottom] = [at(0, 0), at(1, 0), at(0, 1)];
-      const side = image.naturalWidth / parts;
-      // A little wider, so that no line is left between two.
-      const wider = side * (1 + 0.6 / Math.max(right[0] - left, 1));
-      context.save();
-      context.transform((right[0] - left) / side, (right[1] - top) / side, (bottom[0] - left) / side, (bottom[1] - top) / side, left, top);
-      const [partX, partY] = [((x % parts) + parts) % parts, y % parts];
-      context.drawImage(image, partX * side, partY * side, side, side, 0, 0, wider, wider);
-      context.restore();
-      return 1;
-    }
-    return 0;
-  }
-
-  image(zoom, x, y, load) {
-    const key = `${zoom}/${x}/${y}`;
-    let image = this.images.get(key);
-    if (!image) {
-      if (!load) return undefined;
-      image = new Image();
-      image.onload = () => { image.state = "ready"; this.redraw(); };
-      image.onerror = () => { image.state = "none"; this.redraw(); };
-      image.src = `/tile/${key}?token=${encodeURIComponent(this.link.token)}`;
-      if (this.images.size >= IMAGES_MAX) this.images.delete(this.images.keys().next().value);
-    } else {
-      this.images.delete(key);
-    }
-    this.images.set(key, image);
-    return image;
+  lay(map, zooms, ratio) {
+    const { width, height, left, top } = this.fit || { left: 0, top: 0 };
+    this.layers.forEach((layer) => layer.remove());
+    // Leaflet counts pixels from the web map's corner, so that its tiles are those of the web map.
+    map.frame(L.transformation(1, -left, -1, top));
+    if (!this.fit) { this.layers = []; return; }
+    // At Leaflet's zoom 0 a metre is a pixel.
+    const zoomOffset = Math.round(Math.log2((width * ratio) / TILE_PX));
+    const tileSize = L.point(width, height).divideBy(2 ** zoomOffset);
+    this.layers = [COARSER, 0].map((fewer) => new Layer({
+      token: encodeURIComponent(this.link.token), tileSize, zoomOffset, minZoom: zooms.min - zoomOffset - 2,
+      minNativeZoom: zooms.min - zoomOffset, maxNativeZoom: Math.max(zooms.max - fewer, zooms.min) - zoomOffset,
+      bounds: [[top - height, -Infinity], [top, Infinity]],
+    }).on("load tileload tileunload", this.redraw).addTo(map.leaflet));
   }
 }

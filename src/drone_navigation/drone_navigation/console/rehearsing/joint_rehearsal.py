@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from drone_navigation.console import plans
+from drone_navigation.console.page_types import HomeValue
 from drone_navigation.console.rehearsing.separations import Meeting, TimedFlight, meetings
 from navigation_core.geometry import Vector3
 from navigation_core.traffic.volumes import Separation
@@ -34,7 +35,7 @@ class RehearsedVehicle:
     """
 
     autopilot: str
-    home: dict[str, Any] | None
+    home: HomeValue | None
     position_enu_m: Sequence[float] | None
     parked: bool
     flies: bool

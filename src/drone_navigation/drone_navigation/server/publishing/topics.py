@@ -159,9 +159,11 @@ class Topics:
         self._seen = state
         self._obstacles.update(self._stamp, now)
         self._grid.update(self._stamp, now)
-        for sample in (state.global_position, state.attitude):
-            if sample is not None and sample.time_s == now:
-                self._times.observe(state.boot_count, sample.time_boot_ms, now)
+        last = (None, None) if before is None else (before.global_position, before.attitude)
+        for sample, known in zip((state.global_position, state.attitude), last, strict=True):
+            if sample is not None and sample is not known:
+                # An attitude may have come a while ago: it is published with the next position.
+                self._times.observe(state.boot_count, sample.time_boot_ms, sample.time_s)
         if before is None or state.global_position is not before.global_position:
             self._publish_pose(state, now)
         if (before is None or state.gps is not before.gps) and is_heard(self._fix):
@@ -186,13 +188,15 @@ class Topics:
             self._publish_diagnostics(stamp, now)
 
     def _publish_pose(self, state: VehicleState, now: float) -> None:
+        streams = (self._pose, self._odometry, self._geo_pose)
+        heard = [publisher for publisher in streams if is_heard(publisher)]
+        if not heard and not self.transforms.are_followed:
+            return
         pose, position = self._bridge.pose, state.global_position
         if pose is None or position is None:
             return
         pose = at_time_of_position(pose, state)
         self.transforms.follow(pose, state)
-        streams = (self._pose, self._odometry, self._geo_pose)
-        heard = [publisher for publisher in streams if is_heard(publisher)]
         if not heard and not self.transforms.are_heard:
             return
         stamp, frames = self._measured(position.time_boot_ms, now), self._frames

@@ -61,6 +61,7 @@ class Transforms:
         self._origin: Geodetic | None = None
         self._still: dict[str, tuple[str, OdomPose]] = {}
         self._told: dict[str, tuple[str, OdomPose]] = {}
+        self._followed = False
         self._moving = self._static = None
         if which is not PublishTf.NONE:
             self._moving = node.create_publisher(TFMessage, "/tf", 100)
@@ -85,6 +86,12 @@ class Transforms:
     def are_heard(self) -> bool:
         """Whether anyone gets what `publish` publishes."""
         return self._moving is not None and is_heard(self._moving)
+
+    @property
+    def are_followed(self) -> bool:
+        """Whether anyone gets or got it: `odom` stays continuous for who listens again."""
+        self._followed = self._followed or self.are_heard
+        return self._followed
 
     def follow(self, pose: MapPose, state: VehicleState) -> None:
         """Follow the vehicle.

@@ -11,6 +11,7 @@ Where a new mission would continue at the number of the item that the old one ha
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -41,8 +42,8 @@ from mavlink_vehicle.protocols.operations.command import (
     CommandTiming,
     result_name,
 )
+from mavlink_vehicle.protocols.operations.evidence import Evidence
 from mavlink_vehicle.protocols.operations.operation_goals import StateGoal
-from mavlink_vehicle.protocols.operations.operations import quote_texts
 from mavlink_vehicle.state.reducer import VehicleState
 
 _WRITES = 3
@@ -98,7 +99,7 @@ class MissionInput(enum.Enum):
     FAILED = "rejected, or no attempts remain"
     WAITED = "the wait for reasons is over"
     TIME_UP = "the operation timed out"
-    CANCEL = "cancelled, or the link is lost"
+    STOP = "cancelled, or the link is lost"
 
 
 class MissionOperation(TransfersInTurn[OperationFinished]):
@@ -115,11 +116,9 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         """The mission that was read, without home; None before."""
         self._address = address
         self._timing = timing
+        self.evidence = Evidence()
         self._reasons_s: float | None = None
         self._writes = 0
-        self._vehicle = VehicleState()
-        self._connected = True
-        self._texts_before = 0
         self._result = OperationResult.CANCELLED
         self._reason = ""
 
@@ -128,42 +127,31 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         """Whether it has ended."""
         return self.state is MissionOperationState.FINISHED
 
-    def next_modes(self) -> tuple[int, ...]:
-        """No mode follows from it."""
-        return ()
-
     def begin(self, state: VehicleState, connected: bool, now: float) -> None:
-        """Start in a vehicle's state; whether its HEARTBEAT is fresh says `connected`."""
-        self._vehicle, self._connected = state, connected
-        self._texts_before = state.texts.count
-        self.start(now)
+        """Write, or read if there is nothing to write.
 
-    def start(self, now: float) -> None:
-        """Write, or read if there is nothing to write."""
+        Args:
+            state: the vehicle's state.
+            connected: whether its HEARTBEAT is fresh.
+            now: time in seconds.
+        """
+        self.evidence.begin(state, connected, -math.inf)
         self._limit_s = now + self._timing.timeout_s
         reads = self.goal.kind is OperationKind.DOWNLOAD_MISSION
         self._fire(MissionInput.READ if reads else MissionInput.WRITE, now)
 
     def observe(self, state: VehicleState, connected: bool, now: float) -> None:
         """Process the vehicle's new state, for its texts."""
-        self._vehicle, self._connected = state, connected
+        self.evidence.observe(state, connected)
 
     def excuse(self, gap_s: float) -> None:
         """Do not count a time in which we did not run."""
         self._limit_s += gap_s
 
-    def settle(self) -> None:
-        """Nothing that was asked before matters to it."""
-
-    def cancel(self, reason: str, now: float) -> None:
-        """End it CANCELLED for this reason; a MISSION_ACK ends a half-done transfer, too."""
-        self._result, self._reason = OperationResult.CANCELLED, reason
-        self._fire(MissionInput.CANCEL, now)
-
-    def lose(self, reason: str, now: float) -> None:
-        """End it LINK_LOST for this reason."""
-        self._result, self._reason = OperationResult.LINK_LOST, reason
-        self._fire(MissionInput.CANCEL, now)
+    def stop(self, result: OperationResult, reason: str, now: float) -> None:
+        """End it for this reason; a MISSION_ACK ends a half-done transfer, too."""
+        self._result, self._reason = result, reason
+        self._fire(MissionInput.STOP, now)
 
     def _on_deadline(self, now: float) -> None:
         """Repeat, or end."""
@@ -179,10 +167,8 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         self._result = OperationResult.TIMED_OUT
         self._fire(MissionInput.TIME_UP, now)
 
-    def _go_on(self, end: TransferFinished | CommandFinished, now: float) -> None:
-        if isinstance(end, CommandFinished):
-            self._rewound(end, now)
-        elif isinstance(self._part, MissionDownload):
+    def _transfer_ended(self, end: TransferFinished, now: float) -> None:
+        if isinstance(self._part, MissionDownload):
             self._read(end, now)
         else:
             self._written(end, now)
@@ -210,21 +196,15 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         if difference is not None:
             reason = f"the mission read back differs from the mission sent: {difference}"
             self._again(OperationResult.REFUSED, reason, now)
-        elif self._is_rejected():
+        elif any(text.startswith(rules.rejections) for text in self.evidence.texts):
+            # A PX4 judges what it stored after the upload.
             self._fail(OperationResult.REFUSED, "it is stored, but will not be flown", now)
         elif rules.rewinds and self.goal.items:
             self._fire(MissionInput.REWIND, now)
         else:
             self._fire(MissionInput.RIGHT, now)
 
-    def _is_rejected(self) -> bool:
-        """Whether the vehicle has judged what it stored (PX4 does so after the upload)."""
-        texts = self._vehicle.status_texts
-        fresh = min(self._vehicle.texts.count - self._texts_before, len(texts))
-        rejections = self.goal.rules.rejections
-        return any(text.text.startswith(rejections) for text in texts[len(texts) - fresh :])
-
-    def _rewound(self, end: CommandFinished, now: float) -> None:
+    def _command_ended(self, end: CommandFinished, now: float) -> None:
         if end.result == mavlink.MAV_RESULT_ACCEPTED:
             self._fire(MissionInput.RIGHT, now)
             return
@@ -269,7 +249,7 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
 
     def _wait_for_reasons(self, now: float) -> None:
         self._part = None
-        self._reasons_s = self._deadline = now + _REASONS_S
+        self._reasons_s = self.deadline_s = now + _REASONS_S
 
     def _achieve(self, now: float) -> None:
         count = len(self.stored or ())
@@ -278,17 +258,16 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
     def _give_reasons(self, now: float) -> None:
         self._give_up_part(now)
         result, reason = self._result, f"{self._title()} failed: {self._reason}"
-        if result is OperationResult.TIMED_OUT and not self._connected:
+        if result is OperationResult.TIMED_OUT and not self.evidence.connected:
             result, reason = OperationResult.LINK_LOST, f"{reason}, and no HEARTBEAT is received"
-        reason += quote_texts(self._vehicle, self._texts_before)
-        self._finish(result, reason if reason.endswith((".", "!", "?")) else f"{reason}.", now)
+        self._finish(result, self.evidence.quoted(reason), now)
 
     def _title(self) -> str:
         title = self.goal.kind.value
         return f"{title[0].upper()}{title[1:]}"
 
     def _finish(self, result: OperationResult, reason: str, now: float) -> None:
-        self._deadline = None
+        self.deadline_s = None
         self._part = self._upload = None
         self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
 
@@ -297,24 +276,24 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
     table: ClassVar[Table] = {
         (_S.IDLE, _I.WRITE): (_S.WRITING, _write),
         (_S.IDLE, _I.READ): (_S.READING, _begin_reading),
-        (_S.IDLE, _I.CANCEL): (_S.FINISHED, _give_reasons),
+        (_S.IDLE, _I.STOP): (_S.FINISHED, _give_reasons),
         (_S.WRITING, _I.WRITTEN): (_S.READING, _begin_reading),
         (_S.WRITING, _I.AGAIN): (_S.WRITING, _write),
         (_S.WRITING, _I.FAILED): (_S.REFUSING, _wait_for_reasons),
         (_S.WRITING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
-        (_S.WRITING, _I.CANCEL): (_S.FINISHED, _give_reasons),
+        (_S.WRITING, _I.STOP): (_S.FINISHED, _give_reasons),
         (_S.READING, _I.RIGHT): (_S.FINISHED, _achieve),
         (_S.READING, _I.REWIND): (_S.REWINDING, _rewind),
         (_S.READING, _I.AGAIN): (_S.WRITING, _write),
         (_S.READING, _I.FAILED): (_S.REFUSING, _wait_for_reasons),
         (_S.READING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
-        (_S.READING, _I.CANCEL): (_S.FINISHED, _give_reasons),
+        (_S.READING, _I.STOP): (_S.FINISHED, _give_reasons),
         (_S.REWINDING, _I.RIGHT): (_S.FINISHED, _achieve),
         (_S.REWINDING, _I.FAILED): (_S.REFUSING, _wait_for_reasons),
         (_S.REWINDING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
-        (_S.REWINDING, _I.CANCEL): (_S.FINISHED, _give_reasons),
+        (_S.REWINDING, _I.STOP): (_S.FINISHED, _give_reasons),
         (_S.REFUSING, _I.WAITED): (_S.FINISHED, _give_reasons),
-        (_S.REFUSING, _I.CANCEL): (_S.FINISHED, _give_reasons),
-        (_S.FINISHED, _I.CANCEL): (_S.FINISHED, None),
+        (_S.REFUSING, _I.STOP): (_S.FINISHED, _give_reasons),
+        (_S.FINISHED, _I.STOP): (_S.FINISHED, None),
     }
     del _S, _I

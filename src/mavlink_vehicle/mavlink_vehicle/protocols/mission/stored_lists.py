@@ -32,7 +32,7 @@ _AGAIN_S = 60.0
 # Reading takes at most one part in this many of the time.
 _SHARE = 20.0
 _WAIT_S = 2.0
-_TOLD_S = 3.0
+_OWN_SHOWN_S = 3.0
 _ORDER = (MissionType.FENCE, MissionType.RALLY, MissionType.MISSION)
 _ACK = mavlink.MAVLink_mission_ack_message
 _TRANSFERS = (
@@ -108,11 +108,13 @@ class StoredLists(Outbox, VehicleService):
 
     def link_lost(self, state: VehicleState, now: float) -> None:
         """Stop asking."""
-        self.pause()
+        self._download = None
+        self._due_s.clear()
+        self._outbox.clear()
 
     def vehicle_gone(self, reason: str, now: float) -> None:
         """Drop what is known."""
-        self.forget()
+        self._items.clear()
 
     def resume(self, address: Address, now: float) -> None:
         """Read the lists from now on."""
@@ -180,22 +182,12 @@ class StoredLists(Outbox, VehicleService):
         """Read again what MISSION_CURRENT shows to be another list."""
         changed = (before.total, before.mission_id) != (mission.total, mission.mission_id)
         # MISSION_CURRENT comes once a second: at first it shows what was put here.
-        if changed and now - self._put_s.get(MissionType.MISSION, -math.inf) > _TOLD_S:
+        if changed and now - self._put_s.get(MissionType.MISSION, -math.inf) > _OWN_SHOWN_S:
             self.refresh(MissionType.MISSION, now)
         if before.fence_id != mission.fence_id:
             self.refresh(MissionType.FENCE, now)
         if before.rally_id != mission.rally_id:
             self.refresh(MissionType.RALLY, now)
-
-    def forget(self) -> None:
-        """Drop what is known: the autopilot restarted."""
-        self._items.clear()
-
-    def pause(self) -> None:
-        """Stop asking."""
-        self._download = None
-        self._due_s.clear()
-        self._outbox.clear()
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the count and the items."""
@@ -203,16 +195,17 @@ class StoredLists(Outbox, VehicleService):
             self._download.receive(message, now)
             self._take(now)
 
-    def next_deadline(self) -> float | None:
-        """Return when to continue."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When to continue."""
         if self._download is not None:
-            return self._download.next_deadline()
+            return self._download.deadline_s
         due_s = min(self._due_s.values(), default=None)
         return None if due_s is None else max(due_s, self._free_s)
 
     def handle_timer(self, now: float) -> None:
         """Begin, continue, or make way for another transfer."""
-        due_s = self.next_deadline()
+        due_s = self.deadline_s
         if due_s is None or now < due_s:
             return
         if not self._may_read():

@@ -51,10 +51,12 @@ class TransfersInTurn(Machine[_Event]):
         self._outbox += part.messages_to_send()
         end = part.next_event()
         if end is None:
-            times = (self._limit_s, part.next_deadline())
-            self._deadline = min(time for time in times if time is not None)
+            times = (self._limit_s, part.deadline_s)
+            self.deadline_s = min(time for time in times if time is not None)
+        elif isinstance(end, CommandFinished):
+            self._command_ended(end, now)
         else:
-            self._go_on(end, now)
+            self._transfer_ended(end, now)
 
     def _give_up_part(self, now: float) -> None:
         """Have the vehicle forget a half-done transfer."""
@@ -63,8 +65,11 @@ class TransfersInTurn(Machine[_Event]):
             self._outbox += self._part.messages_to_send()
 
     @abstractmethod
-    def _go_on(self, end: TransferFinished | CommandFinished, now: float) -> None:
-        """Process the end of the present part."""
+    def _transfer_ended(self, end: TransferFinished, now: float) -> None:
+        """Process the end of the present part, a transfer."""
+
+    def _command_ended(self, end: CommandFinished, now: float) -> None:
+        """Process the end of a command; most operations begin none."""
 
     @abstractmethod
     def _end_late(self, now: float) -> None:

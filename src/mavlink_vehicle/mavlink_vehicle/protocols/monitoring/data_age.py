@@ -55,10 +55,10 @@ class DataAge:
         self._quickest = quickest_s, now
         if boot_ms is None or round_trip_s > quickest_s + _QUICK_S:
             return
-        told_ms = vehicle_ns // 1_000_000 % _UINT32
-        if abs(_difference_ms(told_ms, boot_ms)) > _OF_ONE_CLOCK_MS:
-            told_ms = boot_ms  # it counts from elsewhere
-        self._known.append((now, told_ms))
+        vehicle_ms = vehicle_ns // 1_000_000 % _UINT32
+        if abs(_difference_ms(vehicle_ms, boot_ms)) > _OF_ONE_CLOCK_MS:
+            vehicle_ms = boot_ms  # it counts from elsewhere
+        self._known.append((now, vehicle_ms))
 
     def age_s(self, boot_ms: int | None, boot_count: int, now: float) -> float | None:
         """Return the age of a sample by the vehicle's clock; None while unknown.

@@ -59,6 +59,6 @@ class StreamGap:
             return state
         if not (silent or last_s > STREAM_GAP_S):
             return state
-        if state.custom_mode != profile.mode_number(profile.control_mode):
+        if state.custom_mode != profile.control_number:
             return state
         return evolve(state, {"signs": state.signs._replace(stream_s=now)})

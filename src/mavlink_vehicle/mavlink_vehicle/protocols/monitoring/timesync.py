@@ -17,6 +17,8 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import Conversation, VehicleService
+from mavlink_vehicle.state.measurements import Values
+from mavlink_vehicle.state.restarts import Changes
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
@@ -66,14 +68,14 @@ class Timesync(TimedOutbox, VehicleService):
     @property
     def is_used(self) -> bool:
         """Whether it asks at all."""
-        return self._deadline is not None
+        return self.deadline_s is not None
 
     def resume(self, address: Address, now: float) -> None:
         """Begin to ask; times of an earlier link count no more."""
         self._identity = address.source_system << 8 | address.source_component
         self._round_trips_s.clear()
         self.answers = 0
-        self._deadline = now if self._interval_s > 0.0 else None
+        self.deadline_s = now if self._interval_s > 0.0 else None
 
     def vehicle_came(self, conversation: Conversation, now: float) -> None:
         """Begin to ask."""
@@ -85,7 +87,7 @@ class Timesync(TimedOutbox, VehicleService):
 
     def pause(self) -> None:
         """Stop asking."""
-        self._deadline = None
+        self.deadline_s = None
         self._asked.clear()
 
     def receive(self, message: Message, now: float) -> None:
@@ -99,12 +101,21 @@ class Timesync(TimedOutbox, VehicleService):
         self.answers += 1
         self._on_answer(now - asked_s, message.tc1, now)
 
+    def changes(self, _state: VehicleState, _now: float, values: Values) -> Changes | None:
+        """Return no changes by a TIMESYNC that is not for us; None for an answer of ours.
+
+        It has no target. So of several vehicles on one link each answers the questions to all, and
+        most that comes is for another.
+        """
+        vehicle_ns, asked_ns = values
+        return None if vehicle_ns and asked_ns in self._asked else {}
+
     def _on_deadline(self, now: float) -> None:
         self.ask(now)
 
     def ask(self, now: float) -> None:
         """Ask now, and then at the interval again."""
-        self._deadline = now + self._interval_s
+        self.deadline_s = now + self._interval_s
         for ts1, asked_s in list(self._asked.items()):
             if now - asked_s > _FORGOTTEN_S:
                 del self._asked[ts1]

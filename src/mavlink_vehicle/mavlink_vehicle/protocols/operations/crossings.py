@@ -14,6 +14,7 @@ without a stream, which runs into its failsafe (seen, 4 ms between the two). So:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from mavlink_vehicle.codec import Message, mavlink
@@ -26,6 +27,8 @@ from mavlink_vehicle.protocols.operations.command import (
 )
 from mavlink_vehicle.protocols.outbox import Outbox
 
+SETTLE_S = 1.5
+"""A mode that was asked for shows within this time, if at all."""
 SHOWN_S = 0.5
 """A mode shows within this time of its acknowledgement, as HEARTBEAT is requested every 0.3 s."""
 
@@ -50,6 +53,27 @@ class _Sent:
     acks_left: int
 
 
+@dataclass
+class _Request:
+    """The operation in progress, if it asks for a mode.
+
+    Attributes:
+        command: the number of its command.
+        mode: the custom_mode that it asks for.
+        acks: how many acknowledgements each command gets.
+        address: who talks to whom.
+        restores: whether it asks again for the mode that somebody else chose.
+        counted: how many of its commands have been recorded.
+    """
+
+    command: int
+    mode: int
+    acks: int
+    address: Address
+    restores: bool
+    counted: int = 0
+
+
 class Crossings(Outbox):
     """The mode requests on their way, and the choice that they may overtake."""
 
@@ -58,6 +82,8 @@ class Crossings(Outbox):
         super().__init__()
         self._grace_s = grace_s
         self._sent: list[_Sent] = []
+        self._request: _Request | None = None
+        self._foreign: tuple[int, float] | None = None
         self._address: Address | None = None
         self._chosen: int | None = None
         self._ask_s = 0.0
@@ -72,14 +98,49 @@ class Crossings(Outbox):
         self._sent.clear()
         self._chosen = None
 
-    def settle(self) -> None:
-        """Drop earlier choices of a mode: the server now requests another mode on purpose."""
-        self._chosen = None
+    def begin(
+        self, command: int, mode: int, acks: int, address: Address, *, restores: bool
+    ) -> None:
+        """Begin an operation that asks for a mode on purpose: earlier choices are dropped.
 
-    def sent(self, command: int, mode: int, acks: int, address: Address, now: float) -> None:
-        """A command went out that asks for a mode; `acks` acknowledgements will come."""
-        self._address = address
-        self._sent.append(_Sent(command, mode, now + self._grace_s, acks))
+        Args:
+            command: the number of its command.
+            mode: the custom_mode that it asks for.
+            acks: how many acknowledgements each command gets.
+            address: who talks to whom.
+            restores: whether it asks again for the mode that somebody else chose; such a command
+                overtakes nothing.
+        """
+        self._chosen = None
+        self._request = _Request(command, mode, acks, address, restores)
+
+    def end(self) -> None:
+        """The operation has ended; its commands may still take effect."""
+        self._request = None
+
+    def attempted(self, attempts: int, now: float) -> None:
+        """Record how often the command of the operation has been sent in all."""
+        request = self._request
+        if request is None or request.restores:
+            return
+        for _ in range(attempts - request.counted):
+            until_s = now + self._grace_s
+            self._sent.append(_Sent(request.command, request.mode, until_s, request.acks))
+            self._address = request.address
+        request.counted = attempts
+
+    def mode_asked(self, mode: int, now: float) -> None:
+        """Somebody else has asked the vehicle for a mode; it need not obey."""
+        self.chosen(mode, now)
+        self._foreign = (mode, now + SETTLE_S)
+
+    @property
+    def silent_until_s(self) -> float:
+        """Until when the operation must wait for a mode that somebody else has asked for."""
+        foreign, request = self._foreign, self._request
+        if foreign is None or request is None or request.restores or request.mode == foreign[0]:
+            return -math.inf
+        return foreign[1]
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the acknowledgements of what was sent."""
@@ -96,6 +157,13 @@ class Crossings(Outbox):
 
     def mode_changed(self, mode: int, requested: bool, now: float) -> int | None:
         """Record the mode that shows; return the mode that was overtaken by it, or None."""
+        self._foreign = None
+        overtaken = self._overtaken(mode, requested, now)
+        if requested and self._request is not None and self._request.restores:
+            self.chosen(mode, now)
+        return overtaken
+
+    def _overtaken(self, mode: int, requested: bool, now: float) -> int | None:
         self._expire(now)
         own = [sent for sent in self._sent if sent.mode == mode]
         if self._chosen is not None and own:
@@ -114,8 +182,9 @@ class Crossings(Outbox):
         if any(sent.mode != mode for sent in self._sent):
             self._chosen, self._ask_s = mode, now
 
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When `handle_timer` wants to be called."""
         if self._chosen is None:
             return None
         return min(self._ask_s, max(sent.until_s for sent in self._sent))

@@ -95,7 +95,7 @@ class ModeGoal(StateGoal):
         return not requested and not self.expects_mode(state)
 
     def _cannot_run(self, state: VehicleState) -> bool:
-        return self.profile.status_tells_runnable and state.mode_may_not_run
+        return self.profile.status_shows_runnable and state.mode_may_not_run
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,6 @@ class OperationInput(enum.Enum):
     READY = "the gate is open"
     REACHED = "the state shows it"
     UNDER_WAY = "the state shows the vehicle at it"
-    FAILED = "the state shows that it can't be reached"
     CLOSED = "rejected, and the gate has closed again"
     ACCEPTED = "COMMAND_ACK: accepted"
     REFUSED = "COMMAND_ACK: anything else"
@@ -103,4 +102,4 @@ class OperationInput(enum.Enum):
     AGAIN = "no COMMAND_ACK, or a temporary rejection; time remains"
     TIME_UP = "the operation timed out"
     WAITED = "the wait for reasons is over"
-    CANCEL = "cancelled"
+    STOP = "cancelled, the link is lost, or the state shows that it can't be reached"

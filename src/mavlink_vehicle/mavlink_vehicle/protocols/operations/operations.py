@@ -20,7 +20,6 @@ lost although the command was obeyed. So:
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, mavlink
@@ -33,9 +32,9 @@ from mavlink_vehicle.protocols.operations.command import (
     CommandExchange,
     CommandTiming,
     ack_result,
-    command_name,
-    result_name,
 )
+from mavlink_vehicle.protocols.operations.endings import Ending, rejected, timed_out, title
+from mavlink_vehicle.protocols.operations.evidence import Evidence, full_stop
 from mavlink_vehicle.protocols.operations.operation_parts import (
     Gate,
     Goal,
@@ -43,12 +42,12 @@ from mavlink_vehicle.protocols.operations.operation_parts import (
     OperationState,
     OperationTiming,
 )
+from mavlink_vehicle.protocols.operations.operation_times import OperationTimes
 from mavlink_vehicle.state.reducer import VehicleState
 
 _NOTHING_SENT = (OperationState.IDLE, OperationState.PREPARING, OperationState.FINISHED)
 _GATE_LOOK_S = 0.1
 _REJECTED_AGAIN_S = 0.2
-_EXCUSED_S = 60.0
 
 
 class Operation(Machine[OperationFinished]):
@@ -65,7 +64,7 @@ class Operation(Machine[OperationFinished]):
         first_ack_counts: bool = True,
         gate: Gate | None = None,
     ) -> None:
-        """Prepare; `start` looks at the state and sends.
+        """Prepare; `begin` looks at the state and sends.
 
         Args:
             operation_id: goes into the event.
@@ -80,25 +79,16 @@ class Operation(Machine[OperationFinished]):
         super().__init__(OperationState.IDLE)
         self.operation_id = operation_id
         self.goal = goal
+        self.evidence = Evidence()
         self._address = address
         self._timing = timing
+        self._times = OperationTimes()
         self._first_ack_counts = first_ack_counts
         self._gate = gate
         self._command_timing = command_timing
         self._command = CommandExchange(goal.request, address, command_timing)
-        self._again_s: float | None = None
-        self._vehicle = VehicleState()
-        self._connected = True
-        self._texts_before = 0
-        self._limit_s = 0.0
-        self._heartbeat_from_s = -math.inf
-        self._silent_until_s = -math.inf
-        self._excusable_s = _EXCUSED_S
-        self._refused_until_s: float | None = None
-        self._rejected_until_s: float | None = None
         self._answer: int | None = None
-        self._result = OperationResult.CANCELLED
-        self._reason = ""
+        self._ending = Ending(OperationResult.CANCELLED, "")
 
     @property
     def finished(self) -> bool:
@@ -110,20 +100,6 @@ class Operation(Machine[OperationFinished]):
         """How often the command has been sent."""
         return self._command.attempts
 
-    def next_modes(self) -> tuple[int, ...]:
-        """Return the modes that the vehicle still goes to by itself after this."""
-        return self.goal.next_modes(self._vehicle)
-
-    def start(self, now: float) -> None:
-        """Send the command; `begin` is the way in, as it brings the state along."""
-        self._limit_s = now + self._timing.timeout_s
-        waits = self._gate is not None or now < self._silent_until_s
-        self._fire(OperationInput.PREPARE if waits else OperationInput.START, now)
-
-    def keep_silent(self, until_s: float) -> None:
-        """Send nothing before a time: somebody else has just asked for another mode."""
-        self._silent_until_s = until_s
-
     def begin(
         self,
         state: VehicleState,
@@ -132,27 +108,28 @@ class Operation(Machine[OperationFinished]):
         settle_s: float = 0.0,
         silent_until_s: float = -math.inf,
     ) -> None:
-        """Start, unless the vehicle is already as wanted and its word is fresh.
+        """Send the command, unless the vehicle is already as wanted and its word is fresh.
 
         Args:
             state: the vehicle's state.
             connected: whether its HEARTBEAT is fresh.
             now: time in seconds.
             settle_s: an earlier request for something else may take effect for this long; what
-                a HEARTBEAT shows before that proves nothing, unless `settle` is called.
+                a HEARTBEAT shows before that proves nothing, unless `evidence.settle` is called.
             silent_until_s: nothing is sent before, as by `keep_silent`.
         """
-        self._silent_until_s = silent_until_s
-        self._vehicle = state
-        self._connected = connected
-        self._texts_before = state.texts.count
-        if settle_s > 0.0:
-            self._heartbeat_from_s = now + settle_s
+        self._times.silent_until_s = silent_until_s
+        self.evidence.begin(state, connected, now + settle_s if settle_s > 0.0 else -math.inf)
         if self._reached():
-            self._reason = f"{self._title()}: nothing to do."
-            self._fire(OperationInput.REACHED, now)
-        else:
-            self.start(now)
+            self._achieve("nothing to do.", now)
+            return
+        self._times.limit_s = now + self._timing.timeout_s
+        waits = self._gate is not None or now < silent_until_s
+        self._fire(OperationInput.PREPARE if waits else OperationInput.START, now)
+
+    def keep_silent(self, until_s: float) -> None:
+        """Send nothing before a time: somebody else has just asked for another mode."""
+        self._times.silent_until_s = until_s
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the command's acknowledgements."""
@@ -169,7 +146,7 @@ class Operation(Machine[OperationFinished]):
             self._answer = result
             self._fire(OperationInput.ACCEPTED, now)
             if self.goal.needs_ack and self._reached():
-                self._fire(OperationInput.REACHED, now)
+                self._achieve("confirmed", now)
         elif self._answer != ACCEPTED or not self._first_ack_counts:
             self._answer = result
             if self._gate is not None and self._gate(now) > now:
@@ -184,84 +161,58 @@ class Operation(Machine[OperationFinished]):
         """Process the vehicle's new state."""
         if self.finished or self.state is OperationState.IDLE:
             return
-        self._vehicle = state
-        self._connected = connected
+        self.evidence.observe(state, connected)
         if self._reached():
-            self._fire(OperationInput.REACHED, now)
+            self._achieve("confirmed", now)
             return
         failure = self.goal.failure(state)
         if failure is not None:
-            self._result, self._reason = OperationResult.REFUSED, failure
-            self._fire(OperationInput.FAILED, now)
+            self.stop(OperationResult.REFUSED, failure, now)
         else:
             self._contradict(now)
 
     def _contradict(self, now: float) -> None:
         """Withdraw a rejection when the vehicle visibly carries it out."""
-        if self.state is OperationState.REFUSING and self.goal.under_way(self._vehicle):
+        if self.state is OperationState.REFUSING and self.goal.under_way(self.evidence.state):
             self._fire(OperationInput.UNDER_WAY, now)
 
     def excuse(self, gap_s: float) -> None:
-        """Do not count time in which the server did not run: it neither listened nor repeated.
-
-        Of a server that stops repeatedly only a limited time is excused, so that there is an end.
-        """
-        gap_s = min(gap_s, self._excusable_s)
-        self._excusable_s -= gap_s
-        self._limit_s += gap_s
+        """Do not count time in which the server did not run: it neither listened nor repeated."""
+        gap_s = self._times.excuse(gap_s)
         self._command.excuse(gap_s)
-        if self._deadline is not None:
-            self._deadline += gap_s
-        if self._refused_until_s is not None:
-            self._refused_until_s += gap_s
-        if self._rejected_until_s is not None:
-            self._rejected_until_s += gap_s
-        if self._again_s is not None:
-            self._again_s += gap_s
+        if self.deadline_s is not None:
+            self.deadline_s += gap_s
 
-    def settle(self) -> None:
-        """The earlier request has taken effect; from here HEARTBEATs count."""
-        self._heartbeat_from_s = -math.inf
+    def stop(self, result: OperationResult, reason: str, now: float) -> None:
+        """End it for this reason, if it has not ended."""
+        if not self.finished:
+            self._ending = Ending(result, f"{title(self.goal)} ended: {reason}")
+            self._fire(OperationInput.STOP, now)
 
     def _reached(self) -> bool:
-        heard_s = self._vehicle.last_heartbeat_s
-        return (
-            self._connected
-            and heard_s is not None
-            and heard_s >= self._heartbeat_from_s
-            and (self._answer == ACCEPTED or not self.goal.needs_ack)
-            and self.goal.reached(self._vehicle)
-        )
+        answered = self._answer == ACCEPTED or not self.goal.needs_ack
+        return answered and self.evidence.shows(self.goal)
 
-    def cancel(self, reason: str, now: float) -> None:
-        """End it CANCELLED for this reason, if it hasn't ended."""
-        if not self.finished:
-            self._result = OperationResult.CANCELLED
-            self._reason = reason
-            self._fire(OperationInput.CANCEL, now)
-
-    def lose(self, reason: str, now: float) -> None:
-        """End it LINK_LOST for this reason, if it hasn't ended."""
-        if not self.finished:
-            self._result = OperationResult.LINK_LOST
-            self._reason = reason
-            self._fire(OperationInput.FAILED, now)
+    def _achieve(self, how: str, now: float) -> None:
+        self._ending = Ending(OperationResult.ACHIEVED, f"{title(self.goal)}: {how}")
+        self._fire(OperationInput.REACHED, now)
 
     def _on_deadline(self, now: float) -> None:
         """Repeat the command, or end."""
+        times = self._times
         if self.finished:
             return
         if self.state is OperationState.PREPARING:
             self._try_gate(now)
-        elif self._refused_until_s is not None and now >= self._refused_until_s:
+        elif times.reasons_until_s is not None and now >= times.reasons_until_s:
             self._fire(OperationInput.WAITED, now)
-        elif now >= self._limit_s:
+        elif now >= times.limit_s:
             self._fire(OperationInput.TIME_UP, now)
-        elif now < self._silent_until_s:
-            self._deadline = min(self._silent_until_s, self._refused_until_s or math.inf)
-        elif self._again_s is not None and now >= self._again_s:
-            self._again_s = None
-            if self.goal.under_way(self._vehicle):
+        elif now < times.silent_until_s:
+            self.deadline_s = min(times.silent_until_s, times.reasons_until_s or math.inf)
+        elif times.again_s is not None and now >= times.again_s:
+            times.again_s = None
+            if self.goal.under_way(self.evidence.state):
                 self._set_deadline()
             else:
                 self._fire(OperationInput.AGAIN, now)
@@ -278,109 +229,73 @@ class Operation(Machine[OperationFinished]):
             self._set_deadline()
 
     def _set_deadline(self) -> None:
-        times = (
-            self._limit_s,
-            self._refused_until_s,
-            self._again_s,
-            self._command.next_deadline(),
-        )
-        self._deadline = min(time for time in times if time is not None)
+        self.deadline_s = self._times.next_s(self._command.deadline_s)
+
+    # Actions
 
     def _try_gate(self, now: float) -> None:
-        open_s = max(now if self._gate is None else self._gate(now), self._silent_until_s)
+        times = self._times
+        times.attempt_begins()
+        self._answer = None
+        open_s = max(now if self._gate is None else self._gate(now), times.silent_until_s)
         if open_s <= now:
             self._fire(OperationInput.READY, now)
-        elif now >= self._limit_s:
-            self._result = OperationResult.LATE
-            self._reason = (
+        elif now >= times.limit_s:
+            reason = (
                 f"setpoints were not streamed without a gap within {self._timing.timeout_s:.1f} s, "
                 "so that the vehicle could not be asked"
             )
-            self._fire(OperationInput.FAILED, now)
+            self.stop(OperationResult.LATE, reason, now)
         else:
-            self._deadline = min(open_s, now + _GATE_LOOK_S, self._limit_s)
-
-    def _prepare_again(self, now: float) -> None:
-        self._refused_until_s = self._again_s = self._answer = None
-        self._command = CommandExchange(
-            self.goal.request,
-            self._address,
-            self._command_timing,
-            sent_before=self._command.attempts,
-        )
-        self._try_gate(now)
+            self.deadline_s = min(open_s, now + _GATE_LOOK_S, times.limit_s)
 
     def _send(self, now: float) -> None:
+        """Begin an attempt; the numbers of the repetitions continue."""
+        self._times.attempt_begins()
+        self._command = CommandExchange(
+            self.goal.request, self._address, self._command_timing, sent_before=self.attempts
+        )
         self._command.start(now)
         self._step_command(now)
 
     def _pause(self, now: float) -> None:
-        self._again_s = now + self._timing.pause_s
+        self._times.again_s = now + self._timing.pause_s
         self._set_deadline()
 
-    def _send_again(self, now: float) -> None:
-        sent = self._command.attempts
-        self._refused_until_s = None
-        self._command = CommandExchange(
-            self.goal.request, self._address, self._command_timing, sent_before=sent
-        )
-        self._send(now)
-
     def _confirm(self, now: float) -> None:
-        self._refused_until_s = None
-        self._again_s = None
+        self._times.attempt_begins()
         self._set_deadline()
 
     def _refuse(self, now: float) -> None:
-        self._again_s = None
-        repeated = self._command.attempts > 1 and self._rejected_until_s is None
+        times = self._times
+        times.again_s = None
+        repeated = self.attempts > 1 and times.rejected_until_s is None
         wait_s = self._timing.doubt_s if repeated else self._timing.texts_s
-        self._refused_until_s = now + wait_s
+        times.reasons_until_s = now + wait_s
         if self._answer == mavlink.MAV_RESULT_TEMPORARILY_REJECTED:
-            if self._rejected_until_s is None:
-                self._rejected_until_s = now + self._timing.rejected_s
-            if now < self._rejected_until_s:
-                self._again_s = now + _REJECTED_AGAIN_S
+            if times.rejected_until_s is None:
+                times.rejected_until_s = now + self._timing.rejected_s
+            if now < times.rejected_until_s:
+                times.again_s = now + _REJECTED_AGAIN_S
         self._set_deadline()
 
-    def _achieve(self, now: float) -> None:
-        self._finish(OperationResult.ACHIEVED, self._reason or f"{self._title()}: confirmed", now)
-
     def _give_reasons(self, now: float) -> None:
-        name = command_name(self._command.request.command)
-        answer = result_name(self._answer) if self._answer is not None else "nothing"
-        what = f"{self._title()} rejected: {name} was answered {answer}"
-        hint = self.goal.hint(self._vehicle)
-        self._finish(OperationResult.REFUSED, f"{what}; {hint}" if hint else what, now)
+        self._ending = rejected(self.goal, self._answer, self.evidence)
+        self._finish(now)
 
     def _time_out(self, now: float) -> None:
-        name = command_name(self._command.request.command)
-        if self._answer == ACCEPTED:
-            hint = self.goal.hint(self._vehicle) or "the vehicle's state does not show it"
-            what = f"{name} was ACCEPTED, but {hint}"
-        else:
-            what = f"{name} was sent {self._command.attempts} times and not answered"
-        what = f"{self._title()} not confirmed within {self._timing.timeout_s:.1f} s: {what}"
-        if self._connected:
-            self._finish(OperationResult.TIMED_OUT, what, now)
-        else:
-            self._finish(OperationResult.LINK_LOST, f"{what}, and no HEARTBEAT is received", now)
+        self._ending = timed_out(
+            self.goal, self._answer, self.attempts, self._timing.timeout_s, self.evidence
+        )
+        self._finish(now)
 
-    def _fail(self, now: float) -> None:
-        self._finish(self._result, f"{self._title()} ended: {self._reason}", now)
-
-    def _title(self) -> str:
-        title = f"{self.goal.kind.value} {self.goal.wish}".strip()
-        return title[0].upper() + title[1:]
-
-    def _finish(self, result: OperationResult, reason: str, now: float) -> None:
+    def _finish(self, now: float) -> None:
         self._command.cancel(now)
-        self._deadline = None
+        self.deadline_s = None
         self._outbox.clear()
-        if result is not OperationResult.ACHIEVED:
-            reason += quote_texts(self._vehicle, self._texts_before)
-        if not reason.endswith((".", "!", "?")):
-            reason += "."
+        result, reason = self._ending.result, self._ending.reason
+        achieved = result is OperationResult.ACHIEVED
+        reason = full_stop(reason) if achieved else self.evidence.quoted(reason)
         self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
 
     _S = OperationState
@@ -388,46 +303,33 @@ class Operation(Machine[OperationFinished]):
     table: ClassVar[Table] = {
         (_S.IDLE, _I.START): (_S.COMMANDING, _send),
         (_S.IDLE, _I.PREPARE): (_S.PREPARING, _try_gate),
-        (_S.IDLE, _I.REACHED): (_S.FINISHED, _achieve),
-        (_S.IDLE, _I.CANCEL): (_S.FINISHED, _fail),
-        (_S.IDLE, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.IDLE, _I.REACHED): (_S.FINISHED, _finish),
+        (_S.IDLE, _I.STOP): (_S.FINISHED, _finish),
         (_S.PREPARING, _I.READY): (_S.COMMANDING, _send),
-        (_S.PREPARING, _I.REACHED): (_S.FINISHED, _achieve),
-        (_S.PREPARING, _I.FAILED): (_S.FINISHED, _fail),
-        (_S.PREPARING, _I.CANCEL): (_S.FINISHED, _fail),
-        (_S.COMMANDING, _I.REACHED): (_S.FINISHED, _achieve),
-        (_S.COMMANDING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.PREPARING, _I.REACHED): (_S.FINISHED, _finish),
+        (_S.PREPARING, _I.STOP): (_S.FINISHED, _finish),
+        (_S.COMMANDING, _I.REACHED): (_S.FINISHED, _finish),
         (_S.COMMANDING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
         (_S.COMMANDING, _I.REFUSED): (_S.REFUSING, _refuse),
-        (_S.COMMANDING, _I.CLOSED): (_S.PREPARING, _prepare_again),
+        (_S.COMMANDING, _I.CLOSED): (_S.PREPARING, _try_gate),
         (_S.COMMANDING, _I.UNANSWERED): (_S.CONFIRMING, _pause),
         (_S.COMMANDING, _I.TIME_UP): (_S.FINISHED, _time_out),
-        (_S.COMMANDING, _I.CANCEL): (_S.FINISHED, _fail),
-        (_S.CONFIRMING, _I.REACHED): (_S.FINISHED, _achieve),
-        (_S.CONFIRMING, _I.FAILED): (_S.FINISHED, _fail),
+        (_S.COMMANDING, _I.STOP): (_S.FINISHED, _finish),
+        (_S.CONFIRMING, _I.REACHED): (_S.FINISHED, _finish),
         (_S.CONFIRMING, _I.ACCEPTED): (_S.CONFIRMING, None),
         (_S.CONFIRMING, _I.REFUSED): (_S.REFUSING, _refuse),
-        (_S.CONFIRMING, _I.CLOSED): (_S.PREPARING, _prepare_again),
-        (_S.CONFIRMING, _I.AGAIN): (_S.COMMANDING, _send_again),
+        (_S.CONFIRMING, _I.CLOSED): (_S.PREPARING, _try_gate),
+        (_S.CONFIRMING, _I.AGAIN): (_S.COMMANDING, _send),
         (_S.CONFIRMING, _I.TIME_UP): (_S.FINISHED, _time_out),
-        (_S.CONFIRMING, _I.CANCEL): (_S.FINISHED, _fail),
-        (_S.REFUSING, _I.REACHED): (_S.FINISHED, _achieve),
+        (_S.CONFIRMING, _I.STOP): (_S.FINISHED, _finish),
+        (_S.REFUSING, _I.REACHED): (_S.FINISHED, _finish),
         (_S.REFUSING, _I.UNDER_WAY): (_S.CONFIRMING, _confirm),
-        (_S.REFUSING, _I.FAILED): (_S.FINISHED, _fail),
         (_S.REFUSING, _I.ACCEPTED): (_S.CONFIRMING, _confirm),
-        (_S.REFUSING, _I.CLOSED): (_S.PREPARING, _prepare_again),
+        (_S.REFUSING, _I.CLOSED): (_S.PREPARING, _try_gate),
         (_S.REFUSING, _I.REFUSED): (_S.REFUSING, None),
-        (_S.REFUSING, _I.AGAIN): (_S.COMMANDING, _send_again),
+        (_S.REFUSING, _I.AGAIN): (_S.COMMANDING, _send),
         (_S.REFUSING, _I.TIME_UP): (_S.FINISHED, _give_reasons),
         (_S.REFUSING, _I.WAITED): (_S.FINISHED, _give_reasons),
-        (_S.REFUSING, _I.CANCEL): (_S.FINISHED, _fail),
+        (_S.REFUSING, _I.STOP): (_S.FINISHED, _finish),
     }
     del _S, _I
-
-
-def quote_texts(state: VehicleState, count_before: int) -> str:
-    """Return the STATUSTEXTs since then, each once, to be put behind a sentence."""
-    fresh = min(state.texts.count - count_before, len(state.status_texts))
-    texts: Sequence[str] = [text.text for text in state.status_texts[-fresh:]] if fresh else []
-    unique = list(dict.fromkeys(texts))
-    return "; autopilot: " + ", ".join(f'"{text}"' for text in unique) if unique else ""

@@ -76,7 +76,7 @@ class _Upload:
     how: str
     heard_s: float
     what: StationAct = StationAct.REPLACED_MISSION
-    told: bool = False
+    reported: bool = False
 
 
 @dataclass
@@ -121,7 +121,7 @@ class StationWatch:
         if act is None or not self._is_new(act, message, self._past(station), now):
             return
         if act.what not in _NOTES or self._has_room(now):
-            self._tell(station, act)
+            self._report(station, act)
 
     def answered(self, message: Message, address: Address, now: float) -> None:
         """Process what the autopilot answers a station, whoever that is."""
@@ -187,9 +187,9 @@ class StationWatch:
         past.upload = _Upload(how, now, what)
 
     def _taken(self, station: Station, upload: _Upload) -> None:
-        if not upload.told:
-            upload.told = True
-            self._tell(station, Act(upload.what, upload.how))
+        if not upload.reported:
+            upload.reported = True
+            self._report(station, Act(upload.what, upload.how))
 
     def _is_new(self, act: Act, message: Message, past: _Past, now: float) -> bool:
         sequence = message._header.seq
@@ -212,7 +212,7 @@ class StationWatch:
         self._notes_s.append(now)
         return True
 
-    def _tell(self, station: Station, act: Act) -> None:
+    def _report(self, station: Station, act: Act) -> None:
         self._events.append(StationActed(act.what, station, act.how, act.mode, act.command))
 
 

@@ -9,11 +9,14 @@ controller is not the place to find out.
 from __future__ import annotations
 
 import enum
+import itertools
 import math
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import or_
 from typing import ClassVar
 
-from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import StreamClosed
 from mavlink_vehicle.positions.frames import Vector3, normalize_angle
@@ -38,6 +41,20 @@ MAX_GAP_S = 0.5
 _MOTION = SetpointField.POSITION | SetpointField.VELOCITY | SetpointField.ACCELERATION
 
 
+_GROUPS = (
+    SetpointField.POSITION,
+    SetpointField.VELOCITY,
+    SetpointField.ACCELERATION,
+    SetpointField.YAW,
+    SetpointField.YAW_RATE,
+)
+_FIELDS = {
+    given: reduce(or_, itertools.compress(_GROUPS, given), SetpointField.NONE)
+    for given in itertools.product((False, True), repeat=len(_GROUPS))
+}
+"""The groups by which of them are given: to join flags takes longer than all else here."""
+
+
 @dataclass(frozen=True, slots=True)
 class SetpointNed:
     """A position or motion in the vehicle's local NED frame; None means "not given".
@@ -55,22 +72,16 @@ class SetpointNed:
 
     def fields(self) -> SetpointField:
         """Return which groups are given."""
-        given = SetpointField.NONE
-        for value, group in (
-            (self.position_ned_m, SetpointField.POSITION),
-            (self.velocity_ned_m_s, SetpointField.VELOCITY),
-            (self.acceleration_ned_m_s2, SetpointField.ACCELERATION),
-            (self.yaw_ned_rad, SetpointField.YAW),
-            (self.yaw_rate_rad_s, SetpointField.YAW_RATE),
-        ):
-            if value is not None:
-                given |= group
-        return given
+        return _FIELDS[
+            self.position_ned_m is not None,
+            self.velocity_ned_m_s is not None,
+            self.acceleration_ned_m_s2 is not None,
+            self.yaw_ned_rad is not None,
+            self.yaw_rate_rad_s is not None,
+        ]
 
     def reduced_to(self, form: SetpointField) -> SetpointNed:
         """Return it with only those groups that `form` has."""
-        if not self.fields() & ~form:
-            return self
         return replace(
             self,
             position_ned_m=self.position_ned_m if SetpointField.POSITION in form else None,
@@ -107,12 +118,13 @@ def legal_setpoint(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
     _check_numbers(setpoint)
     if setpoint.drive_frd_m_s is not None:
         return _legal_drive(setpoint, profile)
-    reduced = setpoint.reduced_to(profile.setpoints.form)
-    if reduced.fields() & _MOTION not in profile.setpoints.motions:
-        motion = setpoint.fields() & _MOTION
-        given = motion.name if motion else "neither position, velocity nor acceleration"
-        raise SetpointError(f"{profile.name} does not follow setpoints with {given}.")
-    return reduced
+    given, form = setpoint.fields(), profile.setpoints.form
+    sent = given & form
+    if sent & _MOTION not in profile.setpoints.motions:
+        motion = given & _MOTION
+        name = motion.name if motion else "neither position, velocity nor acceleration"
+        raise SetpointError(f"{profile.name} does not follow setpoints with {name}.")
+    return setpoint if sent == given else setpoint.reduced_to(form)
 
 
 def _legal_drive(setpoint: SetpointNed, profile: Profile) -> SetpointNed:
@@ -145,15 +157,17 @@ def _check_numbers(setpoint: SetpointNed) -> None:
 
 
 def setpoint_message(setpoint: SetpointNed, address: Address, time_boot_ms: int) -> Message:
-    """Build SET_POSITION_TARGET_LOCAL_NED in MAV_FRAME_LOCAL_NED, or in MAV_FRAME_BODY_NED."""
+    """Build SET_POSITION_TARGET_LOCAL_NED in MAV_FRAME_LOCAL_NED, or in MAV_FRAME_BODY_NED.
+
+    The setpoint must be legal: its numbers are taken as they are.
+    """
     frame = mavlink.MAV_FRAME_LOCAL_NED
     if setpoint.drive_frd_m_s is not None:
         frame = mavlink.MAV_FRAME_BODY_NED
     position = setpoint.position_ned_m or (0.0, 0.0, 0.0)
     velocity = setpoint.drive_frd_m_s or setpoint.velocity_ned_m_s or (0.0, 0.0, 0.0)
     acceleration = setpoint.acceleration_ned_m_s2 or (0.0, 0.0, 0.0)
-    return make(
-        "SET_POSITION_TARGET_LOCAL_NED",
+    return mavlink.MAVLink_set_position_target_local_ned_message(
         time_boot_ms=time_boot_ms,
         target_system=address.target_system,
         target_component=address.target_component,

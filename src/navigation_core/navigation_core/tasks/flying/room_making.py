@@ -12,8 +12,8 @@ from navigation_core.outcomes import Rejection
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoGoal, fly_to
 from navigation_core.tasks.intents import Intent, Outcome
+from navigation_core.tasks.leading.flight_detours import NO_DETOUR_RETRY_S, IsFree
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.leading.path_in_traffic import NO_DETOUR_RETRY_S, IsFree
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.progress import Progress
@@ -91,6 +91,11 @@ class RoomMaking:
             return self.step(observation, now)
         return self._task.step(observation, now)
 
+    @property
+    def thinks(self) -> bool:
+        """Whether the task that flies thinks."""
+        return self._current.thinks
+
     def think(self, observation: Observation, now: float) -> None:
         """Do what takes long."""
         self._current.think(observation, now)
@@ -160,7 +165,7 @@ class RoomMaking:
             view.reservations.entry(view.name).stuck_until_s = now + NO_DETOUR_RETRY_S
             return False
         self._asides += 1
-        view.reservations.give_up_wish(view.name)
+        view.reservations.entry(view.name).give_up_wish()
         self._waits_since_s = None
         self._aside = fly_to(GotoGoal(found.points_enu_m[-1]), self._terms)
         self._aside.start(observation, now)

@@ -15,9 +15,9 @@ from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, fi
 from navigation_core.planning.planner import NoPath
 from navigation_core.planning.replanner import Decision, Replanner, ReplanRules, State
 from navigation_core.safety.braking import must_brake
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath, braking_limits
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
@@ -42,6 +42,7 @@ class Avoider:
             follower: of the path; it must have been made with the same.
         """
         self._config = config
+        self._drives = not traits.flies
         self._follower = follower
         self._braking_limits = braking_limits(traits, follower.limits)
         self._replanner = Replanner(
@@ -161,7 +162,7 @@ class Avoider:
             leads_away = bool(follower.path.passed_s)
             # A rover or boat begins each plan at its present speed: a brake that is under way
             # would never get slower if it were replanned in every step.
-            brakes = not leads_away and follower.starts_here
+            brakes = not leads_away and self._drives
             if (conflict and not brakes) or (leads_away and self._must_brake(observation)):
                 follower.plan_stop(observation)
             return
@@ -187,11 +188,11 @@ class Avoider:
 
     def _must_brake(self, observation: Observation) -> bool:
         """Ask the layer that knows nothing of paths."""
-        here, commanded = measured_state(observation), self._follower.commanded
+        here, commanded = measured_state(observation), self._follower.sent.commanded
         if commanded is not None:
             here = replace(here, acceleration_enu_m_s2=commanded.state.acceleration_enu_m_s2)
         # A rover or boat cannot back away from an obstacle that it stops too near to.
-        late_s = observation.late_s if self._follower.starts_here else 0.0
+        late_s = observation.late_s if self._drives else 0.0
         acts = must_brake(
             MotionSamples.at(here),
             observation.obstacles,
@@ -239,7 +240,7 @@ class Avoider:
         elif last_moment and isinstance(onward, NoPath):
             self._stop(observation, now, onward.reason)
         elif onward is not None:
-            self._follower.path = replace(path, extend_s=carrot.time_s + _EXTEND_RETRY_S)
+            self._follower.extend_at(carrot.time_s + _EXTEND_RETRY_S)
 
     def _least_m(self, place_enu_m: Vector3) -> float:
         """Return the length of the straight path through what is left of the points."""

@@ -23,8 +23,7 @@ from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.evasions import AFTER_S, ENOUGH, TOO_NEAR, EvasionSearch
-from navigation_core.traffic.reservations import wait_for
-from navigation_core.traffic.right_of_way import TrafficWait
+from navigation_core.traffic.right_of_way import TrafficWait, wait_for
 from navigation_core.traffic.traffic_view import TrafficView
 from navigation_core.traffic.volumes import Array, densified
 from navigation_core.trajectories.trajectory import Trajectory, plan_to
@@ -168,7 +167,7 @@ class GivingWay:
     def _return(self, evades: bool) -> None:
         """Fly to the goal, as no intruder is near."""
         if evades:
-            self._follower.carrot = None  # the next path begins at the setpoint
+            self._follower.leave_path()  # the next path begins at the setpoint
         self._evasion, self.waiting, self._share = None, None, 1.0
 
     def _pace(self, of_allowed: float, who: str, now: float) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from dataclasses import dataclass, replace
+from bisect import bisect_right
+from dataclasses import replace
 
 from navigation_core.geometry import (
     KinematicState,
@@ -12,31 +12,24 @@ from navigation_core.geometry import (
     add,
     distance,
     horizontal_norm,
-    norm,
     scale,
     subtract,
     wrap_angle,
 )
 from navigation_core.limits import Limits
 from navigation_core.planning.planner import NoPath
-from navigation_core.safety.braking import STANDING_M_S
 from navigation_core.searches import Search
 from navigation_core.tasks.goto_config import GotoGoal
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.checked_path import CheckedPath, PathPlanner
+from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.driven_path import DrivenPath
-from navigation_core.tasks.leading.evasion import Evasion
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.tasks.leading.path_search import PathBeginning, PathSearch
+from navigation_core.tasks.leading.sent_setpoint import Commanded, SentSetpoint
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import plan_stop, plan_to
-
-# A setpoint this many times the greatest tracking error away is no start for a new flight.
-_START_ERROR_SHARE = 1.5
-
 
 # Shares of the greatest speeds that are planned with, since the limits bound the real motion, too.
 # The vehicle sways about the commanded speed, and overshoots a climb rate by a tenth when the
@@ -50,11 +43,6 @@ _DRIVEN_SHARE = 0.99
 _PASSED_CORNERS = 1.5
 # Slower than this, a direction of travel says nothing.
 _COURSE_SPEED_M_S = 0.5
-# A setpoint may jump by this distance and speed where a path that was found late is joined: less
-# than the noise of a position, and less than a vehicle's speed changes within a period.
-_JOINT_M, _JOINT_M_S = 0.15, 0.3
-# Farther than a vehicle that follows is from a setpoint that stands.
-_RUN_OUT_M = 0.5
 
 
 def cruise_limits(limits: Limits, speed_m_s: float | None, traits: Traits) -> Limits:
@@ -62,63 +50,12 @@ def cruise_limits(limits: Limits, speed_m_s: float | None, traits: Traits) -> Li
     if not traits.flies:
         return limits.with_speed(speed_m_s and speed_m_s * _DRIVEN_SHARE)
     chosen = limits.with_speed(speed_m_s)
-    return dataclasses.replace(
+    return replace(
         chosen,
         speed_horizontal_m_s=_CRUISE_SHARE * chosen.speed_horizontal_m_s,
         speed_up_m_s=_CLIMB_SHARE * chosen.speed_up_m_s,
         speed_down_m_s=_CLIMB_SHARE * chosen.speed_down_m_s,
     )
-
-
-@dataclass(frozen=True)
-class Commanded:
-    """The setpoint sent last.
-
-    Attributes:
-        state: its position and true derivatives.
-        yaw_enu_rad: its yaw.
-    """
-
-    state: KinematicState
-    yaw_enu_rad: float
-
-
-@dataclass(frozen=True)
-class _Avoiding:
-    """How the flight keeps away from obstacles within its present limits."""
-
-    config: AvoidanceConfig
-    planner: PathPlanner
-    evasion: Evasion
-
-
-@dataclass(frozen=True)
-class _Pending:
-    """A search for a path that is under way.
-
-    Attributes:
-        search: the search.
-        carrot: the motion from which the path continues.
-        route: the points asked for when it began.
-        joint_s: when the path continues from there, in that motion's time.
-        begun_s: when the search began.
-        begins_here: whether the path begins where the vehicle is, and joins no motion.
-    """
-
-    search: Search[CheckedPath | NoPath]
-    carrot: Carrot | None
-    route: tuple[RoutePoint, ...]
-    joint_s: float
-    begun_s: float
-    begins_here: bool
-
-
-def joins(sent: KinematicState, path: CheckedPath, time_s: float) -> bool:
-    """Return whether the setpoint can go over to a path at a time without a jump."""
-    state = path.trajectory.sample(time_s)
-    velocity = subtract(state.velocity_enu_m_s, sent.velocity_enu_m_s)
-    gap_m = distance(state.position_enu_m, sent.position_enu_m)
-    return gap_m <= _JOINT_M and norm(velocity) <= _JOINT_M_S
 
 
 class PathFollower:
@@ -131,20 +68,12 @@ class PathFollower:
         self.carrot: Carrot | None = None
         # Where the last plan to the goal leads.
         self.path_enu_m: tuple[Vector3, ...] = ()
-        self.commanded: Commanded | None = None
-        state, yaw_enu_rad = terms.handover.commanded, terms.handover.yaw_enu_rad
-        if state is not None and yaw_enu_rad is not None:
-            self.commanded = Commanded(state, yaw_enu_rad)
-        # Time that the setpoint has yet to walk in this step.
-        self.dt_s = 0.0
-        # Whether time has passed without setpoints, so that the last one says nothing.
-        self.is_stale = False
+        self.sent = SentSetpoint(terms)
         self._goal = goal
         # A rover or boat is not led by its carrot's derivatives.
         if not traits.flies:
-            config = dataclasses.replace(config, following_gain_per_s=0.0, response_s=0.0)
+            config = replace(config, following_gain_per_s=0.0, response_s=0.0)
         self._config = config
-        self._yaw_goal = goal.yaw_enu_rad
         self._via: tuple[RoutePoint, ...] = ()
         self._via_yaw: tuple[float | None, ...] = ()
         self._passed_s: tuple[float, ...] = ()
@@ -153,51 +82,37 @@ class PathFollower:
         self.no_path = ""
         # Whether one is still searched for.
         self.undecided = False
-        self._pending: _Pending | None = None
         self._leads_to_goal = False
         self._traits = traits
-        self._avoiding: _Avoiding | None = None
-        # A rover or boat is led from its measured position, not from the planned one.
-        self.starts_here = not traits.flies
-        self._keep(self.limits, terms.avoidance)
-
-    def _keep(self, limits: Limits, avoidance: AvoidanceConfig | None) -> None:
-        """Plan with these limits from now on."""
-        self.limits = limits
-        braking_m_s2 = limits.acceleration_horizontal_m_s2
-        self._braking_m_s2 = min(self._traits.braking_m_s2, braking_m_s2)
-        if avoidance is not None:
-            planner = PathPlanner(avoidance, self._traits, limits)
-            self._avoiding = _Avoiding(avoidance, planner, Evasion(avoidance, self._traits, limits))
+        self._search: PathSearch | None = None
+        if terms.avoidance is not None:
+            self._search = PathSearch(terms.avoidance, traits, self.limits)
 
     @property
     def passed(self) -> int:
         """The number of route points that the carrot has passed since the flight was planned."""
-        return 0 if self.carrot is None else self._passed_by(self.carrot.time_s)
-
-    def _passed_by(self, carrot_time_s: float) -> int:
-        return sum(1 for time_s in self._passed_s if time_s <= carrot_time_s)
+        return 0 if self.carrot is None else bisect_right(self._passed_s, self.carrot.time_s)
 
     def passed_at_s(self, index: int) -> float:
         """Return when the carrot passes a point, from 0 on; infinite if that is not planned."""
         return self._passed_s[index] if 0 <= index < len(self._passed_s) else math.inf
 
-    def set_route(
-        self, points: tuple[RoutePoint, ...], yaws_enu_rad: tuple[float | None, ...]
+    def lead_to(
+        self,
+        goal: GotoGoal,
+        points: tuple[RoutePoint, ...],
+        yaws_enu_rad: tuple[float | None, ...],
     ) -> None:
-        """Fly to the goal by way of points from the next plan on.
+        """Fly to another goal by way of points from the next plan on.
 
         Args:
+            goal: the goal.
             points: the path; the last is the goal. Empty for the straight path.
             yaws_enu_rad: for each point the yaw on the way to it, None for the direction of
                 travel.
         """
-        self._via, self._via_yaw = points, yaws_enu_rad
-
-    def set_goal(self, goal: GotoGoal) -> None:
-        """Fly to another goal from the next plan on."""
         self._goal = goal
-        self._yaw_goal = goal.yaw_enu_rad
+        self._via, self._via_yaw = points, yaws_enu_rad
 
     @property
     def points(self) -> tuple[RoutePoint, ...]:
@@ -220,17 +135,19 @@ class PathFollower:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        if self._avoiding is not None:
-            self._plan_around(observation)
+        if self._search is not None:
+            self._plan_around(self._search, observation)
             return
         self.carrot = None
         sent = self._choose_start(observation)
         if sent is None:
             return
-        if self._yaw_goal is None:
-            self._yaw_goal = self._yaw_of_travel(sent.state.position_enu_m, sent.yaw_enu_rad)
+        yaw_goal = self._goal.yaw_enu_rad
+        if yaw_goal is None:
+            goal_enu_m, least_m = self._goal.position_enu_m, self._config.yaw_distance_min_m
+            yaw_goal = _yaw_of_travel(sent, goal_enu_m, least_m)
         start = sent.state
-        if self.starts_here:
+        if not self._traits.flies:
             # Of its path only the line counts; how it gets round to that is the pursuit's.
             start = KinematicState(start.position_enu_m)
         if self._via:
@@ -239,18 +156,18 @@ class PathFollower:
         else:
             trajectory = plan_to(start, self._goal.position_enu_m, self.limits)
             self._passed_s = ()
-        self.carrot = Carrot(trajectory, self._config, sent.yaw_enu_rad, self._yaw_goal)
+        self.carrot = Carrot(trajectory, self._config, sent.yaw_enu_rad, yaw_goal)
         self.path_enu_m = trajectory.path_enu_m
 
-    def _plan_around(self, observation: Observation) -> None:
+    def _plan_around(self, search: PathSearch, observation: Observation) -> None:
         """Advance to the goal around obstacles, or stop while no path is known."""
         self.no_path, self.undecided = "", False
-        if self._search_from_here() is None:
-            before, held = self.commanded, self.carrot
+        if not search.continues(self.carrot, self._points):
+            before, held = self.sent.commanded, self.carrot
             self.carrot = None
             if self._choose_start(observation) is None:
                 return
-            if held is not None and not self._leads_to_goal and self.commanded is before:
+            if held is not None and not self._leads_to_goal and self.sent.commanded is before:
                 self.carrot = held
             else:
                 self.plan_stop(observation)
@@ -265,18 +182,9 @@ class PathFollower:
         self, position_enu_m: Vector3, observation: Observation
     ) -> Search[CheckedPath | NoPath] | None:
         """Search for the path around obstacles as it would be from a place, to estimate it."""
-        if self._avoiding is None:
+        if self._search is None:
             return None
-        yaw = observation.yaw_enu_rad or 0.0
-        start, points, planner = (
-            KinematicState(position_enu_m),
-            self._points,
-            self._avoiding.planner,
-        )
-        known, seen = observation.obstacles, observation.obstacles_now
-        return self._avoiding.config.searcher.begin(
-            lambda is_wanted: planner.plan(start, yaw, points, known, seen, is_wanted)
-        )
+        return self._search.look(KinematicState(position_enu_m), self._points, observation)
 
     def find_path(
         self, observation: Observation, under_way: bool = False
@@ -298,82 +206,40 @@ class PathFollower:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        avoiding, sent = self._avoiding, self.commanded
-        if avoiding is None or sent is None:
+        search, sent = self._search, self.sent.commanded
+        if search is None or sent is None:
             return None
-        pending = self._search_from_here()
-        if pending is None:
-            pending = self._begin_search(avoiding, sent, observation, under_way)
-        try:
-            found = pending.search.result()
-        except Exception:
-            self._pending = None
-            raise
-        if found is None:
-            limit_s = avoiding.config.search_timeout_s
-            if observation.time_s - pending.begun_s <= limit_s:
-                return None
-            self._give_search_up()
-            return NoPath(f"The search for a path took longer than {limit_s:g} s.")
-        if isinstance(found, NoPath) or pending.carrot is None or pending.begins_here:
-            self._pending = None
-            return found
-        # A setpoint that stands is never late.
-        late_s = 0.0 if pending.carrot.ended else pending.carrot.time_s - pending.joint_s
-        if late_s < 0.0:
-            return None
-        self._pending = None
-        if not joins(sent.state, found, late_s):
-            self._begin_search(avoiding, sent, observation, under_way)
-            return None
-        return replace(found, entered_s=late_s)
-
-    def _search_from_here(self) -> _Pending | None:
-        """Return the search in progress if it continues from the motion that is flown."""
-        pending = self._pending
-        if pending is None:
-            return None
-        if pending.carrot is self.carrot and pending.route == self._points:
-            return pending
-        self._give_search_up()
-        return None
+        if not search.continues(self.carrot, self._points):
+            self._begin_search(search, sent, observation, under_way)
+        found = search.result(sent.state, observation.time_s)
+        if found is None and not search.is_open:  # it was found too late
+            self._begin_search(search, sent, observation, under_way)
+        return found
 
     def _begin_search(
-        self, avoiding: _Avoiding, sent: Commanded, observation: Observation, under_way: bool
-    ) -> _Pending:
-        searcher, carrot, joint_s = avoiding.config.searcher, self.carrot, 0.0
-        begins_here = self._begins_here(sent, observation)
-        start = self._start(sent, observation)
+        self, search: PathSearch, sent: Commanded, observation: Observation, under_way: bool
+    ) -> None:
+        begins_here, carrot = self.sent.is_left(sent, observation), self.carrot
+        start, joint_s = self.sent.start_around(sent, observation), 0.0
+        lead_s = search.config.searcher.lead_s
         if begins_here:
             # The vehicle keeps its present velocity at least until the new path is found.
-            moved = scale(start.velocity_enu_m_s, searcher.lead_s)
+            moved = scale(start.velocity_enu_m_s, lead_s)
             start = replace(start, position_enu_m=add(start.position_enu_m, moved))
         elif carrot is not None and carrot.state.position_enu_m == start.position_enu_m:
-            joint_s, start = carrot.ahead(searcher.lead_s)
+            joint_s, start = carrot.ahead(lead_s)
         elif carrot is not None:
             joint_s = carrot.time_s
         points = self._points
         if under_way:
             # A path from where the vehicle is joins nothing: what it has passed counts from there.
-            passed = self.passed if begins_here else self._passed_by(joint_s)
+            passed = self.passed if begins_here else bisect_right(self._passed_s, joint_s)
             points = points[passed:] or points[-1:]
             gap_m = distance(points[0].position_enu_m, start.position_enu_m)
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
-        planner, yaw = avoiding.planner, observation.yaw_enu_rad or 0.0
-        known, seen = observation.obstacles, observation.obstacles_now
-        search = searcher.begin(
-            lambda is_wanted: planner.plan(start, yaw, points, known, seen, is_wanted)
-        )
-        self._pending = _Pending(
-            search, carrot, self._points, joint_s, observation.time_s, begins_here
-        )
-        return self._pending
-
-    def _give_search_up(self) -> None:
-        if self._pending is not None:
-            self._pending.search.abandon()
-            self._pending = None
+        beginning = PathBeginning(carrot, joint_s, start, begins_here)
+        search.begin(beginning, points, self._points, observation)
 
     def path_away(self, observation: Observation) -> CheckedPath | None:
         """Return a path to the nearest clear position; None if none is known (see `Evasion`).
@@ -381,43 +247,10 @@ class PathFollower:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        if self._avoiding is None or self.commanded is None:
+        if self._search is None or self.sent.commanded is None:
             return None
-        start = self._start(self.commanded, observation)
-        return self._avoiding.evasion.plan_away(start, observation.obstacles)
-
-    def _start(self, sent: Commanded, observation: Observation) -> KinematicState:
-        """Return where a path around obstacles begins."""
-        located = is_located(observation, self._config.position_stale_s)
-        if located and self._begins_here(sent, observation):
-            return self._measured(observation)
-        return sent.state
-
-    def _begins_here(self, sent: Commanded, observation: Observation) -> bool:
-        """Whether a path begins where the vehicle is, and not at its setpoint.
-
-        It does for a rover or boat; and for an aircraft that has not stopped at its setpoint but
-        somewhere further on: an emergency's brake may be harder than the autopilot follows. A
-        path that began at the setpoint would lead back first, or to another side of an approaching
-        obstacle.
-        """
-        if self.starts_here:
-            return True
-        if norm(sent.state.velocity_enu_m_s) > STANDING_M_S:
-            return False
-        if not is_located(observation, self._config.position_stale_s):
-            return False
-        here = measured_state(observation).position_enu_m
-        return distance(here, sent.state.position_enu_m) > _RUN_OUT_M
-
-    def _measured(self, observation: Observation) -> KinematicState:
-        """Return the state that a flight begins with where the vehicle is."""
-        here = measured_state(observation)
-        if self.starts_here and norm(here.velocity_enu_m_s) < STANDING_M_S:
-            # A standstill is measured with a little speed, in any direction. A brake that begins
-            # with it, asked for again and again, would pass it on, and the vehicle would creep.
-            return KinematicState(here.position_enu_m)
-        return here
+        start = self.sent.start_around(self.sent.commanded, observation)
+        return self._search.evasion.plan_away(start, observation.obstacles)
 
     def take(self, path: CheckedPath, leads_to_goal: bool = True) -> None:
         """Fly a path that begins at the setpoint sent last, or where the vehicle is.
@@ -426,9 +259,9 @@ class PathFollower:
             path: what to fly.
             leads_to_goal: whether it goes through the points that are left, or elsewhere.
         """
-        if self.commanded is None:
+        if self.sent.commanded is None:
             return
-        yaw_enu_rad = self.commanded.yaw_enu_rad
+        yaw_enu_rad = self.sent.commanded.yaw_enu_rad
         self._passed_s = ()
         if leads_to_goal:
             gone = len(self._points) - len(path.passed_s)
@@ -452,20 +285,20 @@ class PathFollower:
         sent = self._choose_start(observation)
         if sent is None:
             return
-        if self._avoiding is None:
+        if self._search is None:
             trajectory = plan_stop(sent.state, self.limits)
         else:
-            self.path = self._avoiding.evasion.stop(sent.state, observation.obstacles)
+            self.path = self._search.evasion.stop(sent.state, observation.obstacles)
             trajectory = self.path.trajectory
         self.carrot = Carrot(trajectory, self._config, sent.yaw_enu_rad, sent.yaw_enu_rad)
 
     def walk(self, position_enu_m: Vector3 | None, rate_max: float = 1.0) -> None:
         """Let the carrot walk on by the time of this step, at a share of its speed at most."""
+        dt_s = self.sent.take_time_s()
         if self.carrot is not None:
             if self._passed_s:
                 self.carrot.turn_to(self._yaw_on_route(self.carrot))
-            self.carrot.advance(self.dt_s, position_enu_m, rate_max)
-        self.dt_s = 0.0
+            self.carrot.advance(dt_s, position_enu_m, rate_max)
 
     def follow(self, position_enu_m: Vector3, until_s: float) -> DrivenPath | None:
         """Let the carrot be where a vehicle that drives has come to; return the path ahead.
@@ -474,80 +307,68 @@ class PathFollower:
             position_enu_m: where it is.
             until_s: up to when, in the carrot's time, the path may be looked ahead to.
         """
-        dt_s, self.dt_s = self.dt_s, 0.0
+        dt_s = self.sent.take_time_s()
         if self.carrot is None:
             return None
-        return self.carrot.follow(dt_s, position_enu_m, self._braking_m_s2, until_s)
+        braking_m_s2 = min(self._traits.braking_m_s2, self.limits.acceleration_horizontal_m_s2)
+        return self.carrot.follow(dt_s, position_enu_m, braking_m_s2, until_s)
 
     def _yaw_on_route(self, carrot: Carrot) -> float:
         """Return the yaw of the leg that the carrot is on, or its direction of travel."""
         yaws = self._via_yaw or (self._goal.yaw_enu_rad,)
         yaw = yaws[min(self.passed, len(yaws) - 1)]
-        if yaw is not None and (self._via or self._is_time_to_turn(carrot, yaw)):
+        if yaw is not None and (self._via or _is_time_to_turn(carrot, yaw)):
             return yaw
         east, north, _ = carrot.state.velocity_enu_m_s
         if math.hypot(east, north) < _COURSE_SPEED_M_S:
             return carrot.yaw_enu_rad
         return math.atan2(north, east)
 
-    @staticmethod
-    def _is_time_to_turn(carrot: Carrot, yaw_enu_rad: float) -> bool:
-        """Whether to turn to the goal's yaw. Until then the nose, and its sensor, looks ahead."""
-        turn_rad = abs(wrap_angle(yaw_enu_rad - carrot.yaw_enu_rad))
-        left_s = carrot.trajectory.duration_s - carrot.time_s
-        return left_s <= turn_rad / carrot.trajectory.limits.yaw_rate_rad_s
-
-    def note(self, carrot: Carrot) -> None:
-        """Remember the setpoint that is sent."""
-        self.commanded = Commanded(carrot.state, carrot.yaw_enu_rad)
-
     def forget_commanded(self) -> None:
         """Drop the last setpoint; the next flight begins where the vehicle is."""
-        self.commanded = self.carrot = None
+        self.sent.commanded = self.carrot = None
+
+    def extend_at(self, time_s: float) -> None:
+        """Plan the rest of a long path at a time of the carrot, and not before."""
+        if self.path is not None:
+            self.path = replace(self.path, extend_s=time_s)
+
+    def leave_path(self) -> None:
+        """Have the next path begin at the setpoint."""
+        self.carrot = None
 
     def _choose_start(self, observation: Observation) -> Commanded | None:
-        """Begin at the last setpoint if that still makes sense, else where the vehicle is.
+        """Return the setpoint to begin with; None if nothing is known.
 
-        Returns:
-            The setpoint to begin with; None if nothing is known.
+        A vehicle that is faster than its goal allows may slow down as hard as others do. With the
+        acceleration of a slow goal it would fly on for a long time, paused or cancelled, too.
         """
-        located, sent = is_located(observation, self._config.position_stale_s), self.commanded
-        if sent is None or (located and self._must_start_anew(sent, observation)):
-            yaw_enu_rad = observation.yaw_enu_rad
-            if not located or yaw_enu_rad is None:
-                return None
-            sent = self.commanded = Commanded(self._measured(observation), yaw_enu_rad)
-            self.is_stale = False
-            self.dt_s = 0.0
-        self._allow_slowing(horizontal_norm(sent.state.velocity_enu_m_s))
-        return sent
-
-    def _allow_slowing(self, speed_m_s: float) -> None:
-        """Let a vehicle that is faster than its goal allows slow down as hard as others do.
-
-        With the acceleration of a slow goal it would fly on for a long time, paused or cancelled,
-        too.
-        """
-        usual = self._config.limits
+        sent = self.sent.beginning(observation)
+        if sent is None:
+            return None
+        speed_m_s, usual = horizontal_norm(sent.state.velocity_enu_m_s), self._config.limits
         limits = self.limits.slowing_from(speed_m_s, usual)
         if limits != self.limits:
-            self._keep(limits, None if self._avoiding is None else self._avoiding.config)
+            self.limits = limits
+            if self._search is not None:
+                self._search.keep(limits)
         self._via = tuple(
-            dataclasses.replace(point, limits=point.limits.slowing_from(speed_m_s, usual))
+            replace(point, limits=point.limits.slowing_from(speed_m_s, usual))
             for point in self._via
         )
+        return sent
 
-    def _must_start_anew(self, sent: Commanded, observation: Observation) -> bool:
-        """Whether the last setpoint is nothing to continue from."""
-        if self.starts_here or self.is_stale:
-            return True
-        here = measured_state(observation).position_enu_m
-        error_m = distance(sent.state.position_enu_m, here)
-        return error_m > _START_ERROR_SHARE * self._config.tracking_error_max_m
 
-    def _yaw_of_travel(self, start_enu_m: Vector3, yaw_enu_rad: float) -> float:
-        """Return the heading from a point to the goal, or the present one if it is close."""
-        offset = subtract(self._goal.position_enu_m, start_enu_m)
-        if horizontal_norm(offset) < self._config.yaw_distance_min_m:
-            return yaw_enu_rad
-        return math.atan2(offset[1], offset[0])
+def _is_time_to_turn(carrot: Carrot, yaw_enu_rad: float) -> bool:
+    """Whether to turn to the goal's yaw. Until then the nose, and its sensor, looks ahead."""
+    turn_rad = abs(wrap_angle(yaw_enu_rad - carrot.yaw_enu_rad))
+    left_s = carrot.trajectory.duration_s - carrot.time_s
+    return left_s <= turn_rad / carrot.trajectory.limits.yaw_rate_rad_s
+
+
+def _yaw_of_travel(start: Commanded, goal_enu_m: Vector3, distance_min_m: float) -> float:
+    """Return the heading from a setpoint to the goal, or its yaw if the goal is close."""
+    offset = subtract(goal_enu_m, start.state.position_enu_m)
+    if horizontal_norm(offset) < distance_min_m:
+        return start.yaw_enu_rad
+    return math.atan2(offset[1], offset[0])

@@ -132,7 +132,7 @@ class DrivenReference:
         observation: Observation,
     ) -> Fly:
         """Return what to send now, for a measured state and yaw."""
-        speed_m_s = self._told_m_s(here)
+        speed_m_s = self._commanded_m_s(here)
         in_map = command is not None and command.frame is VelocityFrame.MAP
         if self._traits.drives_by_turn_rate and not in_map:
             setpoint = Setpoint(here.position_enu_m, _along(yaw, speed_m_s), ZERO, yaw)
@@ -142,7 +142,7 @@ class DrivenReference:
         setpoint = Setpoint(here.position_enu_m, velocity, ZERO, course)
         return Fly(without_turn(setpoint, observation), True)
 
-    def _told_m_s(self, here: KinematicState) -> float:
+    def _commanded_m_s(self, here: KinematicState) -> float:
         """Return the speed to send, less than the wanted one while the vehicle is too fast."""
         lagging = self._since_s == 0.0
         kept_m_s = self._limits.speed_horizontal_m_s if lagging else abs(self.speed_m_s)

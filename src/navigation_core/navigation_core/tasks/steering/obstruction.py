@@ -15,7 +15,7 @@ from navigation_core.limits import Limits
 from navigation_core.planning.conflicts import MotionSamples
 from navigation_core.safety.braking import must_brake
 from navigation_core.safety.run_out import safe_speed_beside_m_s, safe_speed_m_s
-from navigation_core.tasks.leading.avoidance import AvoidanceConfig
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 

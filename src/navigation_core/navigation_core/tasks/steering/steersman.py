@@ -188,8 +188,8 @@ class Steersman:
             and inherited.is_finite
             and distance(inherited.position_enu_m, here.position_enu_m) <= far_m
         ):
-            state, told = inherited, self._terms.flight.handover.yaw_enu_rad
-            yaw = yaw_enu_rad if told is None else told
+            state, commanded_yaw_enu_rad = inherited, self._terms.flight.handover.yaw_enu_rad
+            yaw = yaw_enu_rad if commanded_yaw_enu_rad is None else commanded_yaw_enu_rad
         self._flown.begin(state, yaw)
         self._driven.begin(here, yaw_enu_rad)
         self._begun = True

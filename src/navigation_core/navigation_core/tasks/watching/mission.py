@@ -12,9 +12,9 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from navigation_core.geometry import Vector3, distance
+from navigation_core.geometry import distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.conditions import Dwell, Headway
+from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome, Perform, StopFirst, Wait
@@ -22,21 +22,20 @@ from navigation_core.tasks.observation import Observation, TaskOperation, Vehicl
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import MISSION, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
-from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.traits import Traits
+from navigation_core.tasks.watching.leg_speed import LegSpeed
+from navigation_core.tasks.watching.mission_end import MissionEnd
 from navigation_core.tasks.watching.mission_measures import MissionMeasures
 from navigation_core.tasks.watching.mission_progress import MissionTally
+from navigation_core.tasks.watching.motion_watch import MotionWatch
 from navigation_core.tasks.waypoint import MissionPlan, Route
 
-# A vehicle that has moved by less than this in this time, hold times aside, is stuck.
-_MOVED_M = 0.5
+# A vehicle that has not moved for this time, hold times aside, is stuck.
 _STUCK_AFTER_S = 60.0
 # A vehicle that moves, but comes no nearer to its waypoint, is astray after this.
 _ASTRAY_AFTER_S = 300.0
 # MISSION_CURRENT may come up to a second after the HEARTBEAT that belongs to it.
 _REPORT_DELAY_MAX_S = 2.0
-# Time for a hold and the deletion of the mission after an end.
-_CLEAR_MAX_S = 10.0
 _ITEM_UPLOAD_S = 0.5
 # A waypoint that is not reported as reached counts as such when it was passed this near: the
 # firmwares' own radii are 2 to 3 m by default (WPNAV_RADIUS, WP_RADIUS, NAV_ACC_RAD), and a
@@ -76,17 +75,15 @@ class FlyMission(PhasedTask):
         )
         self._measures = MissionMeasures(route.waypoints, config, traits)
         self._departure = Departure(config, traits, self._requests)
-        self._stored = False
-        self._left_mode = False
+        self._end = MissionEnd(config, traits, self._requests)
         self._started = False
-        self._speed_told = True
+        self._leg_speed = LegSpeed(self._requests)
+        # The mission itself sets its speeds, until it is left.
+        self._speed_is_lost = False
         self._left_s: float | None = None
-        self._moved_s = 0.0
-        self._moved_from: Vector3 | None = None
-        self._headway = Headway(_ASTRAY_AFTER_S)
+        self._motion = MotionWatch(_ASTRAY_AFTER_S)
         self._headed_for = 0
         self._arrival = Dwell(config.arrival_dwell_s)
-        self._stopped = Standstill.of_stop(config, traits)
         self._handlers = {
             Phase.HALTING: self._halt,
             Phase.UPLOADING: self._upload,
@@ -138,17 +135,16 @@ class FlyMission(PhasedTask):
 
     def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
-        self._moved_s = now
-        self._headway.restart()
+        self._motion.restart(now)
         self._left_s = None
         self._arrival.reset()
-        self._stopped.reset()
+        self._end.begin()
 
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> None:
         self._handlers[Phase.STOPPING] = partial(self._come_to_rest, ending)
         # A transfer that is cut off leaves neither the old mission nor ours (ArduPilot).
         if self._phase is Phase.UPLOADING and self._requests.current is not None:
-            self._stored = True
+            self._end.mission_stored()
         self._go(Phase.STOPPING, now)
 
     def _do(
@@ -161,7 +157,7 @@ class FlyMission(PhasedTask):
     ) -> Answer:
         """Perform an operation, then continue; a rejection ends the task, motors off if needed."""
         answer = self._requests.perform(Perform(kind), refusal, observation, now)
-        if isinstance(answer, Outcome) and (self._departure.arming_asked or self._stored):
+        if isinstance(answer, Outcome) and (self._departure.arming_asked or self._end.is_stored):
             return StopFirst(answer)
         if answer is None:
             self._go(following, now)
@@ -190,7 +186,7 @@ class FlyMission(PhasedTask):
             timeout_s,
         )
         if answer is None:
-            self._stored = True
+            self._end.mission_stored()
             self._go(Phase.STARTING if observation.armed else Phase.PREPARING, now)
         return answer
 
@@ -243,28 +239,13 @@ class FlyMission(PhasedTask):
         if observation.mode is not VehicleMode.MISSION:
             return self._out_of_mode(observation, now)
         self._left_s = None
-        if not self._speed_told:
-            answer = self._tell_speed(observation, now)
+        if self._speed_is_lost:
+            speed_m_s = self._mission.target.max_speed_m_s or self._plan.speed_m_s
+            answer = self._leg_speed.ask(speed_m_s, observation, now)
             if answer is not None:
                 return answer
+            self._speed_is_lost = False
         return self._look_for_motion(observation, now)
-
-    def _tell_speed(self, observation: Observation, now: float) -> Answer:
-        """Ask for the leg's speed again; one that is rejected is logged, and it flies on.
-
-        An ArduCopter forgets the speed of its mission when it leaves AUTO (Copter's mode_auto.cpp,
-        desired_speed_override).
-        """
-        speed_m_s = self._mission.target.max_speed_m_s or self._plan.speed_m_s
-        answer: Answer = None
-        if speed_m_s is not None:
-            intent = Perform(TaskOperation.CHANGE_SPEED, speed_m_s=speed_m_s)
-            answer = self._requests.perform(intent, OutcomeCode.MISSION_REFUSED, observation, now)
-        if answer is not None and not isinstance(answer, Outcome):
-            return answer
-        self._speed_told = True
-        self._requests.forget()
-        return None
 
     def _out_of_mode(self, observation: Observation, now: float) -> Answer:
         """The vehicle holds by itself: at the end, or because somebody is at it."""
@@ -282,35 +263,26 @@ class FlyMission(PhasedTask):
         return Outcome(OutcomeCode.PILOT_OVERRIDE, text, None)
 
     def _look_for_motion(self, observation: Observation, now: float) -> Answer:
-        position = observation.position_enu_m
-        if position is not None and (
-            self._moved_from is None or distance(position, self._moved_from) > _MOVED_M
-        ):
-            self._moved_from, self._moved_s = position, now
-        limit_s = _STUCK_AFTER_S + self._mission.target.hold_time_s
-        if now - self._moved_s > limit_s:
+        position, target = observation.position_enu_m, self._mission.target
+        current = self._mission.current
+        if current != self._headed_for and position is not None:
+            self._headed_for = current
+            self._motion.has_other_lengths()
+        limit_s = _STUCK_AFTER_S + target.hold_time_s
+        if self._motion.is_stuck(position, now, limit_s):
             text = f"The vehicle has not moved for {limit_s:g} s in its mission."
             return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
-        if self._headway.is_lost(self._lengths_m(position), now, self._mission.target.hold_time_s):
+        away_m = () if position is None else (distance(position, target.position_enu_m),)
+        if self._motion.is_astray(away_m, now, target.hold_time_s):
             text = (
-                f"The vehicle moves but gets no closer to waypoint {self._mission.current + 1} "
+                f"The vehicle moves but gets no closer to waypoint {current + 1} "
                 "(counted over all laps)."
             )
             return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         return Wait()
 
-    def _lengths_m(self, position: Vector3 | None) -> tuple[float, ...]:
-        """Return what shrinks with progress: the way to the waypoint that it is headed for."""
-        if position is None:
-            return ()
-        current, target = self._mission.current, self._mission.target.position_enu_m
-        if current != self._headed_for:
-            self._headed_for = current
-            self._headway.restart()
-        return (distance(position, target),)
-
     def _stop_for_pause(self, observation: Observation, now: float) -> Answer:
-        if self._holds_already(observation):
+        if self._end.is_held(observation):
             return Phase.PAUSED
         return self._do(
             TaskOperation.HOLD, OutcomeCode.MODE_REFUSED, Phase.PAUSED, observation, now
@@ -322,82 +294,24 @@ class FlyMission(PhasedTask):
             return Outcome(OutcomeCode.DISARMED, text, None)
         if self._pause_asked or observation.position_doubt:
             return Wait()
-        self._speed_told = False
+        # An ArduCopter that leaves AUTO forgets the speed of its mission (Copter's mode_auto.cpp,
+        # desired_speed_override).
+        self._leg_speed.forget()
+        self._speed_is_lost = True
         return Phase.STARTING
 
     # --- the end ---------------------------------------------------------------------
 
     def _come_to_rest(self, ending: Outcome, observation: Observation, now: float) -> Answer:
-        if (
-            not observation.armed
-            and self._requests.current is None
-            and not self._arming(observation)
-        ):
-            return self._begin_to_clear(ending)
-        grounded = self._departure.arming_asked and not self._started
-        down = grounded or (self._departure.arming_asked and self._measures.on_ground(observation))
-        kind = TaskOperation.DISARM if down else TaskOperation.HOLD
-        timeout_s = self._config.cancel_timeout_s
-        answer = None
-        if down or not self._holds_already(observation):
-            answer = self._requests.perform(
-                Perform(kind), OutcomeCode.MODE_REFUSED, observation, now, timeout_s
-            )
-        if isinstance(answer, Outcome):
-            return self._begin_to_clear(ending.after(answer.message))
-        if answer is not None:
+        down = self._departure.arming_asked and (
+            not self._started or self._measures.on_ground(observation)
+        )
+        since_s = self._phase_since_s
+        answer = self._end.come_to_rest(ending, down, since_s, observation, now)
+        if not isinstance(answer, Outcome):
             return answer
-        over = now - self._phase_since_s > self._config.cancel_timeout_s
-        stopped = self._stopped.holds(observation, self._config.position_stale_s)
-        if stopped or not self._traits.hovers or over:
-            return self._begin_to_clear(ending.after(self._how_it_stopped(stopped)))
-        return Wait()
-
-    def _how_it_stopped(self, stopped: bool) -> str:
-        if not self._traits.hovers:
-            return "It circles."
-        if stopped:
-            return "It has stopped."
-        return self._stopped.failure(self._config.cancel_timeout_s)
-
-    def _begin_to_clear(self, ending: Outcome) -> Phase:
-        self._handlers[Phase.CLEARING] = partial(self._clear, ending)
+        self._handlers[Phase.CLEARING] = partial(self._end.clear, answer)
         return Phase.CLEARING
-
-    def _clear(self, ending: Outcome, observation: Observation, now: float) -> Answer:
-        # A PX4 that stands in its mission mode without a mission will not arm again.
-        stands_in_mode = not observation.armed and observation.mode is VehicleMode.MISSION
-        if stands_in_mode and not self._left_mode:
-            hold = Perform(TaskOperation.HOLD)
-            answer = self._requests.perform(hold, ending.code, observation, now, _CLEAR_MAX_S)
-            if answer is not None and not isinstance(answer, Outcome):
-                return answer
-            self._left_mode = True
-        changed = observation.mission is not None and observation.mission.changed
-        if not self._stored or changed:
-            return ending
-        answer = self._requests.perform(
-            Perform(TaskOperation.CLEAR_MISSION),
-            ending.code,
-            observation,
-            now,
-            _CLEAR_MAX_S,
-        )
-        if isinstance(answer, Outcome):
-            return ending.after(answer.message)
-        return answer or ending
-
-    def _holds_already(self, observation: Observation) -> bool:
-        """Whether it is in its hold mode, and nobody here has asked for another one."""
-        report = observation.operation
-        starting = report is not None and report.kind is TaskOperation.START_MISSION
-        return (
-            self._requests.current is None and observation.mode is VehicleMode.HOLD and not starting
-        )
-
-    def _arming(self, observation: Observation) -> bool:
-        report = observation.operation
-        return report is not None and report.kind is TaskOperation.ARM
 
     def _status(self, observation: Observation) -> Status:
         if self._phase is Phase.NAVIGATING:

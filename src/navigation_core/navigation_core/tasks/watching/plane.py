@@ -25,7 +25,8 @@ from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import BEFORE_FLIGHT, PLANE, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import Traits
-from navigation_core.tasks.watching.plane_giving_way import PlaneGivingWay
+from navigation_core.tasks.watching.leg_speed import LegSpeed
+from navigation_core.tasks.watching.plane_destination import PlaneDestination
 from navigation_core.tasks.watching.plane_route import Circling, PlaneRoute
 from navigation_core.tasks.waypoint import Route
 
@@ -71,12 +72,9 @@ class FlyPlane(PhasedTask):
         # One lap; how it flies between them is the plane's own matter.
         self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in route.waypoints)
         self._route = PlaneRoute(route, traits.circle_radius_m)
-        # Where it was sent to last, whether it has taken that, and whether it has taken any.
-        self._sent_enu_m: Vector3 | None = None
-        self._is_taken = self._was_sent = False
-        self._giving_way = PlaneGivingWay(traits)
-        self._speed_told_m_s: float | None = None
-        self._speed_problem = ""
+        self._destination = PlaneDestination(traits, self._requests)
+        self._giving_way = self._destination.giving_way
+        self._leg_speed = LegSpeed(self._requests)
         self._departure = Departure(config, traits, self._requests, self._error_m)
         self._last_enu_m: Vector3 | None = None
         self._circling = Circling(traits.circle_radius_m)
@@ -105,8 +103,8 @@ class FlyPlane(PhasedTask):
 
     def resume_control(self, now: float) -> None:
         """Send it on to its place, which brings the mode; a speed is forgotten with a mode."""
-        self._speed_told_m_s = self._sent_enu_m = None
-        self._is_taken = self._was_sent = False
+        self._leg_speed.forget()
+        self._destination.forget()
         if self._phase in _IN_FLIGHT:
             self._circling = Circling(self._traits.circle_radius_m)
             self._go(Phase.NAVIGATING, now)
@@ -136,9 +134,10 @@ class FlyPlane(PhasedTask):
         if self._phase is Phase.SETTLING and self._route.current.hold_time_s > 0.0:
             status = Status.HOLDING
         measured_m_s = measured_speed(observation) or 0.0
-        speed_m_s = max(measured_m_s, 0.5 * _CRUISE_M_S) if self._is_flying() else _CRUISE_M_S
+        is_flying = self._phase in _IN_FLIGHT
+        speed_m_s = max(measured_m_s, 0.5 * _CRUISE_M_S) if is_flying else _CRUISE_M_S
         length_m, time_s = self._route.left(position, speed_m_s)
-        waiting = self._giving_way.waiting if self._is_flying() else None
+        waiting = self._giving_way.waiting if is_flying else None
         blocked = "" if waiting is None else waiting.text
         if blocked and status is not Status.PAUSED:
             status = Status.WAITING_FOR_TRAFFIC
@@ -152,18 +151,12 @@ class FlyPlane(PhasedTask):
 
     # --- the state machine -----------------------------------------------------------
 
-    def _is_flying(self) -> bool:
-        return self._phase in _IN_FLIGHT
-
     def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
         answer = super()._answer(observation, now)
-        if isinstance(answer, Outcome) and self._speed_problem:
-            return replace(answer, message=f"{answer.message} {self._speed_problem}")
+        problem = self._leg_speed.problem
+        if isinstance(answer, Outcome) and problem:
+            return replace(answer, message=f"{answer.message} {problem}")
         return answer
-
-    def _handle(self, observation: Observation, now: float) -> Answer:
-        answer = self._check_flight(observation, now)
-        return super()._handle(observation, now) if answer is None else answer
 
     def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
@@ -171,14 +164,14 @@ class FlyPlane(PhasedTask):
         self._nearest_m = float("inf")
         self._circled.reset()
 
-    def _check_flight(self, observation: Observation, now: float) -> Answer:
-        """Look for what ends every flight."""
-        if not self._is_flying():
-            return None
+    def _handle(self, observation: Observation, now: float) -> Answer:
+        """Look for what ends every flight, then return the answer of the phase."""
+        if self._phase not in _IN_FLIGHT:
+            return super()._handle(observation, now)
         if not observation.armed:
             text = "The vehicle was disarmed during the goal."
             return self._over(OutcomeCode.DISARMED, text, observation)
-        if self._was_sent and not observation.in_control:
+        if self._destination.was_sent and not observation.in_control:
             text = "The vehicle left the mode in which it flies to targets."
             return self._over(OutcomeCode.PILOT_OVERRIDE, text, observation)
         if self._landed.holds(observation.airborne is False, now):
@@ -190,7 +183,7 @@ class FlyPlane(PhasedTask):
                 f"{self._config.position_timeout_s:g} s; it continues on its own."
             )
             return self._over(OutcomeCode.NO_POSITION, text, observation)
-        return None
+        return super()._handle(observation, now)
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
         rejection = self._departure.check(observation)
@@ -209,49 +202,13 @@ class FlyPlane(PhasedTask):
 
     # --- the flight ------------------------------------------------------------------
 
-    def _send(self, place: Vector3, observation: Observation, now: float) -> Answer:
-        """Have it fly to a place and circle it; None once it has taken that.
-
-        As long as it has to give way, it is another place.
-        """
-        place = self._giving_way.place(place, self._is_taken, observation, now)
-        if place != self._sent_enu_m:
-            self._sent_enu_m, self._is_taken = place, False
-            self._requests.forget()
-        if self._is_taken:
-            return None
-        intent = Perform(TaskOperation.REPOSITION, target_enu_m=place)
-        answer = self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
-        if answer is None:
-            self._is_taken = self._was_sent = True
-            self._requests.forget()
-        elif self._giving_way.evades and _is_refusal(answer):
-            self._giving_way.give_up(now)
-            return Wait()
-        return answer
-
-    def _tell_speed(self, observation: Observation, now: float) -> Answer:
-        """Request the speed of this leg, if any; a rejection is recorded, and it flies on."""
-        speed_m_s = self._route.current.max_speed_m_s
-        if speed_m_s is None or speed_m_s == self._speed_told_m_s:
-            return None
-        intent = Perform(TaskOperation.CHANGE_SPEED, speed_m_s=speed_m_s)
-        answer = self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
-        if isinstance(answer, Outcome):
-            self._speed_problem = f"It flew at its own speed. {answer.message}"
-            answer = None
-        if answer is None:
-            self._speed_told_m_s = speed_m_s
-            self._requests.forget()
-        return answer
-
     def _fly(self, observation: Observation, now: float) -> Answer:
         if self._pause_asked or observation.position_doubt:
             return self._begin_stay(observation)
         target = self._route.current.position_enu_m
-        answer = self._send(target, observation, now)
+        answer: Answer = self._destination.send(target, observation, now)
         if answer is None:
-            answer = self._tell_speed(observation, now)
+            answer = self._leg_speed.ask(self._route.current.max_speed_m_s, observation, now)
         if answer is None:
             answer = self._check_headway(observation, now)
         if answer is not None:
@@ -290,7 +247,7 @@ class FlyPlane(PhasedTask):
         if self._pause_asked or observation.position_doubt:
             return self._begin_stay(observation)
         waypoint = self._route.current
-        answer = self._send(waypoint.position_enu_m, observation, now)
+        answer = self._destination.send(waypoint.position_enu_m, observation, now)
         if self._giving_way.evades:
             self._circling = Circling(self._traits.circle_radius_m)
             return Phase.NAVIGATING
@@ -342,7 +299,7 @@ class FlyPlane(PhasedTask):
         return Phase.PAUSED
 
     def _stay(self, place: Vector3, observation: Observation, now: float) -> Answer:
-        answer = self._send(place, observation, now)
+        answer = self._destination.send(place, observation, now)
         if answer is None and not (self._pause_asked or observation.position_doubt):
             self._circling = Circling(self._traits.circle_radius_m)
             return Phase.NAVIGATING
@@ -364,7 +321,7 @@ class FlyPlane(PhasedTask):
     def _circle_here(
         self, ending: Outcome, place: Vector3, observation: Observation, now: float
     ) -> Answer:
-        answer = self._send(place, observation, now)
+        answer = self._destination.send(place, observation, now)
         if isinstance(answer, Outcome):
             return ending.after(answer.message, self._error_m(observation))
         where = "elsewhere, to give way" if self._giving_way.evades else "where it was"
@@ -388,7 +345,3 @@ class FlyPlane(PhasedTask):
         position = observation.position_enu_m
         target = self._route.current.position_enu_m
         return None if position is None else distance(position, target)
-
-
-def _is_refusal(answer: Answer) -> bool:
-    return isinstance(answer, Outcome) and answer.code is OutcomeCode.MODE_REFUSED

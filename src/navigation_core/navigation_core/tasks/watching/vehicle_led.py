@@ -11,23 +11,24 @@ import math
 from dataclasses import dataclass
 from functools import partial
 
-from navigation_core.geometry import Vector3, distance, horizontal_norm, subtract
+from navigation_core.geometry import Vector3, horizontal_norm, subtract
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.tasks.conditions import Dwell, Headway
+from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome, Perform, Wait
-from navigation_core.tasks.measurement import is_airborne, measured_speed
+from navigation_core.tasks.measurement import measured_speed
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import LED, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.traits import Traits
+from navigation_core.tasks.watching.led_measures import LedMeasures
+from navigation_core.tasks.watching.motion_watch import MotionWatch
 from navigation_core.tasks.watching.plane_route import Circling
 
-# A vehicle that has not moved this far for this long is stuck. ArduCopter waits 5 s above
-# the launch point before it lands (RTL_LOIT_TIME), PX4 up to 5 s (RTL_LAND_DELAY).
-_MOVED_M = 0.5
+# A vehicle that has not moved for this long is stuck. ArduCopter waits 5 s above the launch
+# point before it lands (RTL_LOIT_TIME), PX4 up to 5 s (RTL_LAND_DELAY).
 _STUCK_AFTER_S = 60.0
 # One that moves, but comes neither nearer to the launch point nor lower, nor climbs to return,
 # is astray after this; an approach to a landing may lead away from it for a while.
@@ -35,12 +36,6 @@ _ASTRAY_AFTER_S = 300.0
 # RTL_ALT of ArduCopter is at most 3000 m.
 _RETURN_HEIGHT_MAX_M = 3000.0
 _DEPTH_MAX_M = 1000.0
-# Descent at the end of a landing: LAND_SPEED of ArduCopter is 0.5 m/s, MPC_LAND_SPEED of
-# PX4 0.7 m/s; from 10 m up both are faster (LAND_ALT_LOW, MPC_LAND_ALT2).
-_LAND_SPEED_M_S = 0.5
-_LAND_LOW_M = 10.0
-_DESCENT_M_S = 1.5
-_TOUCHDOWN_S = 3.0
 # A plane circles the launch point, wider than its own parameter says: ArduPlane's standard
 # simulated plane at 96 m, where that says 80 m.
 _CIRCLE_SHARE = 1.5
@@ -91,12 +86,11 @@ class VehicleLed(PhasedTask):
         self._goal = goal
         self._traits = traits
         self._landing_seen = False
-        self._moved_s = 0.0
-        self._moved_from: Vector3 | None = None
+        self._measures = LedMeasures(config, traits)
         self._begun_at: Vector3 | None = None
         self._disarmed_s: float | None = None
         self._fast: tuple[float, float] = (-math.inf, 0.0)
-        self._headway = Headway(_ASTRAY_AFTER_S if traits.flies else _STUCK_AFTER_S)
+        self._motion = MotionWatch(_ASTRAY_AFTER_S if traits.flies else _STUCK_AFTER_S)
         self._circling = Circling(traits.circle_radius_m)
         self._arrived = Dwell(config.arrival_dwell_s if traits.hovers else _CIRCLING_MIN_S)
         self._stopped = Standstill.of_stop(config, traits)
@@ -107,8 +101,7 @@ class VehicleLed(PhasedTask):
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
         super().start(observation, now)
-        self._moved_s = now
-        self._moved_from = self._begun_at = self._position(observation)
+        self._begun_at = self._measures.position(observation)
 
     def pause(self, now: float) -> Rejection | None:
         """Reject: the vehicle flies by itself."""
@@ -134,22 +127,24 @@ class VehicleLed(PhasedTask):
         """Return the progress."""
         if self._phase is Phase.ENDED:
             return Progress(self._status(observation), 0.0, 0.0)
-        left_m, left_s = self._landing(observation)
+        left_m, left_s = self._measures.landing(observation)
         if self._phase is Phase.STOPPING:
             return Progress(Status.CANCELLING, 0.0, self._config.stop_dwell_s)
-        home_m = self._home_m(observation)
+        home_m = self._measures.home_m(observation)
         if self._goal is RETURN_TO_LAUNCH and home_m is not None:
-            speed_m_s = max(self._speed_m_s(observation), self._config.limits.speed_horizontal_m_s)
+            speed_m_s = max(
+                self._measures.speed_m_s(observation), self._config.limits.speed_horizontal_m_s
+            )
             left_m, left_s = left_m + home_m, left_s + home_m / speed_m_s
         return Progress(self._status(observation), left_m, left_s)
 
     # --- the state machine -----------------------------------------------------------
 
     def _handle(self, observation: Observation, now: float) -> Answer:
-        speed_m_s = self._speed_m_s(observation)
+        speed_m_s = self._measures.speed_m_s(observation)
         if observation.armed and speed_m_s > _CRASH_SPEED_MIN_M_S:
             self._fast = (now, speed_m_s)
-        if self._on_ground(observation) and self._traits.flies:
+        if self._measures.is_on_ground(observation) and self._traits.flies:
             return self._on_the_ground(observation, now)
         return super()._handle(observation, now)
 
@@ -159,7 +154,7 @@ class VehicleLed(PhasedTask):
             # Its mode for a return might begin with a climb.
             text = f"The vehicle is on the ground; no {self._goal.name} is needed."
             return Outcome(OutcomeCode.NOT_FLYING, text, None)
-        self._moved_s = now
+        self._motion.restart(now)
         return self._ask(self._goal.operation, observation, now) or Phase.NAVIGATING
 
     def _ask(self, kind: TaskOperation, observation: Observation, now: float) -> Answer:
@@ -174,50 +169,45 @@ class VehicleLed(PhasedTask):
                 if not self._traits.hovers
                 else "The vehicle is at the launch point."
             )
-            return Outcome(OutcomeCode.SUCCESS, text, self._home_m(observation))
-        if self._has_moved(observation):
-            self._moved_from, self._moved_s = self._position(observation), now
+            return Outcome(OutcomeCode.SUCCESS, text, self._measures.home_m(observation))
+        position = self._measures.position(observation)
         # Without a position it may be on its way all the same.
-        located = self._position(observation) is not None
+        located = position is not None
         stuck_s = _STUCK_AFTER_S if located else _ASTRAY_AFTER_S
-        if now - self._moved_s > stuck_s:
+        if self._motion.is_stuck(position, now, stuck_s):
             what = "has not moved" if located else "has not been seen to move, without a position,"
             text = f"The vehicle {what} for {stuck_s:g} s in its {self._goal.name}."
             return Outcome(OutcomeCode.TIMEOUT, text, None)
         longer_s = _ASTRAY_AFTER_S if observation.home_enu_m is None or not located else 0.0
-        if self._headway.is_lost(self._lengths_m(observation), now, longer_s):
+        if self._motion.is_astray(self._lengths_m(observation), now, longer_s):
             text = f"The vehicle moves but makes no progress in its {self._goal.name}."
-            return Outcome(OutcomeCode.TIMEOUT, text, self._home_m(observation))
+            return Outcome(OutcomeCode.TIMEOUT, text, self._measures.home_m(observation))
         return Wait()
 
     def _disarmed(self, observation: Observation, now: float) -> Wait | Outcome:
         """A PX4 rover disarms at the end, and nearer than RTL_MIN_DIST without having moved."""
         if self._waits_for_position(observation, now):
             return Wait()
-        home_m = self._home_m(observation)
+        home_m = self._measures.home_m(observation)
         if home_m is None:
             return Outcome(
                 OutcomeCode.DISARMED, "The vehicle was disarmed during its return.", None
             )
-        if home_m <= self._arrival_m():
+        if home_m <= self._measures.arrival_m:
             text = "The vehicle is at the launch point with its motors off."
             return Outcome(OutcomeCode.SUCCESS, text, home_m)
         text = f"The vehicle was disarmed {home_m:.1f} m from the launch point."
         return Outcome(OutcomeCode.DISARMED, text, home_m)
 
-    def _has_moved(self, observation: Observation) -> bool:
-        position, before = self._position(observation), self._moved_from
-        return position is not None and (before is None or distance(position, before) > _MOVED_M)
-
     def _lengths_m(self, observation: Observation) -> tuple[float, ...]:
         """Return what shrinks with progress: the path home, the height, and what it may climb."""
-        position, home_m = self._position(observation), self._home_m(observation)
-        if position is None:
+        if self._measures.position(observation) is None:
             return ()
+        home_m = self._measures.home_m(observation)
         way_m = math.inf if home_m is None else home_m
         if not self._traits.flies:
             return (way_m,)
-        height_m = max(position[2] - observation.ground_enu_m, -_DEPTH_MAX_M)
+        height_m = max(self._measures.height_m(observation), -_DEPTH_MAX_M)
         if self._goal is LAND:
             return (height_m,)
         return (way_m, height_m, max(_RETURN_HEIGHT_MAX_M - height_m, 0.0))
@@ -249,15 +239,15 @@ class VehicleLed(PhasedTask):
         if self._cancel_asked:
             text = "The goal was cancelled. The vehicle is on the ground with its motors off."
             return Outcome(OutcomeCode.CANCELED, text, None)
-        home_m = self._home_m(observation) if self._goal is RETURN_TO_LAUNCH else None
-        if self._goal is RETURN_TO_LAUNCH and self._position(observation) is None:
+        home_m = self._measures.home_m(observation) if self._goal is RETURN_TO_LAUNCH else None
+        if self._goal is RETURN_TO_LAUNCH and self._measures.position(observation) is None:
             if self._waits_for_position(observation, now):
                 return Wait()
             text = "The vehicle is on the ground with its motors off; where it is is unknown."
             return Outcome(OutcomeCode.LANDED, text, None)
         if (
             home_m is not None
-            and home_m > self._arrival_m()
+            and home_m > self._measures.arrival_m
             and self._is_where_it_began(observation)
         ):
             text = f"The vehicle landed where it was, {home_m:.1f} m from the launch point."
@@ -268,28 +258,23 @@ class VehicleLed(PhasedTask):
     def _waits_for_position(self, observation: Observation, now: float) -> bool:
         """Whether the position of a disarmed vehicle, which stands, may still come."""
         self._disarmed_s = now if self._disarmed_s is None else self._disarmed_s
-        lacks = self._position(observation) is None
+        lacks = self._measures.position(observation) is None
         return lacks and now - self._disarmed_s <= self._config.position_timeout_s
 
     # --- what is measured ------------------------------------------------------------
 
     def _is_where_it_began(self, observation: Observation) -> bool:
         """Whether it has not flown anywhere: a rally point may be far from the launch point."""
-        position, begun = self._position(observation), self._begun_at
+        position, begun = self._measures.position(observation), self._begun_at
         if position is None or begun is None:
             return False
         return horizontal_norm(subtract(position, begun)) < _NOT_RETURNED_WITHIN_M
-
-    def _on_ground(self, observation: Observation) -> bool:
-        return not observation.armed and not is_airborne(
-            observation, self._config.airborne_height_m
-        )
 
     def _at_launch(self, observation: Observation) -> bool:
         """Whether a vehicle that does not land is where it was to return to."""
         if self._goal is not RETURN_TO_LAUNCH or observation.mode is not VehicleMode.RETURN:
             return False
-        position, home = self._position(observation), observation.home_enu_m
+        position, home = self._measures.position(observation), observation.home_enu_m
         if position is None or home is None:
             return False
         home_m = horizontal_norm(subtract(position, home))
@@ -301,37 +286,7 @@ class VehicleLed(PhasedTask):
             return False  # it lands there
         speed_m_s = measured_speed(observation)
         slow = speed_m_s is not None and speed_m_s <= self._config.arrival_speed_m_s
-        return slow and home_m <= self._arrival_m()
-
-    def _arrival_m(self) -> float:
-        """A ground vehicle stops within its own waypoint radius (WP_RADIUS is 2 m), or about."""
-        return max(self._config.arrival_radius_m, 3.0) + self._traits.arrival_radius_m
-
-    def _position(self, observation: Observation) -> Vector3 | None:
-        """Return where the vehicle is; None where it only was."""
-        recent = observation.position_age_s <= self._config.position_stale_s
-        return observation.position_enu_m if recent else None
-
-    def _speed_m_s(self, observation: Observation) -> float:
-        """Return the measured speed, 0 while it is unknown: an old one is no speed of a fall."""
-        located = self._position(observation) is not None
-        return (measured_speed(observation) or 0.0) if located else 0.0
-
-    def _home_m(self, observation: Observation) -> float | None:
-        position, home = self._position(observation), observation.home_enu_m
-        if position is None or home is None:
-            return None
-        return horizontal_norm(subtract(position, home))
-
-    def _landing(self, observation: Observation) -> tuple[float, float]:
-        """Return the height that is left, and how long a landing from there takes."""
-        position = self._position(observation)
-        if position is None or not self._traits.lands_itself:
-            return 0.0, 0.0
-        height_m = max(position[2] - observation.ground_enu_m, 0.0)
-        low_m = min(height_m, _LAND_LOW_M)
-        fast_s = (height_m - low_m) / _DESCENT_M_S
-        return height_m, low_m / _LAND_SPEED_M_S + fast_s + _TOUCHDOWN_S
+        return slow and home_m <= self._measures.arrival_m
 
     def _status(self, observation: Observation) -> Status:
         if self._phase is Phase.STARTING:

@@ -1,1 +1,0 @@
-"""The parameter service: all parameters read, some changed and read back."""

@@ -1,0 +1,1 @@
+"""The storage besides the mission: fence, rally points and parameters, read, written, read back."""

@@ -1,0 +1,67 @@
+"""Slows a commanded velocity down so that its run-out keeps apart from other vehicles. No ROS."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from navigation_core.geometry import ZERO, norm, scale
+from navigation_core.safety.stopping_distance import stopping_distance_m
+from navigation_core.tasks.intents import Setpoint
+from navigation_core.tasks.leading.reserved_path import REACTION_S
+from navigation_core.traffic.evasions import AFTER_S
+from navigation_core.traffic.traffic_view import TrafficView
+
+__all__ = ["paced"]
+
+# Shares of a commanded velocity that are tried.
+_SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
+# What is left of it where none of them is free: the vehicle stands, and knows its course.
+_STANDS_SHARE, _STANDS_M_S = 1e-3, 0.05
+
+
+def paced(
+    view: TrafficView, setpoint: Setpoint, timeout_s: float, braking_m_s2: float, now: float
+) -> Setpoint:
+    """Return a setpoint as fast as a run-out from it is free, and hold its volume.
+
+    Args:
+        view: the traffic.
+        setpoint: the command.
+        timeout_s: for how long the vehicle follows its last setpoint.
+        braking_m_s2: how hard it brakes then.
+        now: time in seconds.
+    """
+    if norm(setpoint.velocity_enu_m_s) < _STANDS_M_S:
+        return setpoint
+    start = np.array(setpoint.position_enu_m)
+    for share in _shares(view, setpoint, now):
+        velocity = np.array(setpoint.velocity_enu_m_s) * share
+        speed = float(np.linalg.norm(velocity))
+        stop_m = stopping_distance_m(speed, timeout_s + REACTION_S, braking_m_s2)
+        line = start + np.linspace(0.0, 1.0, max(math.ceil(stop_m), 1) + 1)[:, None] * (
+            velocity * (stop_m / max(speed, 1e-9))
+        )
+        volume = view.volume(line)
+        if view.reservations.blocked_by(view.name, volume) is None:
+            view.reservations.stand(view.name, volume, now, moves=True)
+            x, y, z = velocity.tolist()
+            return replace(setpoint, velocity_enu_m_s=(x, y, z))
+    slow_enu_m_s = scale(setpoint.velocity_enu_m_s, _STANDS_SHARE)
+    return replace(setpoint, velocity_enu_m_s=slow_enu_m_s, acceleration_enu_m_s2=ZERO)
+
+
+def _shares(view: TrafficView, setpoint: Setpoint, now: float) -> tuple[float, ...]:
+    """Return the shares of a commanded velocity that keep most from intruders, and less."""
+    speed_m_s = norm(setpoint.velocity_enu_m_s)
+    intruders = view.intruders(setpoint.position_enu_m, speed_m_s, now)
+    if not len(intruders):
+        return _SHARES
+    shares = np.array([*_SHARES, 0.0])
+    course = AFTER_S[:, None] * np.array(setpoint.velocity_enu_m_s)
+    motions = np.array(setpoint.position_enu_m) + shares[:, None, None] * course
+    placed = view.traffic_frame.traffic(motions.reshape(-1, 3)).reshape(motions.shape)
+    penalties = intruders.passage(placed, AFTER_S).penalties
+    return _SHARES[int(penalties.argmin()) :]

@@ -1,0 +1,65 @@
+"""Targets that are too near to those of other vehicles, or to where they stand. No ROS."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from navigation_bridge.configuration.settings import TrafficConflict
+from navigation_core.geometry import Vector3
+from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.traffic.traffic_view import TrafficView
+
+__all__ = ["check_target", "free_target"]
+
+
+def check_target(
+    view: TrafficView, target_enu_m: Vector3, conflict: TrafficConflict
+) -> Rejection | str:
+    """Return why a goal is rejected, or a note for its result, which may be empty.
+
+    Args:
+        view: the traffic.
+        target_enu_m: where the goal leads.
+        conflict: what happens to such a goal.
+    """
+    whom = _conflict(view, target_enu_m)
+    if whom is None:
+        return ""
+    if conflict is TrafficConflict.REJECT:
+        return Rejection(
+            OutcomeCode.TRAFFIC,
+            f"The target is too near to that of {whom}, or to where it stands; choose "
+            "another target, or send the goal again once it has left.",
+        )
+    # It is also in the result, once the other one has left.
+    return (
+        f"Accepted while the target was too near to that of {whom}, or to where it "
+        "stood; such a goal waits until it has left."
+    )
+
+
+def free_target(view: TrafficView, target_enu_m: Vector3) -> Vector3 | None:
+    """Return the nearest target where nobody stands, at the same height."""
+    x, y, z = target_enu_m
+    step_m = 0.5 * view.reservations.separation.horizontal_m
+    for ring in range(1, 9):
+        for part in range(12):
+            angle = math.tau * part / 12
+            away_m = ring * step_m
+            place = (x + away_m * math.cos(angle), y + away_m * math.sin(angle), z)
+            if _conflict(view, place) is None:
+                return place
+    return None
+
+
+def _conflict(view: TrafficView, target_enu_m: Vector3) -> str | None:
+    """Return whose target a target is too near to, or who stands there; or None."""
+    place, separation = view.volume(np.array([target_enu_m])), view.reservations.separation
+    for other in view.reservations.others(view.name):
+        if other.target is not None and place.meets(other.target, separation)[0]:
+            return other.name
+        if not other.moves and len(other.whole) and place.meets(other.whole, separation)[0]:
+            return other.name
+    return None

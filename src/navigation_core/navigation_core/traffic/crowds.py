@@ -1,0 +1,134 @@
+"""The volumes of several vehicles as one, and where a path meets them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from navigation_core.traffic.entries import Entry
+from navigation_core.traffic.right_of_way import Rank
+from navigation_core.traffic.volumes import Array, Mask, Separation, Volume, blocks_near, joined
+from navigation_core.traffic.way_out import first_blocked
+
+__all__ = ["PASS_BEFORE_MARGIN_S", "Crowd", "Others"]
+
+PASS_BEFORE_MARGIN_S = 2.0
+"""A vehicle that passes before another one must be through this long before it comes."""
+
+# An owner, a volume, and when the owner is at each of its points, which counts for paths only.
+_Part: TypeAlias = tuple[str, Volume, Array | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Crowd:
+    """Volumes of several vehicles as one.
+
+    Attributes:
+        volume: all of them.
+        arrival_s: when their owners are there, shape (N,); 0 for what they hold.
+        ends: where the points of each end.
+        names: of the owners.
+    """
+
+    volume: Volume
+    arrival_s: Array
+    ends: Array
+    names: tuple[str, ...]
+
+    @classmethod
+    def near(cls, volume: Volume, parts: Sequence[_Part], separation: Separation) -> Crowd:
+        """Return those that come near to a volume."""
+        parts = [parts[row] for row in volume.near([part[1] for part in parts], separation)]
+        if len(parts) > 1:
+            lows, highs = zip(*(part[1].blocks for part in parts), strict=True)
+            blocks = (np.concatenate(lows, axis=1), np.concatenate(highs, axis=1))
+            touched = blocks_near(volume.blocks, blocks, separation).any(axis=0)
+            starts = np.cumsum([0, *(low.shape[1] for low in lows[:-1])])
+            is_near = np.logical_or.reduceat(touched, starts)
+            parts = [part for part, kept in zip(parts, is_near, strict=True) if kept]
+        together = joined(*(part[1] for part in parts))
+        arrivals_s = [part[2] for part in parts if part[2] is not None]
+        arrival_s = np.concatenate(arrivals_s) if arrivals_s else np.zeros(len(together))
+        ends = np.cumsum([len(part[1]) for part in parts])
+        return cls(together, arrival_s, ends, tuple(part[0] for part in parts))
+
+    def owner(self, point: int) -> str:
+        """Return whose point that is."""
+        return self.names[int(np.searchsorted(self.ends, point, side="right"))]
+
+
+class Others:
+    """The vehicles that one has to keep apart from."""
+
+    def __init__(self, entries: Iterable[Entry], separation: Separation) -> None:
+        """Take those, in the order of their names."""
+        self._entries = list(entries)
+        self._separation = separation
+
+    def __iter__(self) -> Iterator[Entry]:
+        """Return each."""
+        return iter(self._entries)
+
+    def held(self, near: Volume) -> Crowd:
+        """Return what they hold near a volume, as one."""
+        parts = [(one.name, one.whole, None) for one in self._entries]
+        return Crowd.near(near, parts, self._separation)
+
+    def paths(self, near: Volume, rank: Rank) -> Crowd:
+        """Return the announced paths near a volume of those with a better rank, as one."""
+        parts = [
+            (one.name, one.intent.volume, one.intent.arrival_s)
+            for one in self._entries
+            if one.intent is not None and one.rank < rank
+        ]
+        return Crowd.near(near, parts, self._separation)
+
+    def first_held(self, path: Volume, begin: int = 0) -> tuple[int, str] | None:
+        """Return where a path first gets into what they hold, and whose that is.
+
+        Args:
+            path: the path, from where the vehicle is.
+            begin: how many of its points the vehicle holds already.
+        """
+        found: list[tuple[int, str]] = []
+        for is_kept in (False, True):
+            parts = [(one.name, one.kept if is_kept else one.held, None) for one in self._entries]
+            crowd = Crowd.near(path, parts, self._separation)
+            met = first_blocked(path, crowd.volume, self._separation, begin, is_kept)
+            if met is not None:
+                found.append((met[0], crowd.owner(met[1])))
+        return min(found, default=None)
+
+    def holder(self, volume: Volume) -> str | None:
+        """Return who holds a part of a volume, or None."""
+        held = self.held(volume)
+        theirs = volume.pairs(held.volume, self._separation)[1]
+        return held.owner(theirs[0]) if len(theirs) else None
+
+    def better_paths(
+        self, path: Volume, rank: Rank, times_s: Array
+    ) -> tuple[Mask, Mask, Callable[[int], str]]:
+        """Return where a path meets announced paths of better ranks, and where it is too late.
+
+        The third returns whose path that is, for a point where one is met.
+
+        Args:
+            path: the path, from where the vehicle is.
+            rank: of the vehicle.
+            times_s: when it is at each point.
+        """
+        paths = self.paths(path, rank)
+        mine, theirs = path.pairs(paths.volume, self._separation)
+        soonest_s = np.full(len(path), np.inf)
+        np.minimum.at(soonest_s, mine, paths.arrival_s[theirs])
+        near = np.isfinite(soonest_s)
+        late = near & (soonest_s < times_s + PASS_BEFORE_MARGIN_S)
+
+        def owner(point: int) -> str:
+            met = theirs[mine == point]
+            return paths.owner(met[int(paths.arrival_s[met].argmin())])
+
+        return near, late, owner
