@@ -61,7 +61,7 @@ def _fly(tab: Tab) -> None:
     tab.press("v", "KeyV")
     tab.wait("document.body.dataset.control === 'mine'")
     tab.value("document.documentElement.dataset.theme = 'day'")
-    tab.value("document.getElementById('avoid').click()")
+    tab.wait("document.getElementById('avoid').checked", _TIMEOUT_S)
     for _ in range(2):
         tab.press("-", "Minus")
     for place in _ROUTE:
@@ -70,8 +70,7 @@ def _fly(tab: Tab) -> None:
     tab.press(" ", "Space", 1.8)
     tab.wait("document.body.dataset.goal !== ''")
     tab.wait("document.getElementById('progress').textContent.includes('waypoint 2')", _TIMEOUT_S)
-    distance = "document.getElementById('progress').textContent.split('·')[2]"
-    tab.wait(f"parseFloat({distance}) < 17", _TIMEOUT_S)
+    tab.wait("parseFloat(document.querySelector('#out-distance b').textContent) < 17", _TIMEOUT_S)
     tab.click("fit")
 
 

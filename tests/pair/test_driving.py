@@ -174,7 +174,7 @@ def test_a_route_that_missed_a_waypoint_does_not_succeed(autopilot: str) -> None
     assert end.code.value == "WAYPOINT_MISSED", end.message
     assert end.waypoints_missed == (1,)
     assert end.waypoints_reached == 2
-    assert "Passed outside their radius: 1 " in end.message
+    assert "Passed outside their radius: 2 " in end.message
     # It was driven to its end all the same.
     assert nearest[2] < 0.5
 

@@ -69,7 +69,7 @@ def test_a_waypoint_outside_the_fence_is_named(fenced: SimulatedFlight) -> None:
     refused = fenced.check(WaypointsRequest(tuple(WaypointRequest(point) for point in points)))
     assert refused is not None
     assert refused.code is OutcomeCode.OUTSIDE_FENCE
-    assert "Waypoint 1" in refused.message
+    assert "Waypoint 2" in refused.message
 
 
 def test_a_fence_that_is_pulled_in_under_way_ends_the_goal_while_it_is_still_inside(

@@ -233,7 +233,7 @@ def test_a_skipped_waypoint_is_named_and_no_success() -> None:
     assert end.code.value == "WAYPOINT_MISSED", end.message
     assert end.waypoints_reached == 1
     assert end.waypoints_missed == (0, 1)
-    assert "0, 1" in end.message
+    assert "1, 2" in end.message
 
 
 def test_a_flying_goal_is_replaced_by_a_mission_and_a_mission_by_another_goal() -> None:
@@ -293,7 +293,7 @@ def test_heights_above_ground_need_a_vehicle_that_follows_terrain() -> None:
         rejection = flight_of(autopilot).check(WaypointsRequest((place,), by_mission))
         assert rejection is not None
         assert rejection.code.value == "INVALID_WAYPOINTS"
-        assert "Waypoint 0" in rejection.message
+        assert "Waypoint 1" in rejection.message
 
 
 @pytest.mark.parametrize(
@@ -314,7 +314,7 @@ def test_a_plane_circles_the_end_so_it_must_be_high_enough() -> None:
     rejection = flight_of("ardupilot", "plane").check(mission((0.0, 300.0, 60.0), (0.0, 0.0, 3.0)))
     assert rejection is not None
     assert rejection.code.value == "UNSUPPORTED_VEHICLE"
-    assert "Waypoint 1 is 3.0 m above the ground" in rejection.message
+    assert "Waypoint 2 is 3.0 m above the ground" in rejection.message
 
 
 def test_more_waypoints_than_a_vehicle_stores_are_rejected() -> None:

@@ -141,9 +141,9 @@ def test_geodetic_waypoints_above_home_and_above_the_sea(flight: SimulatedFlight
         (WaypointsRequest(()), "INVALID_WAYPOINTS", "no waypoint"),
         (route(*[(0.0, 0.0, 3.0)] * 1001), "INVALID_WAYPOINTS", "1001"),
         (route((0.0, 0.0, 3.0), laps=60000), "INVALID_WAYPOINTS", "60000"),
-        (route((0.0, 0.0, 3.0), (0.0, math.nan, 3.0)), "INVALID_NUMBER", "Waypoint 1"),
-        (route((0.0, 0.0, -3.0)), "BELOW_GROUND", "Waypoint 0"),
-        (route((0.0, 0.0, 3.0), (9000.0, 0.0, 3.0)), "OUTSIDE_VOLUME", "Waypoint 1"),
+        (route((0.0, 0.0, 3.0), (0.0, math.nan, 3.0)), "INVALID_NUMBER", "Waypoint 2"),
+        (route((0.0, 0.0, -3.0)), "BELOW_GROUND", "Waypoint 1"),
+        (route((0.0, 0.0, 3.0), (9000.0, 0.0, 3.0)), "OUTSIDE_VOLUME", "Waypoint 2"),
         (route((0.0, 0.0, 3.0), radius_m=-1.0), "INVALID_WAYPOINTS", "acceptance_radius"),
         (route((0.0, 0.0, 3.0), max_speed_m_s=-1.0), "INVALID_WAYPOINTS", "max_speed"),
         (

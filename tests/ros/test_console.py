@@ -165,7 +165,7 @@ def test_a_goal_is_clicked_confirmed_by_keyboard_and_flown(page: Tab) -> None:
     page.wait(ACTIVE)
     assert page.value("document.getElementById('confirm').hidden")
     wait_for_end(page, before, "SUCCESS")
-    assert "page " in page.text("events")
+    assert "Accepted from this page: " in page.text("events")
 
 
 def test_a_goal_is_rehearsed_before_it_is_confirmed(page: Tab) -> None:
@@ -355,7 +355,7 @@ def test_a_goal_of_another_client_is_seen_and_held(scene: Scene, page: Tab) -> N
     record = scene.flight.send(navigate_goal(0.0, -20.0, 5.0, 1.0))
     assert record.accepted
     page.wait(ACTIVE)
-    assert "by another client" in page.text("progress")
+    assert "from another program" in page.text("progress")
     # Hold needs no control.
     page.press("v", "KeyV")
     page.wait("document.body.dataset.control === ''")
@@ -428,14 +428,14 @@ def test_control_is_taken_over_knowingly(scene: Scene, page: Tab) -> None:
     other = scene.browser.open(scene.address)
     try:
         other.wait(READY)
-        other.wait("document.getElementById('control').textContent.startsWith('Page ')")
+        other.wait("document.getElementById('control').textContent === 'Another page has control'")
         other.press("g", "KeyG")
         assert other.value("document.getElementById('confirm').hidden")
         other.press("v", "KeyV")
         other.wait("!document.getElementById('confirm').hidden")
         other.press(" ", "Space", 1.8)
         other.wait(MINE)
-        page.wait("document.getElementById('control').textContent.startsWith('Page ')")
+        page.wait("document.getElementById('control').textContent === 'Another page has control'")
     finally:
         other.close()
     page.wait("document.body.dataset.control === ''")

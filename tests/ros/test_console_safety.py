@@ -112,7 +112,7 @@ def test_the_reason_of_a_rejection_stands_beside_the_button(page: Tab) -> None:
     page.press("g", "KeyG")
     page.press(" ", "Space", 1.8)
     page.wait("!document.getElementById('fly-answer').hidden")
-    assert page.text("fly-answer").startswith("Rejected: OUTSIDE_VOLUME: ")
+    assert page.text("fly-answer").startswith("Rejected: The target ")
     _, top, _, _ = page.box("fly-answer")
     _, button, _, _ = page.box("fly")
     assert 0.0 < button - top < 120.0

@@ -195,14 +195,13 @@ def marks(
 def opened(scene: Scene, kind: str, name: str) -> Tab:
     """Return a page that shows a vehicle."""
     tab = scene.browser.open(scene.addresses[kind])
-    options = "[...document.getElementById('vehicle').options]"
-    tab.wait(f"{options}.some((option) => option.value === '/{name}')")
-    tab.value(
-        f"(() => {{ const s = document.getElementById('vehicle'); s.value = '/{name}';"
-        " s.dispatchEvent(new Event('change')); })()"
-    )
+    card = f"#fleet button[data-vehicle='/{name}']"
+    tab.wait(f'!!document.querySelector("{card}")', READY_TIMEOUT_S)
+    tab.click_on(card)
     tab.wait("document.body.dataset.ready === 'true'", READY_TIMEOUT_S)
     tab.wait("document.getElementById('facts').textContent.includes('east 0.0')")
+    # The readouts lie over the map.
+    tab.value("document.getElementById('glance').style.display = 'none'")
     return tab
 
 

@@ -83,7 +83,7 @@ def _serve(line: str, orders: _Orders) -> None:
         order = read_request(line)
         flown = rehearse(order, is_over)
         _tell(sys.stdout, number=number, rehearsal=_rounded(asdict(flown)))
-        if flown.accepted:
+        if flown.accepted and order.lose_link:
             lost = lose_link(order, 0.5 * flown.duration_s, is_over)
             _tell(sys.stdout, number=number, lost=_rounded(asdict(lost)))
     except StoppedError:

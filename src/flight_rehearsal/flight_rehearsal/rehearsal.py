@@ -22,6 +22,8 @@ FLIGHT_MAX_S = 3600.0
 _LOST_MAX_S = 600.0
 _GOAL_ID = 32 * "0"
 _STEP_M = 0.5
+_STEP_S = 1.0
+"""Also one that stays adds its position to the path this often: another one may come near"""
 _STILL_M_S = 0.05
 _STILL_S = 30.0
 """Longer than failsafes wait for a link (FS_GCS_TIMEOUT, COM_DL_LOSS_T)"""
@@ -45,6 +47,7 @@ class Rehearsal:
         battery: charge at the end, from 0 to 1; None if nothing supports a number: the vehicle's
             consumption was not measured, and it is no simulated PX4, whose own parameter has it.
         approach: where its hull hits an obstacle, or comes nearest to one; None without obstacles.
+        times_s: when it is at each point of the path, from the goal on.
     """
 
     code: str
@@ -54,6 +57,7 @@ class Rehearsal:
     duration_s: float = 0.0
     battery: float | None = None
     approach: Approach | None = None
+    times_s: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -90,18 +94,21 @@ def rehearse(order: RehearsalRequest, is_over: IsOver = lambda: False) -> Rehear
     rejection = _begin(stage, order)
     if rejection is not None:
         return rejection
-    began_s, path, charged = stage.now, [stage.position_enu_m], stage.battery
+    began_s, charged = stage.now, stage.battery
+    track = _Track(stage)
     while not stage.ends and stage.now < began_s + FLIGHT_MAX_S:
         _go_on(stage, is_over)
-        _extend(path, stage)
-    path.append(stage.position_enu_m)
-    approach = stage.surroundings.approach(path)
+        track.extend()
+    track.end()
+    approach = stage.surroundings.approach(track.points_enu_m)
     code, text = "UNFINISHED", f"It would take longer than {FLIGHT_MAX_S:g} s."
     if stage.ends:
         code, text = stage.ends[0].code.value, stage.ends[0].message
     duration_s = stage.now - began_s
     battery = _battery_left(order, charged - stage.battery, duration_s)
-    return Rehearsal(code, text, True, tuple(path), duration_s, battery, approach)
+    times_s = tuple(time_s - began_s for time_s in track.times_s)
+    path = tuple(track.points_enu_m)
+    return Rehearsal(code, text, True, path, duration_s, battery, approach, times_s)
 
 
 def _battery_left(order: RehearsalRequest, used: float, duration_s: float) -> float | None:
@@ -140,16 +147,16 @@ def lose_link(order: RehearsalRequest, after_s: float, is_over: IsOver = lambda:
         _go_on(stage, is_over)
     stage.link_up = False
     copter, mode = stage.simulated.firmware, ""
-    path, still_s = [stage.position_enu_m], stage.now
+    track, still_s = _Track(stage), stage.now
     while copter.armed and stage.now < min(lost_s + _LOST_MAX_S, still_s + _STILL_S):
         mode = copter.mode.spec.name
         _go_on(stage, is_over)
-        _extend(path, stage)
+        track.extend()
         if stage.speed_m_s > _STILL_M_S:
             still_s = stage.now
-    path.append(stage.position_enu_m)
-    approach = stage.surroundings.approach(path)
-    return Lost(mode, path[-1], not copter.armed, tuple(path), approach)
+    track.end()
+    path = tuple(track.points_enu_m)
+    return Lost(mode, path[-1], not copter.armed, path, stage.surroundings.approach(path))
 
 
 def _go_on(stage: RehearsedFlight, is_over: IsOver) -> None:
@@ -185,7 +192,22 @@ def _request(order: RehearsalRequest) -> Request:
     )
 
 
-def _extend(path: list[Vector3], stage: RehearsedFlight) -> None:
-    place = stage.position_enu_m
-    if distance(path[-1], place) >= _STEP_M:
-        path.append(place)
+class _Track:
+    """Where a vehicle was, and when, in steps of distance and time."""
+
+    def __init__(self, stage: RehearsedFlight) -> None:
+        """Begin where it is."""
+        self._stage = stage
+        self.points_enu_m = [stage.position_enu_m]
+        self.times_s = [stage.now]
+
+    def extend(self) -> None:
+        """Add where it is, after a step."""
+        moved_m = distance(self.points_enu_m[-1], self._stage.position_enu_m)
+        if moved_m >= _STEP_M or self._stage.now >= self.times_s[-1] + _STEP_S:
+            self.end()
+
+    def end(self) -> None:
+        """Add where it is."""
+        self.points_enu_m.append(self._stage.position_enu_m)
+        self.times_s.append(self._stage.now)

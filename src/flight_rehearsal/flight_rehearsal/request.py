@@ -77,6 +77,7 @@ class RehearsalRequest:
         post_names: names of the posts, as far as they have any.
         box_names: names of the boxes, as far as they have any.
         sensed: obstacles that sensors have seen, as rows like those of posts.
+        lose_link: whether a loss of the link is rehearsed, too.
     """
 
     autopilot: str
@@ -100,6 +101,7 @@ class RehearsalRequest:
     post_names: tuple[str, ...] = ()
     box_names: tuple[str, ...] = ()
     sensed: tuple[tuple[float, ...], ...] = ()
+    lose_link: bool = True
 
 
 def _home(
@@ -194,6 +196,7 @@ REQUEST = record(
     speed_m_s=RecordMember(number(0), name="speed"),
     laps=RecordMember(whole(1)),
     avoid_obstacles=RecordMember(FLAG, name="avoid"),
+    lose_link=RecordMember(FLAG),
 )
 """Members of a line of JSON, by the console's names; others are ignored."""
 

@@ -107,7 +107,7 @@ def test_a_margin_in_height_is_its_own() -> None:
 
 def test_a_waypoint_is_named_by_its_number() -> None:
     fence = Fence((CircleArea((0.0, 0.0), 10.0),))
-    assert refused(fence, (5.0, 0.0, 5.0), (15.0, 0.0, 5.0)).startswith("Waypoint 1: ")
+    assert refused(fence, (5.0, 0.0, 5.0), (15.0, 0.0, 5.0)).startswith("Waypoint 2: ")
 
 
 COORDINATE = st.integers(-40, 40).map(float)

@@ -413,7 +413,7 @@ def test_skipped_waypoints_are_named_and_no_success() -> None:
 
     outcome = vehicle.run(each)
     assert outcome.code is OutcomeCode.WAYPOINT_MISSED
-    assert "Flew 2 of 3 waypoints. Skipped or passed outside their radius: 0 " in outcome.message
+    assert "Flew 2 of 3 waypoints. Skipped or passed outside their radius: 1 " in outcome.message
     route = vehicle.task.progress(vehicle.observation(), vehicle.now).route
     assert route is not None
     assert route.missed == (0,)

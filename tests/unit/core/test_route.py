@@ -63,7 +63,7 @@ def test_one_that_passed_a_waypoint_outside_its_radius_does_not() -> None:
     vehicle, task = hovering(), route()
     outcome = fly(task, vehicle, gust(vehicle)).outcome
     assert outcome.code is OutcomeCode.WAYPOINT_MISSED
-    assert "Flew 2 of 3 waypoints. Passed outside their radius: 1 (counted" in outcome.message
+    assert "Flew 2 of 3 waypoints. Passed outside their radius: 2 (counted" in outcome.message
     assert outcome.final_error_m is not None
     assert outcome.final_error_m < 0.5, "the rest is flown all the same"
     assert told(task, vehicle).missed == (1,)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from drone_navigation.console.messages import PageWaypoint, Rehearse
-from drone_navigation.console.rehearsals import Rehearsals
+from drone_navigation.console.rehearsing.rehearsals import Rehearsals
 from tests.support.processes import patient_s
 
 WAIT_S = patient_s(20.0)

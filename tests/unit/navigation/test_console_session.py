@@ -10,7 +10,14 @@ import pytest
 
 from drone_navigation.console import plans
 from drone_navigation.console.lease import SILENCE_S
-from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Rehearse, Replay
+from drone_navigation.console.messages import (
+    PageCommand,
+    PageGoal,
+    PageWaypoint,
+    Rehearse,
+    RehearseTogether,
+    Replay,
+)
 from drone_navigation.console.page_types import HomeValue
 from drone_navigation.console.session import Page, Rules
 from drone_navigation.console.shown_values import ShownValues
@@ -44,6 +51,9 @@ class FakePilots:
 
     def rehearse(self, order: Rehearse, by: str, tell: Any) -> None:
         tell({"type": "rehearsal", "number": order.number})
+
+    def rehearse_together(self, order: RehearseTogether, by: str, tell: Any) -> None:
+        tell({"type": "together", "vehicles": [route.vehicle for route in order.routes]})
 
     def fly(self, order: PageGoal, by: str, answer: Any) -> None:
         self.moved.append(by)
@@ -92,7 +102,7 @@ def test_hold_and_cancel_are_open_to_every_page_at_any_pace() -> None:
     console.send(2, type="hold", vehicle="/")
     console.send(2, type="cancel", vehicle="/")
     assert console.pilots.stopped == ["hold", "cancel"]
-    answer = {"type": "answer", "to": "hold", "success": True, "text": "Holding."}
+    answer = {"type": "answer", "to": "hold", "vehicle": "/", "success": True, "text": "Holding."}
     assert console.told[2][-1] == answer
 
 
@@ -101,7 +111,7 @@ def test_control_is_taken_over_knowingly_and_lost_by_silence_and_by_leaving() ->
     console.send(1, type="take", vehicle="/", over=False)
     told = console.send(2, type="take", vehicle="/", over=False)
     assert told is not None
-    assert "Page 1 has control" in told["text"]
+    assert "Another page has control" in told["text"]
     console.send(2, type="take", vehicle="/", over=True)
     assert console.rules.leases.holder("/") == 2
     console.send(2, SILENCE_S + 1.0, **FLY)
@@ -127,6 +137,21 @@ def test_a_vehicle_that_is_not_there_is_rejected() -> None:
     console.send(1, type="hold", vehicle="/ghost")
     assert console.rules.rejected == {"vehicle": 1}
     assert console.pilots.stopped == []
+
+
+def test_routes_of_several_vehicles_are_rehearsed_together_without_control() -> None:
+    console = Console()
+    console.board.put("/b", "alive", True)
+    waypoints = [{"x": 1, "y": 2, "z": 3, "hold": 0}]
+    route = {"vehicle": "/", "waypoints": waypoints, "speed": 0, "laps": 1, "avoid": False}
+    both = [route, {**route, "vehicle": "/b"}]
+    told = console.send(2, type="rehearse_together", number=1, routes=both)
+    assert told == {"type": "together", "vehicles": ["/", "/b"]}
+    ghost = [route, {**route, "vehicle": "/ghost"}]
+    for wrong in ([], [route] * 33, ghost, [{**route, "confirmed": "slide"}], [waypoints]):
+        console.send(2, type="rehearse_together", number=1, routes=wrong)
+    assert console.rules.rejected == {"message": 4, "vehicle": 1}
+    assert console.pilots.moved == []
 
 
 def test_a_recording_is_played_without_control() -> None:

@@ -13,13 +13,21 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 
-from drone_navigation.console.messages import PageCommand, PageGoal, Rehearse, Replay
-from drone_navigation.console.rehearsals import Rehearsals
+from drone_navigation.console.messages import (
+    PageCommand,
+    PageGoal,
+    Rehearse,
+    RehearseTogether,
+    Replay,
+)
+from drone_navigation.console.rehearsing.joint_rehearsal import JointRehearsal
+from drone_navigation.console.rehearsing.rehearsals import Rehearsals
 from drone_navigation.console.requests import Answer, VehicleRequests
 from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.console.vehicle import VehicleClient
 from drone_navigation.qos import STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_core.traffic.volumes import Separation
 
 __all__ = ["Fleet"]
 
@@ -31,8 +39,8 @@ _PERIOD_S = 0.1
 # Events and statuses come once in a while, and are kept until they are read.
 _PERIOD_UNWATCHED_S = 0.5
 _SEARCH_S = 1.0
-# A rehearsal waits this many periods for the parameters that decide the flight.
-_TRIES = 50
+# A rehearsal waits this many periods for its process and the parameters that decide the flight.
+_TRIES = 150
 _CALLBACKS_MAX = 2000
 _UNKNOWN = "the server has not reported its parameters yet; they are asked for again."
 
@@ -111,6 +119,12 @@ class Fleet:
         """Simulate how a goal or a route would go; `by` names the page."""
         self.post(lambda: self._rehearse(order, by, tell))
 
+    def rehearse_together(
+        self, order: RehearseTogether, by: str, tell: Callable[[dict[str, Any]], None]
+    ) -> None:
+        """Simulate how goals and routes of several vehicles would go; `by` names the page."""
+        self.post(lambda: self._rehearse_together(order, by, tell))
+
     def replay(self, replay: Replay, answer: Answer) -> None:
         """Play a recording."""
         self.post(lambda: self._with(replay.vehicle, lambda v: v.replay(replay, answer), answer))
@@ -129,6 +143,7 @@ class Fleet:
         order: Rehearse,
         by: str,
         tell: Callable[[dict[str, Any]], None],
+        lose_link: bool = True,
         tries: int = _TRIES,
     ) -> None:
         """Rehearse once it is known what decides the flight, or cannot be waited for."""
@@ -138,15 +153,60 @@ class Fleet:
         self._rehearsals.warm_up()
         known = vehicle.known_for(self._rehearsals)
         if tries and not (known.server and known.vehicle):
-            self._unready[by] = partial(self._rehearse, order, by, tell, tries - 1)
+            again = partial(self._rehearse, order, by, tell, lose_link, tries - 1)
+            self._unready[by] = again
             return
         self._unready.pop(by, None)
         if known.server:
-            self._rehearsals.begin(by, order, known.values, tell, known.lacks)
+            self._rehearsals.begin(by, order, known.values, tell, known.lacks, lose_link)
         else:
             # With the defaults it would claim rejections that the server does not make.
             about = {"vehicle": order.vehicle, "number": order.number}
             tell({"type": "rehearsal", **about, "error": _UNKNOWN})
+
+    def _rehearse_together(
+        self, order: RehearseTogether, by: str, tell: Callable[[dict[str, Any]], None]
+    ) -> None:
+        """Rehearse one after the other, then compare the flights."""
+        ordered = {route.vehicle: route for route in order.routes}
+        ready = [(name, v) for name, v in self._vehicles.items() if name in ordered]
+        joint: JointRehearsal | None = None
+
+        def take(name: str, message: dict[str, Any]) -> None:
+            nonlocal joint
+            if joint is None:
+                # The first answer comes after the servers' parameters have.
+                joint = self._joint_rehearsal(tuple(name for name, _ in ready))
+            if joint.take(name, message):
+                # Beside the thread of ROS: nothing that stops a vehicle waits for it.
+                threading.Thread(target=finish, args=(joint,), daemon=True).start()
+
+        def finish(joint: JointRehearsal) -> None:
+            tell({"type": "together", "number": order.number, **joint.result()})
+
+        for name, _ in ready:
+            route = ordered[name]
+            single = Rehearse(
+                name,
+                route.waypoints,
+                route.speed_m_s,
+                route.laps,
+                route.avoid_obstacles,
+                order.number,
+            )
+            self._rehearse(single, f"{by}: {name}", partial(take, name), lose_link=False)
+
+    def _joint_rehearsal(self, ordered: tuple[str, ...]) -> JointRehearsal:
+        separations = [v.separation for v in self._vehicles.values() if v.separation is not None]
+        # The greater one of two servers, each of which has its vehicles keep its own.
+        separation = Separation(
+            max((s.horizontal_m for s in separations), default=Separation.horizontal_m),
+            max((s.vertical_m for s in separations), default=Separation.vertical_m),
+        )
+        switches = [self._vehicles[name].is_separated for name in ordered]
+        is_separated = None if None in switches else all(switches)
+        vehicles = {name: vehicle.for_others() for name, vehicle in self._vehicles.items()}
+        return JointRehearsal(ordered, vehicles, separation, is_separated)
 
     def _run(self) -> None:
         while not self._stopping:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from rcl_interfaces.msg import ParameterType
@@ -11,10 +12,13 @@ from rcl_interfaces.srv import GetParameters
 
 from custom_interfaces.srv import GetVehicleParameters
 from drone_navigation.console.requests import VehicleRequests
+from navigation_bridge.configuration.settings import SWITCH
+from navigation_core.traffic.volumes import Separation
 
 __all__ = ["FlightParameters"]
 
 _AGAIN_S = 1.0
+_SEPARATION = ("separation", "separation_horizontal_m", "separation_vertical_m")
 _VALUES = {
     ParameterType.PARAMETER_BOOL: "bool_value",
     ParameterType.PARAMETER_INTEGER: "integer_value",
@@ -24,7 +28,12 @@ _VALUES = {
 
 
 class FlightParameters:
-    """Asks for them when they are looked at, and keeps the answers."""
+    """Asks for them when they are looked at, and keeps the answers.
+
+    Attributes:
+        separation: what the server has its vehicles keep; None while that is unknown.
+        is_separated: whether it has them wait for each other; None while that is unknown.
+    """
 
     def __init__(self, requests: VehicleRequests) -> None:
         """Know nothing.
@@ -37,6 +46,9 @@ class FlightParameters:
         self._server: dict[str, Any] = {}
         self._parameters: dict[str, float] = {}
         self._wind: list[float] | None = None
+        self.separation: Separation | None = None
+        self.is_separated: bool | None = None
+        self._is_own = False
 
     @property
     def server_is_known(self) -> bool:
@@ -52,6 +64,8 @@ class FlightParameters:
         """Know nothing: the server is another one."""
         self._asked_s = -math.inf
         self._server, self._parameters, self._wind = {}, {}, None
+        self.separation = self.is_separated = None
+        self._is_own = False
 
     def values(self) -> dict[str, Any]:
         """Return the members of an order for the rehearsal: `server`, `parameters`, `wind`."""
@@ -81,3 +95,20 @@ class FlightParameters:
         self._requests.ask(GetParameters, "get_parameters", request, take_server)
         asked = GetVehicleParameters.Request(names=list(vehicle))
         self._requests.ask(GetVehicleParameters, "get_vehicle_parameters", asked, take_vehicle)
+        self._look_for_separation()
+
+    def _look_for_separation(self) -> None:
+        """Ask the vehicle's own node, and that of a server of several vehicles."""
+
+        def take(of_server: bool, answer: GetParameters.Response) -> None:
+            # A node that does not have all of them returns none.
+            if len(answer.values) == len(_SEPARATION) and not (of_server and self._is_own):
+                self._is_own = not of_server
+                switch, horizontal, vertical = answer.values
+                self.is_separated = SWITCH[switch.string_value]
+                self.separation = Separation(horizontal.double_value, vertical.double_value)
+
+        request = GetParameters.Request(names=list(_SEPARATION))
+        for of_server in (False, True):
+            done = partial(take, of_server)
+            self._requests.ask(GetParameters, "get_parameters", request, done, of_server)

@@ -39,15 +39,19 @@ __all__ = [
     "PageWaypoint",
     "ReadPlan",
     "Rehearse",
+    "RehearseTogether",
     "RejectedError",
     "Replay",
     "SavePlan",
     "Take",
+    "VehicleMessage",
+    "VehicleRoute",
     "parse",
 ]  # fmt: skip
 
 SIZE_MAX_BYTES = 1_000_000
 WAYPOINTS_MAX = 500
+TOGETHER_MAX = 32
 _VEHICLE = text(200)
 _CONFIRMED = {"confirmed": either("slide", "held")}
 """A person slid, or held the space bar: a click alone starts nothing"""
@@ -155,6 +159,23 @@ class Rehearse(_Order):
     number: int = member(whole(1, 1_000_000_000))
 
 
+class VehicleRoute(_Order):
+    """A goal or a route of one of several vehicles."""
+
+
+@dataclass(frozen=True)
+class RehearseTogether:
+    """Simulate goals and routes of several vehicles that begin at once; moves nothing.
+
+    `number` comes back with the answer.
+    """
+
+    kind: ClassVar[str] = "rehearse_together"
+
+    routes: tuple[VehicleRoute, ...] = member(items(record(VehicleRoute), 1, TOGETHER_MAX))
+    number: int = member(whole(1, 1_000_000_000))
+
+
 @dataclass(frozen=True)
 class ReadPlan(_ForVehicle):
     """Convert a `.plan` file into waypoints of the vehicle's map."""
@@ -195,10 +216,11 @@ class Replay(_ForVehicle):
     value: float = 0.0
 
 
-Message: TypeAlias = (
-    Alive | Take | Give | Hold | Cancel | PageCommand | PageGoal | Rehearse | ReadPlan | SavePlan
+VehicleMessage: TypeAlias = (
+    Take | Give | Hold | Cancel | PageCommand | PageGoal | Rehearse | ReadPlan | SavePlan
     | ConvertMission | Replay
 )  # fmt: skip
+Message: TypeAlias = Alive | RehearseTogether | VehicleMessage
 
 
 def _named(kind: type, name: str, confirmed: bool = False, **members: Any) -> dict[str, Kind[Any]]:
@@ -227,6 +249,7 @@ MESSAGE: Kind[Message] = one_of(
         ),
         PageGoal.kind: record(PageGoal, _CONFIRMED),
         Rehearse.kind: record(Rehearse),
+        RehearseTogether.kind: record(RehearseTogether),
         Replay.kind: one_of(
             "name",
             _named(Replay, "start")

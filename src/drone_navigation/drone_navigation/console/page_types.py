@@ -23,10 +23,12 @@ class StatusValue(TypedDict):
 
 
 class MotionValue(TypedDict):
-    """Position in the map, yaw (rad, from east), ground speed and climb rate (m/s)."""
+    """Position in the map, attitude (rad, yaw from east), ground speed and climb rate (m/s)."""
 
     at: list[float]
     yaw: float | None
+    roll: float | None
+    pitch: float | None
     speed: float | None
     climb: float | None
 
@@ -39,10 +41,12 @@ class BatteryValue(TypedDict):
 
 
 class FixValue(TypedDict):
-    """Whether there is a fix, and the standard deviation of the position."""
+    """Whether there is a fix, where (degrees), and the standard deviation of the position."""
 
     fixed: bool
     accuracy: float | None
+    latitude: float | None
+    longitude: float | None
 
 
 class HomeValue(TypedDict):

@@ -73,7 +73,10 @@ def status(message: VehicleStatus) -> StatusValue:
 
 
 def motion(message: Odometry) -> MotionValue | None:
-    """Return position, yaw (rad, from east), ground speed and climb rate (m/s)."""
+    """Return position, attitude (rad), ground speed and climb rate (m/s).
+
+    Yaw is counter-clockwise from east, roll positive to the right, pitch positive with the nose up.
+    """
     pose = message.pose.pose
     place = point(pose.position)
     if place is None:
@@ -81,9 +84,14 @@ def motion(message: Odometry) -> MotionValue | None:
     east, north, up = _turned(message.twist.twist.linear, pose.orientation)
     q = pose.orientation
     yaw_rad = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    roll_rad = math.atan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
+    # Of a body with its axes forward, left and up: a turn about the left axis lowers the nose.
+    nose_up = 2.0 * (q.z * q.x - q.w * q.y)
     return {
         "at": place,
         "yaw": known(yaw_rad, 3),
+        "roll": known(roll_rad, 3),
+        "pitch": known(math.asin(min(max(nose_up, -1.0), 1.0)), 3),
         "speed": known(math.hypot(east, north), 1),
         "climb": known(up, 1),
     }
@@ -112,11 +120,13 @@ def battery(message: BatteryState) -> BatteryValue:
 
 
 def fix(message: NavSatFix) -> FixValue:
-    """Return whether there is a fix, and the standard deviation of the position, m."""
+    """Return whether there is a fix, where (degrees), and the position's standard deviation, m."""
     variance = message.position_covariance[0]
     return {
         "fixed": message.status.status >= 0,
         "accuracy": known(math.sqrt(variance), 1) if variance > 0.0 else None,
+        "latitude": known(message.latitude, 6),
+        "longitude": known(message.longitude, 6),
     }
 
 

@@ -16,8 +16,17 @@ from mavlink_vehicle.profiles import profile_for
 from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.plan_files.items import PlanError
 from navigation_bridge.plan_files.routes import parse_route
+from navigation_core.geometry import Vector3
 
-__all__ = ["PlanError", "earth", "make_plan", "map_waypoints", "stored_plan", "vehicle_map"]
+__all__ = [
+    "PlanError",
+    "earth",
+    "in_map_of",
+    "make_plan",
+    "map_waypoints",
+    "stored_plan",
+    "vehicle_map",
+]
 
 # Of two numbers for the same frame, the one that QGroundControl writes.
 _FILE_FRAMES = {
@@ -85,6 +94,29 @@ def earth(autopilot: str, home: HomeValue | None) -> dict[str, object] | None:
         return None
     projection: Any = frame.projection
     return {"origin": frame.origin[:2], **asdict(projection)}
+
+
+def in_map_of(
+    points_enu_m: Sequence[Vector3],
+    own: tuple[str, HomeValue | None],
+    other: tuple[str, HomeValue | None],
+) -> tuple[Vector3, ...]:
+    """Return points of a vehicle's map in that of another one.
+
+    Args:
+        points_enu_m: in the map of the vehicle.
+        own: its autopilot, as in VehicleStatus, and its home, as of `facts.home`.
+        other: those of the other vehicle.
+
+    Raises:
+        PlanError: it is unknown where one of the maps lies.
+    """
+    here, there = vehicle_map(*own)[0], vehicle_map(*other)[0]
+    found = []
+    for east_m, north_m, up_m in points_enu_m:
+        north_there_m, east_there_m, down_m = there.ned_m(here.geodetic((north_m, east_m, -up_m)))
+        found.append((east_there_m, north_there_m, -down_m))
+    return tuple(found)
 
 
 def map_waypoints(

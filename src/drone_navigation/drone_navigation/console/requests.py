@@ -44,6 +44,15 @@ ACTIONS = {
 }
 """Types of the actions, by name"""
 
+_COMMANDS = {
+    ACTION_NAME: "The goal",
+    WAYPOINTS_ACTION_NAME: "The route",
+    TAKEOFF_ACTION_NAME: "The take-off",
+    LAND_ACTION_NAME: "The landing",
+    RETURN_ACTION_NAME: "The return",
+}
+"""The actions, as a pilot calls them"""
+
 # A goal is answered at once; a hold may take two mode changes
 # (VehicleConfig.operation_timeout_s, 10 s each).
 _ANSWER_TIMEOUT_S = 25.0
@@ -123,7 +132,7 @@ class VehicleRequests:
                 answer(False, f"Rejected: {self._reason}")
             elif self._now > until_s:
                 self._reasons.remove(each)
-                answer(False, "The server rejected the goal and published no reason.")
+                answer(False, "Rejected, and the server published no reason.")
 
     def _is_lost(self, call: _Call, now: float) -> bool:
         asked_s = call.deadline_s - _ANSWER_TIMEOUT_S
@@ -131,9 +140,11 @@ class VehicleRequests:
 
     # --- services ---------------------------------------------------------------------------
 
-    def _service(self, name: str, kind: Any = Trigger) -> Any:
-        """Return the client of one of the server's own services."""
-        return self._client(f"{self._root}/{SERVER_NODE_NAME}/{name}", kind)
+    def _service(self, name: str, kind: Any = Trigger, of_server: bool = False) -> Any:
+        """Return the client of a service of the vehicle's node, or of that of its server."""
+        # A server of several vehicles has one namespace less.
+        root = self._root.rpartition("/")[0] if of_server else self._root
+        return self._client(f"{root}/{SERVER_NODE_NAME}/{name}", kind)
 
     def _sender(self, action: str) -> Any:
         kind = ACTIONS[action].Impl.SendGoalService
@@ -165,13 +176,27 @@ class VehicleRequests:
         for action in ACTIONS:
             self._sender(action)
 
-    def ask(self, kind: Any, name: str, request: Any, done: Callable[[Any], None]) -> bool:
+    def ask(
+        self,
+        kind: Any,
+        name: str,
+        request: Any,
+        done: Callable[[Any], None],
+        of_server: bool = False,
+    ) -> bool:
         """Call one of the server's own services.
+
+        Args:
+            kind: its type.
+            name: its name.
+            request: what is asked.
+            done: called with the answer.
+            of_server: whether the node of the server is asked, not that of the vehicle.
 
         Returns:
             Whether it was there to be called.
         """
-        client = self._service(name, kind)
+        client = self._service(name, kind, of_server)
         if not client.service_is_ready():
             return False
         self._call(client.call_async(request), done, lambda: None)
@@ -240,7 +265,7 @@ class VehicleRequests:
             answer(False, "Too many requests are waiting for the server's answer.")
             return
         if not client.service_is_ready():
-            answer(False, f"No server offers {name} for this vehicle.")
+            answer(False, f"The server of this vehicle does not offer {name}.")
             return
         self._call(
             client.call_async(Trigger.Request()),
@@ -256,7 +281,7 @@ class VehicleRequests:
             if client.service_is_ready()
         ]
         if not ready:
-            answer(False, "No server offers the actions for this vehicle.")
+            answer(False, "The server of this vehicle does not take goals.")
             return
         left = [len(ready)]
         found: list[int] = []
@@ -318,7 +343,7 @@ class VehicleRequests:
             return
         client = self._sender(action)
         if not client.service_is_ready():
-            answer(False, f"No server offers {action} for this vehicle.")
+            answer(False, f"{_COMMANDS[action]} was not sent: the server does not take it.")
             return
         number = uuid.uuid4()
         request = ACTIONS[action].Impl.SendGoalService.Request(
@@ -332,13 +357,13 @@ class VehicleRequests:
 
         def take(response: Any) -> None:
             if response.accepted:
-                answer(True, "The server accepted the goal.")
+                answer(True, f"{_COMMANDS[action]} is accepted.")
             else:
                 self.routes.pop(number.hex, None)
                 self._reasons.append((self._now + _REASON_S, heard, answer))
 
         def late() -> None:
-            answer(False, "The server did not answer the goal request; the goal may be active.")
+            answer(False, f"{_COMMANDS[action]} was not answered; it may be active all the same.")
 
         self._call(client.call_async(request), take, late)
 

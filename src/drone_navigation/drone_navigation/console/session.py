@@ -15,16 +15,17 @@ from drone_navigation.console.messages import (
     ConvertMission,
     Give,
     Hold,
-    Message,
     Pace,
     PageCommand,
     PageGoal,
     ReadPlan,
     Rehearse,
+    RehearseTogether,
     RejectedError,
     Replay,
     SavePlan,
     Take,
+    VehicleMessage,
     parse,
 )
 from drone_navigation.console.shown_values import ShownValues
@@ -57,6 +58,9 @@ class Pilots(Protocol):
 
     def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
         """Simulate how a goal or a route would go."""
+
+    def rehearse_together(self, order: RehearseTogether, by: str, tell: Tell) -> None:
+        """Simulate how goals and routes of several vehicles would go."""
 
     def replay(self, replay: Replay, answer: Callable[[bool, str], None]) -> None:
         """Play a recording."""
@@ -115,10 +119,15 @@ class Rules:
         self.leases.hear(page.number, now)
         if isinstance(message, Alive):
             return
-        if message.vehicle not in self._board.vehicles():
+        if isinstance(message, RehearseTogether):
+            vehicles = {route.vehicle for route in message.routes}
+        else:
+            vehicles = {message.vehicle}
+        if not vehicles <= set(self._board.vehicles()):
             self._deny(page, "vehicle", "There is no such vehicle.")
-            return
-        if isinstance(message, Rehearse):
+        elif isinstance(message, RehearseTogether):
+            self._pilots.rehearse_together(message, page.name, page.tell)
+        elif isinstance(message, Rehearse):
             self._pilots.rehearse(message, page.name, page.tell)
         else:
             self._act(page, message, now)
@@ -136,8 +145,8 @@ class Rules:
         self.reject(kind)
         _answer_to(page, "")(False, f"Rejected: {sentence}")
 
-    def _act(self, page: Page, message: Message, now: float) -> None:
-        answer = _answer_to(page, message.kind)
+    def _act(self, page: Page, message: VehicleMessage, now: float) -> None:
+        answer = _answer_to(page, message.kind, message.vehicle)
         if isinstance(message, Hold):
             self._pilots.hold(message.vehicle, answer)
         elif isinstance(message, Cancel):
@@ -162,8 +171,7 @@ class Rules:
         if self.leases.take(message.vehicle, page.number, now, over=message.over):
             self._pilots.prepare(message.vehicle)
         else:
-            holder = self.leases.holder(message.vehicle)
-            self._deny(page, "control", f"Page {holder} has control of this vehicle.")
+            self._deny(page, "control", "Another page has control of this vehicle.")
 
     def _convert(self, page: Page, message: ReadPlan | SavePlan | ConvertMission) -> None:
         status = self._board.get(message.vehicle, "status") or {}
@@ -188,10 +196,11 @@ class Rules:
             _answer_to(page, "")(False, f"The plan: {error}")
 
 
-def _answer_to(page: Page, kind: str) -> Callable[[bool, str], None]:
+def _answer_to(page: Page, kind: str, vehicle: str = "") -> Callable[[bool, str], None]:
     """Return what sends an answer to a message of a kind, "" for one that was rejected."""
 
     def answer(success: bool, text: str) -> None:
-        page.tell({"type": "answer", "to": kind, "success": success, "text": text})
+        about = {"to": kind, "vehicle": vehicle}
+        page.tell({"type": "answer", **about, "success": success, "text": text})
 
     return answer

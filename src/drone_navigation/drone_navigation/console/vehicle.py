@@ -26,12 +26,14 @@ from custom_interfaces.msg import (
 )
 from drone_navigation.console import page_values, plans
 from drone_navigation.console.flight_parameters import FlightParameters
-from drone_navigation.console.rehearsals import Rehearsals
+from drone_navigation.console.rehearsing.joint_rehearsal import RehearsedVehicle
+from drone_navigation.console.rehearsing.rehearsals import Rehearsals
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
 from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_core.safety.energy import ConsumptionEstimator
+from navigation_core.traffic.volumes import Separation
 
 __all__ = ["VehicleClient"]
 
@@ -192,26 +194,24 @@ class VehicleClient:
 
     def _goal_event(self, message: GoalEvent) -> None:
         route = self.requests.routes.get(message.goal_id)
-        by = route["by"] if route else ""
-        text = message.message
+        # The code stands in a member of its own.
+        text = message.message.removeprefix(f"{message.what}: ")
         if message.event == GoalEvent.ACCEPTED:
             self._plans.clear()
             self._board.put(self._name, "earlier", [])
             self._board.put(self._name, "remarks", [])
             self._set_active(message.goal_id)
-            text = f"Accepted from {by or 'another client'}. {text}".strip()
         elif message.event == GoalEvent.ENDED and message.goal_id == self._active:
             self._end_goal()
         if message.event == GoalEvent.REJECTED:
-            self.requests.hear_rejection(message.message)
+            self.requests.hear_rejection(text)
         if message.event in (GoalEvent.REJECTED, GoalEvent.ENDED):
-            text = f"{message.what}: {text.removeprefix(f'{message.what}: ')}"
             end = {"event": message.event, "code": message.what, "text": text}
             self._board.put(self._name, "end", {**end, "number": self._event_count + 1})
         elif message.event == GoalEvent.STATUS:
             self._remark(message)
-            text = f"{message.what} {text}".strip()
-        self._tell(message.header.stamp, message.event.lower(), text)
+        by = route["by"] if route else ""
+        self._tell(message.header.stamp, message.event.lower(), text, message.what, by)
 
     def _remark(self, message: GoalEvent) -> None:
         """Keep what was said about the active goal, such as a warning of its acceptance."""
@@ -219,9 +219,10 @@ class VehicleClient:
         if message.message and message.message not in remarks:
             self._board.put(self._name, "remarks", [*remarks, message.message][-_REMARKS:])
 
-    def _tell(self, stamp: Any, kind: str, text: str) -> None:
+    def _tell(self, stamp: Any, kind: str, text: str, code: str = "", by: str = "") -> None:
         self._event_count += 1
         event = {"number": self._event_count, "time": stamp.sec, "kind": kind, "text": text}
+        event |= {"code": code, "by": by}
         self._events.append(event)
         self._board.put(self._name, "events", list(self._events))
 
@@ -275,6 +276,26 @@ class VehicleClient:
         return Knowledge(
             values, parameters.server_is_known, parameters.vehicle_is_known, tuple(lacks)
         )
+
+    @property
+    def separation(self) -> Separation | None:
+        """The least separation that its server has it keep; None while that is unknown."""
+        return self._parameters.separation
+
+    @property
+    def is_separated(self) -> bool | None:
+        """Whether its server has it wait for others; None while that is unknown."""
+        return self._parameters.is_separated
+
+    def for_others(self) -> RehearsedVehicle:
+        """Return what decides where it is for others that are rehearsed."""
+        status, motion, home = (
+            self._board.get(self._name, name) for name in ("status", "motion", "home")
+        )
+        parked = bool(status) and not status["armed"] and status["landed"] == "on the ground"
+        autopilot = status["autopilot"] if status else ""
+        position = motion["at"] if motion and self.is_alive else None
+        return RehearsedVehicle(autopilot, home, position, parked, bool(self._active))
 
     def _obstacles(self, message: MarkerArray) -> None:
         self._board.put(self._name, "obstacles", page_values.obstacles(message))

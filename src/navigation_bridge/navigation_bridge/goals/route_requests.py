@@ -48,8 +48,7 @@ def resolve_waypoints(
         follows_terrain: whether heights above the ground are accepted.
 
     Returns:
-        The waypoints, or the reason for the rejection of the first invalid one, with its number
-        from 0.
+        The waypoints, or the reason for the rejection of the first invalid one, with its number.
     """
     problem = _problem_of_route(request)
     if problem is not None:
@@ -57,13 +56,13 @@ def resolve_waypoints(
     speed_max_m_s = snapshot.speed_max_m_s
     radius_default_m = snapshot.config.goto.arrival_radius_m
     waypoints = []
-    for index, waypoint in enumerate(request.waypoints):
+    for number, waypoint in enumerate(request.waypoints, start=1):
         above_ground = waypoint.altitude_reference is AltitudeReference.GROUND
         if above_ground and not follows_terrain:
-            return Rejection(OutcomeCode.INVALID_WAYPOINTS, f"Waypoint {index}: {_NO_TERRAIN}")
+            return Rejection(OutcomeCode.INVALID_WAYPOINTS, f"Waypoint {number}: {_NO_TERRAIN}")
         position = _place(waypoint, snapshot)
         if isinstance(position, Rejection):
-            return Rejection(position.code, f"Waypoint {index}: {position.message}")
+            return Rejection(position.code, f"Waypoint {number}: {position.message}")
         speed_m_s = waypoint.max_speed_m_s or request.max_speed_m_s
         waypoints.append(
             RouteWaypoint(

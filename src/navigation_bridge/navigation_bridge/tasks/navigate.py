@@ -75,7 +75,7 @@ def admit_point(
         return fly_to(goal, terms)
 
     return Admitted(
-        f"map ({x:.2f}, {y:.2f}, {z:.2f}) m at up to {speed_m_s:g} m/s",
+        f"east {x:.2f}, north {y:.2f}, up {z:.2f} m at up to {speed_m_s:g} m/s",
         goal.position_enu_m,
         make_task,
         warnings,

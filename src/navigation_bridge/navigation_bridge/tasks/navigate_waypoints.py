@@ -76,7 +76,7 @@ def _admit(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Admitted | R
         return fly_route(route, terms, turns_back)
 
     return Admitted(
-        f"route of {len(waypoints)} waypoints, {route.laps} x",
+        f"route of {len(waypoints)} waypoints{_laps(route)}",
         waypoints[-1].position_enu_m,
         make_task,
         warnings,
@@ -115,7 +115,7 @@ def _mission(
     if request.max_speed_m_s > 0.0:
         speed_m_s = min(request.max_speed_m_s, snapshot.speed_max_m_s)
     return Admitted(
-        f"mission of {len(route.waypoints)} waypoints, {route.laps} x",
+        f"mission of {len(route.waypoints)} waypoints{_laps(route)}",
         route.waypoints[-1].position_enu_m,
         lambda _handover: FlyMission(route, config, traits, speed_m_s),
         warnings,
@@ -129,10 +129,10 @@ def _check_circles(
     """Reject a waypoint that a plane cannot circle: too low, or too close to the limit."""
     traits, ground_m = snapshot.traits, snapshot.ground_enu_m
     radius_m, volume = traits.circle_radius_m, snapshot.config.volume
-    for index, waypoint in enumerate(waypoints):
+    for number, waypoint in enumerate(waypoints, start=1):
         height_m = waypoint.position_enu_m[2] - ground_m
         if height_m < traits.height_min_m:
-            name = f"Waypoint {index}" if len(waypoints) > 1 else "The target"
+            name = f"Waypoint {number}" if len(waypoints) > 1 else "The target"
             return Rejection(
                 OutcomeCode.UNSUPPORTED_VEHICLE,
                 f"{name} is {height_m:.1f} m above the ground; a {traits.name} cannot hover and "
@@ -142,7 +142,7 @@ def _check_circles(
         if away_m + circle_m > volume.radius_max_m:
             return Rejection(
                 OutcomeCode.OUTSIDE_VOLUME,
-                f"Waypoint {index} is {away_m:.0f} m from the map origin and the loiter circle "
+                f"Waypoint {number} is {away_m:.0f} m from the map origin and the loiter circle "
                 f"extends {circle_m:.0f} m further; the flight volume ends at "
                 f"{volume.radius_max_m:g} m.",
             )
@@ -168,7 +168,7 @@ def admit_plane(
     first_m = waypoints[0].position_enu_m[2] - ground_m
     takeoff_m = min(first_m, max(config.takeoff_height_m, traits.takeoff_height_m))
     return Admitted(
-        f"circle about the last of {len(waypoints)} waypoints, {route.laps} x",
+        f"circle about the last of {len(waypoints)} waypoints{_laps(route)}",
         waypoints[-1].position_enu_m,
         lambda _handover: FlyPlane(route, config, traits, takeoff_m),
         warnings,
@@ -177,3 +177,7 @@ def admit_plane(
 
 
 NAVIGATE_WAYPOINTS = TaskKind(WAYPOINTS_ACTION_NAME, WaypointsRequest, _admit)
+
+
+def _laps(route: Route) -> str:
+    return f", {route.laps} laps" if route.laps > 1 else ""

@@ -232,10 +232,10 @@ def check_targets(
     height_margin_m: float | None = None,
 ) -> Rejection | None:
     """Return why targets do not keep to the fence; the arguments are those of `check_route`."""
-    for index, target in enumerate(targets_enu_m):
+    for number, target in enumerate(targets_enu_m, start=1):
         rejection = fence.check_target(target, home_z_enu_m, margin_m, height_margin_m)
         if rejection is not None:
-            return _named(rejection, index) if len(targets_enu_m) > 1 else rejection
+            return _named(rejection, number) if len(targets_enu_m) > 1 else rejection
     return None
 
 
@@ -277,8 +277,8 @@ def check_route(
     return None
 
 
-def _named(rejection: Rejection, index: int) -> Rejection:
-    return Rejection(rejection.code, f"Waypoint {index}: {rejection.message}")
+def _named(rejection: Rejection, number: int) -> Rejection:
+    return Rejection(rejection.code, f"Waypoint {number}: {rejection.message}")
 
 
 def _along(start: Vector3, end: Vector3, share: float) -> Vector3:

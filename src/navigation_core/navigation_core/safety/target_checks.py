@@ -28,7 +28,7 @@ _DIGITS = range(2, 7)
 def beside(value: float, bound: float) -> str:
     """Return a number with two digits, or as many as show that it is not the bound."""
     for digits in _DIGITS:
-        text = f"{value:.{digits}f}"
+        text = f"{round(value, digits) + 0.0:.{digits}f}"  # without a minus before zero
         if float(text) != bound:
             return text
     return repr(value)

@@ -2,40 +2,56 @@
 
 import { Alerts } from "./alerts.js";
 import { Confirm } from "./confirm.js";
+import { Drafts } from "./drafts.js";
+import { FleetStrip } from "./fleet.js";
 import { Heights } from "./heights.js";
 import { Link } from "./link.js";
 import { Map2D } from "./map.js";
 import { setText, showPanel, unreachable } from "./panel.js";
+import { showReadouts } from "./readouts.js";
 import { Rehearsal } from "./rehearsal.js";
 import { Replay } from "./replay.js";
 import { Route } from "./route.js";
 import { missionPoints, showScene } from "./scene.js";
 import { drawSide } from "./side.js";
 import { Tiles } from "./tiles.js";
+import { Together } from "./together.js";
 import { WaypointList } from "./waypoints.js";
+import { endText, joined, vehicleName } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const link = new Link(new URLSearchParams(location.search).get("token") ?? "");
 const route = new Route();
+const drafts = new Drafts(route);
 const confirm = new Confirm();
 const map = new Map2D($("map"), route, scene);
 map.tiles = new Tiles(link, () => vehicle()?.earth, () => map.draw());
 let chosen = "";
 let fitted = "";
+let heightFor = "";
 let side = { marks: [] };
 const heights = new Heights($("side"), route, () => side, (index) => map.adopt(index));
 new WaypointList($("waypoints"), route);
 
 const replay = new Replay((message) => send({ type: "replay", vehicle: chosen, ...message }));
 const vehicle = () => link.vehicles[chosen];
-const mine = () => link.control[chosen] === link.page && link.open;
-const label = (name) => (name === "/" ? "vehicle" : name.slice(1));
+const names = () => Object.keys(link.vehicles).sort();
+const isMine = (name) => link.control[name] === link.page && link.open;
+const mine = () => isMine(chosen);
+const label = vehicleName;
 const alerts = new Alerts(label);
+const strip = new FleetStrip($("fleet-list"), link, select);
+// So near to a click a vehicle is meant, in pixels.
+const REACH_PX = 22;
+// A vehicle that is farther away is not on this map.
+const FAR_M = 20000;
 // Vehicles for which a person has chosen whether obstacles are avoided.
 const avoidance = {};
 // The question that stands now is about this flight, and whether its danger was asked about.
 let asked = null;
 const ends = {};
+// Answers that belong together: of the vehicles that are still missing, and the texts that came.
+let gathered = null;
 
 // --- what is drawn
 
@@ -53,13 +69,38 @@ function offset(from, to) {
   return [a.at[0] + east - b.at[0], a.at[1] + north - b.at[1]];
 }
 
-function others(v) {
-  return Object.entries(link.vehicles).flatMap(([name, other]) => {
-    const shift = name !== chosen && other.motion && v ? offset(v, other) : null;
-    if (!shift) return [];
-    const [x, y, z] = other.motion.at;
-    return [{ name: label(name), at: [x + shift[0], y + shift[1], z], yaw: other.motion.yaw }];
+const moved = (points, [dx, dy]) => points.map(([x, y, z]) => [x + dx, y + dy, z]);
+
+// The other vehicles that can be placed in the map of this one: name, vehicle, and where its zero is.
+function placed(v) {
+  return names().flatMap((name) => {
+    const other = link.vehicles[name];
+    const shift = name !== chosen && v ? offset(v, other) : null;
+    return shift && Math.hypot(...shift) < FAR_M ? [{ name, other, shift }] : [];
   });
+}
+
+function others(v) {
+  return placed(v).filter(({ other }) => other.motion).map(({ name, other, shift }) => {
+    return { vehicle: name, name: label(name), at: moved([other.motion.at], shift)[0], yaw: other.motion.yaw };
+  });
+}
+
+// The other vehicles' routes and rehearsed paths, and where vehicles come nearest.
+function inMap(v) {
+  const shifts = Object.fromEntries([[chosen, [0, 0]], ...placed(v).map(({ name, shift }) => [name, shift])]);
+  const drawn = placed(v).map(({ name, other, shift }) => {
+    const points = drafts.of(name).points.length ? drafts.of(name).points : active(other);
+    const at = other.motion?.at;
+    const route = points.length && at ? [at, ...points.map((p) => [p.x, p.y, p.z])] : [];
+    return { route: moved(route, shift), path: moved(together.result?.vehicles[name]?.rehearsal?.path_enu_m ?? [], shift) };
+  });
+  const meetings = together.meetings.filter(({ is_too_near: bad }, i) => bad || i === 0).flatMap(({ vehicles, positions_m: at, distance_m: gap, is_too_near: bad }) => {
+    if (!vehicles.every((name) => shifts[name])) return [];
+    const [from, to] = vehicles.map((name, i) => moved([at[i]], shifts[name])[0]);
+    return [{ from, to, bad, text: `${bad ? "too near: " : ""}${gap.toFixed(1)} m` }];
+  });
+  return { others: drawn, meetings };
 }
 
 function scene() {
@@ -70,6 +111,7 @@ function scene() {
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
     volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
     others: others(v), active: active(v), editable: points, rehearsed: rehearsal?.result,
+    together: together ? inMap(v) : null,
   };
 }
 
@@ -81,42 +123,51 @@ function draw() {
 function fit() {
   const s = scene();
   const points = [...s.trail, ...s.plan, ...route.points.map((p) => [p.x, p.y]), ...s.active.map((p) => [p.x, p.y])];
-  points.push(...missionPoints(s.mission).map((p) => [p.x, p.y]));
+  points.push(...missionPoints(s.mission).map((p) => [p.x, p.y]), ...s.others.map((other) => other.at));
+  points.push(...(s.together?.others ?? []).flatMap((other) => other.route));
   map.fit([...points, ...(s.vehicle ? [s.vehicle.at] : []), ...(s.home ? [s.home] : [])]);
 }
 
 // --- what is shown
 
 function show() {
-  const names = Object.keys(link.vehicles).sort();
-  if (!names.includes(chosen)) chosen = names[0] ?? "";
-  const select = $("vehicle");
-  if (select.dataset.names !== names.join()) {
-    select.dataset.names = names.join();
-    select.replaceChildren(...names.map((name) => new Option(label(name), name)));
-  }
-  if (select.value !== chosen) select.value = chosen;
+  const all = names();
+  if (!all.includes(chosen)) chosen = all[0] ?? "";
+  drafts.edit(chosen);
+  strip.show(all, chosen, (name) => drafts.of(name).points.length > 0);
+  setText($("vehicle"), all.length > 1 ? label(chosen) : "Vehicle");
   const v = vehicle();
-  if (v?.motion && fitted !== chosen) {
-    fitted = chosen;
+  const shown = [chosen, ...others(v).map((other) => other.vehicle)].join();
+  if (v?.motion && fitted !== shown) {
+    fitted = shown;
     fit();
+  }
+  // Whether it is on the ground becomes known after where it is.
+  const known = v?.motion ? `${chosen} ${Boolean(v.status?.landed)}` : heightFor;
+  if (known !== heightFor) {
+    heightFor = known;
     $("height").value = v.status?.landed === "on the ground" ? 5 : Math.round(v.motion.at[2]);
   }
   const holder = link.control[chosen];
-  const who = mine() ? "You have control" : holder ? `Page ${holder} has control` : "Nobody has control";
+  const who = mine() ? "You have control" : holder ? "Another page has control" : "Nobody has control";
   setText($("control"), who);
   $("control").classList.toggle("mine", mine());
   setText($("take").firstChild.parentElement.querySelector("span") ?? wrapTake(), mine() ? "Give control" : holder ? "Take over" : "Take control");
   $("take").disabled = !link.open || !v;
   for (const id of Object.keys(COMMANDS)) $(id).disabled = !mine() || Boolean(senseless(id));
   // Nothing is published about obstacles where none are known and no sensor reports.
-  $("avoid").checked = avoidance[chosen] ?? Boolean(v?.obstacles);
+  $("avoid").checked = avoids(chosen);
   const why = unreachable(link, v);
   $("hold-note").hidden = !why;
   setText($("hold-note"), why && "cannot reach the vehicle");
-  showEnd(v);
+  showEnds();
   replay.show(link.open ? v?.replay : null);
   $("fly").disabled = !mine() || !route.points.length;
+  const drawn = orders();
+  $("together").hidden = all.length < 2;
+  $("hold-all").hidden = all.length < 2;
+  $("fly-all").disabled = drawn.length < 2 || !drawn.every(({ vehicle: name }) => isMine(name));
+  $("take-all").disabled = !link.open || all.every(isMine);
   $("undo").disabled = !route.past.length;
   $("clear").disabled = $("save").disabled = !route.points.length;
   $("open").disabled = !v;
@@ -127,19 +178,35 @@ function show() {
   document.body.dataset.goal = v?.goal ?? "";
   alerts.look(link.vehicles);
   document.body.dataset.control = mine() ? "mine" : String(holder ?? "");
-  showPanel(link, v);
+  const old = showPanel(link, v);
+  showReadouts(v, link.page, old);
   showScene(v);
   rehearsal.look();
+  together.look();
   draw();
 }
 
-// The last word about a goal is its end, not that it was accepted.
-function showEnd(v) {
-  const number = v?.end?.number ?? 0;
-  // Read aloud once, where the goal stands.
-  if (ends[chosen] !== undefined && number > ends[chosen]) say(v.end.text, v.end.code !== "SUCCESS", "off");
-  if (v) ends[chosen] = number;
+// Shows and edits another vehicle; its route is kept, and so is that of the one before.
+function select(name) {
+  if (name === chosen) return;
+  chosen = name;
+  confirm.close();
+  show();
 }
+
+// The last word about a goal is its end, not that it was accepted. Of all vehicles.
+function showEnds() {
+  for (const [name, v] of Object.entries(link.vehicles)) {
+    const number = v.end?.number ?? 0;
+    const isNew = ends[name] !== undefined && number > ends[name];
+    // That of this vehicle is read aloud once, where the goal stands.
+    if (isNew) say(of(name) + endText(v.end), v.end.code !== "SUCCESS", name === chosen ? "off" : "polite");
+    ends[name] = number;
+  }
+}
+
+// A sentence is about one of several vehicles.
+const of = (name) => (name && names().length > 1 ? `${label(name)}: ` : "");
 
 // Why a command would make no sense now; "" if it does.
 function senseless(id) {
@@ -161,7 +228,7 @@ function wrapTake() {
 }
 
 // What went wrong is also told beside the button that caused it.
-const BESIDE = { fly: "fly-answer", command: "command-answer" };
+const BESIDE = { fly: "fly-answer", command: "command-answer", fly_all: "together-answer" };
 
 function sayBeside(kind, text) {
   for (const [id, element] of Object.entries(BESIDE)) {
@@ -188,6 +255,27 @@ const stop = (type) => {
   if (why || !sent) say(`${type.toUpperCase()} cannot reach the vehicle: ${why || "there is no connection to the console."}`, true);
 };
 
+// Tried for every vehicle, also one that seems out of reach.
+function holdAll() {
+  confirm.close();
+  const all = names();
+  gather("hold", all);
+  const missed = all.filter((name) => {
+    const sent = link.send({ type: "hold", vehicle: name });
+    return !sent || unreachable(link, link.vehicles[name]);
+  });
+  if (missed.length) say(`HOLD ALL cannot reach ${joined(missed.map(label))}.`, true);
+}
+
+function takeControlOfAll() {
+  const wanted = names().filter((name) => !isMine(name));
+  const held = wanted.filter((name) => link.control[name]);
+  const take = () => wanted.forEach((name) => send({ type: "take", vehicle: name, over: held.includes(name) }));
+  asked = null;
+  if (!held.length) take();
+  else confirm.ask(`Another page has control of ${joined(held.map(label))}. Take control of all?`, take);
+}
+
 function takeControl() {
   if (!vehicle()) return;
   if (mine()) send({ type: "give", vehicle: chosen });
@@ -195,7 +283,7 @@ function takeControl() {
   else {
     const name = chosen;
     asked = null;
-    confirm.ask(`Take control of ${label(name)} from page ${link.control[name]}?`, () => {
+    confirm.ask(`Another page has control of ${label(name)}. Take it over?`, () => {
       send({ type: "take", vehicle: name, over: true });
     });
   }
@@ -203,40 +291,79 @@ function takeControl() {
 
 const needsControl = () => mine() || (say("Take control first.", true), false);
 
-function drawn() {
-  const waypoints = route.points.map(({ x, y, z, hold }) => ({ x, y, z, hold }));
-  const value = (id, least) => Math.max($(id).valueAsNumber || 0, least);
-  return { waypoints, speed: value("speed", 0), laps: Math.round(value("laps", 1)), avoid: $("avoid").checked };
+const avoids = (name) => avoidance[name] ?? Boolean(link.vehicles[name]?.obstacles);
+
+// What would be flown by a vehicle; null without a route.
+function orderOf(name) {
+  const order = drafts.order(name);
+  return order && { ...order, avoid: avoids(name) };
 }
 
+// What would be flown by all that are there and have a route.
+const orders = () => names().filter((name) => link.vehicles[name].alive && !link.vehicles[name].replay).map(orderOf).filter(Boolean);
+const where = (v) => [v?.motion?.at.map(Math.round), v?.status?.landed, v?.obstacles?.seen.length];
+
 const rehearsal = new Rehearsal($("rehearsal"), link, () => {
-  return route.points.length && vehicle()?.alive && !vehicle().replay ? { vehicle: chosen, ...drawn() } : null;
-}, () => [vehicle()?.motion?.at.map(Math.round), vehicle()?.status?.landed, vehicle()?.obstacles?.seen.length], draw);
+  return vehicle()?.alive && !vehicle().replay ? orderOf(chosen) : null;
+}, () => where(vehicle()), draw);
+const together = new Together(link, orders, () => names().map((name) => where(link.vehicles[name])), draw);
+
+function described({ waypoints }) {
+  const [first] = waypoints;
+  return waypoints.length > 1 ? `the route of ${waypoints.length} waypoints` : `to east ${first.x}, north ${first.y}, up ${first.z} m`;
+}
+
+const mayTakeOff = (list) => (list.some((name) => link.vehicles[name]?.status?.landed === "on the ground") ? " It may arm and take off." : "");
+
+// Asks before a flight: about its danger first, if there is one. `flight` has the sentence, what
+// is known of it, and what sends it.
+function askToFly(flight) {
+  const danger = flight.rehearsed.danger;
+  const untried = flight.rehearsed.pending ? " It is not rehearsed yet." : "";
+  const usual = () => confirm.ask(`${flight.text}${untried}`, flight.go);
+  asked = { flight, key: flight.key(), danger };
+  if (danger) confirm.ask(`${danger} Fly into this danger all the same?`, usual, true);
+  else usual();
+}
+
+// The result of the rehearsal may come, or change, while the usual question stands.
+function askAboutDanger() {
+  if (!confirm.asking || !asked || asked.danger || !asked.flight.rehearsed.danger) return;
+  if (asked.key === asked.flight.key()) askToFly(asked.flight);
+}
 
 function fly() {
   if (!route.points.length) return say("Click the map first: there is no waypoint.", true);
   if (!needsControl()) return undefined;
   const name = chosen;
-  const order = drawn();
-  const { waypoints } = order;
-  const first = waypoints[0];
-  const what = waypoints.length > 1 ? `the route of ${waypoints.length} waypoints` : `to east ${first.x}, north ${first.y}, up ${first.z} m`;
-  const ground = vehicle()?.status?.landed === "on the ground" ? " It may arm and take off." : "";
-  const untried = rehearsal.pending ? " It is not rehearsed yet." : "";
-  const danger = rehearsal.danger;
-  const usual = () => confirm.ask(`${label(name)}: fly ${what}?${ground}${untried}`, (confirmed) => {
-    sayBeside("", "");
-    send({ type: "fly", vehicle: name, confirmed, ...order });
+  const order = orderOf(name);
+  return askToFly({
+    text: `${label(name)}: fly ${described(order)}?${mayTakeOff([name])}`,
+    rehearsed: rehearsal,
+    key: () => JSON.stringify(orderOf(chosen)),
+    go: (confirmed) => {
+      sayBeside("", "");
+      send({ type: "fly", confirmed, ...order });
+    },
   });
-  asked = { key: JSON.stringify(order), danger };
-  if (!danger) return usual();
-  return confirm.ask(`${danger} Fly into this danger all the same?`, usual, true);
 }
 
-// The result of the rehearsal may come, or change, while the usual question stands.
-function askAboutDanger() {
-  if (!confirm.asking || !asked || asked.danger || !rehearsal.danger) return;
-  if (asked.key === JSON.stringify(drawn())) fly();
+function flyAll() {
+  const all = orders();
+  const missing = all.map(({ vehicle: name }) => name).filter((name) => !isMine(name));
+  if (all.length < 2) return say("Draw routes for two vehicles or more first.", true);
+  if (missing.length) return say(`Take control of ${joined(missing.map(label))} first.`, true);
+  const flown = joined(all.map((order) => `${label(order.vehicle)} ${described(order)}`));
+  return askToFly({
+    text: `Fly all ${all.length} together: ${flown}?${mayTakeOff(all.map((order) => order.vehicle))}`,
+    rehearsed: together,
+    key: () => JSON.stringify(orders()),
+    go: (confirmed) => {
+      sayBeside("", "");
+      gather("fly", all.map((order) => order.vehicle));
+      for (const order of all) send({ type: "fly", confirmed, ...order });
+    },
+  });
 }
 
 function command(id, text) {
@@ -288,11 +415,25 @@ link.addEventListener("plan_file", ({ detail }) => {
   Object.assign(document.createElement("a"), { href: address, download: "route.plan" }).click();
   setTimeout(() => URL.revokeObjectURL(address), 1000);
 });
+// The answers of several vehicles are shown together.
+function gather(kind, list) {
+  gathered = { kind, left: new Set(list), texts: [], bad: false };
+}
+
 link.addEventListener("answer", ({ detail }) => {
-  say(detail.text, !detail.success);
-  sayBeside(detail.to, detail.success ? "" : detail.text);
+  const { to, vehicle: name, success } = detail;
+  let text = of(name) + detail.text;
+  let bad = !success;
+  const isOne = gathered?.kind === to && gathered.left.delete(name);
+  if (isOne) {
+    gathered.texts.push(text);
+    gathered.bad ||= bad;
+    [text, bad] = [gathered.texts.join(" "), gathered.bad];
+  }
+  say(text, bad);
+  sayBeside(isOne && to === "fly" ? "fly_all" : to, bad ? text : "");
   // From now on it is the vehicle's; a rejected one stays, to be mended.
-  if (detail.to === "fly" && detail.success) route.replace([]);
+  if (to === "fly" && success) drafts.clear(name);
 });
 
 // --- keys
@@ -310,9 +451,12 @@ const place = (x, y) => route.add({ x, y, z: $("height").valueAsNumber || 0, hol
 const choose = (by) => route.points.length && route.select((route.selected + by + route.points.length) % route.points.length);
 const KEYS = [
   ["h", "Hold: end the goal and hold", () => stop("hold")],
+  ["H", "Hold all vehicles", holdAll],
   ["c", "Cancel the goal", () => stop("cancel")],
   ["v", "Take or give control", takeControl],
   ["g", "Fly the route", fly],
+  ["G", "Fly the routes of all vehicles", flyAll],
+  ["e", "Next vehicle", () => select(names()[(names().indexOf(chosen) + 1) % names().length] ?? "")],
   ...Object.entries(COMMANDS).map(([id, text], i) => ["tlbpr"[i], $(id).firstChild.textContent.trim(), () => command(id, text)]),
   ["ArrowLeft", "Move the cross by 1 m; with Shift 10 m; with Alt the waypoint", (e) => arrow(e, -1, 0)],
   ["ArrowRight", "", (e) => arrow(e, 1, 0)],
@@ -330,6 +474,7 @@ const KEYS = [
   ["m", "Use the vehicle's mission as route", () => stored("route")],
   ["+", "Zoom in", () => map.zoom(1.3)],
   ["-", "Zoom out", () => map.zoom(1 / 1.3)],
+  ["z", "Show all", fit],
   ["f", "Follow the vehicle", () => map.setFollowing(!map.following)],
   ["a", "Acknowledge the alerts", () => alerts.acknowledge()],
   ["d", "Day or night", theme],
@@ -345,7 +490,7 @@ addEventListener("keydown", (event) => {
   const pressing = event.target instanceof HTMLButtonElement || event.target instanceof HTMLSelectElement;
   if (event.ctrlKey || event.metaKey || event.repeat && "hcvgtlbpr".includes(key)) return undefined;
   if (typing && !/^[a-z?]$/.test(key) || pressing && !/^[a-z?+-]$/.test(key)) return undefined;
-  const found = KEYS.find(([name]) => name === key);
+  const found = KEYS.find(([name]) => name === (event.shiftKey ? key.toUpperCase() : key)) ?? KEYS.find(([name]) => name === key);
   if (key === "Escape") $("keys").close();
   if (!found) return undefined;
   event.preventDefault();
@@ -360,10 +505,15 @@ function theme() {
   draw();
 }
 
+function keyName(key) {
+  if (/^[A-Z]$/.test(key)) return `Shift ${key}`;
+  return key.replace("ArrowLeft", "Arrows").replace(" ", "Space").toUpperCase();
+}
+
 function help() {
   $("key-rows").replaceChildren(...KEYS.filter(([, what]) => what).map(([key, what]) => {
     const row = document.createElement("tr");
-    row.append(...[key.replace("ArrowLeft", "Arrows").replace(" ", "Space").toUpperCase(), what].map((text) => Object.assign(document.createElement("td"), { textContent: text })));
+    row.append(...[keyName(key), what].map((text) => Object.assign(document.createElement("td"), { textContent: text })));
     return row;
   }));
   // Not modal: what stops the vehicle stays in reach.
@@ -380,21 +530,22 @@ for (const id of Object.keys(COMMANDS)) $(id).onclick = () => command(id, COMMAN
 const CLICKS = {
   take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan,
   open: () => $("file").click(), "mission-route": () => stored("route"), "mission-save": () => stored("file"), theme, help, hold: () => stop("hold"), cancel: () => stop("cancel"),
+  "hold-all": holdAll, "fly-all": flyAll, "take-all": takeControlOfAll,
   "zoom-in": () => map.zoom(1.3), "zoom-out": () => map.zoom(1 / 1.3), fit, follow: () => map.setFollowing(!map.following),
 };
 for (const [id, act] of Object.entries(CLICKS)) $(id).onclick = act;
 $("file").onchange = (event) => { openPlan(event.target.files[0]); event.target.value = ""; };
-$("vehicle").onchange = (event) => {
-  chosen = event.target.value;
-  confirm.close();
-  route.past = [];
-  route.points = [];
-  route.changed();
-  show();
-};
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => { event.preventDefault(); openPlan(event.dataTransfer.files[0]); });
-map.addEventListener("place", ({ detail }) => place(detail.x, detail.y));
+map.addEventListener("place", ({ detail: { x, y } }) => {
+  const [px, py] = map.toScreen(x, y);
+  const near = others(vehicle()).find(({ at }) => {
+    const [ax, ay] = map.toScreen(at[0], at[1]);
+    return Math.hypot(ax - px, ay - py) <= REACH_PX;
+  });
+  if (near) select(near.vehicle);
+  else place(x, y);
+});
 map.addEventListener("following", () => { $("follow").setAttribute("aria-pressed", String(map.following)); draw(); });
 map.addEventListener("adopt", (event) => {
   if (!route.points.length) route.replace(active(vehicle()));
@@ -402,7 +553,9 @@ map.addEventListener("adopt", (event) => {
 });
 route.addEventListener("change", () => { confirm.close(); show(); });
 link.addEventListener("state", show);
-link.addEventListener("rehearsal", askAboutDanger);
+rehearsal.addEventListener("change", askAboutDanger);
+together.addEventListener("change", askAboutDanger);
+for (const id of ["speed", "laps"]) $(id).onchange = show;
 $("avoid").onchange = () => { avoidance[chosen] = $("avoid").checked; show(); };
 // Ages grow also while nothing arrives.
 setInterval(show, 1000);

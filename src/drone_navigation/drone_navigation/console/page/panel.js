@@ -1,4 +1,6 @@
-// The texts of the page: facts about the vehicle, progress, messages.
+// The texts of the page: facts about the vehicle, messages.
+
+import { endText, eventText } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -18,7 +20,7 @@ function facts(v) {
   const rows = [];
   const add = (name, text, bad = false) => rows.push([name, text, bad]);
   add("Autopilot", [status.autopilot, status.firmware].filter(Boolean).join(" ") || "unknown");
-  add("Mode", `${status.mode || "unknown"}${status.in_control ? ", follows the server" : ""}`);
+  add("Mode", `${status.mode || "unknown"}${status.in_control ? ", follows this server" : ""}`);
   add("Motors", [status.armed ? "armed" : "disarmed", status.landed].filter(Boolean).join(", "));
   if (status.failsafe) add("Failsafe", status.failsafe, true);
   const link = v["vehicle link"];
@@ -33,7 +35,7 @@ function facts(v) {
   const volts = v.battery?.voltage ? `, ${v.battery.voltage} V` : "";
   add("Battery", (percent === null || percent === undefined ? "unknown" : `${percent} %`) + volts,
     percent !== null && percent !== undefined && percent < 100 * (status.reserve ?? 0));
-  add("Speed", at ? `${number(v.motion.speed, 1, "m/s")}, climb ${number(v.motion.climb, 1, "m/s")}` : "unknown");
+  add("Climb", number(v.motion?.climb, 1, "m/s"));
   if (at) add("Position", `east ${fixed(at[0], 1)}, north ${fixed(at[1], 1)} m`, !status.position_valid);
   else add("Position", "unknown", true);
   if (at && home?.at) {
@@ -60,24 +62,10 @@ function showFacts(v) {
   });
 }
 
-function progress(v) {
-  if (!v.goal) return "No goal.";
-  const f = v.feedback;
-  if (v.replay && !f) return "A recorded goal is active.";
-  const by = v.route?.by ? ` by ${v.route.by}` : " by another client";
-  if (!f) return `A goal${by} is active.`;
-  const parts = [`${f.action}${by}: ${f.status}`];
-  if (f.waypoint !== null) parts.push(`waypoint ${f.waypoint + 1}, ${f.waypoints_left} to go`);
-  if (f.distance !== null) parts.push(`${f.distance.toFixed(1)} m left`);
-  if (f.time !== null) parts.push(`${f.time} s left`);
-  if (f.replans) parts.push(`replanned ${f.replans} ${f.replans === 1 ? "time" : "times"}`);
-  return parts.join(" · ");
-}
-
-function showEvents(v) {
+function showEvents(v, page) {
   const list = $("events");
   const events = [...(v.events ?? [])].reverse();
-  const key = `${events[0]?.number ?? 0} ${events.length}`;
+  const key = `${page} ${events[0]?.number ?? 0} ${events.length}`;
   if (list.dataset.key === key) return;
   list.dataset.key = key;
   list.replaceChildren(...events.map((event) => {
@@ -85,7 +73,7 @@ function showEvents(v) {
     const time = document.createElement("time");
     time.textContent = new Date(event.time * 1000).toLocaleTimeString([], { hour12: false });
     const text = document.createElement("span");
-    text.textContent = event.kind === "vehicle" ? `Vehicle: ${event.text}` : event.text;
+    text.textContent = eventText(event, page);
     if (event.kind === "rejected") text.className = "bad";
     item.append(time, text);
     return item;
@@ -124,23 +112,25 @@ function showAge(link, v) {
   $("age").hidden = old === null;
   const text = Number.isNaN(old) ? "age unknown" : `${Math.round(old ?? 0)} s old`;
   setText($("age"), old === null ? "" : text, old !== null);
+  return old !== null;
 }
 
+// Returns whether what is shown is old.
 export function showPanel(link, v) {
-  showAge(link, v);
+  const old = showAge(link, v);
   const text = banner(link, v);
   $("banner").hidden = !text;
   setText($("banner"), text);
   showFacts(v ?? {});
-  setText($("progress"), v ? progress(v) : "");
   const remarks = v?.goal ? (v.remarks ?? []).join(" ") : "";
   $("remarks").hidden = !remarks;
   setText($("remarks"), remarks, Boolean(remarks));
-  $("progress").dataset.status = v?.feedback?.status ?? "";
-  setText($("end"), v?.end ? `Last: ${v.end.text}` : "", Boolean(v?.end) && v.end.code !== "SUCCESS");
+  setText($("end"), v?.end ? endText(v.end, "last goal") : "No goal has ended yet.", Boolean(v?.end) && v.end.code !== "SUCCESS");
   $("end").dataset.number = v?.end?.number ?? 0;
   $("end").dataset.code = v?.end?.code ?? "";
-  showEvents(v ?? {});
+  showEvents(v ?? {}, link.page);
+  setText($("look"), link.pages > 1 ? `${link.pages} pages are open` : "");
   const rejected = Object.values(link.rejected).reduce((sum, count) => sum + count, 0);
-  setText($("look"), `Page ${link.page} of ${link.pages} open${rejected ? ` · ${rejected} requests rejected` : ""}`);
+  setText($("rejected"), rejected ? `Since the console started it has rejected ${rejected} requests that had no right to it, or made no sense.` : "");
+  return old;
 }

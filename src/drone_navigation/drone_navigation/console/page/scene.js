@@ -1,6 +1,8 @@
 // What the vehicle stores and may not leave: fence, flight volume, rally points, mission; battery.
 
 import { colours, label } from "./colours.js";
+import { drawTogether } from "./together.js";
+import { missionItem } from "./words.js";
 
 const HATCH_PX = 9;
 const FENCE_DASH = [14, 4, 3, 4];
@@ -106,6 +108,7 @@ export function drawScene(map, context, scene, c) {
   drawAreas(map, context, scene.fence, c.known, FENCE_DASH, c);
   drawMission(map, context, scene.mission, c);
   drawRally(map, context, scene.rally, c);
+  drawTogether(map, context, scene.together, c);
   const count = (list) => list?.length ?? 0;
   const drawn = `fence ${count(scene.fence?.areas)} rally ${count(scene.rally?.items)} mission ${missionPoints(scene.mission).length}`;
   if (map.element.dataset.scene !== drawn) map.element.dataset.scene = drawn;
@@ -147,8 +150,8 @@ const FRAMES = { 0: "above sea level", 5: "above sea level", 3: "above home", 6:
 function describe(item) {
   const height = item.values[6];
   const where = (item.at || height) && height !== null ? `, ${height} m ${FRAMES[item.frame] ?? ""}` : "";
-  const first = item.values.slice(0, 4).filter((value) => value);
-  return `${item.name}${where}${first.length ? ` (${first.join(", ")})` : ""}`;
+  const [name, meaning] = missionItem(item.name, item.values);
+  return `${name}${where}${meaning ? `, ${meaning}` : ""}`;
 }
 
 function showMission(mission) {

@@ -129,8 +129,8 @@ class RouteItinerary:
         text = f"Flew {self._reached} of {self._route.total} waypoints."
         if not self._missed:
             return Outcome(OutcomeCode.SUCCESS, text, error_m)
-        names = ", ".join(str(index) for index in self._missed)
-        text += f" Passed outside their radius: {names} (counted from 0, over all laps)."
+        names = ", ".join(str(index + 1) for index in self._missed)
+        text += f" Passed outside their radius: {names} (counted over all laps)."
         return Outcome(OutcomeCode.WAYPOINT_MISSED, text, error_m)
 
     def total(

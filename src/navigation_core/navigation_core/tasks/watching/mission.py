@@ -275,8 +275,8 @@ class FlyMission(PhasedTask):
         away_m = () if position is None else (distance(position, target.position_enu_m),)
         if self._motion.is_astray(away_m, now, target.hold_time_s):
             text = (
-                f"The vehicle moves but gets no closer to waypoint {current} "
-                "(counted from 0, over all laps)."
+                f"The vehicle moves but gets no closer to waypoint {current + 1} "
+                "(counted over all laps)."
             )
             return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         return Wait()

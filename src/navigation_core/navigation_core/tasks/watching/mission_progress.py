@@ -69,8 +69,8 @@ class MissionTally:
         self._reached.add(self.current)
         text = f"Flew {len(self._reached)} of {len(self._waypoints)} waypoints."
         if self.missed:
-            names = ", ".join(str(index) for index in self.missed)
-            text += f" Skipped or passed outside their radius: {names} (from 0, over all laps)."
+            names = ", ".join(str(index + 1) for index in self.missed)
+            text += f" Skipped or passed outside their radius: {names} (counted over all laps)."
         return text
 
     def route(self, over: bool) -> RouteProgress:

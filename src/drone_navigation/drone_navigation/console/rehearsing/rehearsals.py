@@ -140,6 +140,7 @@ class Rehearsals:
         known: dict[str, Any],
         tell: Tell,
         lacks: tuple[str, ...] = (),
+        lose_link: bool = True,
     ) -> None:
         """Rehearse a goal; an older one of the same page is given up.
 
@@ -149,6 +150,7 @@ class Rehearsals:
             known: what is known of the vehicle, the server and the obstacles.
             tell: called with the results, one after the other.
             lacks: what it does not consider, for people.
+            lose_link: whether a loss of the link is rehearsed, too.
         """
         document = {
             **known,
@@ -156,6 +158,7 @@ class Rehearsals:
             "speed": order.speed_m_s,
             "laps": order.laps,
             "avoid": order.avoid_obstacles,
+            "lose_link": lose_link,
         }
         self._waiting.pop(by, None)
         new = _Order(by, order, document, tell, lacks)
@@ -211,7 +214,7 @@ class Rehearsals:
         elif current is not None and message.pop("number", None) == self._number:
             current.answer(**message)
             flown = message.get("rehearsal")
-            if flown is None or not flown["accepted"]:
+            if flown is None or not flown["accepted"] or not current.document["lose_link"]:
                 self._go_on()
 
     def _go_on(self) -> None:

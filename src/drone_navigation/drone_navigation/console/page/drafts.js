@@ -1,0 +1,47 @@
+// The routes that are drawn, one for each vehicle; the one that is edited is in `route`.
+
+const $ = (id) => document.getElementById(id);
+const EMPTY = { points: [], selected: -1, past: [], speed: "0", laps: "1" };
+
+export class Drafts {
+  constructor(route) {
+    this.route = route;
+    this.kept = {};
+    this.edited = "";
+  }
+
+  current() {
+    const { points, selected, past } = this.route;
+    return { points, selected, past, speed: $("speed").value, laps: $("laps").value };
+  }
+
+  of(name) {
+    return name === this.edited ? this.current() : this.kept[name] ?? EMPTY;
+  }
+
+  // Puts away the route of one vehicle, and takes out that of another.
+  edit(name) {
+    if (name === this.edited) return;
+    if (this.edited) this.kept[this.edited] = this.current();
+    this.edited = name;
+    const { points, selected, past, speed, laps } = this.kept[name] ?? EMPTY;
+    Object.assign(this.route, { points: [...points], selected, past: [...past] });
+    $("speed").value = speed;
+    $("laps").value = laps;
+    this.route.changed();
+  }
+
+  clear(name) {
+    if (name === this.edited) this.route.replace([]);
+    else delete this.kept[name];
+  }
+
+  // What would be flown, without whether obstacles are avoided; null without a route.
+  order(name) {
+    const { points, speed, laps } = this.of(name);
+    if (!points.length) return null;
+    const least = (text, low) => Math.max(Number.parseFloat(text) || 0, low);
+    const waypoints = points.map(({ x, y, z, hold }) => ({ x, y, z, hold }));
+    return { vehicle: name, waypoints, speed: least(speed, 0), laps: Math.round(least(laps, 1)) };
+  }
+}
