@@ -131,7 +131,8 @@ FEATURES = {
 SHELLS = (
     "mavlink_vehicle/mavlink_vehicle/io/driver.py",
     "navigation_bridge/navigation_bridge/bridge.py",
-    "navigation_bridge/navigation_bridge/client_services.py",
+    "navigation_bridge/navigation_bridge/clients/client_goals.py",
+    "navigation_bridge/navigation_bridge/clients/client_services.py",
     "navigation_bridge/navigation_bridge/engine.py",
     "navigation_bridge/navigation_bridge/fleet.py",
     "navigation_bridge/navigation_bridge/reporting.py",
