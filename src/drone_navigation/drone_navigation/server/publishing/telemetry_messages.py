@@ -187,7 +187,7 @@ def home_position(
     message.header.frame_id = names.map
     message.latitude, message.longitude = state.home.latitude_deg, state.home.longitude_deg
     message.altitude_amsl = state.home.altitude_amsl_m
-    place = bridge.map_frame.home_enu_m(bridge.vehicle.state) or (math.nan, math.nan, math.nan)
+    place = bridge.map_frame.home_enu_m(state) or (math.nan, math.nan, math.nan)
     message.position.x, message.position.y, message.position.z = place
     return message
 
