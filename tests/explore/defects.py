@@ -290,7 +290,7 @@ MUTANTS: tuple[Mutant, ...] = (
            "        elif now >= times.limit_s:\n            self._fire",
            "        elif now < times.limit_s - 1e9:\n            self._fire"),
     Mutant("silence is never noticed", "mavlink_vehicle.protocols.monitoring.heartbeat",
-           "        if now >= self._deadline:\n", "        if now > self._deadline + 1e9:\n"),
+           "        if now >= self.deadline_s:\n", "        if now > self.deadline_s + 1e9:\n"),
     Mutant("a take-off is over on the ground",
            "mavlink_vehicle.protocols.operations.takeoff_goal",
            "        return height_m >= enough_m and slow", "        return slow"),

@@ -52,6 +52,17 @@ def test_no_setpoint_before_the_take_off_is_complete(flight: SimulatedFlight) ->
     assert flight.truth()[0][2] > 1.3
 
 
+def test_a_flight_that_avoids_nothing_has_no_turns_for_thinking(flight: SimulatedFlight) -> None:
+    flight.run_to_status(flight.send(20.0, 0.0, 3.0), "NAVIGATING")
+    count = 0
+    for _ in range(50):
+        flight.tick()
+        if flight.setpoint_times(flight.now):
+            count += 1
+            assert (flight.bridge.next_deadline() or 0.0) > flight.now
+    assert count > 5
+
+
 @pytest.mark.parametrize("speed", [0.5, 1.0, 3.0, 6.0])
 def test_ground_speed_stays_within_the_goal(flight: SimulatedFlight, speed: float) -> None:
     flight.fly_up()

@@ -142,7 +142,7 @@ def run(
         now += TICK_S
     assert len(ends) == 1
     assert operation.finished
-    assert operation.next_deadline() is None
+    assert operation.deadline_s is None
     return ends[0]
 
 

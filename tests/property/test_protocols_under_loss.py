@@ -123,7 +123,7 @@ def test_a_command_ends_once(up: list[Fate], down: list[Fate], results: tuple[in
     assert end is not None
     assert command.next_event() is None
     assert end.attempts <= TIMING.retries + 1 + TIMING.limit_s / TIMING.progress_timeout_s
-    assert command.next_deadline() is None
+    assert command.deadline_s is None
     final = [result for result in results if result != IN_PROGRESS]
     assert end.result is None or end.result in final
     confirmations = [m.confirmation for m in model.received]
@@ -168,7 +168,7 @@ def test_message_requests_never_give_up_and_never_flood(up: list[Fate], down: li
     now, sent = _drive(requests, lambda: requests.resume(ADDRESS, 0.0), model, up, down)
     assert 2 <= len(sent) <= 2 * (4 + now / 10.0 + 1)
     assert len(requests.missing) == 2
-    assert requests.next_deadline() is not None
+    assert requests.deadline_s is not None
 
 
 Asking = MessageRates | MessageRequests

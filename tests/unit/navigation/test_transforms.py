@@ -33,13 +33,14 @@ class Node:
 
     def __init__(self) -> None:
         self.told: dict[str, list[Any]] = {}
+        self.listeners = 1
 
     def create_publisher(self, _kind: Any, topic: str, _qos: Any) -> Any:
         told = self.told.setdefault(topic, [])
 
         class Publisher:
             publish = staticmethod(told.append)
-            get_subscription_count = staticmethod(lambda: 1)
+            get_subscription_count = staticmethod(lambda: self.listeners)
 
         return Publisher
 
@@ -74,6 +75,18 @@ def test_the_tree_is_that_of_rep_105() -> None:
         "map": "earth", "odom": "map", "base_link": "odom", "gps": "base_link",
         "laser": "base_link",
     }  # fmt: skip
+
+
+def test_odom_is_followed_from_the_first_listener_on() -> None:
+    node = Node()
+    node.listeners = 0
+    transforms = Transforms(node, FrameNames(), PublishTf.ALL)
+    assert not transforms.are_followed
+    node.listeners = 1
+    assert transforms.are_followed
+    node.listeners = 0
+    assert transforms.are_followed
+    assert not transforms.are_heard
 
 
 def test_each_of_several_vehicles_has_a_tree_on_one_earth() -> None:

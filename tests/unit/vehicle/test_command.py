@@ -47,7 +47,7 @@ def test_it_is_sent_at_once_to_the_autopilot(command: CommandExchange) -> None:
     assert (message.target_system, message.target_component) == (1, 1)
     assert (message.command, message.param1, message.param7) == (ARM, 1.0, 0.0)
     assert message.confirmation == 0
-    assert command.next_deadline() == 10.5
+    assert command.deadline_s == 10.5
 
 
 def test_command_int_keeps_its_frame() -> None:
@@ -68,14 +68,14 @@ def test_an_answer_ends_it_and_doubles_are_ignored(
     command.receive(autopilot.ack(ARM, IN_PROGRESS), 10.2)
     assert command.next_event() == CommandFinished(result, attempts=1)
     assert command.next_event() is None
-    assert command.next_deadline() is None
+    assert command.deadline_s is None
 
 
 def test_it_is_repeated_with_a_rising_confirmation_and_then_given_up(
     command: CommandExchange,
 ) -> None:
     now, messages = 10.0, sent(command)
-    while (deadline := command.next_deadline()) is not None:
+    while (deadline := command.deadline_s) is not None:
         assert deadline == pytest.approx(now + 0.5)
         now = deadline
         command.handle_timer(now - 0.01)  # too early: nothing happens

@@ -170,17 +170,16 @@ def test_a_source_that_stops_is_reported_once_and_so_is_its_return() -> None:
         pose = replace(POSE, measured_s=now - 0.01)
         sender.offer(pose, VehicleState(autopilot=mavlink.MAV_AUTOPILOT_PX4), now)
 
-    assert sender.next_deadline() is None
+    assert sender.deadline_s is None
     assert sender.silent_s(99.0) is None
     offer(100.0)
     offer(100.5)
     sender.handle_timer(101.4)
     assert sender.next_event() is None
-    deadline = sender.next_deadline()
-    assert deadline == 101.5
-    sender.handle_timer(deadline)
+    assert sender.deadline_s == 101.5
+    sender.handle_timer(101.5)
     assert sender.next_event() == ExternalPosesStopped(1.0)
-    assert sender.next_deadline() is None
+    assert sender.deadline_s is None
     sender.handle_timer(110.0)
     assert sender.next_event() is None
     assert sender.silent_s(110.0) == 9.5

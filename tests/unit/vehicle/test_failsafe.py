@@ -257,10 +257,10 @@ def test_a_known_kind_is_reported_at_once_and_an_unknown_one_waits_for_its_text(
 
     watch.observe(Failsafe(9.0, FailsafeKind.OTHER, "critical"), 9.0)
     assert drain(watch) == []
-    assert watch.next_deadline() == 9.5
+    assert watch.deadline_s == 9.5
     watch.observe(Failsafe(9.0, FailsafeKind.GCS, "GCS Failsafe"), 9.1)
     assert drain(watch) == [FailsafeBegan(FailsafeKind.GCS, "GCS Failsafe")]
-    assert watch.next_deadline() is None
+    assert watch.deadline_s is None
     watch.observe(Failsafe(9.0, FailsafeKind.BATTERY, "Battery Failsafe"), 12.0)
     assert drain(watch) == [FailsafeBegan(FailsafeKind.BATTERY, "Battery Failsafe")]
 
@@ -280,4 +280,4 @@ def test_a_failsafe_that_is_over_before_it_was_reported_is_not_reported() -> Non
     watch.observe(None, 9.2)
     watch.handle_timer(10.0)
     assert drain(watch) == []
-    assert watch.next_deadline() is None
+    assert watch.deadline_s is None

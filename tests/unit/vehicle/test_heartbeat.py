@@ -20,7 +20,7 @@ def test_ours_goes_out_at_its_rate_as_an_onboard_computer() -> None:
             assert message.autopilot == mavlink.MAV_AUTOPILOT_INVALID
             assert message.base_mode == 0
             assert message.system_status == mavlink.MAV_STATE_ACTIVE
-        deadline = sender.next_deadline()
+        deadline = sender.deadline_s
         assert deadline is not None
         now = deadline
         sender.handle_timer(now)
@@ -34,7 +34,7 @@ def test_after_a_pause_only_one_goes_out() -> None:
     sender.handle_timer(7.3)
     sender.handle_timer(7.3)
     assert len(sender.messages_to_send()) == 1
-    deadline = sender.next_deadline()
+    deadline = sender.deadline_s
     assert deadline is not None
     assert 7.5 < deadline <= 8.3
 
@@ -68,7 +68,7 @@ def test_lost_heartbeats_are_no_lost_link_while_other_messages_come() -> None:
     watch.heard_s = 12.5
     watch.handle_timer(13.0)
     assert watch.alive
-    assert watch.next_deadline() == 15.5
+    assert watch.deadline_s == 15.5
     watch.handle_timer(15.5)
     assert watch.next_event() == HeartbeatLost(5.5)
 

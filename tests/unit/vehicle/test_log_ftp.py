@@ -74,7 +74,7 @@ def serve(download: FtpLogDownload, part: int = 239) -> bytes:
             given += chunk[1]
         if download.done or download.problem:
             break
-        now = max(download.next_deadline() or now, now) + 1e-6
+        now = max(download.deadline_s or now, now) + 1e-6
         download.handle_timer(now)
     return given
 
@@ -138,7 +138,7 @@ def test_a_file_that_ends_early_is_reported() -> None:
     assert "ended the reading" in download.problem
     last = [asked(message)[:2] for message in download.messages_to_send()]
     assert last == [(3, FtpOp.TERMINATE)] * 2
-    assert download.next_deadline() is None
+    assert download.deadline_s is None
 
 
 def test_silence_is_reported_after_many_requests() -> None:
@@ -146,7 +146,7 @@ def test_silence_is_reported_after_many_requests() -> None:
     for _ in range(2000):
         if download.problem:
             break
-        now = max(download.next_deadline() or now, now)
+        now = max(download.deadline_s or now, now)
         download.handle_timer(now)
         download.messages_to_send()
     assert "stopped sending" in download.problem
@@ -185,7 +185,7 @@ def test_an_autopilot_without_mavftp_is_reported() -> None:
     listing.start(0.0)
     now = 0.0
     for _ in range(20):
-        now = listing.next_deadline() or now
+        now = listing.deadline_s or now
         listing.handle_timer(now)
     assert listing.problem == "The autopilot did not list /APM/LOGS over MAVFTP."
 

@@ -87,7 +87,7 @@ def run(transfer: LogTransfer, model: Model, until_s: float = 300.0) -> list[Log
         now += STEP_S
         for message in model.arrived(now):
             transfer.receive(message, now)
-        deadline = transfer.next_deadline()
+        deadline = transfer.deadline_s
         if deadline is not None and deadline <= now:
             transfer.handle_timer(now)
     for message in transfer.messages_to_send():
@@ -237,4 +237,4 @@ def test_without_a_transfer_nothing_is_asked_or_taken() -> None:
     transfer.stop("nothing to stop")
     assert transfer.messages_to_send() == []
     assert transfer.next_event() is None
-    assert transfer.next_deadline() is None
+    assert transfer.deadline_s is None

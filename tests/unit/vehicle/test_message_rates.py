@@ -243,7 +243,7 @@ def test_paused_it_is_silent_and_resumed_it_restarts() -> None:
     autopilot.restart()
     autopilot.run(30.0)
     assert len(autopilot.asked) == 1
-    assert rates.next_deadline() is None
+    assert rates.deadline_s is None
     rates.resume(ADDRESS, frozenset(), autopilot.now)
     rates.resume(ADDRESS, frozenset(), autopilot.now)
     autopilot.run(1.0)
@@ -293,12 +293,12 @@ def test_what_is_wanted_once_is_asked_for_until_it_came() -> None:
     assert times == sorted(times)
     assert len(times) in (5, 6)  # ever more rarely, and for ever
     requests.receive(autopilot("HOME_POSITION"), 40.5)
-    assert requests.next_deadline() is None
+    assert requests.deadline_s is None
     assert not requests.missing
     requests.resume(ADDRESS, 50.0)  # after a restart
     assert len(requests.messages_to_send()) == 1
     requests.pause()
-    assert requests.next_deadline() is None
+    assert requests.deadline_s is None
 
 
 @pytest.mark.parametrize("result", [FAILED, UNSUPPORTED])

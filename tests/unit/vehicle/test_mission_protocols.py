@@ -85,7 +85,7 @@ def test_ardupilots_requests_and_px4s_are_answered_with_int_items(
     end = upload.next_event()
     assert end is not None
     assert (end.result, end.opaque_id) == (TransferResult.DONE, None)
-    assert upload.next_deadline() is None
+    assert upload.deadline_s is None
 
 
 def test_an_item_is_given_again_as_often_as_it_is_asked_for(upload: MissionUpload) -> None:
@@ -124,7 +124,7 @@ def test_an_item_out_of_turn_does_not_end_it(upload: MissionUpload) -> None:
 
 def test_the_count_is_repeated_and_then_given_up(upload: MissionUpload) -> None:
     sent = names(upload)
-    while (deadline := upload.next_deadline()) is not None:
+    while (deadline := upload.deadline_s) is not None:
         upload.handle_timer(deadline)
         sent += names(upload)
     assert sent == ["MISSION_COUNT"] * 3
@@ -143,7 +143,7 @@ def test_an_ardupilot_that_gives_up_says_cancelled(upload: MissionUpload) -> Non
 
 def test_a_px4_that_gives_up_says_nothing(upload: MissionUpload) -> None:
     upload.receive(say("MISSION_REQUEST_INT", **US, seq=0), 10.1)
-    deadline = upload.next_deadline()
+    deadline = upload.deadline_s
     assert deadline is not None
     assert deadline == pytest.approx(10.1 + TIMING.silence_s)
     upload.handle_timer(deadline)
@@ -159,7 +159,7 @@ def test_without_a_clear_answer_to_the_last_item_the_read_back_decides(
     for seq in (0, 1):
         upload.receive(say("MISSION_REQUEST", **US, seq=seq), 10.1)
     if result is None:
-        upload.handle_timer(upload.next_deadline() or 0.0)
+        upload.handle_timer(upload.deadline_s or 0.0)
     else:
         upload.receive(ack(result), 10.2)
     end = upload.next_event()
@@ -245,7 +245,7 @@ def test_acks_of_an_earlier_upload_do_not_end_a_download(download: MissionDownlo
 
 
 def test_a_download_without_answers_ends(download: MissionDownload) -> None:
-    while (deadline := download.next_deadline()) is not None:
+    while (deadline := download.deadline_s) is not None:
         download.handle_timer(deadline)
     end = download.next_event()
     assert end is not None
@@ -384,7 +384,7 @@ def test_nothing_is_sent_to_who_has_no_missions_or_was_not_heard() -> None:
 
 
 def wait(machine: MissionUpload | MissionDownload | MissionClear) -> list[str]:
-    deadline = machine.next_deadline()
+    deadline = machine.deadline_s
     assert deadline is not None
     machine.handle_timer(deadline)
     return names(machine)
@@ -441,7 +441,7 @@ def test_who_is_denied_all_the_time_ends_and_says_why(
     machine: MissionUpload | MissionDownload | MissionClear,
 ) -> None:
     machine.start(10.0)
-    while machine.next_deadline() is not None:
+    while machine.deadline_s is not None:
         machine.receive(ack(mavlink.MAV_MISSION_DENIED), 10.1)
         wait(machine)
     end = machine.next_event()

@@ -69,7 +69,7 @@ class Script:
     def wait(self, seconds: float) -> None:
         """Time passes."""
         end_s = self.now + seconds
-        while (deadline := self.operation.next_deadline()) is not None and deadline <= end_s:
+        while (deadline := self.operation.deadline_s) is not None and deadline <= end_s:
             self.now = deadline
             self.operation.handle_timer(self.now)
             self._take()
@@ -80,7 +80,7 @@ class Script:
         event = self.operation.next_event()
         assert event is not None
         assert self.operation.next_event() is None
-        assert self.operation.next_deadline() is None
+        assert self.operation.deadline_s is None
         assert self.operation.finished
         assert event.operation_id == 7
         assert event.reason.endswith((".", '"'))

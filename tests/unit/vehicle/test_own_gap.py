@@ -73,7 +73,7 @@ def test_a_restarted_vehicle_reports_its_mode_again() -> None:
 
 def test_the_mode_is_asked_for_until_it_is_seen() -> None:
     gap, now = gap_after(2.6)
-    due = gap.next_deadline()
+    due = gap.deadline_s
     assert due is not None
     gap.handle_timer(now)
     assert not gap.messages_to_send()
@@ -85,6 +85,6 @@ def test_the_mode_is_asked_for_until_it_is_seen() -> None:
         asked += len(gap.messages_to_send())
     assert asked == 2
     gap.see_mode(now, boot_ms(now))
-    assert gap.next_deadline() is None
+    assert gap.deadline_s is None
     gap.handle_timer(now + 1.0)
     assert not gap.messages_to_send()

@@ -64,7 +64,7 @@ class Conversation:
             self.job.receive(message, self.now)
 
     def wait(self) -> None:
-        deadline = self.job.next_deadline()
+        deadline = self.job.deadline_s
         assert deadline is not None
         self.now = deadline
         self.job.handle_timer(deadline)
@@ -72,7 +72,7 @@ class Conversation:
     def end(self) -> ParametersFinished:
         end = self.job.next_event()
         assert end is not None
-        assert self.job.next_deadline() is None
+        assert self.job.deadline_s is None
         return end
 
 
@@ -107,7 +107,7 @@ def test_a_list_request_that_is_lost_is_repeated_and_given_up() -> None:
 def test_one_that_never_comes_is_counted() -> None:
     talk = Conversation(ParameterListing(ADDRESS, bytewise=False))
     talk.tell(value("A", 1.0, 0), value("B", 2.0, 1))
-    while talk.job.next_deadline() is not None:
+    while talk.job.deadline_s is not None:
         talk.wait()
     end = talk.end()
     assert end.result is OperationResult.TIMED_OUT
@@ -118,7 +118,7 @@ def test_one_that_never_comes_is_counted() -> None:
 def test_a_number_of_parameters_that_is_not_true_takes_no_hours() -> None:
     talk = Conversation(ParameterListing(ADDRESS, bytewise=False))
     talk.tell(value("A", 1.0, 0, 65535))
-    while talk.job.next_deadline() is not None:
+    while talk.job.deadline_s is not None:
         talk.wait()
     assert talk.now < 30.0
     assert talk.end().result is OperationResult.TIMED_OUT
@@ -209,11 +209,11 @@ def test_an_old_answer_does_not_undo_a_change() -> None:
 def test_a_value_that_is_not_kept_is_set_three_times_and_reported() -> None:
     talk = changes(A=2.0)
     sets = 0
-    while talk.job.next_deadline() is not None:
+    while talk.job.deadline_s is not None:
         for asked in talk.asked():
             sets += asked.startswith("PARAM_SET")
             talk.tell(value("A", 1.5))
-        if talk.job.next_deadline() is not None:
+        if talk.job.deadline_s is not None:
             talk.wait()
     end = talk.end()
     assert sets == 3
@@ -245,7 +245,7 @@ def test_an_error_of_the_autopilot_ends_it(number: int, part: str, change: Param
 def test_a_silent_autopilot_is_asked_for_a_while() -> None:
     talk = changes(A=None)
     asked = 0
-    while talk.job.next_deadline() is not None:
+    while talk.job.deadline_s is not None:
         asked += len(talk.asked())
         talk.wait()
     assert asked == 12
@@ -255,7 +255,7 @@ def test_a_silent_autopilot_is_asked_for_a_while() -> None:
 def test_a_set_that_cannot_be_read_back_is_unknown() -> None:
     talk = changes(A=2.0)
     talk.tell(value("A", 1.0))
-    while talk.job.next_deadline() is not None:
+    while talk.job.deadline_s is not None:
         talk.wait()
     (outcome,) = talk.end().outcomes
     assert outcome.change is ParameterChange.FAILED

@@ -52,13 +52,13 @@ def test_a_name_without_an_answer_is_given_up_and_asked_for_again_later() -> Non
     made = reader("NONE")
     for _ in range(8):
         assert asked(made) == ["NONE"]
-        deadline = made.next_deadline()
+        deadline = made.deadline_s
         assert deadline is not None
         made.handle_timer(deadline)
     assert asked(made) == []
     assert not made.reading
     assert "NONE" not in made.values
-    again = made.next_deadline()
+    again = made.deadline_s
     assert again is not None
     made.handle_timer(again)
     assert asked(made) == ["NONE"]
@@ -77,7 +77,7 @@ def test_values_are_read_again_and_known_meanwhile() -> None:
     made = reader("A")
     made.receive(value("A", 1.0), 0.1)
     asked(made)
-    deadline = made.next_deadline()
+    deadline = made.deadline_s
     assert deadline is not None
     made.handle_timer(deadline)
     assert asked(made) == ["A"]
@@ -90,7 +90,7 @@ def test_nothing_is_asked_for_while_the_link_is_silent() -> None:
     made = reader("A")
     made.pause()
     assert asked(made) == []
-    assert made.next_deadline() is None
+    assert made.deadline_s is None
 
 
 @pytest.mark.parametrize("number", [0, 1, 5, 300, 70000])

@@ -72,7 +72,7 @@ def test_what_is_no_rtcm_is_rejected_and_not_sent(data: bytes, said: str) -> Non
     with pytest.raises(RtcmError, match=said.replace(".", r"\.")):
         sender.offer(data, 0.0)
     assert sender.messages_to_send() == []
-    assert sender.next_deadline() is None
+    assert sender.deadline_s is None
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_messages_go_out_in_order_with_a_pause_and_new_sequence_ids() -> None:
     sender.offer(b"".join(messages), 10.0)
     now, sent = 10.0, list[Message]()
     times: list[float] = []
-    while (deadline := sender.next_deadline()) is not None or not times:
+    while (deadline := sender.deadline_s) is not None or not times:
         sent += sender.messages_to_send()
         times.append(now)
         if deadline is not None:
@@ -135,7 +135,7 @@ def test_more_than_can_be_sent_is_rejected_and_a_lost_link_drops_the_rest() -> N
     with pytest.raises(RtcmError, match="faster than it is sent"):
         sender.offer(EXAMPLE, 0.0)
     sender.link_lost(VehicleState(), 0.5)
-    assert sender.next_deadline() is None
+    assert sender.deadline_s is None
     sender.offer(EXAMPLE, 1.0)
     assert sender.messages_to_send()
 

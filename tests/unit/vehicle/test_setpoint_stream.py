@@ -172,7 +172,7 @@ def test_gaps_are_measured() -> None:
     stream.close()
     stream.open(9.0)
     assert stream.statistics.sent == 0
-    assert stream.next_deadline() is None
+    assert stream.deadline_s is None
 
 
 @given(

@@ -62,7 +62,7 @@ class Reading:
         return self.fence, self.wait()
 
     def wait(self) -> float:
-        deadline = self.reader.next_deadline()
+        deadline = self.reader.deadline_s
         assert deadline is not None
         self.reader.handle_timer(deadline)
         return deadline
@@ -207,7 +207,7 @@ def test_what_mission_current_shows_is_read_again_but_not_what_was_just_stored()
     told = MissionProgress(1.0, 0, 2, 3, 7, (), 8, 9)
     reading.reader.put(MissionType.MISSION, (), 10.0)
     reading.reader.compare(told, told._replace(total=3, mission_id=70), 11.0)
-    assert reading.reader.next_deadline() == 60.0
+    assert reading.reader.deadline_s == 60.0
     for changed, kind in (
         (told._replace(mission_id=70), MissionType.MISSION),
         (told._replace(total=3), MissionType.MISSION),
@@ -215,7 +215,7 @@ def test_what_mission_current_shows_is_read_again_but_not_what_was_just_stored()
         (told._replace(rally_id=90), MissionType.RALLY),
     ):
         reading.reader.compare(told, changed, 20.0)
-        assert reading.reader.next_deadline() == 20.0
+        assert reading.reader.deadline_s == 20.0
         reading.empty(kind)
 
 

@@ -46,19 +46,19 @@ def test_what_is_not_an_answer_to_us_is_left_alone() -> None:
 
 def test_it_asks_at_its_interval_and_stops_when_the_vehicle_is_gone() -> None:
     timesync = Timesync(2.0)
-    assert timesync.next_deadline() is None
+    assert timesync.deadline_s is None
     timesync.resume(ADDRESS, 0.0)
     for expected_s in (0.0, 2.0, 4.0):
-        assert timesync.next_deadline() == expected_s
+        assert timesync.deadline_s == expected_s
         timesync.handle_timer(expected_s)
     timesync.pause()
-    assert timesync.next_deadline() is None
+    assert timesync.deadline_s is None
 
 
 def test_an_interval_of_zero_never_asks() -> None:
     timesync = Timesync(0.0)
     timesync.resume(ADDRESS, 0.0)
-    assert timesync.next_deadline() is None
+    assert timesync.deadline_s is None
 
 
 def test_two_stations_that_ask_in_the_same_instant_do_not_take_each_others_answers() -> None:

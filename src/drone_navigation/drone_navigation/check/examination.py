@@ -146,7 +146,7 @@ class Checker:
 
     def next_deadline(self) -> float | None:
         """Return the time of the next call of :meth:`handle_timer`."""
-        deadlines = (self._bridge.next_deadline(), self._reader.next_deadline())
+        deadlines = (self._bridge.next_deadline(), self._reader.deadline_s)
         return min((time for time in deadlines if time is not None), default=None)
 
     def messages_to_send(self) -> list[Message]:

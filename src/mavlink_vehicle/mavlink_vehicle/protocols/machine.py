@@ -44,7 +44,7 @@ class Machine(TimedOutbox, Generic[EventT]):
 
     def _stop(self, now: float) -> None:
         """Want nothing more, and send nothing more."""
-        self._deadline = None
+        self.deadline_s = None
         self._outbox.clear()
 
     def next_event(self) -> EventT | None:

@@ -277,7 +277,7 @@ class MessageRates(Machine[None], VehicleService):
         if command is None or wish is None:
             return
         self._outbox += command.messages_to_send()
-        self._deadline = command.next_deadline()
+        self.deadline_s = command.deadline_s
         end = command.next_event()
         if end is None:
             return
@@ -324,7 +324,7 @@ class MessageRates(Machine[None], VehicleService):
             self._asked = due[0]
             self._fire(RatesInput.ASK, now)
         else:
-            self._deadline = min(
+            self.deadline_s = min(
                 (
                     w.due_s if w.due_s is not None else w.window_start_s + w.window_s
                     for w in self._wishes.values()
@@ -357,7 +357,7 @@ class MessageRates(Machine[None], VehicleService):
     def _stop(self, now: float) -> None:
         self._command = None
         self._asked = None
-        self._deadline = None
+        self.deadline_s = None
         self._outbox.clear()
 
     table: ClassVar[Table] = {

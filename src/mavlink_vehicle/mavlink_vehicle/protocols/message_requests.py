@@ -97,7 +97,7 @@ class MessageRequests(TimedOutbox, VehicleService):
 
     def pause(self) -> None:
         """Stop asking."""
-        self._asked = self._deadline = None
+        self._asked = self.deadline_s = None
         self._outbox.clear()
 
     def receive(self, message: Message, now: float) -> None:
@@ -108,7 +108,7 @@ class MessageRequests(TimedOutbox, VehicleService):
         if number in self._missing:
             self._missing.remove(number)
             if not self._missing:
-                self._asked = self._deadline = None
+                self._asked = self.deadline_s = None
             elif number == self._asked:
                 self._ask_next(now)
         elif self._asked is not None and self._address is not None:
@@ -143,7 +143,7 @@ class MessageRequests(TimedOutbox, VehicleService):
             self._asked = self._round.pop(0)
             request = CommandRequest(_REQUEST, (self._asked,))
             self._outbox.append(request.message(self._address, 0))
-            self._deadline = now + _ANSWER_S
+            self.deadline_s = now + _ANSWER_S
         else:
             self._asked = None
-            self._deadline = max(self._next_round_s, now) if self._missing else None
+            self.deadline_s = max(self._next_round_s, now) if self._missing else None

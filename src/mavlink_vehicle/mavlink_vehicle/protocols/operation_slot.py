@@ -249,9 +249,10 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         self._crossings.receive(message, now)
         super().receive(message, now)
 
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
-        times = (super().next_deadline(), self._crossings.next_deadline())
+    @property
+    def deadline_s(self) -> float | None:
+        """When `handle_timer` wants to be called."""
+        times = (super().deadline_s, self._crossings.deadline_s)
         return min((time for time in times if time is not None), default=None)
 
     def handle_timer(self, now: float) -> None:

@@ -23,20 +23,22 @@ class Outbox:
 
 
 class TimedOutbox(Outbox):
-    """An outbox of what has at most one deadline, at which it repeats, continues or gives up."""
+    """An outbox of what has at most one deadline, at which it repeats, continues or gives up.
+
+    Attributes:
+        deadline_s: when `handle_timer` wants to be called, or None.
+    """
+
+    deadline_s: float | None = None
 
     def __init__(self) -> None:
         """Begin without a deadline."""
         super().__init__()
-        self._deadline: float | None = None
-
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
-        return self._deadline
+        self.deadline_s = None
 
     def handle_timer(self, now: float) -> None:
         """Do what is due once the deadline has come."""
-        if self._deadline is not None and now >= self._deadline:
+        if self.deadline_s is not None and now >= self.deadline_s:
             self._on_deadline(now)
 
     def _on_deadline(self, now: float) -> None:

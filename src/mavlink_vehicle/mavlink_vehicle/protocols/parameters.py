@@ -110,7 +110,7 @@ class ParameterReader(TimedOutbox, VehicleService):
         It may be called as often as one likes: what is known is asked for every 30 s, what has
         not been answered every second.
         """
-        if self._address is None or self._deadline is None:
+        if self._address is None or self.deadline_s is None:
             return
         for name in names:
             again_s = _ASK_KNOWN_S if name in self._others else _ASK_S
@@ -128,7 +128,7 @@ class ParameterReader(TimedOutbox, VehicleService):
         """Read everything again."""
         self._missing = list(self._wanted)
         self._attempts = 0
-        self._deadline = now if self._missing else None
+        self.deadline_s = now if self._missing else None
         self.handle_timer(now)
 
     def forget(self) -> None:
@@ -139,7 +139,7 @@ class ParameterReader(TimedOutbox, VehicleService):
 
     def pause(self) -> None:
         """Stop asking."""
-        self._deadline = None
+        self.deadline_s = None
         self._outbox.clear()
 
     def receive(self, message: Message, now: float) -> None:
@@ -154,7 +154,7 @@ class ParameterReader(TimedOutbox, VehicleService):
         if message.param_id in self._missing:
             self._missing.remove(message.param_id)
             if not self._missing:
-                self._deadline = now + _AGAIN_S
+                self.deadline_s = now + _AGAIN_S
 
     def _on_deadline(self, now: float) -> None:
         """Ask for what is missing; give up after this many times, until the next reading."""
@@ -165,10 +165,10 @@ class ParameterReader(TimedOutbox, VehicleService):
             return
         if self._attempts >= _ATTEMPTS:
             self._missing.clear()
-            self._deadline = now + _AGAIN_S
+            self.deadline_s = now + _AGAIN_S
             return
         self._attempts += 1
-        self._deadline = now + _RETRY_S
+        self.deadline_s = now + _RETRY_S
         for name in self._missing:
             self._request(name, self._address)
 

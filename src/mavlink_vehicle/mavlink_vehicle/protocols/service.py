@@ -91,8 +91,9 @@ class VehicleService:
     def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
         """Process the difference of two states; measurements alone make none."""
 
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When `handle_timer` wants to be called."""
         return None
 
     def handle_timer(self, now: float) -> None:

@@ -22,7 +22,7 @@ class Services:
         self._services = services
         self._follow: Follow | None = None
         self._events: deque[VehicleEvent] = deque()
-        self._timed = self._with("next_deadline")
+        self._timed = self._with("deadline_s")
         self._reporting = self._with("next_event")
         self._observing = self._with("state_changed")
         self._overhearing = self._with("overhear")
@@ -38,7 +38,7 @@ class Services:
         return iter(self._services)
 
     def _with(self, method: str) -> tuple[VehicleService, ...]:
-        """Return the services that have a method of their own."""
+        """Return the services that have a method, or a deadline, of their own."""
         default = getattr(VehicleService, method)
         return tuple(
             service for service in self._services if getattr(type(service), method) is not default
@@ -76,10 +76,10 @@ class Services:
     # Timers
 
     def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
+        """When `handle_timer` wants to be called."""
         earliest = None
         for service in self._timed:
-            time = service.next_deadline()
+            time = service.deadline_s
             if time is not None and (earliest is None or time < earliest):
                 earliest = time
         return earliest
@@ -88,7 +88,7 @@ class Services:
         """Do what is due."""
         due = False
         for service in self._timed:
-            time = service.next_deadline()
+            time = service.deadline_s
             if time is not None and time <= now:
                 due = True
                 service.handle_timer(now)

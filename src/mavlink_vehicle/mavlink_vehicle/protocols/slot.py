@@ -19,8 +19,9 @@ class Part(Protocol):
     def receive(self, message: Message, now: float) -> None:
         """Process one message of the autopilot."""
 
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When `handle_timer` wants to be called."""
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
@@ -51,9 +52,10 @@ class Slot(VehicleService, Generic[PartT, EventT]):
             self.pending.receive(message, now)
             self._collect(now)
 
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
-        return None if self.pending is None else self.pending.next_deadline()
+    @property
+    def deadline_s(self) -> float | None:
+        """When `handle_timer` wants to be called."""
+        return None if self.pending is None else self.pending.deadline_s
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""

@@ -95,10 +95,11 @@ class ParameterChanges(Outbox):
             self._one.receive(message, now)
         self._go_on(now)
 
-    def next_deadline(self) -> float | None:
-        """Return when to continue."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When to continue."""
         part = self._listing or self._one
-        return None if part is None else part.next_deadline()
+        return None if part is None else part.deadline_s
 
     def handle_timer(self, now: float) -> None:
         """Ask again."""

@@ -201,7 +201,7 @@ class ListOperation(TransfersInTurn[StoredListFinished]):
     def _finish(self, now: float) -> None:
         if self._result is not OperationResult.ACHIEVED:
             self._give_up_part(now)
-        self._part = self._deadline = None
+        self._part = self.deadline_s = None
         what = _SUBJECTS[self.kind]
         done = "written" if self.writes else "read"
         if self._result is OperationResult.ACHIEVED:

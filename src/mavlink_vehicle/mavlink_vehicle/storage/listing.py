@@ -64,11 +64,11 @@ class ParameterListing(TimedOutbox):
         self._streams, self.total = True, 0
         self._lists += 1
         self._send("PARAM_REQUEST_LIST")
-        self._deadline = now + _SILENCE_S
+        self.deadline_s = now + _SILENCE_S
 
     def receive(self, message: Message, now: float) -> None:
         """Take a value."""
-        if message.__class__ is not _VALUE or self._deadline is None:
+        if message.__class__ is not _VALUE or self.deadline_s is None:
             return
         index, count = message.param_index, message.param_count
         if index >= count:
@@ -81,7 +81,7 @@ class ParameterListing(TimedOutbox):
             self._new_s = now
         self._found[index] = parameter_of(message, self._bytewise)
         if self._streams:
-            self._deadline = now + _SILENCE_S
+            self.deadline_s = now + _SILENCE_S
             if self.received == count:
                 self._end(now)
             return
@@ -103,7 +103,7 @@ class ParameterListing(TimedOutbox):
 
     def stop(self, result: OperationResult, reason: str, now: float) -> None:
         """End it for this reason."""
-        if self._deadline is not None:
+        if self.deadline_s is not None:
             self._finish(result, reason)
 
     def _ask(self, now: float) -> None:
@@ -129,7 +129,7 @@ class ParameterListing(TimedOutbox):
             self._attempts[index] = self._attempts.get(index, 0) + 1
             self._asked[index] = now + _SILENCE_S
             self._send("PARAM_REQUEST_READ", param_id=b"", param_index=index)
-        self._deadline = min(self._asked.values())
+        self.deadline_s = min(self._asked.values())
 
     def _end(self, now: float) -> None:
         missing = self.total - self.received
@@ -150,7 +150,7 @@ class ParameterListing(TimedOutbox):
             self.start(now)
 
     def _finish(self, result: OperationResult, reason: str) -> None:
-        self._deadline = None
+        self.deadline_s = None
         if result is not OperationResult.ACHIEVED:
             reason = f"Not all parameters were read: {reason}."
         found = sorted(self._found.values(), key=lambda parameter: parameter.name)

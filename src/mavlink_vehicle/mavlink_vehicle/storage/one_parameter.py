@@ -167,7 +167,7 @@ class OneParameter(TimedOutbox):
     def _check(self, now: float) -> None:
         self._step, self._reads, self._differs = _Step.CHECKING, 0, None
         self._read(now)
-        self._deadline = now + _CHECK_S
+        self.deadline_s = now + _CHECK_S
 
     def _compare(self, parameter: Parameter) -> None:
         self._new = parameter
@@ -200,7 +200,7 @@ class OneParameter(TimedOutbox):
         self._send("PARAM_REQUEST_READ", now, param_index=-1)
 
     def _send(self, message: str, now: float, **fields: float) -> None:
-        self._deadline = now + _RETRY_S
+        self.deadline_s = now + _RETRY_S
         self._outbox.append(
             make(
                 message,
@@ -212,7 +212,7 @@ class OneParameter(TimedOutbox):
         )
 
     def _end(self, change: ParameterChange, reason: str) -> ParameterOutcome:
-        self._step, self._deadline = _Step.FINISHED, None
+        self._step, self.deadline_s = _Step.FINISHED, None
         outcome = ParameterOutcome(self._name, change, reason, self._old, self._new)
         self.outcome = outcome
         return outcome

@@ -148,7 +148,7 @@ class FtpQuestion:
         self._op = op
         self._number, self._message = line.request(op, offset, data=path.encode())
         self._attempts = 0
-        self._deadline = 0.0
+        self._due_s = 0.0
 
     def receive(self, answer: FtpAnswer) -> None:
         """Take an answer, if it is the one."""
@@ -156,18 +156,19 @@ class FtpQuestion:
         if is_mine and self.answer is None:
             self.answer = answer
 
-    def next_deadline(self) -> float | None:
-        """Return when to ask again."""
-        return None if self.answer is not None or self.gave_up else self._deadline
+    @property
+    def deadline_s(self) -> float | None:
+        """When to ask again."""
+        return None if self.answer is not None or self.gave_up else self._due_s
 
     def handle_timer(self, now: float) -> Message | None:
         """Return the request if it is to be sent now; the same one is answered the same."""
-        deadline = self.next_deadline()
+        deadline = self.deadline_s
         if deadline is None or now < deadline:
             return None
         self._attempts += 1
         if self._attempts > _ATTEMPTS:
             self.gave_up = True
             return None
-        self._deadline = now + _AGAIN_S
+        self._due_s = now + _AGAIN_S
         return self._message

@@ -93,12 +93,13 @@ class FtpLogDownload(LogDownloader):
         elif self._is_open and answer.op is FtpOp.READ:
             self._take_read(answer, now)
 
-    def next_deadline(self) -> float | None:
+    @property
+    def deadline_s(self) -> float | None:
         """Return when to read on, or again."""
         if self.done or self.problem:
             return None
         if self._opening is not None:
-            return self._opening.next_deadline()
+            return self._opening.deadline_s
         if self._again_s is not None:
             return self._again_s
         deadlines = [read.deadline for read in self._reads.values()]

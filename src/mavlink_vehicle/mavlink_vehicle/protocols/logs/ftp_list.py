@@ -60,9 +60,10 @@ class FtpLogList(LogLister):
         if question.answer is not None:
             self._take(question.answer, now)
 
-    def next_deadline(self) -> float | None:
-        """Return when to ask again."""
-        return None if self._question is None else self._question.next_deadline()
+    @property
+    def deadline_s(self) -> float | None:
+        """When to ask again."""
+        return None if self._question is None else self._question.deadline_s
 
     def handle_timer(self, now: float) -> None:
         """Ask again, or give up."""

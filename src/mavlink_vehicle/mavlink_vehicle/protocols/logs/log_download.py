@@ -55,7 +55,7 @@ class LogDownload(LogDownloader, TimedOutbox):
 
     def receive(self, message: Message, now: float) -> None:
         """Take LOG_DATA of this log."""
-        if message.__class__ is not _DATA or self._deadline is None:
+        if message.__class__ is not _DATA or self.deadline_s is None:
             return
         if message.id != self._log.log_id or message.count > _PACKET_BYTES:
             return
@@ -70,9 +70,9 @@ class LogDownload(LogDownloader, TimedOutbox):
         if last and self._came and start >= self._asked[0]:
             self._over = True
             taken_s = (self._asked[1] - self._asked[0]) / RATE_BYTES_S
-            self._deadline = max(now, self._asked_s + taken_s)
+            self.deadline_s = max(now, self._asked_s + taken_s)
         elif not self._over:
-            self._deadline = now + self._pause_s()
+            self.deadline_s = now + self._pause_s()
 
     def _on_deadline(self, now: float) -> None:
         """Ask for the next span, or again for what has not come; or give up."""
@@ -80,7 +80,7 @@ class LogDownload(LogDownloader, TimedOutbox):
             self._attempts += 1
             self._quiet_s = min(2.0 * self._quiet_s, self._longest_s)
         if self._attempts >= _ATTEMPTS:
-            self._deadline = None
+            self.deadline_s = None
             self.problem = self._stopped_sending(f"log {self._log.log_id}", _ATTEMPTS)
             self.end()
             return
@@ -88,7 +88,7 @@ class LogDownload(LogDownloader, TimedOutbox):
 
     def end(self) -> None:
         """End the transfer on the autopilot's side; the rest of an answer is ignored."""
-        self._deadline = None
+        self.deadline_s = None
         self._outbox = [self._to_autopilot("LOG_REQUEST_END")]
 
     def _go_on(self, now: float) -> None:
@@ -109,7 +109,7 @@ class LogDownload(LogDownloader, TimedOutbox):
         self._repeated = asked == self._asked
         self._asked, self._asked_s = asked, now
         self._came, self._over = 0, False
-        self._deadline = now + self._quiet_s
+        self.deadline_s = now + self._quiet_s
         self._outbox.append(
             self._to_autopilot(
                 "LOG_REQUEST_DATA",

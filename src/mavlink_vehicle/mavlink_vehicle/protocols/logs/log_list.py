@@ -34,7 +34,7 @@ class LogList(LogLister, TimedOutbox):
     def start(self, now: float) -> None:
         """Ask for the list."""
         self._attempts += 1
-        self._deadline = now + _AGAIN_S
+        self.deadline_s = now + _AGAIN_S
         target = self._address
         self._outbox.append(
             make(
@@ -48,13 +48,13 @@ class LogList(LogLister, TimedOutbox):
 
     def receive(self, message: Message, now: float) -> None:
         """Take a LOG_ENTRY."""
-        if message.__class__ is not _ENTRY or self._deadline is None:
+        if message.__class__ is not _ENTRY or self.deadline_s is None:
             return
         if message.num_logs != self._count:
             # One was added or erased; the numbers may mean other logs now.
             self._count = message.num_logs
             self._found.clear()
-        self._deadline = now + _AGAIN_S
+        self.deadline_s = now + _AGAIN_S
         if message.num_logs:
             log = StoredLog(message.id, message.size, message.time_utc)
             if log.log_id not in self._found:
@@ -62,14 +62,14 @@ class LogList(LogLister, TimedOutbox):
             self._found[log.log_id] = log
         if len(self._found) >= message.num_logs:
             self.logs = dict(sorted(self._found.items()))
-            self._deadline = None
+            self.deadline_s = None
 
     def _on_deadline(self, now: float) -> None:
         """Ask again, or give up."""
         if self._attempts < _ATTEMPTS:
             self.start(now)
             return
-        self._deadline = None
+        self.deadline_s = None
         known = f"{len(self._found)} of {self._count} entries came" if self._count else "no answer"
         self.problem = (
             f"The autopilot did not list its logs ({known} after {_ATTEMPTS} requests). "

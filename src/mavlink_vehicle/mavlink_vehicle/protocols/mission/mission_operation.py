@@ -249,7 +249,7 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
 
     def _wait_for_reasons(self, now: float) -> None:
         self._part = None
-        self._reasons_s = self._deadline = now + _REASONS_S
+        self._reasons_s = self.deadline_s = now + _REASONS_S
 
     def _achieve(self, now: float) -> None:
         count = len(self.stored or ())
@@ -267,7 +267,7 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
         return f"{title[0].upper()}{title[1:]}"
 
     def _finish(self, result: OperationResult, reason: str, now: float) -> None:
-        self._deadline = None
+        self.deadline_s = None
         self._part = self._upload = None
         self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
 

@@ -129,7 +129,7 @@ class MissionUpload(Transfer):
 
     def _give(self, now: float) -> None:
         self._send_wanted()
-        self._deadline = now + self._timing.silence_s
+        self.deadline_s = now + self._timing.silence_s
 
     def _send_wanted(self) -> None:
         item = self._items[self._wanted]

@@ -195,16 +195,17 @@ class StoredLists(Outbox, VehicleService):
             self._download.receive(message, now)
             self._take(now)
 
-    def next_deadline(self) -> float | None:
-        """Return when to continue."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When to continue."""
         if self._download is not None:
-            return self._download.next_deadline()
+            return self._download.deadline_s
         due_s = min(self._due_s.values(), default=None)
         return None if due_s is None else max(due_s, self._free_s)
 
     def handle_timer(self, now: float) -> None:
         """Begin, continue, or make way for another transfer."""
-        due_s = self.next_deadline()
+        due_s = self.deadline_s
         if due_s is None or now < due_s:
             return
         if not self._may_read():

@@ -203,10 +203,10 @@ class Transfer(Machine[TransferFinished]):
 
     def _wait(self, now: float) -> None:
         """Expect an answer before the next repetition."""
-        self._deadline = now + self._timing.timeout_s
+        self.deadline_s = now + self._timing.timeout_s
 
     def _finish(self, now: float) -> None:
-        self._deadline = None
+        self.deadline_s = None
         self._events.append(self._end)
 
     def _stop(self, now: float) -> None:

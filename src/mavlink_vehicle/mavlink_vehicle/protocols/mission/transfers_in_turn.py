@@ -51,8 +51,8 @@ class TransfersInTurn(Machine[_Event]):
         self._outbox += part.messages_to_send()
         end = part.next_event()
         if end is None:
-            times = (self._limit_s, part.next_deadline())
-            self._deadline = min(time for time in times if time is not None)
+            times = (self._limit_s, part.deadline_s)
+            self.deadline_s = min(time for time in times if time is not None)
         elif isinstance(end, CommandFinished):
             self._command_ended(end, now)
         else:

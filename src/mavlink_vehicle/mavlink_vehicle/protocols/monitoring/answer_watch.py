@@ -87,8 +87,8 @@ class AnswerWatch(TimedOutbox, VehicleService):
         self._expected = expected
         self._begin(now)
         self._ran_s = now
-        if expected and self._deadline is None:
-            self._deadline = now
+        if expected and self.deadline_s is None:
+            self.deadline_s = now
 
     def forget(self, now: float) -> None:
         """Begin to count again: another autopilot, a restart, or a lost link."""
@@ -148,7 +148,7 @@ class AnswerWatch(TimedOutbox, VehicleService):
     def _on_deadline(self, now: float) -> None:
         """Ask, and judge."""
         if not (self._expected or self.one_way):
-            self._deadline = None
+            self.deadline_s = None
             return
         late, self._ran_s = now - self._ran_s > _STOOD_STILL_S, now
         silent_s = now - self._heard_s()
@@ -161,7 +161,7 @@ class AnswerWatch(TimedOutbox, VehicleService):
         urgent = self.unanswered_s(now) > _URGENT_AFTER_S + 1.5 * round_trip_s
         by_timesync = self._timesync.answers >= _EXPECTED_FROM
         self._judge(round_trip_s, by_timesync, now)
-        self._deadline = now + (_URGENT_EVERY_S if urgent else _EVERY_S)
+        self.deadline_s = now + (_URGENT_EVERY_S if urgent else _EVERY_S)
         if self._timesync.is_used:
             if self._questions and not urgent:
                 self._learn(False)

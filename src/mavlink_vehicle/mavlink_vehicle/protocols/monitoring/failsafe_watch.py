@@ -17,13 +17,18 @@ _TEXTS_S = 0.5
 
 
 class FailsafeWatch(VehicleService):
-    """Follows `VehicleState.failsafe`."""
+    """Follows `VehicleState.failsafe`.
+
+    Attributes:
+        deadline_s: when the texts have had their time; None without a failsafe to report.
+    """
+
+    deadline_s: float | None = None
 
     def __init__(self) -> None:
         """Begin without one."""
         self._now: Failsafe | None = None
         self._reported: FailsafeKind | None = None
-        self._deadline: float | None = None
         self._events: deque[FailsafeBegan | FailsafeEnded] = deque()
 
     def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
@@ -35,22 +40,18 @@ class FailsafeWatch(VehicleService):
         """Process what the state says now."""
         self._now = failsafe
         if failsafe is None:
-            self._deadline = None
+            self.deadline_s = None
             if self._reported is not None:
                 self._events.append(FailsafeEnded(self._reported))
                 self._reported = None
         elif failsafe.kind is not FailsafeKind.OTHER:
             self._report(failsafe)
-        elif self._reported is None and self._deadline is None:
-            self._deadline = now + _TEXTS_S
-
-    def next_deadline(self) -> float | None:
-        """Return when the texts have had their time."""
-        return self._deadline
+        elif self._reported is None and self.deadline_s is None:
+            self.deadline_s = now + _TEXTS_S
 
     def handle_timer(self, now: float) -> None:
         """Report what is known by now."""
-        if self._deadline is not None and now >= self._deadline and self._now is not None:
+        if self.deadline_s is not None and now >= self.deadline_s and self._now is not None:
             self._report(self._now)
 
     def next_event(self) -> FailsafeBegan | FailsafeEnded | None:
@@ -58,7 +59,7 @@ class FailsafeWatch(VehicleService):
         return self._events.popleft() if self._events else None
 
     def _report(self, failsafe: Failsafe) -> None:
-        self._deadline = None
+        self.deadline_s = None
         if self._reported is not failsafe.kind:
             self._reported = failsafe.kind
             self._events.append(FailsafeBegan(failsafe.kind, failsafe.text))

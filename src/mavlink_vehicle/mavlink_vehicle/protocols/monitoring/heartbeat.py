@@ -41,7 +41,7 @@ class HeartbeatSender(TimedOutbox, VehicleService):
 
     def start(self, now: float) -> None:
         """Send the first one."""
-        self._deadline = now
+        self.deadline_s = now
         self.handle_timer(now)
 
     def vehicle_came(self, conversation: Conversation, now: float) -> None:
@@ -51,8 +51,8 @@ class HeartbeatSender(TimedOutbox, VehicleService):
 
     def _on_deadline(self, now: float) -> None:
         """Send one if it is due; after a pause only one, not all that were missed."""
-        due_s = now if self._deadline is None else self._deadline
-        self._deadline = max(due_s + self._interval_s, now + self._interval_s / 2)
+        due_s = now if self.deadline_s is None else self.deadline_s
+        self.deadline_s = max(due_s + self._interval_s, now + self._interval_s / 2)
         self._outbox.append(
             make(
                 "HEARTBEAT",
@@ -111,8 +111,8 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained], VehicleService)
         """
         self._last_s += gap_s
         self.heard_s += gap_s
-        if self._deadline is not None:
-            self._deadline += gap_s
+        if self.deadline_s is not None:
+            self.deadline_s += gap_s
 
     def observe_boots(self, boot_count: int) -> None:
         """Set how often the vehicle has restarted by now."""
@@ -121,16 +121,16 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained], VehicleService)
     def _on_deadline(self, now: float) -> None:
         """Report the loss when it times out."""
         longest_s = self._last_s + PATIENCE * self._timeout_s
-        self._deadline = min(self.heard_s + self._timeout_s, longest_s)
-        if now >= self._deadline:
+        self.deadline_s = min(self.heard_s + self._timeout_s, longest_s)
+        if now >= self.deadline_s:
             self._fire(WatchInput.SILENCE, now)
 
     def _beat(self, now: float) -> None:
         self._last_s = now
-        self._deadline = now + self._timeout_s
+        self.deadline_s = now + self._timeout_s
 
     def _lose(self, now: float) -> None:
-        self._deadline = None
+        self.deadline_s = None
         self._boot_count_at_loss = self._boot_count
         self._events.append(HeartbeatLost(now - self._last_s))
 

@@ -21,7 +21,7 @@ from collections.abc import Callable
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
-from mavlink_vehicle.protocols.outbox import Outbox
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 
 _MARGIN_S = 0.1
@@ -31,7 +31,7 @@ _ASK_AFTER_S, _ASK_EVERY_S = 0.15, 0.3
 _REQUEST = CommandRequest(mavlink.MAV_CMD_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 
 
-class OwnGap(Outbox, VehicleService):
+class OwnGap(TimedOutbox, VehicleService):
     """Knows whether the mode has been seen since we last stood still.
 
     Attributes:
@@ -49,7 +49,7 @@ class OwnGap(Outbox, VehicleService):
         self.ran: tuple[float, int | None] | None = None
         self.safe_s = 0.0
         self._before: tuple[float, int | None] | None = None
-        self._noticed_s = self._ask_s = 0.0
+        self._noticed_s = 0.0
 
     @property
     def is_open(self) -> bool:
@@ -69,18 +69,13 @@ class OwnGap(Outbox, VehicleService):
             return None
         if self._before is None:
             self._before, self._noticed_s = ran, now
-            self._ask_s = now + _ASK_AFTER_S
+            self.deadline_s = now + _ASK_AFTER_S
         return now - ran[0]
 
-    def next_deadline(self) -> float | None:
-        """Return when a HEARTBEAT is to be asked for; None if none is wanted."""
-        return None if self._before is None else self._ask_s
-
-    def handle_timer(self, now: float) -> None:
-        """Ask for a HEARTBEAT when it is time."""
-        if self._before is not None and now >= self._ask_s:
-            self._ask_s = now + _ASK_EVERY_S
-            self._outbox.append(_REQUEST.message(self._address(), 0))
+    def _on_deadline(self, now: float) -> None:
+        """Ask for a HEARTBEAT."""
+        self.deadline_s = now + _ASK_EVERY_S
+        self._outbox.append(_REQUEST.message(self._address(), 0))
 
     def see_mode(self, now: float, boot_time_ms: int | None) -> None:
         """Process a HEARTBEAT; `boot_time_ms` is the newest time since boot that came before it."""
@@ -93,4 +88,4 @@ class OwnGap(Outbox, VehicleService):
             # A restarted vehicle reports its mode again, too.
             current = gone_s < 0.0 or gone_s >= self._noticed_s - before_s + _MARGIN_S
         if current or now - self._noticed_s >= _BUFFERED_S:
-            self._before = None
+            self._before = self.deadline_s = None

@@ -68,14 +68,14 @@ class Timesync(TimedOutbox, VehicleService):
     @property
     def is_used(self) -> bool:
         """Whether it asks at all."""
-        return self._deadline is not None
+        return self.deadline_s is not None
 
     def resume(self, address: Address, now: float) -> None:
         """Begin to ask; times of an earlier link count no more."""
         self._identity = address.source_system << 8 | address.source_component
         self._round_trips_s.clear()
         self.answers = 0
-        self._deadline = now if self._interval_s > 0.0 else None
+        self.deadline_s = now if self._interval_s > 0.0 else None
 
     def vehicle_came(self, conversation: Conversation, now: float) -> None:
         """Begin to ask."""
@@ -87,7 +87,7 @@ class Timesync(TimedOutbox, VehicleService):
 
     def pause(self) -> None:
         """Stop asking."""
-        self._deadline = None
+        self.deadline_s = None
         self._asked.clear()
 
     def receive(self, message: Message, now: float) -> None:
@@ -115,7 +115,7 @@ class Timesync(TimedOutbox, VehicleService):
 
     def ask(self, now: float) -> None:
         """Ask now, and then at the interval again."""
-        self._deadline = now + self._interval_s
+        self.deadline_s = now + self._interval_s
         for ts1, asked_s in list(self._asked.items()):
             if now - asked_s > _FORGOTTEN_S:
                 del self._asked[ts1]

@@ -178,8 +178,8 @@ class CommandExchange(Machine[CommandFinished]):
     def excuse(self, gap_s: float) -> None:
         """Do not count a time in which we did not run."""
         self._started_s += gap_s
-        if self._deadline is not None:
-            self._deadline += gap_s
+        if self.deadline_s is not None:
+            self.deadline_s += gap_s
 
     def cancel(self, now: float) -> None:
         """Stop sending; no event follows, and answers still on the way are ignored."""
@@ -206,14 +206,14 @@ class CommandExchange(Machine[CommandFinished]):
     def _send(self, now: float) -> None:
         self._outbox.append(self.request.message(self._address, self.attempts))
         self.attempts += 1
-        self._deadline = now + self._timing.timeout_s
+        self.deadline_s = now + self._timing.timeout_s
 
     def _extend(self, now: float) -> None:
         limit = self._started_s + self._timing.limit_s
-        self._deadline = max(now, min(now + self._timing.progress_timeout_s, limit))
+        self.deadline_s = max(now, min(now + self._timing.progress_timeout_s, limit))
 
     def _finish(self, now: float) -> None:
-        self._deadline = None
+        self.deadline_s = None
         self._events.append(CommandFinished(self._result, self.attempts))
 
     table: ClassVar[Table] = {

@@ -182,8 +182,9 @@ class Crossings(Outbox):
         if any(sent.mode != mode for sent in self._sent):
             self._chosen, self._ask_s = mode, now
 
-    def next_deadline(self) -> float | None:
-        """Return when `handle_timer` wants to be called."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When `handle_timer` wants to be called."""
         if self._chosen is None:
             return None
         return min(self._ask_s, max(sent.until_s for sent in self._sent))

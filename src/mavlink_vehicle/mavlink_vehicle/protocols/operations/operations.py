@@ -180,8 +180,8 @@ class Operation(Machine[OperationFinished]):
         """Do not count time in which the server did not run: it neither listened nor repeated."""
         gap_s = self._times.excuse(gap_s)
         self._command.excuse(gap_s)
-        if self._deadline is not None:
-            self._deadline += gap_s
+        if self.deadline_s is not None:
+            self.deadline_s += gap_s
 
     def stop(self, result: OperationResult, reason: str, now: float) -> None:
         """End it for this reason, if it has not ended."""
@@ -209,7 +209,7 @@ class Operation(Machine[OperationFinished]):
         elif now >= times.limit_s:
             self._fire(OperationInput.TIME_UP, now)
         elif now < times.silent_until_s:
-            self._deadline = min(times.silent_until_s, times.reasons_until_s or math.inf)
+            self.deadline_s = min(times.silent_until_s, times.reasons_until_s or math.inf)
         elif times.again_s is not None and now >= times.again_s:
             times.again_s = None
             if self.goal.under_way(self.evidence.state):
@@ -229,7 +229,7 @@ class Operation(Machine[OperationFinished]):
             self._set_deadline()
 
     def _set_deadline(self) -> None:
-        self._deadline = self._times.next_s(self._command.next_deadline())
+        self.deadline_s = self._times.next_s(self._command.deadline_s)
 
     # Actions
 
@@ -247,7 +247,7 @@ class Operation(Machine[OperationFinished]):
             )
             self.stop(OperationResult.LATE, reason, now)
         else:
-            self._deadline = min(open_s, now + _GATE_LOOK_S, times.limit_s)
+            self.deadline_s = min(open_s, now + _GATE_LOOK_S, times.limit_s)
 
     def _send(self, now: float) -> None:
         """Begin an attempt; the numbers of the repetitions continue."""
@@ -291,7 +291,7 @@ class Operation(Machine[OperationFinished]):
 
     def _finish(self, now: float) -> None:
         self._command.cancel(now)
-        self._deadline = None
+        self.deadline_s = None
         self._outbox.clear()
         result, reason = self._ending.result, self._ending.reason
         achieved = result is OperationResult.ACHIEVED

@@ -149,13 +149,14 @@ class ExternalPositionSender(Outbox, VehicleService):
         """Start over with the next pose: none can be sent."""
         self._sent_s, self._has_stopped, self._event = None, False, None
 
-    def next_deadline(self) -> float | None:
-        """Return when the source counts as silent; poses go out as they come."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When the source counts as silent; poses go out as they come."""
         return None if self._sent_s is None or self._has_stopped else self._sent_s + FRESH_S
 
     def handle_timer(self, now: float) -> None:
         """Notice that no more poses come."""
-        deadline, silent_s = self.next_deadline(), self.silent_s(now)
+        deadline, silent_s = self.deadline_s, self.silent_s(now)
         if deadline is not None and silent_s is not None and now >= deadline:
             self._has_stopped = True
             self._event = ExternalPosesStopped(silent_s)

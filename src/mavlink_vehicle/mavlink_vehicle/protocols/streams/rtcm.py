@@ -134,8 +134,9 @@ class RtcmSender(Outbox, VehicleService):
         """Drop what waits: corrections are of no use later."""
         self._waiting.clear()
 
-    def next_deadline(self) -> float | None:
-        """Return when the next message may go out."""
+    @property
+    def deadline_s(self) -> float | None:
+        """When the next message may go out."""
         return self._free_s if self._waiting else None
 
     def handle_timer(self, now: float) -> None:

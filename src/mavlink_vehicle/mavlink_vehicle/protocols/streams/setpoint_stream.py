@@ -16,7 +16,7 @@ from functools import reduce
 from operator import or_
 from typing import ClassVar
 
-from mavlink_vehicle.codec import Message, make, mavlink
+from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import StreamClosed
 from mavlink_vehicle.positions.frames import Vector3, normalize_angle
@@ -157,15 +157,17 @@ def _check_numbers(setpoint: SetpointNed) -> None:
 
 
 def setpoint_message(setpoint: SetpointNed, address: Address, time_boot_ms: int) -> Message:
-    """Build SET_POSITION_TARGET_LOCAL_NED in MAV_FRAME_LOCAL_NED, or in MAV_FRAME_BODY_NED."""
+    """Build SET_POSITION_TARGET_LOCAL_NED in MAV_FRAME_LOCAL_NED, or in MAV_FRAME_BODY_NED.
+
+    The setpoint must be legal: its numbers are taken as they are.
+    """
     frame = mavlink.MAV_FRAME_LOCAL_NED
     if setpoint.drive_frd_m_s is not None:
         frame = mavlink.MAV_FRAME_BODY_NED
     position = setpoint.position_ned_m or (0.0, 0.0, 0.0)
     velocity = setpoint.drive_frd_m_s or setpoint.velocity_ned_m_s or (0.0, 0.0, 0.0)
     acceleration = setpoint.acceleration_ned_m_s2 or (0.0, 0.0, 0.0)
-    return make(
-        "SET_POSITION_TARGET_LOCAL_NED",
+    return mavlink.MAVLink_set_position_target_local_ned_message(
         time_boot_ms=time_boot_ms,
         target_system=address.target_system,
         target_component=address.target_component,
