@@ -61,6 +61,8 @@ TELL_S = 15.0
 STAND_INS = ("geographic_msgs", "tf2_msgs")
 # The same, but only when they are asked for: these take as long as all others.
 ON_DEMAND = ("nav2_msgs",)
+# Commands of ours for a ROS that lacks them.
+STAND_IN_COMMANDS = ("ros2",)
 # Packages on top of those for running, each with a lock of its own. "dev" contains "extras".
 LAYERS = ("extras", "dev")
 # Free disk that the set-up needs: .venv, the tools of the build, and packages as downloaded; of
@@ -213,7 +215,7 @@ def update(ros: str) -> bool:
                 unpack(wheel, INTERFACES)
             INTERFACES_STAMP.write_text(interfaces_key)
     with replacing(PACKAGES):
-        link_packages()
+        link_packages(ros)
     record_environment(ros)
     prepare_start(ros)
     WORKSPACE_STAMP.write_text(workspace_key)
@@ -787,7 +789,7 @@ def settings_of(package: Path) -> ConfigParser:
     return settings
 
 
-def link_packages() -> None:
+def link_packages(ros: str) -> None:
     """Links the Python packages of the workspace where Python and ROS look for them.
 
     A change of a module acts at once. Their setup.cfg or pyproject.toml names all that has to be
@@ -818,6 +820,8 @@ def link_packages() -> None:
         (metadata / "entry_points.txt").write_text(points)
         for line in filter(None, groups.get("console_scripts", "").splitlines()):
             command, module, function = re.split(r"\s*[=:]\s*", line)
+            if command in STAND_IN_COMMANDS and has_command(ros, command):
+                continue
             path = PACKAGES / "lib" / name / command
             path.parent.mkdir(exist_ok=True)
             # A process that multiprocessing spawns imports this again.
@@ -825,6 +829,11 @@ def link_packages() -> None:
             call += f"    sys.exit({function}())\n"
             path.write_text(f"#!{VENV / 'bin/python'}\n{call}")
             path.chmod(0o755)
+
+
+def has_command(ros: str, command: str) -> bool:
+    """Whether the sourced ROS has a command; what is beside ROS from wheels is not used."""
+    return ros == "system" and shutil.which(command, path=base_environment(ros)["PATH"]) is not None
 
 
 def prepare_start(ros: str) -> None:

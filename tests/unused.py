@@ -11,10 +11,10 @@ r"""Lists the functions of a folder that nothing calls in recorded runs of their
 
 With a command: runs it and records the functions that it and its processes call, in
 out/called_FOLDER. Without: lists those of no recorded run, with their lines. Each function marks
-itself, once, so a run is hardly slower. What to run: for src all tests but those of units
-(tests/unit calls what it tests), the benchmarks and the commands of the documentation; for sitl the
-clients of tests/interop and sitl/tests/interop, the suites of sitl/docs/suites.md, and the bridge
-(tests/pair, tests/explore).
+itself, once, so a run is hardly slower; it does so by its name, so that records outlive edits.
+What to run: for src all tests but those of units (tests/unit calls what it tests), the benchmarks
+and the commands of the documentation; for sitl the clients of tests/interop and
+sitl/tests/interop, the suites of sitl/docs/suites.md, and the bridge (tests/pair, tests/explore).
 """
 
 from __future__ import annotations
@@ -43,12 +43,17 @@ builtins._called_, builtins._call_ = set(), _call
 
 class _Marks(ast.NodeTransformer):
     def __init__(self, module):
-        self.module = module
+        self.module, self.within = module, []
+
+    def visit_ClassDef(self, node):
+        self.within.append(node.name)
+        self.generic_visit(node)
+        self.within.pop()
+        return node
 
     def visit_FunctionDef(self, node):
-        self.generic_visit(node)
-        first = min([node.lineno, *(each.lineno for each in node.decorator_list)])
-        function = repr(f"{self.module}:{first}")
+        self.visit_ClassDef(node)
+        function = repr(f"{self.module}:{'.'.join([*self.within, node.name])}")
         has_text = ast.get_docstring(node, clean=False) is not None
         mark = ast.parse(f"{function} in _called_ or _call_({function})").body[0]
         for each in ast.walk(mark):
@@ -153,7 +158,7 @@ def uncalled(folder: Path, records: Path) -> list[Function]:
     called = {
         line for path in records.glob("*.txt") for line in path.read_text("utf-8").splitlines()
     }
-    return [each for each in functions(folder) if f"{each.module}:{each.first_line}" not in called]
+    return [each for each in functions(folder) if f"{each.module}:{each.name}" not in called]
 
 
 def main() -> int:

@@ -239,6 +239,9 @@ class Guidance:
     restart_xy: bool = False
     """Start shaping from where the vehicle is now instead of from the running target."""
     restart_z: bool = False
+    unshaped: bool = False
+    """Desired are exactly this position, velocity and acceleration, which are within the limits
+    already (AC_PosControl::set_pos_vel_accel)."""
     straight: float = 0.0
     """1 to limit the speeds over ground and up or down so that the way there is straight."""
 

@@ -185,7 +185,7 @@ def test_a_page_fetches_nothing_and_runs_only_its_own_scripts(page: Path) -> Non
     (policy,) = [a["content"] or "" for _, a in found if a.get("http-equiv")]
     assert "default-src 'none'" in policy
     assert "unsafe-inline" not in re.findall(r"script-src[^;]*", policy)[0]
-    assert sum(tag == "script" for tag, _ in found) == 3
+    assert sum(tag == "script" for tag, _ in found) == 4
 
 
 def test_goals_are_in_the_table_with_end_error_and_reason(page: Path) -> None:

@@ -108,7 +108,7 @@ def test_a_slow_leg_is_neither_entered_nor_left_too_fast() -> None:
         speed_m_s = norm(trajectory.sample(time_s).velocity_enu_m_s)
         leg = sum(passed_s < time_s for passed_s in route.passed_s)
         assert speed_m_s <= limits[leg].speed_horizontal_m_s + 1e-6
-        assert speed_m_s <= trajectory.limits_at(time_s).speed_horizontal_m_s + 1e-6
+        assert speed_m_s <= trajectory.at(time_s)[1].speed_horizontal_m_s + 1e-6
     middle = trajectory.sample(0.5 * route.passed_s[0])
     assert norm(middle.velocity_enu_m_s) > 3.0
 

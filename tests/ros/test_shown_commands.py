@@ -52,7 +52,7 @@ NOT_RUN = {
     "python -m interop.dronekit_suite": "it needs a clone of DroneKit",
     "python -m interop.mavsdk_examples": "it needs a clone of MAVSDK-Python",
     "ros2 launch": "it needs a full ROS 2 installation",
-    "ros2 run": "it needs a full ROS 2 installation",
+    "ros2 run teleop_twist_keyboard": "it needs a full ROS 2 installation",
     "rviz2": "it needs a full ROS 2 installation",
 }
 """Commands that are not run, and why."""
@@ -258,6 +258,12 @@ def whole(place: Place, *words: str) -> None:
     place.succeeds(*globbed)
 
 
+def without_a_topic(place: Place, *words: str) -> None:
+    code, text = place.run(*words)
+    assert code == 1
+    assert "Could not determine the type" in text, text
+
+
 def until_stopped(place: Place, *words: str) -> None:
     place.starts("", *words)
 
@@ -274,6 +280,10 @@ HOW: dict[str, Callable[..., None]] = {
     "python -m tests.fleets": fleets,
     "python tests/bench/run.py": bench,
     "ros2 action send_goal": goal,
+    "ros2 action list": whole,
+    "ros2 action info": whole,
+    "ros2 topic echo": without_a_topic,
+    "ros2 run drone_navigation navigation_server": server,
     "make": target,
     "source": in_shell,
     "export": in_shell,

@@ -27,6 +27,7 @@ from drone_navigation.client.terminal.keys import Key
 from drone_navigation.console.options import make_parser as console_parser
 from drone_navigation.demo import make_parser as demo_parser
 from drone_navigation.navigation_nav2 import make_parser as nav2_parser
+from drone_navigation.ros2_command import make_parser as ros2_parser
 from drone_navigation.server.options import make_parser as server_parser
 from drone_navigation.tlog2mcap import make_parser as bag_parser
 from flight_logs.export_command import make_parser as export_parser
@@ -92,11 +93,16 @@ def test_make_targets_modules_and_files_exist(page: Path) -> None:
         assert (ROOT / path).exists(), f"{page.name}: {path}"
 
 
+def block_lines(text: str) -> list[str]:
+    """Return the lines in the code blocks of a page, continued ones as one."""
+    blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
+
+
 def commands(page: Path) -> list[list[str]]:
     """Return the command lines of this project's programs that a page shows, as words."""
     text = page.read_text("utf-8")
-    blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
+    lines = block_lines(text)
     lines += re.findall(
         r"`([^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
     )
@@ -117,6 +123,13 @@ def test_every_command_line_that_is_shown_can_be_given(page: Path) -> None:
             PROGRAMS[name]().parse_args(arguments)
         except SystemExit:
             pytest.fail(f"{page.name} shows what is rejected: {' '.join(words)}")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_ros2_line_that_is_shown_can_be_given_without_a_ros_installation(page: Path) -> None:
+    for line in block_lines(page.read_text("utf-8")):
+        if line.startswith("ros2 ") and not line.startswith("ros2 launch "):
+            ros2_parser().parse_args(shlex.split(line, comments=True)[1:])
 
 
 def test_command_lines_are_found() -> None:
@@ -199,12 +212,14 @@ def test_parameters_named_on_the_navigate_page_exist() -> None:
             assert word in names, word
 
 
-def test_the_first_command_of_the_first_page_is_one_that_make_setup_gives() -> None:
+def test_the_first_command_of_the_first_page_is_the_courses_which_make_setup_gives() -> None:
     text = (ROOT / "README.md").read_text("utf-8")
     (first, *_) = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    assert first.startswith("navigation_client --goal ")
-    before, _, _ = text.partition("\nros2 action send_goal")
-    assert "With a full ROS 2 installation" in before.split("\n## ")[-1]
+    words = shlex.split(first.replace("\\\n", " "))
+    assert words[:5] == [
+        "ros2", "action", "send_goal", "/navigate_to_waypoint", "custom_interfaces/action/Navigate",
+    ]  # fmt: skip
+    assert words[-1] == "--feedback"
 
 
 @pytest.fixture(scope="module")

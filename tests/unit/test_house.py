@@ -16,6 +16,9 @@ ROOT = Path(__file__).parents[2]
 PRODUCT = sorted([*ROOT.glob("src/*/**/*.py"), *ROOT.glob("sitl/mavlink_sitl/**/*.py")])
 MODULES_MAX = 15
 """Modules of one folder, without ``__init__``."""
+LINES_MAX, METHODS_MAX = 300, 25
+"""Of a class in the folders of these names."""
+ON_PAGES = ("flying", "leading", "steering", "traffic")
 
 
 def _name(file: Path) -> str:
@@ -34,6 +37,20 @@ def test_the_product_is_found() -> None:
 def test_no_folder_grows_past_fifteen_modules() -> None:
     modules = Counter(_name(file.parent) for file in PRODUCT if file.name != "__init__.py")
     assert {folder: n for folder, n in modules.items() if n > MODULES_MAX} == {}
+
+
+def test_a_class_of_steering_and_traffic_fits_on_a_few_pages() -> None:
+    files = [file for file in PRODUCT if any(f"/{name}/" in _name(file) for name in ON_PAGES)]
+    assert len(files) > 50
+    large = {}
+    for file in files:
+        for node in ast.walk(_parsed(file)):
+            if isinstance(node, ast.ClassDef) and node.end_lineno is not None:
+                lines = node.end_lineno - node.lineno + 1
+                methods = sum(isinstance(part, ast.FunctionDef) for part in node.body)
+                if lines > LINES_MAX or methods > METHODS_MAX:
+                    large[node.name] = (lines, methods)
+    assert large == {}
 
 
 def test_a_class_name_has_one_meaning_in_src() -> None:
@@ -184,6 +201,7 @@ SETTABLE_CLOCKS = {
         "Clock": "the steady one",
     },
     "src/drone_navigation/drone_navigation/server/actions.py": {"get_clock": _STAMP},
+    "src/drone_navigation/drone_navigation/ros2/topics.py": {"get_clock": _STAMP},
     "src/drone_navigation/drone_navigation/server/publishing/topics.py": {"get_clock": _STAMP},
     "src/drone_navigation/drone_navigation/server/traffic/traffic_topic.py": {
         "get_clock": _STAMP,

@@ -71,15 +71,6 @@ class PlaneCommand(NamedTuple):
     throttle: Lane
 
 
-def at_rest(down_m: Lane, yaw_rad: Lane, o: Ops) -> PlaneState:
-    """Aircraft standing at their origins."""
-    zero = o.full(0.0)
-    return PlaneState(
-        zero, zero, down_m, zero, zero, zero, yaw_rad, zero, zero, zero, zero, zero, zero, zero,
-        zero == zero, zero,
-    )  # fmt: skip
-
-
 def step(
     state: PlaneState,
     command: PlaneCommand,

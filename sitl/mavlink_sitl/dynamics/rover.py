@@ -59,15 +59,6 @@ class GroundCommand(NamedTuple):
     steering: Lane
 
 
-def at_rest(down_m: Lane, yaw_rad: Lane, o: Ops) -> GroundState:
-    """Vehicles standing at their origins."""
-    zero = o.full(0.0)
-    return GroundState(
-        zero, zero, down_m, zero, zero, zero, yaw_rad, zero, zero, zero, zero, zero, zero,
-        zero == zero, zero,
-    )  # fmt: skip
-
-
 def moved(
     state: GroundState,
     forward: Lane,

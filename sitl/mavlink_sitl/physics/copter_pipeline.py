@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mavlink_sitl.array_ops import Lane, Ops, ops_for
 from mavlink_sitl.autopilot.control import control_state, controller
-from mavlink_sitl.dynamics import battery, quadrotor
+from mavlink_sitl.dynamics import at_rest, battery, quadrotor
 from mavlink_sitl.exchange import GRAVITY_M_S2, BatteryReading, Guidance, Motion, Vector
 from mavlink_sitl.world import sensors
 
@@ -57,12 +57,14 @@ class Physics:
         flies: they leave the ground, and lean.
         dt_s: the step, s.
         body_model: what they are built like.
+        state: the form of their state.
         gains: of their controllers.
         over_ground: the law of their motion over ground.
     """
 
     flies = True
     body_model: Any = quadrotor.QuadrotorModel()
+    state: Any = quadrotor.QuadrotorState
     gains: Any = control_state.ControllerGains()
     over_ground: controller.HorizontalLaw = staticmethod(controller.horizontal)
 
@@ -77,7 +79,7 @@ class Physics:
         north, east, down = map(o.full, start.wind_ned_m_s)
         self.wind = (north, east, down)
         self.ground_down_m = zero
-        self.body: Any = quadrotor.at_rest(zero, zero, zero, o.pack(start.yaw_rad), o)
+        self.body = at_rest(self.state, o.pack(start.yaw_rad), o)
         self.error = sensors.no_error(o)
         self.battery = battery.charged(o.pack(start.remaining), start.pack, o)
         self.gps_fix = zero == zero

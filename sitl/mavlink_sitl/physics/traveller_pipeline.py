@@ -24,22 +24,18 @@ class TravellerPhysics(Physics):
         full_current_a: what the motor draws at full throttle.
         guidance_type: the guidance, which begins with doing nothing.
         targets_of: makes lanes of it.
-        at_rest: makes the bodies as they stand at first, of height (down), yaw and lanes.
         law: the module of the controllers, with `initial` and `step`.
     """
 
     full_current_a: ClassVar[float]
     guidance_type: ClassVar[type[Guidance]]
     targets_of: ClassVar[Callable[..., Any]]
-    at_rest: ClassVar[Callable[..., Any]]
     law: Any
 
     def __init__(self, start: PhysicsStart) -> None:
         super().__init__(start)
         self._told: list[Any] = [self.guidance_type() for _ in range(self.count)]
         self._told_lanes = self.targets_of(self._told, self.o)
-        self.body = self.at_rest(self.o.full(0.0), self.o.pack(start.yaw_rad), self.o)
-        self.gps_sample = (0.0, self.body, self.error)
         self._control: Any = self.law.initial(self.o)
 
     def step_batteries(self, dt: float) -> None:
@@ -74,7 +70,7 @@ class RoverPhysics(TravellerPhysics):
     """At full throttle; 13 A at a quarter in the recording `rover_guided`"""
     guidance_type = DriveGuidance
     targets_of = staticmethod(drive_controller.targets_of)
-    at_rest = staticmethod(rover.at_rest)
+    state = rover.GroundState
     law: Any = drive_controller
     gains: Any = drive_controller.DriveGains()
     body_model: Any = rover.RoverModel()
@@ -173,7 +169,7 @@ class PlanePhysics(TravellerPhysics):
     """At full throttle; 14.1 A at half in the recording `plane_guided`"""
     guidance_type = GlideGuidance
     targets_of = staticmethod(glide_controller.targets_of)
-    at_rest = staticmethod(plane.at_rest)
+    state = plane.PlaneState
     law = glide_controller
     gains = glide_controller.GlideGains()
     body_model = plane.PlaneModel()

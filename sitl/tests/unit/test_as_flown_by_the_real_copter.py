@@ -1,6 +1,7 @@
 """ArduCopter's own simulator was flown with the same script; this is what it did.
 
-ArduPilot 4.7.0-dev, its standard parameters, calm. Numbers are its LOCAL_POSITION_NED.
+ArduPilot 4.7.0-dev, its standard parameters, calm. Numbers are its LOCAL_POSITION_NED. Legs of
+AUTO are of February 2026 (46ae7859).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from pymavlink.dialects.v20 import all as mav
 from sitl_support.ground_station import (
     ACCELERATION,
     ACCEPTED,
+    AUTO,
     BRAKE,
     GUIDED,
     POSITION,
@@ -51,7 +53,7 @@ def assert_alike(seen: list[Row], real: list[Row]) -> None:
 
 PAUSED_IN_GUIDED = [(1.0, 9.2, 8.19), (2.0, 16.25, 6.4), (3.0, 21.83, 3.9), (4.0, 24.33, 1.22)]
 PAUSED_IN_AUTO = [(1.0, 8.68, 7.88), (2.0, 15.62, 5.84), (3.0, 20.36, 3.45), (4.0, 22.5, 0.8)]
-WENT_ON_IN_AUTO = [(1.0, 0.55, 1.68), (2.0, 3.43, 4.04), (3.0, 8.6, 6.29), (4.0, 16.03, 8.33)]
+WENT_ON_IN_AUTO = [(1.0, 0.36, 1.39), (2.0, 3.18, 4.01), (3.0, 8.17, 5.98), (4.0, 15.26, 8.08)]
 
 
 def test_a_pause_in_guided_slows_down_as_much_as_the_real_one() -> None:
@@ -283,3 +285,56 @@ def test_a_lean_is_kept_for_a_while_when_another_kind_of_setpoint_comes() -> Non
     assert station.velocity[1] == pytest.approx(0.76, abs=0.6)
     station.run(1.0)
     assert station.position[1] - east_0 == pytest.approx(6.06, abs=1.0)
+
+
+# Out of AUTO at full speed.
+
+SPED_UP = [(3.0, 2.86, 2.97), (4.5, 9.58, 6.09), (6.0, 20.8, 8.64), (7.5, 34.65, 9.53)]
+"""Means of six legs, which differ among themselves by up to 0.4 m/s"""
+STOPPED = [(1.0, 9.17), (2.0, 16.0), (3.0, 20.2), (4.0, 21.8)]
+"""Seconds after the change to GUIDED, and metres, with nothing to fly to or a velocity sideways"""
+STOPPED_FOR_A_PLACE = [(1.0, 9.47), (2.0, 16.55), (3.0, 21.38), (4.0, 23.52)]
+"""With a position to the side, which the firmware approaches straight (shaping of May 2025)"""
+
+
+def at_full_speed() -> GroundStation:
+    """On the first leg of a mission, for 7.5 s."""
+    station = flying(10.0)
+    station.run(6.0)
+    assert upload(station, [home(), waypoint(300, 0), waypoint(300, 200)]) == 0
+    assert station.mode(AUTO) == ACCEPTED
+    return station
+
+
+def test_the_time_of_a_leg_passes_more_slowly_while_the_copter_is_behind() -> None:
+    """With its drag and its attitude's lag it reaches 9.5 m/s, 34.6 m after the start."""
+    station = at_full_speed()
+    for (_, north, speed), (after_s, real, real_m_s) in zip(
+        moved(station, SPED_UP, 1.0), SPED_UP, strict=True
+    ):
+        assert north == pytest.approx(real, abs=2.2), after_s
+        assert speed == pytest.approx(real_m_s, abs=0.5), after_s
+
+
+@pytest.mark.parametrize("setpoint", ["none", "ahead of it", "position", "velocity"])
+def test_out_of_auto_it_brakes_the_same_whatever_setpoint_comes_around_the_change(
+    setpoint: str,
+) -> None:
+    """A setpoint that came ahead of the mode change is not flown, one right behind it is."""
+    station = at_full_speed()
+    station.run(7.5)
+    begin_s, (north, east, down) = station.now_s, station.position
+    if setpoint == "ahead of it":
+        station.setpoint(POSITION, (north + 5.0, east + 30.0, down - 5.0))
+    station.mode(GUIDED)
+    if setpoint == "position":
+        station.setpoint(POSITION, (north, east + 30.0, down))
+    for after_s, real in STOPPED_FOR_A_PLACE if setpoint == "position" else STOPPED:
+        while station.now_s < begin_s + after_s:
+            if setpoint == "velocity":
+                station.setpoint(VELOCITY, velocity=(0.0, 3.0, 0.0))
+            station.run(min(0.1, begin_s + after_s - station.now_s))
+        assert station.position[0] - north == pytest.approx(real, abs=1.5), after_s
+    sideways_m = station.position[1] - east
+    assert (sideways_m > 2.0) == (setpoint in ("position", "velocity"))
+    assert station.position[2] == pytest.approx(-10.0, abs=0.3)

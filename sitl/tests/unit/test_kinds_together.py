@@ -14,7 +14,7 @@ from mavlink_sitl.array_ops import ArrayOps, Ops
 from mavlink_sitl.autopilot.control import drive_controller, glide_controller
 from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.config import ConfigurationError
-from mavlink_sitl.dynamics import boat, plane, rover
+from mavlink_sitl.dynamics import at_rest, boat, plane, rover
 from sitl_support.ground_station import ACCEPTED, POSITION, VELOCITY, GroundStation
 
 GUIDED = {"copter": 4, "rover": 15, "boat": 15, "plane": 15}
@@ -158,9 +158,9 @@ def test_models_give_the_same_for_one_and_for_many() -> None:
         assert o.sin(o.full(0.5)) == pytest.approx(math.sin(0.5))
 
     def drive(o: Ops) -> list[list[float]]:
-        state = rover.at_rest(o.full(0.0), o.full(0.3), o)
-        sea = rover.at_rest(o.full(0.0), o.full(0.3), o)
-        air = plane.at_rest(o.full(0.0), o.full(0.3), o)
+        state = at_rest(rover.GroundState, o.full(0.3), o)
+        sea = at_rest(rover.GroundState, o.full(0.3), o)
+        air = at_rest(plane.PlaneState, o.full(0.3), o)
         wind = (o.full(1.0), o.full(-2.0), o.full(0.0))
         ground = o.full(0.0)
         for tick in range(800):

@@ -6,11 +6,13 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
-from navigation_core.geometry import Vector3, horizontal_norm
+from navigation_core.geometry import Vector3
 
 # Least time in which a goal's speed, and its acceleration, are reached (see with_speed).
 _SPEED_UP_TIME_S = 1.5
 _JERK_TIME_S = 0.4
+# A direction with less than this of a component has none of it.
+_NONE = 1e-9
 
 
 class LimitsError(ValueError):
@@ -109,19 +111,20 @@ class Limits:
 
     def along(self, direction_enu: Vector3) -> AxisLimits:
         """Return the limits of a straight motion along a unit vector of the map frame."""
-        level = horizontal_norm(direction_enu)
-        rise = direction_enu[2]
+        east, north, up = direction_enu
+        level, rise = max(math.hypot(east, north), _NONE), max(abs(up), _NONE)
         ahead, back = (
             (self.speed_up_m_s, self.speed_down_m_s)
-            if rise >= 0.0
+            if up >= 0.0
             else (self.speed_down_m_s, self.speed_up_m_s)
         )
+        # Each is the length at which the direction first meets one of two bounds.
+        level_m_s = self.speed_horizontal_m_s / level
+        level_m_s2 = self.acceleration_horizontal_m_s2 / level
         return AxisLimits(
-            speed_forward_m_s=_share(self.speed_horizontal_m_s, level, ahead, rise),
-            speed_backward_m_s=_share(self.speed_horizontal_m_s, level, back, rise),
-            acceleration_m_s2=_share(
-                self.acceleration_horizontal_m_s2, level, self.acceleration_vertical_m_s2, rise
-            ),
+            speed_forward_m_s=min(level_m_s, ahead / rise),
+            speed_backward_m_s=min(level_m_s, back / rise),
+            acceleration_m_s2=min(level_m_s2, self.acceleration_vertical_m_s2 / rise),
             jerk_m_s3=self.jerk_m_s3,
         )
 
@@ -135,11 +138,3 @@ class Limits:
             north * factor,
             min(max(up, -self.speed_down_m_s), self.speed_up_m_s),
         )
-
-
-def _share(horizontal: float, level: float, vertical: float, rise: float) -> float:
-    """Return the length at which a direction first meets one of two bounds."""
-    rise = abs(rise)
-    across = horizontal / level if level > 1e-9 else math.inf
-    upright = vertical / rise if rise > 1e-9 else math.inf
-    return min(across, upright)

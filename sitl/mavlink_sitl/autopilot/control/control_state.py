@@ -21,8 +21,8 @@ class ControllerGains(NamedTuple):
     """PSC_VELXY_P"""
     velocity_xy_i: float = 1.0
     """PSC_VELXY_I"""
-    velocity_xy_d: float = 0.5
-    """PSC_VELXY_D"""
+    velocity_xy_d: float = 0.25
+    """PSC_NE_VEL_D of 2026; PSC_VELXY_D was 0.5 in 2025"""
     filter_xy_hz: float = 5.0
     """PSC_VELXY_FLTE and PSC_VELXY_FLTD"""
     position_z: float = 1.0
@@ -247,6 +247,20 @@ def retargeted(
         upright = upright._replace(
             down_m=put(upright.down_m, belief.down_m),
             velocity_down_m_s=put(upright.velocity_down_m_s, belief.velocity_down_m_s),
+        )
+    if g.unshaped:
+        level = level._replace(
+            north_m=put(level.north_m, g.north_m),
+            east_m=put(level.east_m, g.east_m),
+            velocity_north_m_s=put(level.velocity_north_m_s, g.velocity_north_m_s),
+            velocity_east_m_s=put(level.velocity_east_m_s, g.velocity_east_m_s),
+            acceleration_north_m_s2=put(level.acceleration_north_m_s2, g.acceleration_north_m_s2),
+            acceleration_east_m_s2=put(level.acceleration_east_m_s2, g.acceleration_east_m_s2),
+        )
+        upright = upright._replace(
+            down_m=put(upright.down_m, g.down_m),
+            velocity_down_m_s=put(upright.velocity_down_m_s, g.velocity_down_m_s),
+            acceleration_down_m_s2=put(upright.acceleration_down_m_s2, g.acceleration_down_m_s2),
         )
     if g.yaw_mode is YawMode.ANGLE:
         yaw_rad = put(yaw_rad, g.yaw_rad)

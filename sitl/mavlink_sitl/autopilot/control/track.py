@@ -9,19 +9,21 @@ faster than either leg. The recordings (`copter_auto_cleared`) show ArduCopter d
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
+from mavlink_sitl.autopilot.control.control_state import ControllerGains
 from mavlink_sitl.autopilot.control.straight_profile import LineProfile
 from mavlink_sitl.autopilot.control.track_time_scale import TrackTimeScale
-from mavlink_sitl.exchange import Limits, Vector
+from mavlink_sitl.exchange import Limits, Motion, Vector
 
 Motion3 = tuple[Vector, Vector, Vector]
 """Position, velocity, acceleration; NED, SI units"""
 
 
-JERK_SHARE = 0.9
-SNAP_S = 0.6
-"""The firmware limits the change of jerk, too: its jerk has less of an effect than its limit,
-and takes SNAP_S to change. Both fit the first leg of `copter_auto_cleared` to 0.1 m."""
+SNAP_S = 0.3
+"""Time in which the jerk changes: twice ATC_INPUT_TC (calc_scurve_jerk_and_snap)"""
+MARGIN = 0.05
+"""Share of its speed by which the vehicle may be slower than its track without delaying it"""
 
 
 class SmoothProfile:
@@ -78,7 +80,7 @@ class TrackLeg:
         )
         if length == 0.0:
             speed = acceleration = 1.0
-        line = LineProfile(length, speed, acceleration, jerk_m_s3 * JERK_SHARE)
+        line = LineProfile(length, speed, acceleration, jerk_m_s3)
         self.profile = SmoothProfile(line)
 
     def _speed_m_s(self) -> float:
@@ -112,18 +114,44 @@ class LegTrack:
         self.leg = leg
         self.pace = TrackTimeScale(leg.limits)
         self._seen_s = now_s
+        self._progress = 1.0
+        """Seconds of the track in a second"""
         self._late_s = 0.0
         """How much less time has passed for the track"""
         self._began_s = now_s
         self._next: TrackLeg | None = None
         self._next_began_s = 0.0
 
-    def advance(self, now_s: float, paused: bool) -> None:
-        """Let time pass, slower and slower while it is paused."""
+    def advance(self, now_s: float, paused: bool, motion: Motion, jerk_m_s3: float) -> None:
+        """Let time pass: slower while it is paused, and while the vehicle lags behind.
+
+        Args:
+            now_s: the time.
+            paused: whether the mission is.
+            motion: estimated position and velocity of the vehicle.
+            jerk_m_s3: WPNAV_JERK.
+        """
         dt_s, self._seen_s = now_s - self._seen_s, now_s
-        if dt_s > 0.0 and (paused or not self.pace.steady):
+        if dt_s <= 0.0:
+            return
+        # advance_wp_target_along_track of ArduPilot: 2.5 s to follow with default parameters.
+        filter_s = self.leg.limits.acceleration_xy_m_s2 / jerk_m_s3
+        wanted = self._keeping_up(now_s, motion)
+        self._progress += (wanted - self._progress) * min(dt_s / filter_s, 1.0)
+        if paused or not self.pace.steady:
             self.pace.advance(dt_s, paused)
-            self._late_s += (1.0 - self.pace.share) * dt_s
+        self._late_s += (1.0 - self._progress * self.pace.share) * dt_s
+
+    def _keeping_up(self, now_s: float, motion: Motion) -> float:
+        """The share of the track's speed that the vehicle has, less what it is behind."""
+        position, velocity, _ = self.at(now_s)
+        speed = math.hypot(*velocity)
+        if speed == 0.0:
+            return 1.0
+        behind = _along(_subtract(position, motion[:3]), velocity) / speed
+        real_m_s = _along(velocity, motion[3:6]) / speed
+        gain = ControllerGains().position_xy
+        return min(max(MARGIN + (real_m_s - gain * behind) / speed, 0.0), 1.0)
 
     def _remaining_s(self, track_s: float) -> float:
         return self._began_s + self.leg.profile.duration_s - track_s
@@ -216,6 +244,10 @@ class LegTrack:
                 _add(acceleration, a),
             )
         return position, velocity, acceleration
+
+
+def _along(a: Sequence[float], b: Sequence[float]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 def _times(a: Vector, factor: float) -> Vector:

@@ -30,7 +30,6 @@ from mavlink_sitl.mavlink.files.requests import (
     Burst,
     RefusedError,
     Request,
-    of_errno,
     packed,
 )
 from mavlink_sitl.mavlink.files.storage import Contents, StorageError
@@ -114,8 +113,6 @@ class FtpServer:
             given = self._do(request, idle)
         except RefusedError as error:
             kind, given = NAK, bytes(error.args)
-        except StorageError as error:
-            kind, given = NAK, of_errno(error.number)
         else:
             if given is None:
                 return
@@ -232,11 +229,9 @@ class FtpServer:
         last = burst.left == 1
         try:
             part = self._part(request, burst.part_bytes)
-        except (RefusedError, StorageError) as error:
-            refused = isinstance(error, RefusedError)
-            given = bytes(error.args) if refused else of_errno(error.number)  # type: ignore[union-attr]
+        except RefusedError as error:
             self._burst = None
-            self._reply(request.asker, packed(request, number, NAK, given))
+            self._reply(request.asker, packed(request, number, NAK, bytes(error.args)))
             return
         self._reply(request.asker, packed(request, number, ACK, part, last))
         ahead = replace(request, number=number, offset=request.offset + len(part))

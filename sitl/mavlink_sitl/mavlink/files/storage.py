@@ -6,20 +6,17 @@ import errno
 import posixpath
 from typing import Protocol
 
+from mavlink_sitl.mavlink.files.requests import RefusedError, of_errno
+
 BYTES_MAX = 4 << 20
 ENTRIES_MAX = 200
 
 
-class StorageError(Exception):
-    """A file operation that failed.
-
-    Attributes:
-        number: errno.
-    """
+class StorageError(RefusedError):
+    """A file operation that failed, by its errno."""
 
     def __init__(self, number: int) -> None:
-        super().__init__(errno.errorcode[number])
-        self.number = number
+        super().__init__(*of_errno(number))
 
 
 class Storage:

@@ -13,7 +13,7 @@ from pathlib import Path
 __all__ = ["PROGRAMS", "run_program"]
 
 PROGRAMS = frozenset(
-    {"navigation_client", "navigation_console", "navigation_nav2", "navigation_server"}
+    {"navigation_client", "navigation_console", "navigation_nav2", "navigation_server", "ros2"}
 )
 
 

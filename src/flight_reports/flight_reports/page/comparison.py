@@ -10,9 +10,9 @@ import numpy as np
 from flight_reports.analysis.flight import Flight
 from flight_reports.contents.log_reader import Floats
 from flight_reports.contents.track import Track, laid_into
-from flight_reports.page.figures import Figure, Trace, cursor, flown, line, map_layout, markers
+from flight_reports.page.figures import Figure, Trace, flown, line, markers
 from flight_reports.page.html import Markup, element, joined, number, table
-from flight_reports.page.page import Plots, page
+from flight_reports.page.page import Plots, beside, page
 from flight_reports.page.sections import not_in_the_log, replans
 from flight_reports.page.series import Row, points, stacked
 
@@ -64,16 +64,20 @@ def comparison_page(first: Flight, second: Flight) -> str:
     for letter, flight in zip(_LETTERS, flights, strict=True):
         if missing := not_in_the_log(flight):
             parts += [element("p", f"{letter}: {flight.path.name}", class_="note"), missing]
+    shown = None
     if any(len(track.time_s) for track in tracks):
-        parts += [
-            element("h3", "Map"),
-            plots.place("ab-map", _map(flights, tracks), "Both flights"),
-        ]
+        shown = plots.place_map("ab", _map(flights, tracks), "Both flights")
+        together = zip(flights, tracks, _COLOURS, alignment.times_s, strict=True)
+        for flight, track, colour, begin_s in together:
+            if len(track.time_s):
+                plots.follow("ab", flight, track, colour.removeprefix("@"), begin_s)
     parts += [
         element("h3", "Differences"),
         _differences(flights, alignment),
         element("h3", "Over time"),
-        plots.place("ab-time", _series(flights, alignment), "Both flights over time"),
+        beside(
+            shown, plots.place("ab-time", _series(flights, alignment), "Both flights over time")
+        ),
     ]
     title = f"{first.path.name} and {second.path.name}"
     return page(f"Two flights: {title}", element("section", *parts, id="ab"), plots)
@@ -131,8 +135,7 @@ def _map(flights: tuple[Flight, Flight], tracks: tuple[Track, Track]) -> Figure:
         if same and targets:
             texts = [f"goal of {letter}"] * len(targets)
             traces.append(markers(targets, texts, f"goals of {letter}", symbol="x", color=colour))
-    traces.append(cursor())
-    return {"data": traces, "layout": map_layout()}
+    return {"data": traces, "layout": {}}
 
 
 def _series(flights: tuple[Flight, Flight], alignment: Alignment) -> Figure:

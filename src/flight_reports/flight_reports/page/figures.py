@@ -136,7 +136,7 @@ def map_figure(flight: Flight, below: Sequence[Trace] = ()) -> Figure | None:
         return None
     traces = [*below, *_plans(flight), flown(track, "flown", "@track"), *_ends(track)]
     traces += [*_replans(flight), *_modes(flight), *_worth_a_look(flight), *_goals(flight)]
-    return {"data": [*traces, cursor()], "layout": map_layout()}
+    return {"data": traces, "layout": {}}
 
 
 def flown(track: Track, name: str, colour: str) -> Trace:
@@ -153,25 +153,6 @@ def flown(track: Track, name: str, colour: str) -> Trace:
         "line": {"color": colour, "width": 2.5},
         "hovertemplate": "%{customdata[0]:.1f} s<br>east %{x:.1f} m, north %{y:.1f} m, "
         f"up %{{customdata[1]:.1f}} m<br>%{{customdata[2]:.1f}} m/s<extra>{name}</extra>",
-    }
-
-
-def cursor() -> Trace:
-    """Return the marker of the other plot's cursor: none yet."""
-    look = {"symbol": "circle-open", "size": 16, "color": "@ink", "line": {"width": 3}}
-    return {**markers([], [], "cursor", **look), "showlegend": False, "hoverinfo": "skip"}
-
-
-def map_layout() -> Layout:
-    """Return the layout of a map: metres are as long to the east as to the north."""
-    return {
-        "height": 560,
-        "xaxis": {"title": {"text": "east (m)"}, "zeroline": False},
-        "yaxis": {"title": {"text": "north (m)"}, "scaleanchor": "x", "zeroline": False},
-        "hovermode": "closest",
-        "dragmode": "pan",
-        "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
-        "margin": {"l": 60, "r": 16, "t": 40, "b": 50},
     }
 
 

@@ -1,5 +1,8 @@
-"use strict";
-// Draws the plots of the page, in its colours, and leads from the tables into them.
+// Draws the plots and maps of the page, in its colours, and leads from one to the other.
+
+import { FlightMap } from "./flight_map.js";
+import { Player } from "./player.js";
+
 (() => {
   const errors = document.getElementById("errors");
   const tell = (text) => {
@@ -45,45 +48,69 @@
       hoverlabel: { ...painted.hoverlabel, bgcolor: colour("raised"), bordercolor: colour("rule"), font: { color: colour("ink") } } };
   };
 
-  const draw = () => Promise.all(Object.entries(figures).map(([id, figure]) =>
+  const plots = Object.entries(figures).filter(([id]) => !id.endsWith("-map"));
+  const draw = () => Promise.all(plots.map(([id, figure]) =>
     Plotly.react(id, paint(figure.data), layoutOf(figure.layout, id), config)));
 
-  const pointAt = (section, time) => {
-    const track = tracks[section], map = figures[`${section}-map`];
-    if (!track || !map) return;
-    const places = Array.isArray(track) ? track : [track];
-    const found = places.map((place) => {
-      const after = place.t.findIndex((t) => t >= time);
-      return after < 0 ? place.t.length - 1 : after;
-    });
-    Plotly.restyle(`${section}-map`, { x: [places.map((p, i) => p.x[found[i]])],
-      y: [places.map((p, i) => p.y[found[i]])] }, [map.data.length - 1]);
+  // Where a time is in a plot, and the other way round.
+  const axis = (plot) => {
+    const { margin, xaxis } = plot.layout, [begin, end] = xaxis.range;
+    const perUnit = (plot.clientWidth - margin.l - margin.r) / (end - begin);
+    return { begin, end, place: (time) => margin.l + (time - begin) * perUnit, time: (place) => begin + (place - margin.l) / perUnit };
+  };
+  const mark = (plot, line, time) => {
+    const { begin, end, place } = axis(plot);
+    line.hidden = time < begin || time > end;
+    line.style.left = `${place(time)}px`;
   };
 
-  const follow = () => {
-    for (const section of Object.keys(tracks)) {
-      document.getElementById(`${section}-time`).on("plotly_hover", (event) => pointAt(section, event.xvals ? event.xvals[0] : event.points[0].x));
-    }
+  const maps = [];
+  const show = (id) => {
+    const section = id.replace(/-map$/, ""), places = tracks[section] ?? [];
+    const plot = document.getElementById(`${section}-time`), [begin, end] = figures[`${section}-time`].layout.xaxis.range;
+    const map = new FlightMap(document.getElementById(id), figures[id], places);
+    const player = new Player(document.getElementById(`${section}-player`), begin, end);
+    const line = Object.assign(document.createElement("div"), { className: "now" });
+    plot.append(line);
+    const moved = () => { map.show(player.time); mark(plot, line, player.time); };
+    const timeOf = ({ event }) => axis(plot).time(event.clientX - plot.getBoundingClientRect().left);
+    const go = (time) => { player.play(false); player.set(time); };
+    player.addEventListener("time", moved);
+    map.addEventListener("time", ({ detail }) => go(detail));
+    plot.on("plotly_click", (event) => go(timeOf(event)));
+    plot.on("plotly_hover", (event) => map.point(timeOf(event)));
+    plot.on("plotly_unhover", () => map.point(-Infinity));
+    plot.on("plotly_afterplot", () => mark(plot, line, player.time));
     document.addEventListener("click", (event) => {
       const link = event.target.closest("a.at");
-      if (!link) return;
-      const { section, time } = link.dataset, at = Number(time), id = `${section}-time`;
-      const shapes = (layoutOf(figures[id].layout, id).shapes || []).concat({ type: "line", xref: "x",
-        yref: "paper", x0: at, x1: at, y0: 0, y1: 1, line: { color: colour("ink"), width: 2 } });
-      Plotly.relayout(id, { "xaxis.range": [at - shownAround, at + shownAround], shapes });
-      pointAt(section, at);
+      if (link?.dataset.section !== section) return;
+      const at = Number(link.dataset.time);
+      Plotly.relayout(plot, { "xaxis.range": [at - shownAround, at + shownAround] });
+      go(at);
     });
+    maps.push(map);
+    moved();
+  };
+
+  const theme = () => {
+    document.documentElement.dataset.theme = Object.keys(fixed).length || !dark.matches ? "day" : "night";
+    for (const map of maps) map.paint();
+  };
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const follow = () => {
+    Object.keys(figures).filter((id) => id.endsWith("-map")).forEach(show);
+    theme();
   };
 
   const done = () => {
     document.documentElement.dataset.drawn = document.querySelectorAll(".plot .main-svg").length;
   };
   draw().then(follow).then(done).catch((error) => tell(String(error)));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  dark.addEventListener("change", () => { draw(); theme(); });
   // Paper is white, whatever the screen is.
   const onPaper = { paper: "#fff", ink: "#111", soft: "#444", rule: "#ccc", grid: "#e6e6e6", raised: "#fff",
     track: "#0072b2", second: "#a65600", plan: "#7a5195", goal: "#00795a", mode: "#55606e", bad: "#c23b00",
     warn: "#8a6100", other: "#d55e00", tint1: "#d6e8f5", tint2: "#fbe5cf", tint3: "#d8efe6", faint: "#999" };
-  addEventListener("beforeprint", () => { fixed = onPaper; draw(); });
-  addEventListener("afterprint", () => { fixed = {}; draw(); });
+  addEventListener("beforeprint", () => { fixed = onPaper; draw(); theme(); });
+  addEventListener("afterprint", () => { fixed = {}; draw(); theme(); });
 })();

@@ -15,7 +15,7 @@ from flight_reports.page.figures import Figure, Layout, Trace, line, moment_colo
 _ROW_PX = 150
 _STRIP_PX = 92
 _SPACE_PX = 16
-_BOTTOM_PX = 84
+_BOTTOM_PX = 104
 _LINES_MAX = 40
 # Larger distances are not drawn.
 _CLEARANCE_MAX_M = 10.0

@@ -26,6 +26,8 @@ _ROUNDING_M = 0.01
 # Walls farther away do not affect paths around sensed obstacles, and slow down planning.
 _WALLS_REACH_M = 60.0
 _WALLS_STEP_M = 10.0
+# Within this distance of the flight volume's rim, that has walls.
+_RIM_NEAR_M = 2.0 * _WALLS_REACH_M
 
 
 class StandingObstacles:
@@ -101,15 +103,17 @@ class StandingObstacles:
             place: position of the vehicle, east and north.
         """
         fence_holds = fence is not None and (place is None or fence.allows(place))
-        volume_holds = place is None or math.hypot(*place) <= volume.radius_max_m
+        # A rim that is far away has no wall among those that are looked at.
+        rim_m = volume.radius_max_m - math.hypot(*(place or (0.0, 0.0)))
+        is_at_rim = 0.0 <= rim_m < _RIM_NEAR_M
         clearance_m = self._config.vehicle_radius_m + self._config.margin_m + _ROUNDING_M
-        key = (fence, fence_margin_m, volume, fence_holds, volume_holds, clearance_m)
+        key = (fence, fence_margin_m, volume, fence_holds, is_at_rim, clearance_m)
         if key != self._walls_key:
             self.fence, self._walls_key, self._walls_about = fence, key, None
             walls: tuple[KnownObstacle, ...] = ()
             if fence is not None and fence_holds:
                 walls += fence_walls(fence, clearance_m - fence_margin_m)
-            if volume_holds:
+            if is_at_rim:
                 rim = Fence(areas=(CircleArea((0.0, 0.0), volume.radius_max_m),))
                 walls += fence_walls(rim, clearance_m)
             self._all_walls = Obstacles.of(walls)

@@ -118,7 +118,7 @@ class SpeedAtBounds:
                 share = min(allowed_m_s / level_m_s, 1.0)
             if braking.turn_m > 0.0:
                 share = min(share, self._turn_share(place, course, level_m_s, braking))
-        if self.flies:
+        if self.flies and up:
             below_m, above_m = self._heights(position_enu_m[2], ground_enu_m)
             up = min(up, stopping_speed_m_s(above_m, reaction_s, braking.vertical_m_s2))
             up = max(up, -stopping_speed_m_s(below_m, reaction_s, braking.vertical_m_s2))

@@ -13,17 +13,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
-from navigation_core.geometry import (
-    ZERO,
-    KinematicState,
-    Vector3,
-    add,
-    dot,
-    norm,
-    scale,
-    subtract,
-)
+from navigation_core.geometry import KinematicState
 
 __all__ = ["Following", "Shaping", "held"]
 
@@ -44,7 +36,7 @@ class Shaping:
     acceleration_m_s2: float
     jerk_m_s3: float
 
-    @property
+    @cached_property
     def velocity_gain_1_s(self) -> float:
         """Acceleration for each m/s by which its velocity differs from the wanted one."""
         return self.jerk_m_s3 / self.acceleration_m_s2
@@ -85,38 +77,27 @@ def held(state: KinematicState, following: Following, timeout_s: float) -> Kinem
     x, y, z = state.position_enu_m
     v_x, v_y, v_z = state.velocity_enu_m_s
     a_x, a_y, a_z = state.acceleration_enu_m_s2
-    ahead, velocity, acceleration = _held(
-        (v_x, v_y, 0.0), (a_x, a_y, 0.0), following.horizontal, timeout_s
-    )
-    rising_m_s = v_z + a_z / following.vertical.velocity_gain_1_s
-    above_m = math.copysign(following.vertical.distance_m(abs(rising_m_s)), rising_m_s)
-    position = (x + ahead[0], y + ahead[1], z + above_m)
-    return KinematicState(position, velocity, acceleration)
-
-
-def _held(
-    velocity: Vector3, acceleration: Vector3, shaping: Shaping, timeout_s: float
-) -> tuple[Vector3, Vector3, Vector3]:
-    """Return offset of the position, velocity and acceleration to send, over ground."""
-    gain, speed_m_s = shaping.velocity_gain_1_s, norm(velocity)
-    sent_velocity, sent_acceleration = velocity, ZERO
+    level, upright = following.horizontal, following.vertical
+    sent_x, sent_y, sent_a_x, sent_a_y = v_x, v_y, 0.0, 0.0
+    speed_m_s = math.sqrt(v_x * v_x + v_y * v_y)
     if speed_m_s > _STANDS_M_S:
-        course = scale(velocity, 1.0 / speed_m_s)
-        braking_m_s2 = max(-dot(acceleration, course), 0.0)
+        course_x, course_y = v_x / speed_m_s, v_y / speed_m_s
+        braking_m_s2 = max(-(a_x * course_x + a_y * course_y), 0.0)
         if braking_m_s2 * timeout_s > speed_m_s:
             # A lower velocity brakes, too: it and its own brake make up the whole.
-            share = 1.0 - 1.0 / max(gain * timeout_s, _GAIN_MIN)
-            slower_m_s = (speed_m_s - braking_m_s2 / gain) / share
+            share = 1.0 - 1.0 / max(level.velocity_gain_1_s * timeout_s, _GAIN_MIN)
+            slower_m_s = (speed_m_s - braking_m_s2 / level.velocity_gain_1_s) / share
             slower_m_s = min(max(slower_m_s, 0.0), speed_m_s)
-            sent_velocity = scale(course, slower_m_s)
+            sent_x, sent_y = slower_m_s * course_x, slower_m_s * course_y
             braking_m_s2 = slower_m_s / timeout_s
-        sent_acceleration = scale(course, -braking_m_s2)
+        sent_a_x, sent_a_y = -braking_m_s2 * course_x, -braking_m_s2 * course_y
     # By how much the position has to make it faster.
-    lacking = add(
-        subtract(velocity, sent_velocity),
-        scale(subtract(acceleration, sent_acceleration), 1.0 / gain),
-    )
-    lacking_m_s = norm(lacking)
-    ahead_m = shaping.distance_m(lacking_m_s)
-    ahead = scale(lacking, ahead_m / lacking_m_s) if lacking_m_s > 0.0 else lacking
-    return ahead, sent_velocity, sent_acceleration
+    lacking_x = v_x - sent_x + (a_x - sent_a_x) / level.velocity_gain_1_s
+    lacking_y = v_y - sent_y + (a_y - sent_a_y) / level.velocity_gain_1_s
+    lacking_m_s = math.sqrt(lacking_x * lacking_x + lacking_y * lacking_y)
+    if lacking_m_s > 0.0:
+        ahead_s = level.distance_m(lacking_m_s) / lacking_m_s
+        x, y = x + ahead_s * lacking_x, y + ahead_s * lacking_y
+    rising_m_s = v_z + a_z / upright.velocity_gain_1_s
+    z += math.copysign(upright.distance_m(abs(rising_m_s)), rising_m_s)
+    return KinematicState((x, y, z), (sent_x, sent_y, 0.0), (sent_a_x, sent_a_y, 0.0))

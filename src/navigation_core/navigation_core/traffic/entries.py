@@ -1,4 +1,4 @@
-"""What is known of the reservations of each vehicle, and what it asks for."""
+"""The reservations of each vehicle as they are known, and the questions for more."""
 
 from __future__ import annotations
 

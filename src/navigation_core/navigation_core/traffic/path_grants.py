@@ -1,4 +1,4 @@
-"""How much of a path a vehicle may hold: what is free, and what other servers agree to."""
+"""Grants parts of a path: those that are free, and that other servers agree to."""
 
 from __future__ import annotations
 

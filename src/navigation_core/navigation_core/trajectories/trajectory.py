@@ -71,7 +71,7 @@ class Trajectory:
         start: state at its beginning.
         end_position_enu_m: where it comes to rest.
         duration_s: time it takes.
-        limits: what its end was planned with; see :meth:`limits_at`.
+        limits: what its end was planned with; see :meth:`at`.
     """
 
     start: KinematicState
@@ -86,10 +86,20 @@ class Trajectory:
         Args:
             t_s: time since the beginning of the trajectory.
         """
-        if t_s <= 0.0:
-            return self.start
-        piece, since_s = self._piece_at(t_s)
-        return KinematicState(self.end_position_enu_m) if piece is None else piece.sample(since_s)
+        return self.at(t_s)[0]
+
+    def at(self, t_s: float) -> tuple[KinematicState, Limits]:
+        """Return the state at a time, as :meth:`sample` does, and what it was planned with.
+
+        A route may be slower on one of its legs.
+        """
+        since_s = t_s
+        for piece in self._pieces:
+            if since_s < piece.duration_s:
+                return (piece.sample(since_s) if t_s > 0.0 else self.start), piece.limits
+            since_s -= piece.duration_s
+        end = KinematicState(self.end_position_enu_m)
+        return (end if t_s > 0.0 else self.start), self.limits
 
     def samples(self, times_s: Array) -> tuple[Array, Array, Array]:
         """Return the states at many times: positions, velocities and accelerations, all (N, 3).
@@ -117,19 +127,6 @@ class Trajectory:
             begin_s = float(end_s)
         positions[max(bounds) :] = self.end_position_enu_m
         return positions, velocities, accelerations
-
-    def limits_at(self, t_s: float) -> Limits:
-        """Return what it was planned with at a time: a route may be slower on one of its legs."""
-        piece, _ = self._piece_at(t_s)
-        return self.limits if piece is None else piece.limits
-
-    def _piece_at(self, t_s: float) -> tuple[Piece | None, float]:
-        """Return the piece of a time and the time since its beginning; None after the end."""
-        for piece in self._pieces:
-            if t_s < piece.duration_s:
-                return piece, t_s
-            t_s -= piece.duration_s
-        return None, t_s
 
     def then(self, following: Trajectory) -> Trajectory:
         """Return this motion and, from its standstill on, another one."""

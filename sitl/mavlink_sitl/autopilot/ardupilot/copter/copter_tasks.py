@@ -42,7 +42,13 @@ class CopterTask(AutoTask):
         """Hand on a moving reference, NED; the nose looks where it goes."""
         guidance = self.auto.hold_guidance().at(place).moving(velocity, acceleration)
         self.auto.guide(
-            replace(guidance, restart_xy=begins, restart_z=begins, yaw_mode=YawMode.LOOK_AHEAD)
+            replace(
+                guidance,
+                restart_xy=begins,
+                restart_z=begins,
+                unshaped=True,
+                yaw_mode=YawMode.LOOK_AHEAD,
+            )
         )
 
 
@@ -98,8 +104,7 @@ class FlyTo(CopterTask):
     def __init__(self, auto: LegAuto, item: PlanItem, start: Vector, target: Vector) -> None:
         super().__init__(auto, item)
         self.target = target
-        jerk = max(self.vehicle.parameters["WPNAV_JERK"], 0.1)
-        self.leg = TrackLeg(start, target, self.vehicle.navigator.limits(), jerk)
+        self.leg = self._leg_from(start)
         self.track = LegTrack(self.leg, self.vehicle.now_s)
         self.following: FlyTo | None = None
         self._arrived_s: float | None = None
@@ -107,6 +112,12 @@ class FlyTo(CopterTask):
         self.stay_s = max(item.params[0], 0.0)
         if item.command == Cmd.LOITER_UNLIM:
             self.stay_s = math.inf
+
+    def _jerk_m_s3(self) -> float:
+        return max(self.vehicle.parameters["WPNAV_JERK"], 0.1)
+
+    def _leg_from(self, start: Vector) -> TrackLeg:
+        return TrackLeg(start, self.target, self.vehicle.navigator.limits(), self._jerk_m_s3())
 
     def continue_from(self, old: FlyTo) -> None:
         """Round the corner from the leg before."""
@@ -131,9 +142,7 @@ class FlyTo(CopterTask):
     def restart(self) -> None:
         """From where the vehicle can stop, as after a pause with new limits."""
         copter = self.vehicle
-        start = stopping_point(copter)
-        jerk = max(copter.parameters["WPNAV_JERK"], 0.1)
-        self.leg = TrackLeg(start, self.target, copter.navigator.limits(), jerk)
+        self.leg = self._leg_from(stopping_point(copter))
         self.track = LegTrack(self.leg, copter.now_s)
         self.following = None
         self._restarted = True
@@ -149,7 +158,7 @@ class FlyTo(CopterTask):
             if self.following is not None:
                 radius = copter.parameters["WPNAV_RADIUS"] / 100.0
                 self.track.offer(self.following.leg, radius, copter.now_s)
-        self.track.advance(copter.now_s, self.auto.paused)
+        self.track.advance(copter.now_s, self.auto.paused, copter.motion, self._jerk_m_s3())
         position, velocity, acceleration = self.track.at(copter.now_s)
         self.follow(position, velocity, acceleration, begins=self._restarted)
         self._restarted = False

@@ -113,7 +113,7 @@ export class Map2D extends LocalMap {
     this.waypoints(context, this.route.points, c.draft, c, true);
     if (scene.vehicle) this.arrow(context, scene.vehicle, scene.old ? c.other : c.vehicle, 13, "", c);
     if (this.cross) this.crossHair(context, c);
-    this.north(context, width, c);
+    this.north(context, width - 40, c);
   }
 
   // Fills and strokes the path that was begun.
@@ -156,6 +156,26 @@ export class Map2D extends LocalMap {
     context.lineWidth = 2;
     this.stroke(context, [[px - 7, py], [px, py - 8], [px + 7, py], [px + 5, py], [px + 5, py + 7], [px - 5, py + 7], [px - 5, py], [px - 7, py]], c.home);
     label(context, "home", px + 10, py + 14, c.soft, c.halo);
+  }
+
+  arrow(context, vehicle, colour, size, name, c) {
+    const [px, py] = this.toScreen(vehicle.at[0], vehicle.at[1]);
+    context.save();
+    context.translate(px, py);
+    context.rotate(-(vehicle.yaw ?? Math.PI / 2));
+    context.beginPath();
+    context.moveTo(size, 0);
+    context.lineTo(-size * 0.8, size * 0.65);
+    context.lineTo(-size * 0.4, 0);
+    context.lineTo(-size * 0.8, -size * 0.65);
+    context.closePath();
+    context.fillStyle = colour;
+    context.fill();
+    context.lineWidth = 2;
+    context.strokeStyle = c.halo;
+    context.stroke();
+    context.restore();
+    if (name) label(context, name, px + size + 2, py + 4, colour, c.halo);
   }
 
   waypoints(context, points, colour, c, drawn) {

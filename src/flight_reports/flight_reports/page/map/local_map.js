@@ -27,7 +27,7 @@ export class LocalMap extends EventTarget {
       doubleClickZoom: false, boxZoom: false, zoomAnimation: false, fadeAnimation: false, trackResize: false,
     });
     const pane = this.leaflet.createPane("drawing");
-    pane.style.zIndex = 450;
+    pane.style.zIndex = 350;
     pane.style.pointerEvents = "none";
     this.canvas = document.createElement("canvas");
     pane.append(this.canvas);
@@ -158,28 +158,7 @@ export class LocalMap extends EventTarget {
     context.setLineDash([]);
   }
 
-  arrow(context, vehicle, colour, size, name, c) {
-    const [px, py] = this.toScreen(vehicle.at[0], vehicle.at[1]);
-    context.save();
-    context.translate(px, py);
-    context.rotate(-(vehicle.yaw ?? Math.PI / 2));
-    context.beginPath();
-    context.moveTo(size, 0);
-    context.lineTo(-size * 0.8, size * 0.65);
-    context.lineTo(-size * 0.4, 0);
-    context.lineTo(-size * 0.8, -size * 0.65);
-    context.closePath();
-    context.fillStyle = colour;
-    context.fill();
-    context.lineWidth = 2;
-    context.strokeStyle = c.halo;
-    context.stroke();
-    context.restore();
-    if (name) label(context, name, px + size + 2, py + 4, colour, c.halo);
-  }
-
-  north(context, width, c) {
-    const x = width - 40;
+  north(context, x, c) {
     context.lineWidth = 2;
     this.stroke(context, [[x, 52], [x, 24], [x - 6, 34], [x, 24], [x + 6, 34]], c.ink);
     label(context, "N", x - 4, 18, c.ink, c.halo);

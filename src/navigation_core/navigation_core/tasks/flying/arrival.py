@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from navigation_core.geometry import distance, wrap_angle
 from navigation_core.outcomes import OutcomeCode
@@ -51,6 +52,14 @@ class Arrival:
         """Forget all that was seen."""
         self._dwell.reset()
         self._still.reset()
+
+    def level(self, observation: Observation) -> Observation:
+        """Put what drives at the height of its goal: the home that heights count from moves."""
+        position = observation.position_enu_m
+        if self._traits.flies or position is None:
+            return observation
+        place = (position[0], position[1], self.goal.position_enu_m[2])
+        return replace(observation, position_enu_m=place)
 
     def error_m(self, observation: Observation) -> float | None:
         """Return how far the stop is; None without a position."""

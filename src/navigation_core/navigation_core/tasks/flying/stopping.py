@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from navigation_core.geometry import norm
-from navigation_core.tasks.conditions import Requester
+from navigation_core.tasks.conditions import Dwell, Requester
+from navigation_core.tasks.departure import Departure, is_pending
 from navigation_core.tasks.flying.arrival import Arrival
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Wait
@@ -17,6 +18,18 @@ from navigation_core.tasks.phased_task import Answer
 from navigation_core.tasks.phases import Phase
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.traits import Traits
+
+FLYING = frozenset(
+    {
+        Phase.NAVIGATING,
+        Phase.SETTLING,
+        Phase.BLOCKED,
+        Phase.HOLDING,
+        Phase.PAUSED,
+        Phase.STOPPING,
+    }
+)
+"""The phases in which the vehicle is led by setpoints"""
 
 # A setpoint slower than this has come to its end.
 _STANDS_M_S = 0.01
@@ -34,6 +47,7 @@ class FlightParts:
         follower: leads along the path.
         arrival: judges the distance to the stop.
         still: judges whether the vehicle stands.
+        landed: judges whether it has been on the ground for long.
     """
 
     config: GotoConfig
@@ -42,24 +56,40 @@ class FlightParts:
     follower: PathFollower
     arrival: Arrival
     still: Standstill
+    landed: Dwell
+
+    def forget(self) -> None:
+        """Drop what a time without steps makes worthless."""
+        self.follower.sent.outdate()
+        self.arrival.forget()
+        self.still.reset()
+        self.landed.reset()
 
 
 class Stopping:
     """The phases after the flight, or instead of it."""
 
     def __init__(
-        self, parts: FlightParts, ending: Outcome, armed_for_us: bool, since_s: float
+        self,
+        parts: FlightParts,
+        ending: Outcome,
+        departure: Departure,
+        observation: Observation,
+        now: float,
     ) -> None:
         """Begin to stop.
 
         Args:
             parts: of the flight that is stopped.
             ending: the outcome that it is stopped for.
-            armed_for_us: whether the vehicle was armed for this flight, and is to be disarmed.
-            since_s: the time now.
+            departure: what was asked of the vehicle before the flight.
+            observation: what is known.
+            now: time in seconds.
         """
-        self._parts, self._ending, self._armed_for_us = parts, ending, armed_for_us
-        self._since_s = since_s
+        self._parts, self._ending = parts, ending
+        # A vehicle that was armed for this flight is to be disarmed.
+        self._armed_for_us = departure.arming_asked or _is_arming(observation)
+        self._since_s = now
         self._watched_s: float | None = None
         parts.still.reset()
 
@@ -138,6 +168,40 @@ class Stopping:
     def ended(self, text: str, observation: Observation) -> Outcome:
         """Return the outcome that the stop was for, and how the stop went."""
         return self._ending.after(text, self._parts.arrival.error_m(observation))
+
+
+def first_phase(
+    parts: FlightParts, departure: Departure, phase: Phase, by_itself: bool, now: Observation
+) -> Phase | None:
+    """Return the phase that a stop begins with; None if nothing is to be stopped.
+
+    Args:
+        parts: of the flight that is stopped.
+        departure: its operations.
+        phase: its phase.
+        by_itself: whether the vehicle moves by itself, as a replaced goal asked for.
+        now: what is known.
+    """
+    preparing, moves = phase is Phase.PREPARING, departure.moves(now)
+    inherited = preparing and parts.follower.sent.commanded is not None
+    # It has come out of another mode just now, perhaps at speed.
+    taken = preparing and parts.requests.current is not None and moves
+    if phase in FLYING or (now.in_control and (inherited or taken)):
+        return Phase.STOPPING
+    taking_off = phase is Phase.TAKING_OFF or is_pending(now, TaskOperation.TAKE_OFF)
+    asked = departure.arming_asked or departure.take_off_asked
+    # It would get into a mode without setpoints, in which a PX4 soon returns by itself.
+    taking_control = now.airborne is True and is_pending(now, TaskOperation.TAKE_CONTROL)
+    moves_by_itself = by_itself and not now.in_control and moves
+    if taking_off or asked or taking_control or moves_by_itself or _is_arming(now):
+        return Phase.DISARMING
+    return None
+
+
+def _is_arming(observation: Observation) -> bool:
+    """Whether the vehicle arms or disarms, perhaps because of a replaced goal."""
+    kinds = (TaskOperation.ARM, TaskOperation.DISARM)
+    return any(is_pending(observation, kind) for kind in kinds)
 
 
 def led(parts: FlightParts, observation: Observation) -> Intent:

@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 
 from navigation_core.geometry import (
+    ZERO,
     KinematicState,
     Vector3,
     across,
-    add,
     dot,
     limit_norm,
     norm,
     scale,
     slew_angle,
     subtract,
-    unit,
     wrap_angle,
 )
 from navigation_core.tasks.goto_config import GotoConfig
@@ -33,6 +32,8 @@ _HURRY_SHARE = 1.03
 # Smoothing of the rate that the time remaining is divided by, and its floor.
 _RATE_AVERAGE_S = 2.0
 _RATE_FLOOR = 0.1
+# Slower than this, a velocity has no direction.
+_MOVES_M_S = 1e-6
 # Trajectory time that counts as progress.
 _PROGRESS_S = 0.5
 
@@ -86,8 +87,8 @@ class Carrot:
         self._stalled_at_s = time_s
         self.rate = 1.0
         self._rate_average = 1.0
-        self.nominal = self.state = trajectory.sample(time_s)
-        self._limits = trajectory.limits_at(time_s)
+        self.nominal, self._limits = trajectory.at(time_s)
+        self.state = self.nominal
         self._yaw_rate_rad_s = trajectory.limits.yaw_rate_rad_s
         self._driven: DrivenPath | None = None
 
@@ -134,7 +135,7 @@ class Carrot:
     @property
     def stalled_s(self) -> float:
         """Time since the carrot last made progress; 0 once it has come to its end."""
-        return 0.0 if self.ended else self._stalled_s
+        return self._stalled_s if self.time_s < self.trajectory.duration_s else 0.0
 
     @property
     def ended(self) -> bool:
@@ -144,7 +145,8 @@ class Carrot:
     @property
     def arrived(self) -> bool:
         """Whether the trajectory and the turn have come to their end."""
-        return self.ended and self.yaw_enu_rad == self._yaw_goal_enu_rad
+        turned = self.yaw_enu_rad == self._yaw_goal_enu_rad
+        return turned and self.time_s >= self.trajectory.duration_s
 
     @property
     def distance_remaining_m(self) -> float:
@@ -221,52 +223,49 @@ class Carrot:
     def _stand_at(self, time_s: float) -> None:
         if time_s != self.time_s:
             self.time_s = time_s
-            self.nominal = self.trajectory.sample(time_s)
-            self._limits = self.trajectory.limits_at(time_s)
+            self.nominal, self._limits = self.trajectory.at(time_s)
 
     def _next_rate(self, dt_s: float, position_enu_m: Vector3 | None, rate_max: float) -> float:
         velocity_enu_m_s = self.nominal.velocity_enu_m_s
-        wanted = rate_max
-        if position_enu_m is not None:
-            error_max_m = self._config.tracking_error_max_m
-            room_m = error_max_m - self._lag_m(position_enu_m)
-            wanted = min(max(room_m / (error_max_m * (1.0 - _FREE_SHARE)), 0.0), rate_max)
-        change = _RATE_CHANGE_PER_S
-        course = unit(velocity_enu_m_s)
-        if course is not None:
+        speed_m_s = norm(velocity_enu_m_s)
+        wanted, change, course = rate_max, _RATE_CHANGE_PER_S, ZERO
+        if speed_m_s > _MOVES_M_S:
+            course = scale(velocity_enu_m_s, 1.0 / speed_m_s)
             axis = self._limits.along(course)
-            speed_m_s = norm(velocity_enu_m_s)
             change = min(change, axis.acceleration_m_s2 / speed_m_s)
-            if position_enu_m is not None:
-                behind_m = dot(subtract(self.state.position_enu_m, position_enu_m), course)
-                hurry_m_s = self._config.following_gain_per_s * behind_m
+        if position_enu_m is not None:
+            config, offset = self._config, subtract(self.state.position_enu_m, position_enu_m)
+            behind_m = dot(offset, course)
+            room_m = config.tracking_error_max_m - self._lag_m(offset, behind_m, course, speed_m_s)
+            free_m = config.tracking_error_max_m * (1.0 - _FREE_SHARE)
+            wanted = min(max(room_m / free_m, 0.0), rate_max)
+            if speed_m_s > _MOVES_M_S:
                 allowed_m_s = _HURRY_SHARE * axis.speed_forward_m_s
+                hurry_m_s = config.following_gain_per_s * behind_m
                 wanted = min(wanted, max((allowed_m_s - hurry_m_s) / speed_m_s, 0.0))
         return min(max(wanted, self.rate - change * dt_s), self.rate + change * dt_s)
 
-    def _lag_m(self, position_enu_m: Vector3) -> float:
+    def _lag_m(self, offset: Vector3, behind_m: float, course: Vector3, speed_m_s: float) -> float:
         """Return how far the vehicle is behind or beside the setpoint; ahead does not count."""
-        offset = subtract(self.state.position_enu_m, position_enu_m)
-        course = unit(self.state.velocity_enu_m_s)
-        if course is None:
+        led_m_s = self.rate * speed_m_s
+        if led_m_s < _MOVES_M_S:
             return norm(offset)
-        natural_m = self._config.tracking_lag_s * norm(self.state.velocity_enu_m_s)
-        behind_m = max(dot(offset, course) - natural_m, 0.0)
-        return math.hypot(behind_m, norm(across(offset, course)))
+        late_m = max(behind_m - self._config.tracking_lag_s * led_m_s, 0.0)
+        return math.hypot(late_m, norm(across(offset, course)))
 
     def _scaled(self, nominal: KinematicState, rate_change_per_s: float) -> KinematicState:
-        velocity = nominal.velocity_enu_m_s
-        acceleration = add(
-            scale(nominal.acceleration_enu_m_s2, self.rate * self.rate),
-            scale(velocity, rate_change_per_s),
+        gain, limits = self.rate * self.rate, self._limits
+        v_x, v_y, v_z = velocity = nominal.velocity_enu_m_s
+        a_x, a_y, a_z = nominal.acceleration_enu_m_s2
+        acceleration = (
+            a_x * gain + v_x * rate_change_per_s,
+            a_y * gain + v_y * rate_change_per_s,
+            a_z * gain + v_z * rate_change_per_s,
         )
-        limits = self._limits
         ceiling = max(
             norm(nominal.acceleration_enu_m_s2),
             math.hypot(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2),
         )
         return KinematicState(
-            nominal.position_enu_m,
-            scale(velocity, self.rate),
-            limit_norm(acceleration, ceiling),
+            nominal.position_enu_m, scale(velocity, self.rate), limit_norm(acceleration, ceiling)
         )

@@ -9,8 +9,9 @@ even that helps, the vehicle stops first.
 
 from __future__ import annotations
 
+import bisect
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 
@@ -21,9 +22,11 @@ from navigation_core.geometry import (
     ZERO,
     KinematicState,
     Vector3,
+    add,
     distance,
     norm,
     scale,
+    unit_between,
 )
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacles import Obstacles
@@ -32,7 +35,6 @@ from navigation_core.planning.planner import NoPath, PlanLimits, plan
 from navigation_core.safety.braking import must_brake, stopping_ends
 from navigation_core.searches import IsWanted
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
-from navigation_core.tasks.leading.path_lines import Via, gentler
 from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint, RouteTrajectory, plan_route
 from navigation_core.trajectories.trajectory import Trajectory, plan_stop
@@ -53,6 +55,12 @@ _STRAY_LEAST_SHARE = 0.5
 # How far it steers to either side to see whether it can leave a place that is too near to an
 # obstacle, and by how much it may come nearer.
 _STEERED_RAD, _STEERED_POINTS, _NEARER_MAX_M = 1.2, 6, 0.05
+# Shares of speed and corner with which a line with faults is flown again.
+_SPEED_FACTOR, _CORNER_FACTOR = 0.55, 0.4
+# A corner that is cut by less is a stop; slower than this a flight helps nobody.
+_CORNER_MIN_M, _SPEED_MIN_M_S = 0.08, 0.4
+# Allowance of a point on a straight line, which is not cut at all.
+_ON_THE_LINE_M = 0.5
 
 
 @dataclass(frozen=True)
@@ -85,6 +93,14 @@ def braking_limits(traits: Traits, limits: Limits) -> Limits:
         return limits
     braking_m_s2 = min(limits.acceleration_horizontal_m_s2, traits.braking_m_s2)
     return replace(limits, acceleration_horizontal_m_s2=braking_m_s2)
+
+
+@dataclass(frozen=True)
+class _Via:
+    """A point on the path, and whether it was asked for or is there because of obstacles."""
+
+    point: RoutePoint
+    asked: bool
 
 
 class _Fault(Enum):
@@ -273,7 +289,7 @@ class PathPlanner:
         points: Sequence[RoutePoint],
         obstacles: Obstacles,
         extra_m: float,
-    ) -> list[Via] | NoPath:
+    ) -> list[_Via] | NoPath:
         """Plan the straight lines from point to point."""
         limits = PlanLimits(
             self._config.plan_clearance_m + extra_m,
@@ -290,8 +306,8 @@ class PathPlanner:
             if isinstance(path, NoPath):
                 return path
             corners = path.points_enu_m[1:-1]
-            vias += [Via(RoutePoint(corner, corner_m, point.limits), False) for corner in corners]
-            vias.append(Via(point, True))
+            vias += [_Via(RoutePoint(corner, corner_m, point.limits), False) for corner in corners]
+            vias.append(_Via(point, True))
             place = point.position_enu_m
             limits = replace(limits, heading_enu_rad=None)
         return vias
@@ -302,7 +318,7 @@ class PathPlanner:
         self,
         state: KinematicState,
         begin: Trajectory | None,
-        vias: list[Via],
+        vias: list[_Via],
         obstacles: Obstacles,
         tries: int,
     ) -> CheckedPath | _Fault:
@@ -321,7 +337,7 @@ class PathPlanner:
             faults_s = self._faults_s(samples, obstacles)
             if not faults_s:
                 return _joined(begin, route, vias)
-            slower = gentler(state, vias, route, faults_s, self._braking_m)
+            slower = _gentler(state, vias, route, faults_s, self._braking_m)
             if slower is None:
                 break
             vias = slower
@@ -345,10 +361,82 @@ class PathPlanner:
         return float(np.linalg.norm(end))
 
 
-def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[Via]) -> CheckedPath:
+def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[_Via]) -> CheckedPath:
     """Return the path of a route, and of what comes before it."""
     trajectory, before_s = route.trajectory, 0.0
     if begin is not None:
         trajectory, before_s = begin.then(trajectory), begin.duration_s
     passed_s = [before_s + t for t, via in zip(route.passed_s, vias, strict=True) if via.asked]
     return CheckedPath(trajectory, tuple(passed_s), MotionSamples.of(trajectory))
+
+
+def _gentler(
+    state: KinematicState,
+    vias: list[_Via],
+    route: RouteTrajectory,
+    faults_s: list[float],
+    braking_m: Callable[[Limits, Vector3], float],
+) -> list[_Via] | None:
+    """Return the same lines, to be flown more gently where there were faults.
+
+    Args:
+        state: where they begin.
+        vias: their points.
+        route: the trajectory along them.
+        faults_s: when that has faults.
+        braking_m: the braking path from full speed along a unit vector.
+
+    Returns:
+        The points, some more of them; None if it would become too slow.
+    """
+    legs: dict[int, float] = {}
+    for time_s in faults_s:
+        leg = min(bisect.bisect_left(route.passed_s, time_s), len(vias) - 1)
+        end = vias[leg].point.position_enu_m
+        left_m = distance(route.trajectory.sample(time_s).position_enu_m, end)
+        legs[leg] = max(legs.get(leg, 0.0), left_m)
+    result: list[_Via] = []
+    places = [state.position_enu_m, *(via.point.position_enu_m for via in vias)]
+    for index, (via, place) in enumerate(zip(vias, places, strict=False)):
+        point = via.point
+        if index in legs or index + 1 in legs:
+            point = _sharper(point)
+        if index in legs:
+            slow = _slower(point)
+            if slow is None:
+                return None
+            result += _fast_part(place, point, legs[index], braking_m)
+            point = slow
+        result.append(replace(via, point=point))
+    return result
+
+
+def _fast_part(
+    begin_enu_m: Vector3,
+    point: RoutePoint,
+    slow_m: float,
+    braking_m: Callable[[Limits, Vector3], float],
+) -> list[_Via]:
+    """Return the point up to which a long line may be flown as it was, if there is one."""
+    length_m = distance(begin_enu_m, point.position_enu_m)
+    course = unit_between(begin_enu_m, point.position_enu_m)
+    if course is None:
+        return []
+    slow_m += braking_m(point.limits, course)
+    if length_m < 2.0 * slow_m:
+        return []
+    place = add(point.position_enu_m, scale(course, -slow_m))
+    return [_Via(RoutePoint(place, _ON_THE_LINE_M, point.limits), False)]
+
+
+def _sharper(point: RoutePoint) -> RoutePoint:
+    corner_m = _CORNER_FACTOR * point.corner_m
+    return replace(point, corner_m=corner_m if corner_m >= _CORNER_MIN_M else 0.0)
+
+
+def _slower(point: RoutePoint) -> RoutePoint | None:
+    speed_m_s = _SPEED_FACTOR * point.limits.speed_horizontal_m_s
+    if speed_m_s < _SPEED_MIN_M_S:
+        return None
+    # All else stays: a gentler acceleration would make the turns only wider.
+    return replace(point, limits=replace(point.limits, speed_horizontal_m_s=speed_m_s))

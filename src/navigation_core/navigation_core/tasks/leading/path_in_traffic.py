@@ -32,7 +32,7 @@ from navigation_core.tasks.traits import Traits
 from navigation_core.traffic.right_of_way import TrafficWait
 from navigation_core.traffic.traffic_view import TrafficView
 
-__all__ = ["BRAKE_SHARE", "Pace", "PathInTraffic"]
+__all__ = ["BRAKE_SHARE", "PathInTraffic", "TrafficStep"]
 
 BRAKE_SHARE = 0.6
 """Share of the maximum acceleration that is planned for the stop at the end of the reservation"""
@@ -43,8 +43,8 @@ _BY_POSITION_M_S = 1.0
 
 
 @dataclass(frozen=True)
-class Pace:
-    """How a flight continues among others.
+class TrafficStep:
+    """The result of a step among others.
 
     Attributes:
         share: the share of its speed that the setpoint may have.
@@ -60,14 +60,14 @@ class Pace:
     leads_elsewhere: bool = False
 
 
-_ALONE = Pace()
+_ALONE = TrafficStep()
 
 
 class PathInTraffic:
     """Leads one flight along its path among others.
 
     Attributes:
-        pace: of the last step.
+        last: the result of the last step.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class PathInTraffic:
             follower: of its path.
             avoidance: how it keeps away from obstacles; None for not at all.
         """
-        self.pace = _ALONE
+        self.last = _ALONE
         self._traits = traits
         self._follower = follower
         self._avoidance = avoidance
@@ -113,22 +113,23 @@ class PathInTraffic:
         self._detours.forget()
         self._path = self._elsewhere = None
         self._waiting, self._stood_s = None, None
-        self.pace = _ALONE
+        self.last = _ALONE
 
-    def step(self, observation: Observation, now: float) -> Pace:
-        """Reserve what is ahead, and return the pace of the setpoint.
+    def step(self, observation: Observation, now: float) -> TrafficStep:
+        """Reserve what is ahead, and return how the setpoint continues.
 
         There must be a path. It may be changed: for a detour, or for a stop.
         """
         view, carrot = observation.traffic, self._follower.carrot
         if view is None or carrot is None:
-            self.forget()
-            return self.pace
+            if self.last is not _ALONE:
+                self.forget()
+            return self.last
         share = self._share(view, carrot, observation, now)
         waiting = self._giving_way.waiting or self._waiting
         left_path = self._left_path or self._giving_way.evades
-        self.pace = Pace(share, waiting, self._waited_s(now) > view.timeout_s, left_path)
-        return self.pace
+        self.last = TrafficStep(share, waiting, self._waited_s(now) > view.timeout_s, left_path)
+        return self.last
 
     def limited(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
         """Return a setpoint that leads no further than the reservation if no other follows."""

@@ -1,4 +1,4 @@
-"""What one flight reserves of its path, step by step, and how far it may get within that."""
+"""Reserves the path of one flight step by step, and says how far it may get within that."""
 
 from __future__ import annotations
 

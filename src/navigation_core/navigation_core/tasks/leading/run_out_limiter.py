@@ -87,7 +87,7 @@ class RunOutLimiter:
             share = max(share, min(self._least_m_s / max(speed, self._least_m_s), 1.0))
         if speed <= self._least_m_s:
             return share
-        safe_m_s = self._safe_m_s(carrot.state.position_enu_m, velocity, observation)
+        safe_m_s = self._safe_m_s(carrot.state.position_enu_m, velocity, speed, observation)
         return min(share, max(safe_m_s, self._least_m_s) / speed)
 
     def limited(self, setpoint: Setpoint, observation: Observation) -> Setpoint:
@@ -95,10 +95,11 @@ class RunOutLimiter:
         if observation.late_s > LATE_S:
             # An acceleration that is not taken back in time makes the vehicle faster and faster.
             setpoint = replace(setpoint, acceleration_enu_m_s2=ZERO)
-        speed = norm(setpoint.velocity_enu_m_s)
+        position, velocity = setpoint.position_enu_m, setpoint.velocity_enu_m_s
+        speed = norm(velocity)
         if not self._traits.flies:
             safe_m_s = min(
-                self._safe_m_s(setpoint.position_enu_m, setpoint.velocity_enu_m_s, observation),
+                self._safe_m_s(position, velocity, speed, observation),
                 self._safe_ahead_m_s(speed, observation),
             )
             allowed_m_s = max(safe_m_s, self._least_m_s)
@@ -106,7 +107,7 @@ class RunOutLimiter:
                 setpoint,
                 min(allowed_m_s / speed, speed_share(observation.late_s)) if speed else 1.0,
             )
-        safe_m_s = self._safe_m_s(setpoint.position_enu_m, setpoint.velocity_enu_m_s, observation)
+        safe_m_s = self._safe_m_s(position, velocity, speed, observation)
         if speed > _ROUNDING * safe_m_s:
             share = 0.0 if speed <= _ROUNDING * self._least_m_s else safe_m_s / speed
             return _slower(setpoint, share)
@@ -148,31 +149,27 @@ class RunOutLimiter:
         here = carrot.state.position_enu_m
         return clearance_at_m(here, observation.obstacles, limit_m) < limit_m
 
-    def _safe_m_s(self, position: Vector3, velocity: Vector3, observation: Observation) -> float:
+    def _safe_m_s(
+        self, position: Vector3, velocity: Vector3, speed_m_s: float, observation: Observation
+    ) -> float:
         """Return how fast a setpoint may be for its run-out; infinite if that is free."""
         if self._traits.setpoint_timeout_s <= 0.0:
             return math.inf
         if not self._traits.flies and observation.position_enu_m is not None:
             position = measured_state(observation).position_enu_m
-        within_m_s = self._within_bounds_m_s(position, velocity, observation)
+        safe_m_s = math.inf
+        if self._bounds is not None:
+            home, ground_m = observation.home_enu_m, observation.ground_enu_m
+            home_z_m = ground_m if home is None else home[2]
+            room = self._bounds.room(observation.fence, home_z_m, self._traits.flies)
+            level = (velocity[0], velocity[1], 0.0)
+            # Where the autopilot moves its target on, climbs are led by the position alone.
+            led = velocity if self._traits.following is None else level
+            share = room.run_out_share(position, led, ground_m, self._braking)
+            safe_m_s = math.inf if share >= 1.0 else share * speed_m_s
         if self._avoidance is None:
-            return within_m_s
-        return min(within_m_s, self._clear_m_s(position, velocity, self._avoidance, observation))
-
-    def _within_bounds_m_s(
-        self, position: Vector3, velocity: Vector3, observation: Observation
-    ) -> float:
-        """Return how fast a setpoint may be to run out within the bounds; infinite if it does."""
-        if self._bounds is None:
-            return math.inf
-        speed_m_s = norm(velocity)
-        home, ground_m = observation.home_enu_m, observation.ground_enu_m
-        home_z_m = ground_m if home is None else home[2]
-        room = self._bounds.room(observation.fence, home_z_m, self._traits.flies)
-        if self._traits.following is not None:
-            velocity = (velocity[0], velocity[1], 0.0)  # its climbs are led by the position alone
-        share = room.run_out_share(position, velocity, ground_m, self._braking)
-        return math.inf if share >= 1.0 else share * speed_m_s
+            return safe_m_s
+        return min(safe_m_s, self._clear_m_s(position, velocity, self._avoidance, observation))
 
     def _clear_m_s(
         self,

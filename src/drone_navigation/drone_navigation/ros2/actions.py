@@ -1,0 +1,118 @@
+"""``ros2 action``: list, info and send_goal, which cancels its goal when it is ended."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from action_msgs.msg import GoalStatus
+from rclpy.action import ActionClient
+from rclpy.action.graph import (
+    get_action_client_names_and_types_by_node,
+    get_action_names_and_types,
+    get_action_server_names_and_types_by_node,
+)
+
+from drone_navigation.ros2.nodes import nodes_that_have
+from drone_navigation.ros2.session import (
+    CommandError,
+    Interrupted,
+    Session,
+    absolute,
+    interface,
+    print_names,
+)
+from drone_navigation.ros2.values import as_yaml, filled, read_yaml
+
+__all__ = ["info", "list_actions", "send_goal"]
+
+_STATUSES = {
+    GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
+    GoalStatus.STATUS_CANCELED: "CANCELED",
+    GoalStatus.STATUS_ABORTED: "ABORTED",
+}
+# An answer to a cancel, or to a goal that is to be cancelled, is waited for so long.
+_CANCEL_S = 3.0
+# While a server is discovered in part, rmw_fastrtps takes it for none.
+_GONE_S = 3.0
+
+
+def list_actions(session: Session, options: argparse.Namespace) -> int:
+    """Print the names of all actions."""
+    session.discover()
+    return print_names(get_action_names_and_types(session.node), options)
+
+
+def info(session: Session, options: argparse.Namespace) -> int:
+    """Print which nodes are clients and servers of an action."""
+    name = absolute(options.name)
+    node = session.node
+    session.discover(lambda: name in dict(get_action_names_and_types(node)))
+    print(f"Action: {options.name}")
+    for title, by_node in (
+        ("clients", get_action_client_names_and_types_by_node),
+        ("servers", get_action_server_names_and_types_by_node),
+    ):
+        found = nodes_that_have(node, name, by_node)
+        print(f"Action {title}: {len(found)}")
+        for who, types in () if options.count else found:
+            print(f"    {who} [{', '.join(types)}]" if options.show_types else f"    {who}")
+    return 0
+
+
+def send_goal(session: Session, options: argparse.Namespace) -> int:
+    """Send a goal, print what comes back, and return 0 if there is a result."""
+    kind = interface("action", options.type)
+    goal = filled(kind.Goal, read_yaml(options.values))
+    client = ActionClient(session.node, kind, options.name)
+    try:
+        print("Waiting for an action server to become available...")
+        session.wait(client.server_is_ready)
+        print(f"Sending goal:\n     {as_yaml(goal)}")
+        answer = client.send_goal_async(goal, _on_feedback if options.feedback else None)
+        try:
+            _wait_for(session, client, answer)
+        except Interrupted:
+            # It may be accepted while the command ends.
+            if session.wait(answer.done, _CANCEL_S) and answer.result().accepted:
+                _cancel(session, answer.result())
+            raise
+        handle = answer.result()
+        if not handle.accepted:
+            print("Goal was rejected.")
+            return 1
+        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
+        result = handle.get_result_async()
+        try:
+            _wait_for(session, client, result)
+        except Interrupted:
+            _cancel(session, handle)
+            raise
+        print(f"Result:\n    {as_yaml(result.result().result)}")
+        print(f"Goal finished with status: {_STATUSES.get(result.result().status, 'UNKNOWN')}")
+        return 0
+    finally:
+        client.destroy()
+
+
+def _on_feedback(message: Any) -> None:
+    print(f"Feedback:\n    {as_yaml(message.feedback)}")
+
+
+def _wait_for(session: Session, client: ActionClient, future: Any) -> None:
+    """Wait for an answer as long as there is a server."""
+    while not session.wait(future.done, _GONE_S):
+        if client.server_is_ready():
+            continue
+        if not session.wait(lambda: future.done() or client.server_is_ready(), _GONE_S):
+            raise CommandError("The action server has ended; what became of the goal is unknown.")
+
+
+def _cancel(session: Session, handle: Any) -> None:
+    print("Canceling goal...")
+    answer = handle.cancel_goal_async()
+    if not session.wait(answer.done, _CANCEL_S):
+        raise CommandError(f"The action server did not answer to the cancel in {_CANCEL_S:g} s.")
+    if not answer.result().goals_canceling:
+        raise CommandError("Failed to cancel goal: it has ended, or the server rejects the cancel.")
+    print("Goal canceled.")

@@ -1,0 +1,157 @@
+"""A command's node: what it discovers, and waiting that Ctrl-C ends."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import math
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+__all__ = [
+    "CommandError", "Interrupted", "Session", "absolute", "interface", "is_hidden", "print_names",
+    "session",
+]  # fmt: skip
+
+_SPIN_S = 0.1
+# A graph that has not changed for this time is taken for whole, but not before the second one,
+# and an empty one not before the third one.
+_SETTLED_S = 0.8
+_DISCOVERY_MIN_S = 2.0
+_EMPTY_S = 4.0
+# What is not discovered then is taken not to be there.
+_DISCOVERY_MAX_S = 5.0
+_KINDS = {"msg": "message", "srv": "service", "action": "action"}
+
+
+class CommandError(Exception):
+    """A command cannot be done; the sentence says why."""
+
+
+class Interrupted(Exception):  # noqa: N818 - a person's wish is no error
+    """A person ends the command."""
+
+
+class Session:
+    """A node, and the signals of a person who ends the command."""
+
+    def __init__(self, node: Node) -> None:
+        """Begin with a node that discovers nothing yet."""
+        self.node = node
+        self._is_interrupted = False
+
+    def interrupt(self, _number: int, _frame: FrameType | None) -> None:
+        """End the waiting at its next turn; the second time, end everything."""
+        if self._is_interrupted:
+            raise KeyboardInterrupt
+        self._is_interrupted = True
+
+    def wait(self, condition: Callable[[], bool], timeout_s: float = math.inf) -> bool:
+        """Spin until something holds; return whether it does, in time.
+
+        Raises:
+            Interrupted: a person has ended the command. The next wait is another one.
+        """
+        deadline_s = time.monotonic() + timeout_s
+        while not condition():
+            if self._is_interrupted:
+                self._is_interrupted = False
+                raise Interrupted
+            if time.monotonic() >= deadline_s:
+                return False
+            rclpy.spin_once(self.node, timeout_sec=_SPIN_S)
+        return True
+
+    def discover(self, is_found: Callable[[], bool] | None = None) -> None:
+        """Wait until something, or anything, is found and nothing more comes, or time is up."""
+        begun_s = changed_s = time.monotonic()
+        before: object = None
+
+        def is_settled() -> bool:
+            nonlocal before, changed_s
+            now_s = time.monotonic()
+            graph = (
+                sorted(self.node.get_node_names_and_namespaces()),
+                self.node.get_topic_names_and_types(),
+                self.node.get_service_names_and_types(),
+            )
+            if graph != before:
+                before, changed_s = graph, now_s
+            if now_s - changed_s < _SETTLED_S:
+                return False
+            if is_found is not None:
+                return is_found()
+            is_alone = len(graph[0]) <= 1
+            return now_s - begun_s >= (_EMPTY_S if is_alone else _DISCOVERY_MIN_S)
+
+        self.wait(is_settled, _DISCOVERY_MAX_S)
+
+
+@contextmanager
+def session() -> Iterator[Session]:
+    """Begin with ROS, and end with it; SIGINT and SIGTERM end what the command waits for."""
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        # A name that begins with an underscore is hidden.
+        name = f"_ros2cli_{os.getpid()}"
+        node = Node(name, start_parameter_services=False, enable_rosout=False)
+        try:
+            made = Session(node)
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, made.interrupt)
+            yield made
+        finally:
+            node.destroy_node()
+    finally:
+        rclpy.try_shutdown()
+
+
+def absolute(name: str) -> str:
+    """Return a name with the slash that it may lack."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def print_names(found: list[tuple[str, list[str]]], options: argparse.Namespace) -> int:
+    """Print names in order, with their types if these are wanted, or how many they are."""
+    if options.count:
+        print(len(found))
+        return 0
+    for name, types in sorted(found):
+        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
+    return 0
+
+
+def is_hidden(name: str) -> bool:
+    """Return whether a part of a name begins with an underscore."""
+    return any(part.startswith("_") for part in name.split("/"))
+
+
+def interface(kind: str, name: str) -> Any:
+    """Return the class of an interface.
+
+    Args:
+        kind: "msg", "srv" or "action".
+        name: for instance "std_srvs/srv/Trigger"; "std_srvs/Trigger" is the same.
+
+    Raises:
+        CommandError: there is none, or it is of another kind.
+    """
+    parts = name.split("/")
+    package, type_name = parts[0], parts[-1]
+    if parts in ([package, type_name], [package, kind, type_name]):
+        try:
+            return getattr(importlib.import_module(f"{package}.{kind}"), type_name)
+        except (ImportError, AttributeError, ValueError):
+            pass
+    raise CommandError(
+        f"The passed {_KINDS[kind]} type is invalid: '{name}' (`ros2 interface list` lists all)"
+    )
