@@ -17,7 +17,7 @@ from navigation_core.tasks.conditions import Dwell, stand_on_ground
 from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.flying.arrival import Arrival
 from navigation_core.tasks.flying.goto_progress import GotoEstimator
-from navigation_core.tasks.flying.itinerary import Itinerary, Section
+from navigation_core.tasks.flying.itinerary import Itinerary
 from navigation_core.tasks.flying.launch import Launch
 from navigation_core.tasks.flying.path_leader import PathLeader
 from navigation_core.tasks.flying.standing import Standing
@@ -60,6 +60,7 @@ class SetpointFlight(PhasedTask):
         self._itinerary = itinerary
         self._traits = traits
         self._follower = PathFollower(section.goal, terms)
+        self._follower.lead_to(section.goal, section.points, section.yaws_enu_rad)
         self._avoider = None
         if terms.avoidance is not None:
             self._avoider = Avoider(terms.avoidance, traits, self._follower)
@@ -95,7 +96,6 @@ class SetpointFlight(PhasedTask):
         }
         if self._avoider is not None:
             self._handlers[Phase.BLOCKED] = partial(self._wait_for_path, self._avoider)
-        self._set_section(section)
 
     # --- the task protocol -----------------------------------------------------------
 
@@ -256,15 +256,12 @@ class SetpointFlight(PhasedTask):
 
     # --- the flight ------------------------------------------------------------------
 
-    def _set_section(self, section: Section) -> None:
-        """Pass the parts of the flight the section that is to be flown."""
+    def _begin_flight(self, observation: Observation, now: float) -> None:
+        """Plan the flight, and begin it or wait for a path."""
+        section = self._itinerary.begin_section()
         self._follower.lead_to(section.goal, section.points, section.yaws_enu_rad)
         self._estimator.set_goal(section.goal.position_enu_m)
         self._arrival.expect(section)
-
-    def _begin_flight(self, observation: Observation, now: float) -> None:
-        """Plan the flight, and begin it or wait for a path."""
-        self._set_section(self._itinerary.begin_section())
         if self._phase not in _LED:
             self._leader.restart()
         self._follower.plan_to_goal(observation)

@@ -226,22 +226,23 @@ class Carrot:
             self.nominal, self._limits = self.trajectory.at(time_s)
 
     def _next_rate(self, dt_s: float, position_enu_m: Vector3 | None, rate_max: float) -> float:
-        velocity_enu_m_s = self.nominal.velocity_enu_m_s
-        speed_m_s = norm(velocity_enu_m_s)
-        wanted, change, course = rate_max, _RATE_CHANGE_PER_S, ZERO
+        wanted, change = rate_max, _RATE_CHANGE_PER_S
+        course, allowed_m_s = ZERO, math.inf
+        speed_m_s = norm(self.nominal.velocity_enu_m_s)
         if speed_m_s > _MOVES_M_S:
-            course = scale(velocity_enu_m_s, 1.0 / speed_m_s)
+            course = scale(self.nominal.velocity_enu_m_s, 1.0 / speed_m_s)
             axis = self._limits.along(course)
             change = min(change, axis.acceleration_m_s2 / speed_m_s)
+            allowed_m_s = _HURRY_SHARE * axis.speed_forward_m_s
         if position_enu_m is not None:
-            config, offset = self._config, subtract(self.state.position_enu_m, position_enu_m)
+            offset = subtract(self.state.position_enu_m, position_enu_m)
             behind_m = dot(offset, course)
-            room_m = config.tracking_error_max_m - self._lag_m(offset, behind_m, course, speed_m_s)
-            free_m = config.tracking_error_max_m * (1.0 - _FREE_SHARE)
+            room_m = self._config.tracking_error_max_m
+            free_m = room_m * (1.0 - _FREE_SHARE)
+            room_m -= self._lag_m(offset, behind_m, course, speed_m_s)
             wanted = min(max(room_m / free_m, 0.0), rate_max)
             if speed_m_s > _MOVES_M_S:
-                allowed_m_s = _HURRY_SHARE * axis.speed_forward_m_s
-                hurry_m_s = config.following_gain_per_s * behind_m
+                hurry_m_s = self._config.following_gain_per_s * behind_m
                 wanted = min(wanted, max((allowed_m_s - hurry_m_s) / speed_m_s, 0.0))
         return min(max(wanted, self.rate - change * dt_s), self.rate + change * dt_s)
 
