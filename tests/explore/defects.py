@@ -111,11 +111,11 @@ MUTANTS: tuple[Mutant, ...] = (
            "        elif self._pause_asked and self._phase in _PAUSABLE:", "        elif False:"),
     Mutant("positions are not missed", _FLIGHT,
            "        here = located(observation, self._config.position_stale_s)\n"
-           "        if here is None:\n            return self._lose_position(observation)\n"
-           "        share =",
+           "        if here is None:\n"
+           "            return self._standing.lose_position(observation)\n        traffic =",
            "        here = located(observation, math.inf)\n"
-           "        if here is None:\n            return self._lose_position(observation)\n"
-           "        share ="),
+           "        if here is None:\n"
+           "            return self._standing.lose_position(observation)\n        traffic ="),
     Mutant("obstacles are not braked for", _FLIGHT,
            "        elif self._avoider is not None and "
            "not self._avoider.keeps_going(observation, now):", "        elif False:"),
