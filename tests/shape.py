@@ -161,7 +161,7 @@ def a_check() -> Turn:
     request: Request = flight.request(60.0, 0.0, 5.0)
     flight.check(request)
     with traced() as turn:
-        flight.bridge.check(request, flight.now)
+        flight.bridge.goals.check(request, flight.now)
     return turn
 
 
@@ -170,8 +170,8 @@ def a_start() -> Turn:
     flight = SimulatedFlight().ready()
     request: Request = flight.request(60.0, 0.0, 5.0)
     with traced() as turn:
-        flight.bridge.check(request, flight.now)
-        flight.bridge.start_goal("0" * 32, request, flight.now)
+        flight.bridge.goals.check(request, flight.now)
+        flight.bridge.goals.start("0" * 32, request, flight.now)
     return turn
 
 

@@ -21,12 +21,12 @@ class Mutant(NamedTuple):
     broken: str
 
 
-_BRIDGE = "navigation_bridge.bridge"
+_GOALS = "navigation_bridge.clients.client_goals"
 _REPORT = "navigation_bridge.reporting"
 _ENGINE = "navigation_bridge.engine"
 _EFFECTS = "navigation_bridge.effects"
 _EVENTS = "navigation_bridge.vehicle_events"
-_SERVICES = "navigation_bridge.client_services"
+_SERVICES = "navigation_bridge.clients.client_services"
 _GOAL = "navigation_bridge.goals.active_goal"
 _LINK_RULE = "navigation_bridge.rules.goal_rules"
 _FLIGHT = "navigation_core.tasks.flying.flight"
@@ -43,14 +43,14 @@ _MISSION = "navigation_core.tasks.watching.mission"
 _LED = "navigation_core.tasks.watching.vehicle_led"
 
 MUTANTS: tuple[Mutant, ...] = (
-    Mutant("a cancel is forgotten", _BRIDGE, "            goal.begin_cancel(now)\n", ""),
+    Mutant("a cancel is forgotten", _GOALS, "            goal.begin_cancel(now)\n", ""),
     Mutant(
         "a goal continues after its end", _ENGINE,
         "        self.goal = None\n        outcome = self._parts.stations.name(outcome, now)",
         "        outcome = self._parts.stations.name(outcome, now)",
     ),
     Mutant(
-        "a replaced goal has no end", _BRIDGE,
+        "a replaced goal has no end", _GOALS,
         "            self._report.ended(previous, replaced, now)\n", "            pass\n",
     ),
     Mutant("a pilot is not noticed", _EVENTS,
@@ -63,7 +63,7 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a lost link is not reported", _ENGINE,
            "            return replace(progress, status=Status.LINK_LOST)",
            "            return progress"),
-    Mutant("a shut-down does nothing", _BRIDGE,
+    Mutant("a shut-down does nothing", _GOALS,
            "        goal.stop(Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)",
            "        pass"),
     Mutant("a pause is not passed on", _GOAL, "        rejection = self.task.pause(now)",
@@ -111,11 +111,11 @@ MUTANTS: tuple[Mutant, ...] = (
            "        elif self._pause_asked and self._phase in _PAUSABLE:", "        elif False:"),
     Mutant("positions are not missed", _FLIGHT,
            "        here = located(observation, self._config.position_stale_s)\n"
-           "        if here is None:\n            return self._lose_position(observation)\n"
-           "        share =",
+           "        if here is None:\n"
+           "            return self._standing.lose_position(observation)\n        traffic =",
            "        here = located(observation, math.inf)\n"
-           "        if here is None:\n            return self._lose_position(observation)\n"
-           "        share ="),
+           "        if here is None:\n"
+           "            return self._standing.lose_position(observation)\n        traffic ="),
     Mutant("obstacles are not braked for", _FLIGHT,
            "        elif self._avoider is not None and "
            "not self._avoider.keeps_going(observation, now):", "        elif False:"),

@@ -273,13 +273,13 @@ class Ship:
         if self.server is None:
             return ""
         now = self._flight.now_s
-        rejection = self.server.bridge.check(request, now)
+        rejection = self.server.bridge.goals.check(request, now)
         goal_id = "" if rejection is not None else self._flight.next_id()
         located = self.server.bridge.pose is not None
         self.log("asked", Asked(goal_id, request, rejection, located))
         if goal_id:
             self.server.active = goal_id
-            self.server.bridge.start_goal(goal_id, request, now)
+            self.server.bridge.goals.start(goal_id, request, now)
         self.server.collect()
         return goal_id
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from mavlink_sitl import LinkFaults
 from mavlink_vehicle.codec import make, mavlink
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
     LandRequest,
     NavigateRequest,
@@ -19,7 +20,6 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from navigation_bridge.services import Service
 from tests.explore.exploration import Ship
 
 _FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
@@ -85,7 +85,7 @@ def cancel(ship: Ship) -> None:
     """Cancel the active goal."""
     server = ship.server
     if server is not None and server.active:
-        server.bridge.cancel_goal(server.active, ship.now_s)
+        server.bridge.goals.cancel(server.active, ship.now_s)
         server.collect()
 
 
@@ -268,7 +268,7 @@ def start(ship: Ship) -> None:
 def shut_down(ship: Ship) -> None:
     """The server is asked to end."""
     if ship.server is not None:
-        ship.server.bridge.shut_down(ship.now_s)
+        ship.server.bridge.goals.shut_down(ship.now_s)
         ship.server.collect()
 
 

@@ -64,7 +64,9 @@ class Film:
         ned = self.fleet.simulation.positions_ned_m
         places = np.column_stack([ned[:, 1] + RADIUS_M, ned[:, 0], -ned[:, 2]])
         states = [
-            "" if craft.bridge.is_idle or not craft.statuses() else craft.statuses()[-1]
+            ""
+            if craft.bridge.goals.active is None or not craft.statuses()
+            else craft.statuses()[-1]
             for craft in self.fleet.crafts
         ]
         self.scenes.append(Scene(now, places, states))

@@ -240,17 +240,16 @@ class FlownFleet:
     def place(self, craft: Craft, east_m: float, north_m: float, up_m: float) -> Vector3:
         """Return where a position relative to the first vehicle's home is in a craft's map."""
         home = self.simulation.vehicles[0].frame.to_geodetic(north_m, east_m, -up_m)
-        point = craft.bridge.to_map((home.latitude_deg, home.longitude_deg, home.altitude_amsl_m))
-        assert point is not None
-        return point
+        geodetic = (home.latitude_deg, home.longitude_deg, home.altitude_amsl_m)
+        return craft.bridge.map_frame.enu(geodetic)
 
     def send(self, craft: Craft, request: Request) -> str | Rejection:
         """Send a goal; return its id, or why it was rejected."""
-        rejection = craft.bridge.check(request, self.now)
+        rejection = craft.bridge.goals.check(request, self.now)
         if rejection is not None:
             return rejection
         goal_id = f"{next(self._ids):032x}"
-        craft.bridge.start_goal(goal_id, request, self.now)
+        craft.bridge.goals.start(goal_id, request, self.now)
         return goal_id
 
     def go(self, craft: Craft, east_m: float, north_m: float, up_m: float) -> str:
@@ -263,7 +262,10 @@ class FlownFleet:
     def run_to_end(self, timeout_s: float = 300.0) -> None:
         """Continue until no goal is active."""
         self.run_until(
-            lambda: all(c.bridge.is_idle or c.server in self.dead for c in self.crafts), timeout_s
+            lambda: all(
+                c.bridge.goals.active is None or c.server in self.dead for c in self.crafts
+            ),
+            timeout_s,
         )
 
     def report(self) -> str:

@@ -171,7 +171,7 @@ class HangingFleet(FlownFleet):
 
     def idle(self) -> bool:
         """Whether no goal is active."""
-        return all(craft.bridge.is_idle for craft in self.crafts)
+        return all(craft.bridge.goals.active is None for craft in self.crafts)
 
 
 @dataclass(frozen=True)
@@ -253,7 +253,7 @@ def sent_to_one_that_hovers(seed: int) -> Flight:
     longest_s = chance.choice((0.0, 0.5, 2.0, 5.0, 30.0))
     hangs = Hangs(fleet, chance, longest_s)
     end_s = fleet.now + 70.0
-    while fleet.now < end_s and not (flies.ends() and flies.bridge.is_idle):
+    while fleet.now < end_s and not (flies.ends() and flies.bridge.goals.active is None):
         if longest_s and fleet.now > end_s - 60.0:
             hangs.look()
         fleet.tick()

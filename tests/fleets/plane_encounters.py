@@ -119,7 +119,9 @@ def fly(
     fleet.on_tick = watch
     fleet.go(craft, *goal_enu_m)
     last_s = max([stays_s, *(one.meets_s + 10.0 for one, _ in intruders)])
-    fleet.run_until(lambda: fleet.now - begun_s > last_s and craft.bridge.is_idle, timeout_s)
+    fleet.run_until(
+        lambda: fleet.now - begun_s > last_s and craft.bridge.goals.active is None, timeout_s
+    )
     fleet.on_tick = None
     _, end = craft.ends()[-1]
     lines = [out.text for _, out in craft.outputs[outputs:] if isinstance(out, LogLine)]

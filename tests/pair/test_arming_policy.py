@@ -8,6 +8,7 @@ import pytest
 
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
     NavigateRequest,
     Request,
@@ -16,7 +17,6 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 
@@ -74,7 +74,7 @@ def test_never_leaves_a_vehicle_on_the_ground_that_its_pilot_has_armed(
         wanted = OutcomeCode.NOT_FLYING if name == "return" else OutcomeCode.TAKEOFF_NOT_ALLOWED
         assert rejection.code is wanted, (name, rejection)
         # The moment between the check and the start is another way in.
-        flight.bridge.start_goal(name, request, flight.now)
+        flight.bridge.goals.start(name, request, flight.now)
         flight.run_for(3.0)
         assert flight.ends(name)[0].code is wanted, name
     flight.run_for(5.0)

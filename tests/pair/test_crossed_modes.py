@@ -14,6 +14,7 @@ import pytest
 
 from mavlink_sitl import LinkFaults, VehicleConfig
 from mavlink_vehicle.codec import Codec, make, mavlink
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
     LandRequest,
     ReturnRequest,
@@ -21,7 +22,6 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from navigation_bridge.services import Service
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 pytestmark = pytest.mark.wide_but_first
@@ -123,7 +123,7 @@ def cancelled(flight: CrossedFlight) -> str:
     flight.fly_up()
     goal_id = flight.send(60.0, 0.0, 3.0)
     flight.run_for(6.0)
-    flight.bridge.cancel_goal(goal_id, flight.now)
+    flight.bridge.goals.cancel(goal_id, flight.now)
     return goal_id
 
 

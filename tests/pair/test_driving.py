@@ -121,7 +121,7 @@ def test_a_stop_ends_without_a_turn(autopilot: str, kind: str) -> None:
     goal_id = drive.send(60.0, 0.0, 0.0, 2.5)
     drive.run_until(lambda: drive.truth()[1] > 2.0 and drive.truth()[0][0] > 15.0)
     yaw_rad = float(drive.simulation.truth.yaw_rad[0])
-    drive.bridge.cancel_goal(goal_id, drive.now)
+    drive.bridge.goals.cancel(goal_id, drive.now)
     end = drive.run_to_end(goal_id)
     assert end.code.value == "CANCELED", end.message
     drive.run_for(3.0)

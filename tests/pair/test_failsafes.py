@@ -6,9 +6,9 @@ import pytest
 
 from mavlink_sitl import SimulatedVehicle, VehicleConfig
 from mavlink_vehicle.codec import Codec, make, mavlink
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.goal import GoalFinished, LogLine
 from navigation_bridge.goals.requests import LandRequest, ReturnRequest
-from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 

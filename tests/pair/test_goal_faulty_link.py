@@ -48,7 +48,7 @@ def test_a_cancel_over_a_bad_link_stops_the_vehicle(faults: LinkFaults) -> None:
     goal = flight.send(60.0, 0.0, 3.0)
     flight.run_to_status(goal, "NAVIGATING")
     flight.run_for(3.0)
-    assert flight.bridge.cancel_goal(goal, flight.now)
+    assert flight.bridge.goals.cancel(goal, flight.now)
     end = flight.run_to_end(goal, 30.0)
     assert end.code is OutcomeCode.CANCELED, end.message
     flight.run_for(1.5)
@@ -87,7 +87,7 @@ def test_every_accepted_goal_ends_exactly_once_whatever_happens(
         after = told[told.index(end) + 1 :]
         assert [item.event for item in after if isinstance(item, GoalHappened)] == ["ENDED"]
         assert len(after) == 1  # nothing else follows the end
-    assert flight.bridge.active_goal_id is None
+    assert flight.bridge.goals.active_id is None
 
 
 def _act(flight: SimulatedFlight, goals: list[str], action: str, number: int) -> None:
@@ -97,7 +97,7 @@ def _act(flight: SimulatedFlight, goals: list[str], action: str, number: int) ->
         if flight.check(flight.request(x, y, z)) is None:
             goals.append(flight.send(x, y, z))
     elif action == "cancel" and goals:
-        flight.bridge.cancel_goal(goals[-1], flight.now)
+        flight.bridge.goals.cancel(goals[-1], flight.now)
     elif action == "pilot":
         vehicle.pilot_mode_change(("LOITER", "LAND", "RTL", "BRAKE")[number % 4])
     elif action in ("cut", "join"):

@@ -100,7 +100,7 @@ def test_cancel_in_every_phase(flight: SimulatedFlight, phase: str) -> None:
     goal = flight.send(15.0, 0.0, 2.0)
     if phase:
         flight.run_to_status(goal, phase)
-    assert flight.bridge.cancel_goal(goal, flight.now)
+    assert flight.bridge.goals.cancel(goal, flight.now)
     end = flight.run_to_end(goal, 30.0)
     assert end.state is GoalState.CANCELED
     assert end.code is OutcomeCode.CANCELED
@@ -113,7 +113,7 @@ def test_cancel_in_the_middle_of_the_climb_holds_the_height(flight: SimulatedFli
     goal = flight.send(5.0, 0.0, 8.0)
     flight.run_until(lambda: flight.truth()[0][2] > 1.2)
     assert flight.status(goal) == "TAKING_OFF"
-    assert flight.bridge.cancel_goal(goal, flight.now)
+    assert flight.bridge.goals.cancel(goal, flight.now)
     end = flight.run_to_end(goal, 30.0)
     assert end.state is GoalState.CANCELED
     height = flight.truth()[0][2]
@@ -127,7 +127,7 @@ def test_a_cancelled_vehicle_brakes_and_stays(flight: SimulatedFlight) -> None:
     goal = flight.send(80.0, 0.0, 3.0, speed=5.0)
     flight.run_for(8.0)
     assert flight.truth()[1] > 3.0
-    flight.bridge.cancel_goal(goal, flight.now)
+    flight.bridge.goals.cancel(goal, flight.now)
     end = flight.run_to_end(goal, 30.0)
     assert end.state is GoalState.CANCELED
     place, _ = flight.truth()
@@ -183,7 +183,7 @@ def test_no_sentence_for_people_has_the_id_of_a_goal(flight: SimulatedFlight) ->
     assert occupied is not None
     texts.append(occupied.message)
     second = flight.send(10.0, 0.0, 2.0)
-    flight.bridge.cancel_goal(second, flight.now)
+    flight.bridge.goals.cancel(second, flight.now)
     texts += [services.pause(flight.now)[1], flight.run_to_end(second).message]
     texts += [end.message for end in flight.ends(first)]
     assert len(texts) == 6
@@ -216,7 +216,7 @@ def test_a_cancel_during_a_pilots_flight_is_rejected(flight: SimulatedFlight) ->
     flight.run_to_status(goal, "NAVIGATING")
     flight.set_mode_as_pilot("LOITER")
     flight.run_to_end(goal, 5.0)
-    assert not flight.bridge.cancel_goal(goal, flight.now)
+    assert not flight.bridge.goals.cancel(goal, flight.now)
 
 
 def test_silence_is_reported_then_ends_the_goal_and_is_not_revived(flight: SimulatedFlight) -> None:
@@ -260,7 +260,7 @@ def test_a_short_silence_is_flown_through(flight: SimulatedFlight) -> None:
 
 def test_a_cancel_without_link_ends_in_bounded_time_and_says_so(flight: SimulatedFlight) -> None:
     goal = fallen_silent(flight, 60.0, 1.0)
-    assert flight.bridge.cancel_goal(goal, flight.now)
+    assert flight.bridge.goals.cancel(goal, flight.now)
     end = flight.run_to_end(goal, 15.0)
     assert end.code in (OutcomeCode.CANCELED, OutcomeCode.LINK_LOST)
     assert "silent" in end.message or "HEARTBEAT" in end.message or "not stopped" in end.message
@@ -301,7 +301,7 @@ def test_shutting_down_stops_the_vehicle_first(flight: SimulatedFlight) -> None:
     flight.fly_up()
     goal = flight.send(60.0, 0.0, 3.0, speed=5.0)
     flight.run_for(6.0)
-    flight.bridge.shut_down(flight.now)
+    flight.bridge.goals.shut_down(flight.now)
     end = flight.run_to_end(goal, 20.0)
     assert end.state is GoalState.ABORTED
     assert end.code is OutcomeCode.SHUTTING_DOWN
@@ -340,8 +340,8 @@ def test_a_goal_is_admitted_once_unless_the_vehicle_reports_before_it_starts() -
     request = flight.request(6.0, 0.0, 5.0)
     assert flight.check(request) is None
     flight.run_for(0.1)
-    flight.bridge.start_goal("2" * 32, request, flight.now)
+    flight.bridge.goals.start("2" * 32, request, flight.now)
     assert len(asked) == 3
     assert flight.check(request) is None
-    flight.bridge.start_goal("3" * 32, flight.request(7.0, 0.0, 5.0), flight.now)
+    flight.bridge.goals.start("3" * 32, flight.request(7.0, 0.0, 5.0), flight.now)
     assert len(asked) == 5

@@ -279,7 +279,7 @@ def test_a_vehicle_that_somebody_else_armed_is_not_disarmed_by_a_cancel() -> Non
     flight.run_for(0.5)
     goal = flight.send(10.0, 0.0, 5.0)
     flight.run_to_status(goal, "TAKING_OFF")
-    assert flight.bridge.cancel_goal(goal, flight.now)
+    assert flight.bridge.goals.cancel(goal, flight.now)
     end = flight.run_to_end(goal, 30.0)
     assert end.code is OutcomeCode.CANCELED, end.message
     assert "armed" in end.message

@@ -8,6 +8,7 @@ import pytest
 
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.profiles import px4
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
     LandRequest,
     ReturnRequest,
@@ -15,7 +16,6 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from navigation_bridge.services import Service
 from tests.support.flights.driving import drive_to_end
 from tests.support.flights.simulated_flight import SimulatedFlight
 
@@ -109,7 +109,7 @@ def test_a_route_is_driven_without_a_stop(drive: SimulatedFlight) -> None:
 def test_a_cancel_stops_it(drive: SimulatedFlight) -> None:
     goal_id = drive.send(60.0, 0.0, 0.0)
     drive.run_until(lambda: drive.truth()[1] > 1.5)
-    drive.bridge.cancel_goal(goal_id, drive.now)
+    drive.bridge.goals.cancel(goal_id, drive.now)
     end = drive.run_to_end(goal_id)
     assert end.code.value == "CANCELED", end.message
     assert drive.truth()[1] < 0.3
@@ -139,7 +139,7 @@ def test_it_returns_to_where_it_started_or_says_that_it_does_not(drive: Simulate
 def test_nothing_moves_a_rover_that_is_armed_later(drive: SimulatedFlight) -> None:
     goal_id = drive.send(20.0, 0.0, 0.0)
     drive.run_until(lambda: drive.truth()[1] > 1.0)
-    drive.bridge.cancel_goal(goal_id, drive.now)
+    drive.bridge.goals.cancel(goal_id, drive.now)
     drive.run_to_end(goal_id)
     assert drive.serve(Service.DISARM).success
     place = drive.truth()[0]

@@ -330,7 +330,7 @@ def test_whatever_stations_say_a_goal_ends_once_and_the_next_is_flown(autopilot:
         (message,) = ear.decode(station.encode(addressed(cls, seed)))
         flight.bridge.overhear(message, flight.now)
         flight.run_for(0.05)
-        if flight.bridge.active_goal_id is None and len(goals) < 50:
+        if flight.bridge.goals.active_id is None and len(goals) < 50:
             goals.append(flight.send(30.0 if len(goals) % 2 else -30.0, 0.0, 4.0))
     assert len(goals) > 1, "some of it has stopped a goal"
     last = flight.send(0.0, 0.0, 5.0)

@@ -6,6 +6,7 @@ import pytest
 
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.events import StoredLog
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.requests.log_requests import (
     LogBytes,
     LogOutput,
@@ -13,7 +14,6 @@ from navigation_bridge.requests.log_requests import (
     LogRequests,
     LogsFound,
 )
-from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode, Rejection
 from tests.support.flights.simulated_flight import SimulatedFlight
 
@@ -116,7 +116,7 @@ def test_a_request_is_rejected_while_it_would_disturb() -> None:
 
     flight.send(5.0, 0.0, 5.0)
     assert done(flight, listing(flight)).message.startswith("A goal is active")
-    flight.bridge.shut_down(flight.now)
+    flight.bridge.goals.shut_down(flight.now)
 
     flight = logged("px4")
     flight.simulation.vehicles[0].firmware.arm(force=True)

@@ -139,7 +139,7 @@ def test_a_cancel_holds_and_removes_the_mission(autopilot: str) -> None:
     flight = flight_of(autopilot)
     goal_id = flight.start(mission((30.0, 0.0, 3.0)))
     flight.run_until(lambda: flight.truth()[0][0] > 8.0)
-    flight.bridge.cancel_goal(goal_id, flight.now)
+    flight.bridge.goals.cancel(goal_id, flight.now)
     end = flight.run_to_end(goal_id)
     assert end.code.value == "CANCELED", end.message
     assert flight.truth()[1] < 0.3
@@ -152,7 +152,7 @@ def test_a_cancel_before_the_flight_leaves_the_motors_off() -> None:
     flight = flight_of("ardupilot")
     goal_id = flight.start(mission(*SQUARE))
     flight.run_to_status(goal_id, "ARMING")
-    flight.bridge.cancel_goal(goal_id, flight.now)
+    flight.bridge.goals.cancel(goal_id, flight.now)
     end = flight.run_to_end(goal_id)
     assert end.code.value == "CANCELED", end.message
     flight.run_for(3.0)

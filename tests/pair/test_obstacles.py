@@ -156,7 +156,7 @@ def test_a_route_that_hits_obstacles_says_so_in_one_sentence(tmp_path: Path) -> 
     assert goal_line.count("pole") == 4
     assert goal_line.endswith("and 1 more.")
     assert len(goal_line) < 600
-    flight.bridge.cancel_goal(goal, flight.now)
+    flight.bridge.goals.cancel(goal, flight.now)
     end = flight.run_to_end(goal)
     assert end.message.count("hit known ones") == 1
 
@@ -175,7 +175,7 @@ def test_a_straight_path_too_near_to_a_known_obstacle_is_reported_at_once(tmp_pa
     )
     assert any(words in text for text in remarks(flight))
     assert words in log(flight)
-    flight.bridge.cancel_goal(goal, flight.now)
+    flight.bridge.goals.cancel(goal, flight.now)
     assert words in flight.run_to_end(goal).message
     flight.start(flight.request(20.0, 8.0, 3.0))
     assert sum(words in text for text in remarks(flight)) == 1

@@ -43,7 +43,7 @@ def test_a_mission_that_is_cancelled(phases_flown: Changes) -> None:
     route = (WaypointRequest((12.0, 0.0, 3.0), acceptance_radius_m=2.0),)
     goal_id = flight.start(WaypointsRequest(route, by_mission=True))
     flight.run_to_status(goal_id, "NAVIGATING")
-    assert flight.bridge.cancel_goal(goal_id, flight.now)
+    assert flight.bridge.goals.cancel(goal_id, flight.now)
     assert flight.run_to_end(goal_id).code.value == "CANCELED"
     assert _passed(phases_flown, FlyMission) == [
         *("UPLOADING", "PREPARING", "ARMING", "STARTING", "NAVIGATING"),
@@ -56,7 +56,7 @@ def test_a_plane_that_is_cancelled_in_its_climb(phases_flown: Changes) -> None:
     flight = SimulatedFlight(simulated=vehicle).ready()
     goal_id = flight.send(300.0, 100.0, 60.0)
     flight.run_until(lambda: flight.truth()[0][2] > 10.0)
-    assert flight.bridge.cancel_goal(goal_id, flight.now)
+    assert flight.bridge.goals.cancel(goal_id, flight.now)
     assert flight.run_to_end(goal_id).code.value == "CANCELED"
     assert _passed(phases_flown, FlyPlane) == ["ARMING", "TAKING_OFF", "STOPPING", "ENDED"]
 
@@ -65,7 +65,7 @@ def test_velocity_commands_that_stop(phases_flown: Changes) -> None:
     flight = SteeredFlight()
     goal_id = flight.begin()
     flight.steer(2.0, (1.0, 0.0, 0.0))
-    assert flight.bridge.cancel_goal(goal_id, flight.now)
+    assert flight.bridge.goals.cancel(goal_id, flight.now)
     assert flight.run_to_end(goal_id).code.value == "CANCELED"
     assert _passed(phases_flown, FollowVelocity) == ["NAVIGATING", "STOPPING", "ENDED"]
 
@@ -80,6 +80,6 @@ def test_a_phase_that_the_table_does_not_hold_ends_the_flight(
     table[Phase.NAVIGATING] = table[Phase.NAVIGATING] - {Phase.STOPPING}
     monkeypatch.setattr(VehicleLed, "table", table)
     flight.run_to_status(goal_id, "LANDING")
-    assert flight.bridge.cancel_goal(goal_id, flight.now)
+    assert flight.bridge.goals.cancel(goal_id, flight.now)
     with pytest.raises(PhaseError, match="STOPPING cannot follow NAVIGATING"):
         flight.run_to_end(goal_id)

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from mavlink_sitl import VehicleConfig
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
     AltitudeReference,
     LandRequest,
@@ -15,7 +16,6 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from navigation_bridge.services import Service
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 pytestmark = pytest.mark.wide
@@ -118,7 +118,7 @@ def test_a_cancel_ends_in_a_circle_because_a_plane_cannot_stop(flying: Simulated
     flying.run_until(lambda: flying.status(goal_id) == "NAVIGATING")
     flying.run_for(5.0)
     place = flying.truth()[0]
-    flying.bridge.cancel_goal(goal_id, flying.now)
+    flying.bridge.goals.cancel(goal_id, flying.now)
     end = flying.run_to_end(goal_id)
     assert end.code.value == "CANCELED"
     assert "cannot stop" in end.message
@@ -140,7 +140,7 @@ def test_the_hold_service_circles_where_it_is(flying: SimulatedFlight) -> None:
 def test_a_cancel_on_the_ground_leaves_it_disarmed(plane: SimulatedFlight) -> None:
     goal_id = plane.send(300.0, 100.0, 60.0)
     plane.run_until(lambda: plane.vehicle.state.armed)
-    plane.bridge.cancel_goal(goal_id, plane.now)
+    plane.bridge.goals.cancel(goal_id, plane.now)
     end = plane.run_to_end(goal_id)
     assert end.code.value == "CANCELED", end.message
     assert not plane.vehicle.state.armed
@@ -150,7 +150,7 @@ def test_a_cancel_on_the_ground_leaves_it_disarmed(plane: SimulatedFlight) -> No
 def test_a_cancel_during_the_climb_continues_to_a_safe_height(plane: SimulatedFlight) -> None:
     goal_id = plane.send(300.0, 100.0, 60.0)
     plane.run_until(lambda: plane.truth()[0][2] > 4.0)
-    plane.bridge.cancel_goal(goal_id, plane.now)
+    plane.bridge.goals.cancel(goal_id, plane.now)
     assert plane.run_to_end(goal_id).code.value == "CANCELED"
     plane.run_for(20.0)
     assert plane.truth()[0][2] > 15.0

@@ -145,7 +145,7 @@ def test_a_cancel_while_the_position_is_in_doubt_stops_by_the_velocity(autopilot
     flight, goal = under_way(autopilot)
     shift(flight, GLITCH_M)
     flight.run_to_status(goal, "HOLDING")
-    flight.bridge.cancel_goal(goal, flight.now)
+    flight.bridge.goals.cancel(goal, flight.now)
     end = flight.run_to_end(goal)
     assert end.code is OutcomeCode.CANCELED, end.message
     assert "in doubt" in end.message

@@ -8,6 +8,7 @@ import math
 import pytest
 
 from mavlink_sitl import VehicleConfig
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
     LandRequest,
     ReturnRequest,
@@ -15,7 +16,6 @@ from navigation_bridge.goals.requests import (
     WaypointRequest,
     WaypointsRequest,
 )
-from navigation_bridge.services import Service
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 
@@ -100,7 +100,7 @@ def test_a_cancel_stops_and_leaves_it_in_hold(flight: SimulatedFlight) -> None:
     flight.fly_up()
     goal_id = flight.send(40.0, 0.0, 3.0)
     flight.run_until(lambda: flight.truth()[1] > 2.0, 20.0)
-    flight.bridge.cancel_goal(goal_id, flight.now)
+    flight.bridge.goals.cancel(goal_id, flight.now)
     end = flight.run_to_end(goal_id)
     assert end.code.value == "CANCELED", end.message
     assert flight.truth()[1] < 0.4

@@ -51,7 +51,7 @@ def order_of(
     assert state.local_position is not None
     assert state.battery is not None
     assert state.home is not None
-    home_at = flight.bridge.home_enu_m
+    home_at = flight.bridge.map_frame.home_enu_m(flight.bridge.vehicle.state)
     assert home_at is not None
     north, east, down = state.local_position.velocity_ned_m_s
     home = state.home
@@ -279,7 +279,9 @@ def test_it_begins_as_the_vehicle_moves_and_where_the_map_lies() -> None:
     pose = stage.bridge.pose
     assert pose is not None
     assert pose.yaw_enu_rad == pytest.approx(1.0, abs=0.1)
-    assert stage.bridge.home_enu_m == pytest.approx((3.0, -2.0, -0.5), abs=0.05)
+    assert stage.bridge.map_frame.home_enu_m(stage.bridge.vehicle.state) == pytest.approx(
+        (3.0, -2.0, -0.5), abs=0.05
+    )
     assert pose.position_enu_m == pytest.approx(order.position_enu_m, abs=3.0)
     assert pose.position_enu_m[0] > 0.5
 

@@ -108,7 +108,7 @@ def test_a_pause_and_a_cancel_in_a_route(flight: SimulatedFlight) -> None:
     assert flight.truth()[1] < 0.3
     flight.bridge.services.resume(flight.now)
     flight.run_until(lambda: flight.truth()[0][0] < 12.0)
-    flight.bridge.cancel_goal(goal_id, flight.now)
+    flight.bridge.goals.cancel(goal_id, flight.now)
     end = flight.run_to_end(goal_id)
     assert end.code.value == "CANCELED", end.message
     assert end.waypoints_reached == 2

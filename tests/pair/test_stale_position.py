@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from mavlink_sitl import VehicleConfig
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.goal import GoalHappened
 from navigation_bridge.goals.requests import LandRequest, Request, ReturnRequest, VelocityRequest
-from navigation_bridge.services import Service
 from navigation_core.outcomes import OutcomeCode
 from tests.support.flights.simulated_flight import SimulatedFlight
 

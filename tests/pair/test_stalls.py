@@ -13,7 +13,7 @@ import pytest
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import OperationResult, StoodStill
-from navigation_bridge.services import Service
+from navigation_bridge.clients.service_requests import Service
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.vehicle_pair import VehiclePair
 

@@ -101,7 +101,7 @@ def test_a_station_works_with_the_vehicle_while_the_bridge_flies(
     ack = hear(station, ["COMMAND_ACK"], lambda m: m.command == 512 and m.get_srcSystem() == 1)
     assert (ack.result, answers_us(ack)) == (0, True)
     assert station.hear("AUTOPILOT_VERSION").get_srcSystem() == 1
-    assert flight.on_thread(lambda: flight.bridge.active_goal_id) == goal
+    assert flight.on_thread(lambda: flight.bridge.goals.active_id) == goal
     end = flight.end(goal)
     assert end.code is OutcomeCode.SUCCESS, end.message
     counts = flight.counts()

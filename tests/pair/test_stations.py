@@ -270,7 +270,7 @@ def test_a_server_that_stops_while_a_station_has_the_vehicle_paused_says_so() ->
     goal_id = flight.begin(False)
     flight.hold_mode()
     flight.run_to_status(goal_id, "PAUSED")
-    flight.bridge.shut_down(flight.now)
+    flight.bridge.goals.shut_down(flight.now)
     end = flight.run_to_end(goal_id, 15.0)
     assert end.code.value == "SHUTTING_DOWN", end.message
 
@@ -331,7 +331,7 @@ def test_a_goal_that_a_station_paused_can_be_cancelled_and_replaced(
     done, text = flight.bridge.services.resume(flight.now)
     assert not done
     assert "Ground station 255/190 paused the vehicle" in text
-    assert flight.bridge.cancel_goal(first, flight.now)
+    assert flight.bridge.goals.cancel(first, flight.now)
     end = flight.run_to_end(first, 15.0)
     assert end.code.value == "CANCELED", end.message
     assert flight.stored == 0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import LandRequest, Request, ReturnRequest, TakeoffRequest
-from navigation_bridge.services import Service
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 pytestmark = pytest.mark.wide_but_first
@@ -76,7 +76,7 @@ def test_a_cancelled_descent_holds_where_it_is(flight: SimulatedFlight, request_
     assert flight.run_to_end(flight.send(0.0, 15.0, 12.0)).code.value == "SUCCESS"
     goal_id = flight.start(request_)
     flight.run_for(4.0)
-    assert flight.bridge.cancel_goal(goal_id, flight.now)
+    assert flight.bridge.goals.cancel(goal_id, flight.now)
     end = flight.run_to_end(goal_id)
     assert end.code.value == "CANCELED", end.message
     assert flight.truth()[1] < 0.3
@@ -129,7 +129,7 @@ def test_a_paused_goal_can_be_cancelled(flight: SimulatedFlight) -> None:
     flight.run_for(4.0)
     flight.bridge.services.pause(flight.now)
     flight.run_for(6.0)
-    flight.bridge.cancel_goal(goal_id, flight.now)
+    flight.bridge.goals.cancel(goal_id, flight.now)
     assert flight.run_to_end(goal_id).code.value == "CANCELED"
 
 
@@ -139,7 +139,7 @@ def test_a_goal_that_is_being_cancelled_neither_continues_nor_pauses(
     flight.fly_up()
     goal_id = flight.send(30.0, 0.0, 3.0)
     flight.run_until(lambda: flight.truth()[1] > 2.0)
-    flight.bridge.cancel_goal(goal_id, flight.now)
+    flight.bridge.goals.cancel(goal_id, flight.now)
     refused = (False, "The goal is being cancelled.")
     assert flight.bridge.services.resume(flight.now) == refused
     assert flight.bridge.services.pause(flight.now) == refused

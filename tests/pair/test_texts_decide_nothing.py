@@ -35,7 +35,7 @@ def paused_and_resumed(flight: StationFlight) -> None:
     flight.run_for(3.0)
     flight.command(mavlink.MAV_CMD_MISSION_START, 0.0)
     flight.run_for(3.0)
-    flight.bridge.cancel_goal(goal_id, flight.now)
+    flight.bridge.goals.cancel(goal_id, flight.now)
     flight.run_for(10.0)
 
 

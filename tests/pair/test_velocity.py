@@ -7,8 +7,8 @@ import math
 import pytest
 
 from mavlink_sitl import Obstacle, RangeSensor, VehicleConfig, World
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import VelocityRequest
-from navigation_bridge.services import Service
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
@@ -248,7 +248,7 @@ def test_a_pilot_who_takes_over_keeps_the_vehicle_though_commands_continue(
     assert not flight.setpoint_times(ended_s + 0.1)
     assert flight.vehicle.mode_name == modes[vehicle]
     assert "Velocity commands are ignored" in flight.said
-    assert flight.bridge.is_idle
+    assert flight.bridge.goals.active is None
 
 
 def test_a_failsafe_ends_it_with_its_code() -> None:
@@ -310,7 +310,7 @@ def test_what_a_ground_station_has_paused_or_sent_is_not_taken_by_a_command(auto
             command = VelocityCommand(flight.now, VelocityFrame.BODY, (1.0, 0.0, 0.0))
             flight.bridge.feature(VelocityCommands).follow(command, "c0" * 16, flight.now)
             flight.run_for(0.1)
-        assert flight.bridge.is_idle
+        assert flight.bridge.goals.active is None
         assert not flight.setpoint_times(since_s)
         assert "taken over" in "\n".join(line.text for line in flight.log_lines())
         assert flight.run_to_end(flight.send(0.0, 2.0, 3.0)).code is OutcomeCode.SUCCESS
@@ -321,7 +321,7 @@ def test_by_default_commands_alone_move_nothing() -> None:
     since_s = flight.now
     place = flight.truth()[0]
     flight.steer(3.0, (2.0, 0.0, 0.0))
-    assert flight.bridge.is_idle
+    assert flight.bridge.goals.active is None
     assert not flight.setpoint_times(since_s + 0.1)
     assert math.dist(flight.truth()[0], place) < 0.3
     assert "cmd_vel_start is 'goal'" in flight.said
@@ -361,7 +361,7 @@ def test_a_cancel_and_the_hold_service_stop_it_and_commands_do_not_undo_that(
     flight = SteeredFlight(*vehicle, cmd_vel_start="command")
     goal_id = flight.begin()
     flight.steer(3.0, (1.5, 0.0, 0.0))
-    assert flight.bridge.cancel_goal(goal_id, flight.now)
+    assert flight.bridge.goals.cancel(goal_id, flight.now)
     end = flight.steer_to_end(goal_id, (1.5, 0.0, 0.0))
     assert end.code is OutcomeCode.CANCELED, end.message
     flight.steer(3.0, (1.5, 0.0, 0.0))
@@ -391,7 +391,7 @@ def test_a_pause_service_stops_it_and_resume_lets_it_continue() -> None:
 
 def test_no_command_starts_a_goal_while_the_server_stops() -> None:
     flight = SteeredFlight(cmd_vel_start="command")
-    flight.bridge.shut_down(flight.now)
+    flight.bridge.goals.shut_down(flight.now)
     flight.steer(2.0, (1.0, 0.0, 0.0))
     assert not flight.started
 

@@ -159,8 +159,8 @@ def compare(seed: int) -> None:
         for of in (by_messages, directly):
             if act == "timer":
                 of.handle_timer(now)
-            elif act == "goal" and of.check(GOAL, now) is None:
-                of.start_goal("1" * 32, GOAL, now)
+            elif act == "goal" and of.goals.check(GOAL, now) is None:
+                of.goals.start("1" * 32, GOAL, now)
             elif act == "mode":
                 of.vehicle.change_mode("GUIDED", now)
         assert outcome(directly, senders[1], now) == outcome(by_messages, senders[0], now)

@@ -131,7 +131,7 @@ def test_a_bridge_that_rejects_goals_and_begins_again_still_rejects_them() -> No
     system_id = heard.vehicle.state.system_id
     heard.begin_again()
     assert (system_id, heard.vehicle.state.system_id) == (1, 0)
-    rejection = heard.check(TakeoffRequest(3.0), 100.0)
+    rejection = heard.goals.check(TakeoffRequest(3.0), 100.0)
     assert rejection is not None
     assert rejection.message == "A recording can't be flown."
 

@@ -33,7 +33,7 @@ def state_of(bridge: Bridge) -> tuple[Any, ...]:
     state, pose = bridge.vehicle.state, bridge.pose
     return (
         state.custom_mode, state.armed, state.landed_state,
-        state.failsafe and state.failsafe.text, bridge.home_enu_m,
+        state.failsafe and state.failsafe.text, bridge.map_frame.home_enu_m(bridge.vehicle.state),
         None if pose is None else pose.position_enu_m,
         None if pose is None else pose.yaw_enu_rad,
         None if state.battery is None else state.battery.remaining,

@@ -45,7 +45,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, SimulatedFlig
     gone = flight.send(-6.0, 3.0, 3.0)
     flight.run_to_status(gone, "NAVIGATING")
     flight.run_for(1.0)
-    flight.bridge.cancel_goal(gone, flight.now)
+    flight.bridge.goals.cancel(gone, flight.now)
     flight.run_to_end(gone)
     recorder.close()
     return path, flight, sent_s

@@ -107,7 +107,7 @@ def test_open_goals_end_and_new_ones_are_rejected(server: _Server) -> None:
     handle = _send(server)
     assert handle.accepted
     result = handle.get_result_async()
-    _wait(lambda: server.bridge.active_goal_id is not None, "the start of the goal")
+    _wait(lambda: server.bridge.goals.active_id is not None, "the start of the goal")
 
     server.driver.stop(5.0)
     assert not _send(server).accepted

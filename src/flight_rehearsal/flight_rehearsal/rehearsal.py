@@ -167,10 +167,10 @@ def _go_on(stage: RehearsedFlight, is_over: IsOver) -> None:
 
 def _begin(stage: RehearsedFlight, order: RehearsalRequest) -> Rehearsal | None:
     request = _request(order)
-    rejection = stage.bridge.check(request, stage.now)
+    rejection = stage.bridge.goals.check(request, stage.now)
     if rejection is not None:
         return Rehearsal(rejection.code.value, rejection.message, False)
-    stage.bridge.start_goal(_GOAL_ID, request, stage.now)
+    stage.bridge.goals.start(_GOAL_ID, request, stage.now)
     return None
 
 

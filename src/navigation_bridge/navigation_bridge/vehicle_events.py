@@ -15,10 +15,10 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.ranges import RangesMeasured
 from navigation_bridge import notes
+from navigation_bridge.clients.service_requests import ServiceRequests
 from navigation_bridge.engine import Engine, Parts
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
-from navigation_bridge.services import ServiceDesk
 from navigation_bridge.supervision.station_rules import takes_vehicle
 from navigation_bridge.vehicle.traits import vehicle_mode
 from navigation_core.outcomes import OutcomeCode
@@ -40,7 +40,7 @@ class VehicleEvents:
         engine: Engine,
         parts: Parts,
         obstacles: ObstacleFeed,
-        desk: ServiceDesk,
+        service_requests: ServiceRequests,
     ) -> None:
         """Hand them to these."""
         self._engine = engine
@@ -48,7 +48,7 @@ class VehicleEvents:
         self._report = parts.report
         self._vehicle = parts.vehicle
         self._obstacles = obstacles
-        self._desk = desk
+        self._service_requests = service_requests
 
     def handle(self, now: float) -> None:
         """Process all events that have come."""
@@ -94,7 +94,7 @@ class VehicleEvents:
                 is_restored = event.result is OperationResult.ACHIEVED
                 goal.taken(replace(goal.takeover, overtaken=restored, restored=is_restored))
             return
-        parked, served = self._parts.parking.finish(event), self._desk.finish(event)
+        parked, served = self._parts.parking.finish(event), self._service_requests.finish(event)
         if parked or served:
             return
         if goal is None or not goal.operation.is_pending(event.operation_id):

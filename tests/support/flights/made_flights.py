@@ -83,7 +83,7 @@ def _goals(flight: MadeFlight) -> None:
     if flight.kind == "plane":
         goal_id = flight.under_way()
         flight.run_for(8.0)
-        flight.bridge.cancel_goal(goal_id, flight.now)
+        flight.bridge.goals.cancel(goal_id, flight.now)
         flight.run_to_end(goal_id)
         return
     flight.check(flight.request(9e5, 0.0, 3.0))

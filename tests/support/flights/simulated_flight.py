@@ -10,6 +10,7 @@ from mavlink_sitl import Simulation, VehicleConfig, World
 from mavlink_vehicle.codec import Codec, Message
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import (
@@ -19,7 +20,6 @@ from navigation_bridge.goals.goal import (
     ServiceDone,
 )
 from navigation_bridge.goals.requests import NavigateRequest, Request
-from navigation_bridge.services import Service
 from navigation_bridge.tasks.registry import TASKS
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import Vector3
@@ -179,10 +179,10 @@ class SimulatedFlight:
 
     def start(self, request: Request) -> str:
         """Send a goal of any action that must be accepted, and return its id."""
-        rejection = self.bridge.check(request, self.now)
+        rejection = self.bridge.goals.check(request, self.now)
         assert rejection is None, rejection
         goal_id = f"{next(self._ids):032x}"
-        self.bridge.start_goal(goal_id, request, self.now)
+        self.bridge.goals.start(goal_id, request, self.now)
         self._collect()
         return goal_id
 
@@ -196,7 +196,7 @@ class SimulatedFlight:
 
     def check(self, request: Request) -> Rejection | None:
         """Ask whether a request would be accepted."""
-        return self.bridge.check(request, self.now)
+        return self.bridge.goals.check(request, self.now)
 
     def all(self, kind: type[_Output]) -> list[_Output]:
         """Return all outputs of one kind."""

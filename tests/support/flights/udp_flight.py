@@ -133,7 +133,7 @@ class UdpFlight:
     def ready(self) -> UdpFlight:
         """Wait until goals are taken."""
         request = _request((0.0, 0.0, 4.0))
-        self.wait(lambda: self.bridge.check(request, self.clock.now()) is None, "ready")
+        self.wait(lambda: self.bridge.goals.check(request, self.clock.now()) is None, "ready")
         return self
 
     def send(self, x: float, y: float, z: float, by_mission: bool = False) -> str:
@@ -144,9 +144,9 @@ class UdpFlight:
         goal_id = f"{next(self._ids):032x}"
 
         def start() -> None:
-            rejection = self.bridge.check(request, self.clock.now())
+            rejection = self.bridge.goals.check(request, self.clock.now())
             assert rejection is None, rejection
-            self.bridge.start_goal(goal_id, request, self.clock.now())
+            self.bridge.goals.start(goal_id, request, self.clock.now())
 
         self._application.status = ""
         self._driver.call(start)

@@ -6,10 +6,10 @@ import itertools
 import math
 
 from mavlink_sitl import VehicleConfig, World
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import GoalFinished
 from navigation_bridge.goals.requests import VelocityRequest
-from navigation_bridge.services import Service
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
@@ -57,11 +57,11 @@ class SteeredFlight(SimulatedFlight):
 
     def tell(self, linear: Vector3, rate: float = 0.0, frame: str = "base_link") -> None:
         """Give one command; ``started`` is then the goal that it may have started."""
-        idle, goal_id = self.bridge.is_idle, f"{next(_ids):032x}"
+        idle, goal_id = self.bridge.goals.active is None, f"{next(_ids):032x}"
         command = VelocityCommand(self.now, VelocityFrame(frame), linear, rate)
         self.bridge.feature(VelocityCommands).follow(command, goal_id, self.now)
         self._collect()
-        if idle and not self.bridge.is_idle:
+        if idle and self.bridge.goals.active is not None:
             self.started = goal_id
 
     def steer(

@@ -140,7 +140,7 @@ def _state(bridge: Bridge, now: float) -> dict[str, Any]:
         if battery is None
         else [_number(battery.remaining), _number(battery.voltage_v)],
         "pose": None if pose is None else [*_place(pose.position_enu_m), _number(pose.yaw_enu_rad)],
-        "goal": bridge.active_goal_id,
+        "goal": bridge.goals.active_id,
     }
 
 

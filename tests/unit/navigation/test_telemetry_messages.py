@@ -32,6 +32,7 @@ from navigation_bridge.configuration.sensor_poses import turn
 from navigation_bridge.goals.goal import GoalRejected
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
 from navigation_bridge.vehicle.station_health import StationHealth
+from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 
@@ -196,16 +197,20 @@ def _bridge(**members: Any) -> Any:
     return SimpleNamespace(vehicle=SimpleNamespace(state=state), pose=None, **members)
 
 
+def _at_home(home_enu_m: Vector3 | None) -> Any:
+    return _bridge(map_frame=SimpleNamespace(home_enu_m=lambda _: home_enu_m))
+
+
 def test_home_is_published_with_its_map_position_once_known() -> None:
     state = VehicleState(home=Home(0.0, 47.0, 8.0, 500.0, None))
-    before = messages.home_position(_bridge(home_enu_m=None), state, STAMP)
+    before = messages.home_position(_at_home(None), state, STAMP)
     assert (before.latitude, before.longitude, before.altitude_amsl) == (47.0, 8.0, 500.0)
     assert math.isnan(before.position.x)
-    later = messages.home_position(_bridge(home_enu_m=(1.0, 2.0, 3.0)), state, Time(sec=13))
+    later = messages.home_position(_at_home((1.0, 2.0, 3.0)), state, Time(sec=13))
     assert (later.position.x, later.position.y, later.position.z) == (1.0, 2.0, 3.0)
     assert later.header.frame_id == "map"
     assert not messages.is_same_home(before, later)
-    again = messages.home_position(_bridge(home_enu_m=(1.0, 2.0, 3.0)), state, Time(sec=14))
+    again = messages.home_position(_at_home((1.0, 2.0, 3.0)), state, Time(sec=14))
     assert messages.is_same_home(later, again)
 
 

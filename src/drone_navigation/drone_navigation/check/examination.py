@@ -203,7 +203,7 @@ class Checker:
 
     def trial(self, now: float) -> Rejection | None:
         """Return why a minimal goal would be rejected now, apart from arming, or None."""
-        rejection = self._bridge.check(self._small_goal(), now)
+        rejection = self._bridge.goals.check(self._small_goal(), now)
         self._drain()
         return rejection
 

@@ -265,10 +265,10 @@ class GoalServers:
             rejection = None if self._presence is None else self._presence.rejection()
             if rejection is not None:
                 refusal = rejection
-                self._driver.call(lambda: self._bridge.reject(refusal), _CALL_TIMEOUT_S)
+                self._driver.call(lambda: self._bridge.goals.reject(refusal), _CALL_TIMEOUT_S)
                 return GoalResponse.REJECT
             rejection = self._driver.call(
-                lambda: self._bridge.check(request, self._clock.now()), _CALL_TIMEOUT_S
+                lambda: self._bridge.goals.check(request, self._clock.now()), _CALL_TIMEOUT_S
             )
         except DriverError:
             self._node.get_logger().error("Goal rejected: the driver thread does not respond")
@@ -281,7 +281,7 @@ class GoalServers:
             f"{RESULT_TIMEOUT_S} s ago; give each goal an id of its own."
         )
         rejection = Rejection(OutcomeCode.BUSY, text)
-        self._driver.post(lambda: self._bridge.reject(rejection))
+        self._driver.post(lambda: self._bridge.goals.reject(rejection))
 
     def _request(self, kind: ActionKind, goal: GoalMessage) -> Request:
         request = kind.request(goal)
@@ -296,13 +296,13 @@ class GoalServers:
         request = self._request(kind, handle.request)
         # EXECUTING before the bridge can end the goal: an end needs that state.
         handle.execute()
-        self._driver.post(lambda: self._bridge.start_goal(goal_id, request, self._clock.now()))
+        self._driver.post(lambda: self._bridge.goals.start(goal_id, request, self._clock.now()))
 
     def _on_cancel(self, kind: ActionKind, handle: ServerGoalHandle) -> CancelResponse:
         goal_id = bytes(handle.goal_id.uuid).hex()
         try:
             accepted = self._driver.call(
-                lambda: self._bridge.cancel_goal(goal_id, self._clock.now(), kind.name),
+                lambda: self._bridge.goals.cancel(goal_id, self._clock.now(), kind.name),
                 _CALL_TIMEOUT_S,
             )
         except DriverError:

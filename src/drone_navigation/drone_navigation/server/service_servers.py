@@ -15,9 +15,9 @@ from custom_interfaces.srv import GetVehicleParameters, SetMode
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.waiting import STOPPED, Waiting
 from mavlink_vehicle.errors import DriverError
-from navigation_bridge.client_services import ClientServices
+from navigation_bridge.clients.client_services import ClientServices
+from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.goal import ServiceDone
-from navigation_bridge.services import Service
 from navigation_core.geometry import Vector3
 
 ServiceRequest: TypeAlias = Trigger.Request | SetMode.Request

@@ -159,11 +159,11 @@ class VehicleNode:
         """Reject what is requested from now on, stop the vehicle and end its goal."""
         stopping = Rejection(OutcomeCode.SHUTTING_DOWN, STOPPED)
         self.member.post(lambda: self._bridge.refuse(stopping))
-        self.member.post(lambda: self._bridge.shut_down(self._clock.now()))
+        self.member.post(lambda: self._bridge.goals.shut_down(self._clock.now()))
 
     def release(self) -> None:
         """End a goal whose vehicle has not come to rest yet, and command a hold."""
-        self.member.post(lambda: self._bridge.release(self._clock.now()))
+        self.member.post(lambda: self._bridge.goals.release(self._clock.now()))
 
     def close(self) -> None:
         """Answer every request that still waits."""
@@ -172,7 +172,7 @@ class VehicleNode:
     def is_idle(self) -> bool:
         """True if no goal is open, no list half written, or none can still end in order."""
         bridge = self._bridge
-        works = bridge.is_writing or bridge.is_parking or not bridge.is_idle
+        works = bridge.is_writing or bridge.is_parking or bridge.goals.active is not None
         if works and not self.member.given_up:
             return False
         return self._server is None or self._server.is_idle()

@@ -64,7 +64,7 @@ class NotedOutputs:
         happened = noted.happened
         outputs: list[Output] = [happened]
         if happened.event == "ACCEPTED":
-            self._bridge.recorded_goal_id = happened.goal_id
+            self._bridge.goals.recorded_id = happened.goal_id
             self._status = Status.PREPARING
         elif happened.event == "STATUS":
             with suppress(ValueError):  # of another version
@@ -73,7 +73,7 @@ class NotedOutputs:
             sentence = happened.message.removeprefix(f"{code.value}: ")
             outputs.insert(0, GoalRejected(Rejection(code, sentence)))
         elif happened.event == "ENDED":
-            self._bridge.recorded_goal_id = None
+            self._bridge.goals.recorded_id = None
             if (code := _code(happened.what)) is not None:
                 outputs.insert(0, self._finished(noted, code))
             if self._has_plan:

@@ -101,13 +101,13 @@ class _Shadow:
     def _request(self, goal_id: str, cancel: bool, now: float) -> None:
         result = self._results[goal_id]
         if cancel:
-            self._bridge.cancel_goal(goal_id, now)
-        elif (rejection := self._bridge.check(result.goal.request, now)) is not None:
+            self._bridge.goals.cancel(goal_id, now)
+        elif (rejection := self._bridge.goals.check(result.goal.request, now)) is not None:
             result.end, result.ended_s = REJECTED, now
             result.message = f"{rejection.code.value}: {rejection.message}"
         else:
             result.end = OPEN
-            self._bridge.start_goal(goal_id, result.goal.request, now)
+            self._bridge.goals.start(goal_id, result.goal.request, now)
         self._bridge.messages_to_send()
         self._collect(now)
 

@@ -23,13 +23,13 @@ class Goals(Protocol):
     """The goals of a bridge."""
 
     @property
-    def active_goal(self) -> ActiveGoal | None:
+    def active(self) -> ActiveGoal | None:
         """The active goal."""
 
     def check(self, request: Request, now: float) -> Rejection | None:
         """Return whether a goal would be accepted now; a rejection is also logged."""
 
-    def start_goal(self, goal_id: str, request: Request, now: float) -> None:
+    def start(self, goal_id: str, request: Request, now: float) -> None:
         """Begin an accepted goal; it replaces the active one."""
 
 
@@ -41,7 +41,7 @@ class FeatureParts:
         vehicle: the vehicle.
         map_frame: its map frame.
         report: takes log lines.
-        goals: begins goals.
+        goals: returns what begins goals.
         config: returns the settings for goals.
         refusal: returns why nothing is accepted: there is no vehicle to execute it; or None.
         occupied: returns why the vehicle is left alone: the same, or an active goal; or None.
@@ -50,7 +50,7 @@ class FeatureParts:
     vehicle: Vehicle
     map_frame: MapFrame
     report: Reporter
-    goals: Goals
+    goals: Callable[[], Goals]
     config: Callable[[], BridgeConfig]
     refusal: Callable[[], Rejection | None]
     occupied: Callable[[], Rejection | None]

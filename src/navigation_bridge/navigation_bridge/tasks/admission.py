@@ -65,6 +65,10 @@ class Admission:
         self._features = features
         self._ticket: _Ticket | None = None
 
+    def action_of(self, request: Request) -> str:
+        """Return the name of the action of a request."""
+        return task_of(request, self._tasks).action
+
     def redeem(
         self, request: Request, active_goal_id: str | None, now: float
     ) -> Admitted | Rejection:
@@ -103,7 +107,7 @@ class Admission:
             return admitted
         admitted = replace(
             admitted,
-            action=task_of(request, self._tasks).action,
+            action=self.action_of(request),
             follows_commands=isinstance(request, VelocityRequest),
         )
         checked = check_safety(admitted, snapshot)

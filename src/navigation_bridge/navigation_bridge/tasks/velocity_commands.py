@@ -78,8 +78,8 @@ class VelocityCommands(Feature):
         if fault:
             self._ignored(f"A velocity command cannot be used: {fault}", now)
             return
-        goals, vehicle = self.parts.goals, self.parts.vehicle
-        goal = goals.active_goal
+        goals, vehicle = self.parts.goals(), self.parts.vehicle
+        goal = goals.active
         if goal is not None and goal.follows_commands:
             return
         active = "" if goal is None else f"goal {goal.short_id} ({goal.kind})"
@@ -89,7 +89,7 @@ class VelocityCommands(Feature):
             self._ignored(f"Velocity commands are ignored: {why}.", now)
         request = VelocityRequest()
         if starts and goals.check(request, now) is None:
-            goals.start_goal(goal_id, request, now)
+            goals.start(goal_id, request, now)
 
     def reject(self, fault: str, now: float) -> None:
         """Process a velocity command that cannot be used; the vehicle stops.

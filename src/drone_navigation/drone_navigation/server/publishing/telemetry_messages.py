@@ -187,7 +187,7 @@ def home_position(
     message.header.frame_id = names.map
     message.latitude, message.longitude = state.home.latitude_deg, state.home.longitude_deg
     message.altitude_amsl = state.home.altitude_amsl_m
-    place = bridge.home_enu_m or (math.nan, math.nan, math.nan)
+    place = bridge.map_frame.home_enu_m(state) or (math.nan, math.nan, math.nan)
     message.position.x, message.position.y, message.position.z = place
     return message
 
@@ -285,9 +285,9 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     message.landed_state = int(state.landed_state)
     message.position_valid = bridge.pose is not None
     message.failsafe = "" if state.failsafe is None else failsafe_code(state.failsafe).value
-    message.active_goal = bridge.active_goal_id or ""
+    message.active_goal = bridge.goals.active_id or ""
     message.battery_for_return = bridge.battery_for_return
-    message.battery_reserve = bridge.battery_reserve
+    message.battery_reserve = bridge.config.safety.battery_reserve
     message.last_status_text = state.status_texts[-1].text if state.status_texts else ""
     return message
 
@@ -341,7 +341,8 @@ def obstacle_diagnostic(
 
 def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> DiagnosticStatus:
     """Return the state of the control loop."""
-    lateness, recent_s, age_s = bridge.lateness, bridge.lateness.recent_s(now), bridge.data_age_s
+    lateness, age_s = bridge.lateness_watch.lateness, bridge.lateness_watch.data_age_s
+    recent_s = lateness.recent_s(now)
     if recent_s >= TOO_LATE_S:
         judged = DiagnosticStatus.ERROR, "Overrun: the vehicle is stopped"
     elif recent_s >= LATE_S:

@@ -184,7 +184,7 @@ class Topics:
             self._scene.update(stamp)
             bridge = self._bridge
             sensor = bridge.obstacles.sensor_pose
-            self.transforms.publish_still(bridge.map_origin, state, sensor, stamp)
+            self.transforms.publish_still(bridge.map_frame.origin, state, sensor, stamp)
             self._publish_diagnostics(stamp, now)
 
     def _publish_pose(self, state: VehicleState, now: float) -> None:
@@ -297,8 +297,8 @@ def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
         state.landed_state,
         state.failsafe,
         state.texts,
-        bridge.has_pose,
+        bridge.map_frame.has_pose(bridge.vehicle.state),
         vehicle.heartbeats.alive,
         vehicle.in_control_mode,
-        bridge.active_goal_id,
+        bridge.goals.active_id,
     )

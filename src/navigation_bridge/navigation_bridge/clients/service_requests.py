@@ -37,7 +37,7 @@ class _Pending(NamedTuple):
     operation_id: int
 
 
-class ServiceDesk:
+class ServiceRequests:
     """Executes one service request at a time; a later one replaces it."""
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame, report: Reporter) -> None:

@@ -7,12 +7,12 @@ import re
 from collections.abc import Sequence
 
 from mavlink_vehicle.vehicle import Vehicle
+from navigation_bridge.clients.service_requests import Service, ServiceRequests
 from navigation_bridge.engine import Engine
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.requests.feature import Feature
-from navigation_bridge.services import Service, ServiceDesk
 from navigation_bridge.supervision.parking import Parking
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -37,7 +37,7 @@ class ClientServices:
         vehicle: Vehicle,
         report: Reporter,
         parking: Parking,
-        desk: ServiceDesk,
+        service_requests: ServiceRequests,
         features: Feature,
         refusal: Rejection | None,
     ) -> None:
@@ -46,7 +46,7 @@ class ClientServices:
         self._vehicle = vehicle
         self._report = report
         self._parking = parking
-        self._desk = desk
+        self._service_requests = service_requests
         self._features = features
         self.refusal = refusal
 
@@ -113,10 +113,10 @@ class ClientServices:
             text = "The hold service was called."
             self._engine.end(goal, Outcome(OutcomeCode.PREEMPTED, text, None), now)
         if service is Service.HOLD and self._parking.operation_id is not None:
-            self._desk.wait_for(number, self._parking.operation_id)
+            self._service_requests.wait_for(number, self._parking.operation_id)
         else:
             self._parking.give_up()
-            self._desk.begin(number, service, now, mode)
+            self._service_requests.begin(number, service, now, mode)
 
     def read_parameters(self, names: Sequence[str], now: float) -> list[float]:
         """Return parameters of the vehicle; those not known yet are NaN, and are asked for.

@@ -1,0 +1,1 @@
+"""Requests of clients: goals, and the services beside a goal."""
