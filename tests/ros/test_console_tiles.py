@@ -48,6 +48,8 @@ VEHICLES = {
 PLACES = ((70.0, 40.0), (-90.0, -35.0))
 # So far that a web map's scale there is another.
 FAR = (5200.0, 3600.0)
+# There is a coarse tile, but none of the finest.
+GAP = (2500.0, -1500.0)
 HOME_ENU_M = (3.0, -2.0, 0.0)
 ZOOM = 18
 _PERIOD_S = 0.3
@@ -111,17 +113,22 @@ def home_of(name: str) -> HomeValue:
     return HomeValue(latitude=latitude, longitude=longitude, altitude=50.0, at=list(HOME_ENU_M))
 
 
-def places_of(name: str) -> list[tuple[float, float]]:
+def places_of(
+    name: str, places: Sequence[tuple[float, float]] = (*PLACES, FAR)
+) -> list[tuple[float, float]]:
     """Return latitude and longitude of the marks, by the projection that the bridge uses."""
     frame, _ = plans.vehicle_map(VEHICLES[name][0], home_of(name))
-    found = [frame.geodetic((north_m, east_m, 0.0)) for east_m, north_m in (*PLACES, FAR)]
+    found = [frame.geodetic((north_m, east_m, 0.0)) for east_m, north_m in places]
     return [(latitude, longitude) for latitude, longitude, _ in found]
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
     folder = tmp_path_factory.mktemp("tiles")
-    tiles = draw_tiles([place for name in VEHICLES for place in places_of(name)], ZOOM)
+    tiles = {}
+    for zoom in range(ZOOM - 3, ZOOM + 1):
+        tiles |= draw_tiles([place for name in VEHICLES for place in places_of(name)], zoom)
+    tiles |= draw_tiles(places_of("berlin", [GAP]), ZOOM - 3)
     files = {
         "folder": write_folder(tiles, folder / "tiles"),
         "archive": write_archive(tiles, folder / "tiles.pmtiles"),
@@ -224,30 +231,48 @@ def test_tiles_lie_where_the_firmware_puts_their_places(
         tab.close()
 
 
+def go(tab: Tab, place: tuple[float, float]) -> float:
+    """Drag and zoom the map to a place; return how many pixels a metre has there."""
+    while (before := scale_of(tab)) > 0.05:
+        tab.click("zoom-out")
+        if scale_of(tab) == before:
+            break
+    while (scale := scale_of(tab)) < 1.7:
+        left, top, width, height = tab.box("map")
+        x, y, _ = view_of(tab)
+        over = ((place[0] - x) * scale, (y - place[1]) * scale)
+        middle = (left + width / 2, top + height / 2)
+        share = min(1.0, 0.4 * height / max(math.hypot(*over), 1.0))
+        to = (middle[0] - share * over[0], middle[1] - share * over[1])
+        if math.dist(middle, to) > 10.0:  # less is a click
+            tab.drag(middle, ((middle[0] + to[0]) / 2, (middle[1] + to[1]) / 2), to)
+        drawn(tab)
+        if share == 1.0:
+            tab.click("zoom-in")
+    loaded(tab)
+    return scale
+
+
 @pytest.mark.parametrize("name", VEHICLES)
 def test_tiles_lie_right_far_from_home_too(scene: Scene, name: str, tmp_path: Path) -> None:
     tab = opened(scene, "folder", name)
     try:
-        while scale_of(tab) > 0.05:
-            before = scale_of(tab)
-            tab.click("zoom-out")
-            if scale_of(tab) == before:
-                break
-        while (scale := scale_of(tab)) < 1.7:
-            left, top, width, height = tab.box("map")
-            x, y, _ = view_of(tab)
-            over = [(FAR[0] - x) * scale, (y - FAR[1]) * scale]
-            middle = (left + width / 2, top + height / 2)
-            share = min(1.0, 0.4 * height / max(math.hypot(*over), 1.0))
-            to = (middle[0] - share * over[0], middle[1] - share * over[1])
-            if math.dist(middle, to) > 10.0:  # less is a click
-                tab.drag(middle, ((middle[0] + to[0]) / 2, (middle[1] + to[1]) / 2), to)
-            drawn(tab)
-            if share == 1.0:
-                tab.click("zoom-in")
-        loaded(tab)
+        scale = go(tab, FAR)
         (found,) = marks(tab, tmp_path / "seen.png", [FAR])
         assert found == pytest.approx(FAR, abs=1.5 / scale + 0.5)
+    finally:
+        tab.close()
+
+
+def test_where_the_finest_tiles_have_a_gap_a_coarser_one_is_shown(
+    scene: Scene, tmp_path: Path
+) -> None:
+    tab = opened(scene, "archive", "berlin")
+    try:
+        go(tab, GAP)
+        (found,) = marks(tab, tmp_path / "seen.png", [GAP])
+        # Half of a pixel of the coarse tile is 1.5 m.
+        assert found == pytest.approx(GAP, abs=2.5)
     finally:
         tab.close()
 

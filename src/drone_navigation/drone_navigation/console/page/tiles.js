@@ -10,6 +10,7 @@ const STEP_DEG = 1e-4;
 const APART_M = 1000;
 // Below the finest tiles, where these have gaps, are those of this many zooms less.
 const COARSER = 3;
+const SEAM_PX = 0.6;
 
 // East and north of a place in the map: mavlink_vehicle's projections of each firmware.
 export function toLocal(earth, latitude, longitude) {
@@ -88,10 +89,14 @@ export class Tiles {
     // At Leaflet's zoom 0 a metre is a pixel.
     const zoomOffset = Math.round(Math.log2((width * ratio) / TILE_PX));
     const tileSize = L.point(width, height).divideBy(2 ** zoomOffset);
-    this.layers = [COARSER, 0].map((fewer) => new Layer({
+    const fewer = [COARSER, 0].filter((each) => zooms.max - each >= zooms.min);
+    this.layers = fewer.map((each) => new Layer({
       token: encodeURIComponent(this.link.token), tileSize, zoomOffset, minZoom: zooms.min - zoomOffset - 2,
-      minNativeZoom: zooms.min - zoomOffset, maxNativeZoom: Math.max(zooms.max - fewer, zooms.min) - zoomOffset,
+      minNativeZoom: zooms.min - zoomOffset, maxNativeZoom: zooms.max - each - zoomOffset,
       bounds: [[top - height, -Infinity], [top, Infinity]],
-    }).on("load tileload tileunload", this.redraw).addTo(map.leaflet));
+    }).on("load tileload tileunload", this.redraw).on("tileloadstart", ({ tile }) => {
+      // A little wider than its place, so that no line is left between two.
+      Object.assign(tile.style, { width: `${tileSize.x + SEAM_PX}px`, height: `${tileSize.y + SEAM_PX}px` });
+    }).addTo(map.leaflet));
   }
 }

@@ -84,9 +84,13 @@ export class LocalMap extends EventTarget {
     this.leaflet.setZoomAround(L.point(px, py), this.leaflet.getZoom() + Math.log2(factor), { animate: false });
   }
 
+  // Shows the points; what the map can never show together with the last one is left out.
   fit(points) {
     if (!points.length) return;
-    const bounds = L.latLngBounds(points.map(([x, y]) => place(x, y)));
+    const [x, y] = points.at(-1);
+    const far = (0.4 * Math.min(this.width, this.height)) / SCALE_MIN;
+    const near = points.filter((p) => Math.hypot(p[0] - x, p[1] - y) <= far);
+    const bounds = L.latLngBounds(near.map((p) => place(p[0], p[1])));
     const { lat, lng } = bounds.getCenter();
     bounds.extend(place(lng - LEAST_M, lat - LEAST_M)).extend(place(lng + LEAST_M, lat + LEAST_M));
     this.leaflet.fitBounds(bounds, { animate: false, padding: [this.width / 8, this.height / 8] });
