@@ -29,7 +29,7 @@ from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.processes import Process
 from tests.support.ros.browser import CHROMIUM, Browser, Tab
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, new_domain
-from tests.support.tiles import draw_tiles, write_archive, write_folder
+from tests.support.tiles import TileKey, draw_tiles, write_archive, write_folder
 
 pytestmark = [
     pytest.mark.wide,
@@ -125,7 +125,7 @@ def places_of(
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
     folder = tmp_path_factory.mktemp("tiles")
-    tiles = {}
+    tiles: dict[TileKey, bytes] = {}
     for zoom in range(ZOOM - 3, ZOOM + 1):
         tiles |= draw_tiles([place for name in VEHICLES for place in places_of(name)], zoom)
     tiles |= draw_tiles(places_of("berlin", [GAP]), ZOOM - 3)

@@ -197,13 +197,17 @@ class Fleet:
             self._rehearse(single, f"{by}: {name}", partial(take, name), lose_link=False)
 
     def _joint_rehearsal(self, ordered: tuple[str, ...]) -> JointRehearsal:
-        separations = [v.separation for v in self._vehicles.values() if v.separation is not None]
+        separations = [
+            v.parameters.separation
+            for v in self._vehicles.values()
+            if v.parameters.separation is not None
+        ]
         # The greater one of two servers, each of which has its vehicles keep its own.
         separation = Separation(
             max((s.horizontal_m for s in separations), default=Separation.horizontal_m),
             max((s.vertical_m for s in separations), default=Separation.vertical_m),
         )
-        switches = [self._vehicles[name].is_separated for name in ordered]
+        switches = [self._vehicles[name].parameters.is_separated for name in ordered]
         is_separated = None if None in switches else all(switches)
         vehicles = {name: vehicle.for_others() for name, vehicle in self._vehicles.items()}
         return JointRehearsal(ordered, vehicles, separation, is_separated)

@@ -33,7 +33,6 @@ from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_core.safety.energy import ConsumptionEstimator
-from navigation_core.traffic.volumes import Separation
 
 __all__ = ["VehicleClient"]
 
@@ -72,7 +71,11 @@ class Knowledge:
 
 
 class VehicleClient:
-    """Subscriptions and requests for one vehicle."""
+    """Subscriptions and requests for one vehicle.
+
+    Attributes:
+        parameters: what its server and the vehicle have set that a rehearsal needs.
+    """
 
     def __init__(self, node: Node, namespace: str, board: ShownValues, now: float) -> None:
         """Listen to its status.
@@ -105,7 +108,7 @@ class VehicleClient:
         # The prior counts for nothing here: only what is measured is used.
         self._consumption = ConsumptionEstimator(endurance_s=math.inf)
         self.requests = VehicleRequests(node, namespace, lambda: self.is_alive, now)
-        self._parameters = FlightParameters(self.requests)
+        self.parameters = FlightParameters(self.requests)
         self._listen(self._subscriptions, VehicleStatus, "vehicle_status", self._status)
         self._listen(self._subscriptions, GoalEvent, "goal_events", self._goal_event, STREAM_QOS)
         self._listen(self._subscriptions, Path, "plan", self._plan)
@@ -166,7 +169,7 @@ class VehicleClient:
         if self._server_id and message.server_id != self._server_id:
             self._tell(message.header.stamp, "server", "The server was restarted.")
             self._end_goal()
-            self._parameters.forget()
+            self.parameters.forget()
         self._server_id = message.server_id
         self._heard_s = self._now
         self._board.put(self._name, "status", page_values.status(message))
@@ -262,10 +265,10 @@ class VehicleClient:
             known["motion"] = {**known["motion"], "velocity": page_values.velocity(self._moves)}
         autopilot = (known["status"] or {}).get("autopilot", "")
         names = rehearsals.vehicle_names(autopilot)
-        self._parameters.look(rehearsals.server_names, names, self._now)
+        self.parameters.look(rehearsals.server_names, names, self._now)
         known["battery"] = battery.get("percent")
         known["consumption"] = self._consumption.measured_rate_per_s
-        parameters = self._parameters
+        parameters = self.parameters
         values = {**known, **parameters.values()}
         lacks = [] if parameters.vehicle_is_known else ["the vehicle's parameters"]
         if values["wind"] is None:
@@ -276,16 +279,6 @@ class VehicleClient:
         return Knowledge(
             values, parameters.server_is_known, parameters.vehicle_is_known, tuple(lacks)
         )
-
-    @property
-    def separation(self) -> Separation | None:
-        """The least separation that its server has it keep; None while that is unknown."""
-        return self._parameters.separation
-
-    @property
-    def is_separated(self) -> bool | None:
-        """Whether its server has it wait for others; None while that is unknown."""
-        return self._parameters.is_separated
 
     def for_others(self) -> RehearsedVehicle:
         """Return what decides where it is for others that are rehearsed."""
