@@ -226,7 +226,8 @@ def test_tiles_lie_where_the_firmware_puts_their_places(
             loaded(tab)
             scale = scale_of(tab)
             for found, place in zip(marks(tab, tmp_path / "seen.png"), PLACES, strict=True):
-                assert found == pytest.approx(place, abs=1.5 / scale + 0.15), (theme, scale)
+                # A mark, a tile and the grid that may hide a part of the mark: each to a pixel.
+                assert found == pytest.approx(place, abs=2.5 / scale + 0.15), (theme, scale)
     finally:
         tab.close()
 
@@ -259,7 +260,7 @@ def test_tiles_lie_right_far_from_home_too(scene: Scene, name: str, tmp_path: Pa
     try:
         scale = go(tab, FAR)
         (found,) = marks(tab, tmp_path / "seen.png", [FAR])
-        assert found == pytest.approx(FAR, abs=1.5 / scale + 0.5)
+        assert found == pytest.approx(FAR, abs=2.5 / scale + 0.5)
     finally:
         tab.close()
 
