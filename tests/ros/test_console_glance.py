@@ -105,12 +105,12 @@ def is_on_screen(tab: Tab, element: str) -> bool:
 def test_how_the_goal_goes_is_read_over_the_map_also_on_a_phone(page: Tab) -> None:
     before = ends(page)
     page.value("document.getElementById('speed').value = '1'")
-    page.drag(on_map(page, 0.0, 14.0))
+    page.drag(on_map(page, 0.0, 8.0))
     page.press("g", "KeyG")
     page.press(" ", "Space", 1.8)
     page.wait("document.getElementById('progress').dataset.status === 'NAVIGATING'", _FLIGHT_S)
     page.wait("Number(document.querySelector('#out-speed b').textContent) > 0.5", _FLIGHT_S)
-    page.wait("Number(document.querySelector('#out-distance b').textContent) < 9", _FLIGHT_S)
+    page.wait("Number(document.querySelector('#out-distance b').textContent) < 6", _FLIGHT_S)
     assert 2.0 < number(page, "out-height") < 6.0
     assert 50.0 < number(page, "out-battery") <= 100.0
     assert re.fullmatch(r"\d+ s|\d+:\d\d min", page.text("out-time").strip()), page.text("out-time")
