@@ -346,3 +346,22 @@ def test_a_return_climbs_with_the_jerk_of_its_trajectory() -> None:
     for after_s, real_m_s in CLIMB_FOR_A_RETURN:
         air.run(begin_s + after_s - air.now_s)
         assert -air.velocity[2] == pytest.approx(real_m_s, abs=0.5), after_s
+
+
+# Without GPS.
+
+
+def test_without_gps_it_descends_level_and_does_not_say_that_it_lands() -> None:
+    """After 5.2 s a failsafe descends, under the number of LAND (PX4 1.18.0-beta1)."""
+    air = ready_px4(wind_ned_m_s=(0.0, 4.0, 0.0)).quiet().take_off(10.0).talkative()
+    assert air.mode(px4.LOITER) == ACCEPTED
+    air.run(3.0)
+    begin_s = air.now_s
+    air.vehicle.lose_gps()
+    air.run_until(lambda: air.vehicle.firmware.failsafe.active)
+    assert air.now_s - begin_s == pytest.approx(5.2, abs=0.3)
+    east_m = air.vehicle.firmware.body.truth().east_m
+    air.run_until(lambda: not air.armed)
+    assert air.vehicle.firmware.body.truth().east_m - east_m > 10.0, "the wind carries it away"
+    states = {m.landed_state for m in air.messages("EXTENDED_SYS_STATE", begin_s)}
+    assert states == {mav.MAV_LANDED_STATE_IN_AIR, mav.MAV_LANDED_STATE_ON_GROUND}
