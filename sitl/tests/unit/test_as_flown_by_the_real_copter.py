@@ -376,13 +376,14 @@ def test_land_without_a_position_sinks_level_and_controls_none_until_it_stands()
     begin_s = station.now_s
     station.vehicle.lose_gps()
     station.run(16.0)
-    east_m, motion = station.vehicle.firmware.body.truth().east_m, station.vehicle.firmware.motion
+    east_m = station.simulation.truth.position_ned_m[0, 1]
+    motion = station.vehicle.firmware.motion
     assert math.hypot(motion.roll_rad, motion.pitch_rad) < 0.01
     station.run(9.0)
     station.vehicle.restore_gps()
     station.run_until(lambda: not station.vehicle.firmware.armed)
     station.run(1.0)
-    assert station.vehicle.firmware.body.truth().east_m - east_m > 20.0, "the wind carries it away"
+    assert station.simulation.truth.position_ned_m[0, 1] - east_m > 20.0, "the wind carries it away"
     assert heartbeats(station, begin_s) == [
         (217, 4), (217, 5), (209, 5), (209, 4), (217, 3), (89, 3),
     ]  # fmt: skip
