@@ -199,6 +199,9 @@ class Limits:
     acceleration_z_m_s2: float = 1.0
     jerk_xy_m_s3: float = 5.0
     jerk_z_m_s3: float = 5.0
+    fading_1_s: float = 0.0
+    """Gain from the last error of a desired velocity to its acceleration, if that is larger than
+    jerk over acceleration."""
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,14 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
+from mavlink_sitl import Simulation, VehicleConfig
 from sitl_support.ground_station import (
     ACCELERATION,
     ACCEPTED,
     AUTO,
     BRAKE,
     GUIDED,
+    LAND,
     POSITION,
     VELOCITY,
     GroundStation,
@@ -338,3 +340,50 @@ def test_out_of_auto_it_brakes_the_same_whatever_setpoint_comes_around_the_chang
     sideways_m = station.position[1] - east
     assert (sideways_m > 2.0) == (setpoint in ("position", "velocity"))
     assert station.position[2] == pytest.approx(-10.0, abs=0.3)
+
+
+# HEARTBEAT and LAND.
+
+
+def heartbeats(station: GroundStation, since_s: float) -> list[tuple[int, int]]:
+    """The values of base_mode and system_status, each as often as they change."""
+    seen = [(0, 0)]
+    for beat in station.messages("HEARTBEAT", since_s):
+        if (beat.base_mode, beat.system_status) != seen[-1]:
+            seen.append((beat.base_mode, beat.system_status))
+    return seen[1:]
+
+
+def test_land_stays_armed_for_half_a_second_on_the_ground() -> None:
+    station = flying(3.0)
+    station.interval(0, 10.0)
+    station.run(1.0)
+    begin_s = station.now_s
+    station.mode(LAND)
+    station.run_until(lambda: not station.vehicle.firmware.armed)
+    station.run(1.0)
+    armed, disarmed = mav.MAV_MODE_FLAG_SAFETY_ARMED | 89, 89
+    assert heartbeats(station, begin_s) == [(armed, 4), (armed, 3), (disarmed, 3)]
+
+
+def test_land_without_a_position_sinks_level_and_controls_none_until_it_stands() -> None:
+    """GUIDED_ENABLED of base_mode is gone, though the GPS comes back on the way down."""
+    config = VehicleConfig(ready_after_s=1.0)
+    station = GroundStation(Simulation([config], seed=1, wind_ned_m_s=(0.0, 3.0, 0.0)))
+    station.ready().take_off(15.0)
+    station.interval(0, 10.0)
+    station.run(1.0)
+    begin_s = station.now_s
+    station.vehicle.lose_gps()
+    station.run(16.0)
+    east_m = station.simulation.truth.position_ned_m[0, 1]
+    motion = station.vehicle.firmware.motion
+    assert math.hypot(motion.roll_rad, motion.pitch_rad) < 0.01
+    station.run(9.0)
+    station.vehicle.restore_gps()
+    station.run_until(lambda: not station.vehicle.firmware.armed)
+    station.run(1.0)
+    assert station.simulation.truth.position_ned_m[0, 1] - east_m > 20.0, "the wind carries it away"
+    assert heartbeats(station, begin_s) == [
+        (217, 4), (217, 5), (209, 5), (209, 4), (217, 3), (89, 3),
+    ]  # fmt: skip

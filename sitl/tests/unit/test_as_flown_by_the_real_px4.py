@@ -16,7 +16,7 @@ from sitl_support.ground_station import (
     TEMPORARILY_REJECTED,
 )
 from sitl_support.missions import upload
-from sitl_support.px4_station import HOME, Px4Station, flying_px4, plan_item, ready_px4
+from sitl_support.px4_station import HOME, Px4Station, at, flying_px4, plan_item, ready_px4
 
 pytestmark = pytest.mark.wide
 
@@ -316,3 +316,52 @@ def test_landing_is_detected_2_s_after_touchdown_in_land() -> None:
     touched_s = air.now_s
     air.run_until(lambda: air.last("EXTENDED_SYS_STATE").landed_state == 1)
     assert air.now_s - touched_s == pytest.approx(2.2, abs=0.5)
+
+
+# The trajectory of a target.
+
+STEP_10_M = [(2.0, 2.52), (2.5, 4.12), (3.0, 5.69), (3.5, 7.02)]
+"""Time, s, and way north, m, after a DO_REPOSITION from a hover (PX4 1.18.0-beta1)"""
+CLIMB_FOR_A_RETURN = [(0.7, 1.04), (1.0, 1.92), (1.3, 2.45), (1.6, 2.6)]
+"""Time, s, and climb rate, m/s, after RTL began at a height of 10 m (PX4 1.18.0-beta1)"""
+
+
+def test_a_target_is_flown_to_with_the_jerk_of_its_trajectory() -> None:
+    """An acceleration ends as late as its jerk allows (VelocitySmoothing), not proportionally."""
+    station = hovering()
+    begin_s, begin_m = station.now_s, station.position[0]
+    x, y = at(begin_m + 10.0, station.position[1])
+    amsl_m = HOME.altitude_amsl_m - station.position[2]
+    station.command_int(192, 0, -1, 1, 0, math.nan, x=x, y=y, z=amsl_m)
+    for after_s, real_m in STEP_10_M:
+        station.run(begin_s + after_s - station.now_s)
+        assert station.position[0] - begin_m == pytest.approx(real_m, abs=0.4), after_s
+
+
+def test_a_return_climbs_with_the_jerk_of_its_trajectory() -> None:
+    air = flying_px4()
+    air.stream_to(7.0, 20.0, 0.0, -10.0)
+    air.run_until(lambda: air.custom_mode == px4.RTL)
+    begin_s = air.now_s
+    for after_s, real_m_s in CLIMB_FOR_A_RETURN:
+        air.run(begin_s + after_s - air.now_s)
+        assert -air.velocity[2] == pytest.approx(real_m_s, abs=0.5), after_s
+
+
+# Without GPS.
+
+
+def test_without_gps_it_descends_level_and_does_not_say_that_it_lands() -> None:
+    """After 5.2 s a failsafe descends, under the number of LAND (PX4 1.18.0-beta1)."""
+    air = ready_px4(wind_ned_m_s=(0.0, 4.0, 0.0)).quiet().take_off(10.0).talkative()
+    assert air.mode(px4.LOITER) == ACCEPTED
+    air.run(3.0)
+    begin_s = air.now_s
+    air.vehicle.lose_gps()
+    air.run_until(lambda: air.vehicle.firmware.failsafe.active)
+    assert air.now_s - begin_s == pytest.approx(5.2, abs=0.3)
+    east_m = air.simulation.truth.position_ned_m[0, 1]
+    air.run_until(lambda: not air.armed)
+    assert air.simulation.truth.position_ned_m[0, 1] - east_m > 10.0, "the wind carries it away"
+    states = {m.landed_state for m in air.messages("EXTENDED_SYS_STATE", begin_s)}
+    assert states == {mav.MAV_LANDED_STATE_IN_AIR, mav.MAV_LANDED_STATE_ON_GROUND}

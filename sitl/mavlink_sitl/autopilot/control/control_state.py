@@ -85,6 +85,7 @@ class Targets(NamedTuple):
     acceleration_z_m_s2: Lane
     jerk_xy_m_s3: Lane
     jerk_z_m_s3: Lane
+    fading_1_s: Lane
     yaw_rate_rad_s: Lane
     straight: Lane
 

@@ -201,7 +201,8 @@ def horizontal(
     wanted_v_n, wanted_v_e = e_n * scale + target_v_n, e_e * scale + target_v_e
     d_n, d_e = wanted_v_n - v_n, wanted_v_e - v_e
     difference = o.hypot(d_n, d_e)
-    wanted = sqrt_approach(difference, j_limit / a_limit, j_limit, o)
+    fading = o.maximum(t.fading_1_s, j_limit / a_limit)
+    wanted = sqrt_approach(difference, fading, j_limit, o)
     scale = track_v * wanted / o.maximum(difference, 1e-6)
     c_n, c_e = shorten(d_n * scale, d_e * scale, wanted_v_n, wanted_v_e, a_limit, o)
     # From acceleration error to jerk.
@@ -273,7 +274,8 @@ def _vertical(
     speed = o.minimum(speed, most_m_s)
     speed = o.where(error > 0.0, o.minimum(speed, down), -o.minimum(speed, up))
     difference = t.track_position_z * speed + target_v - v
-    wanted = sqrt_approach(abs(difference), max_jerk / acceleration, max_jerk, o)
+    fading = o.maximum(t.fading_1_s, max_jerk / acceleration)
+    wanted = sqrt_approach(abs(difference), fading, max_jerk, o)
     wanted = o.minimum(wanted, acceleration)
     wanted = t.track_velocity_z * o.where(difference > 0.0, wanted, -wanted)
     most = max_jerk * dt

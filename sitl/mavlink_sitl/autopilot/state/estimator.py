@@ -21,8 +21,6 @@ FLAGS_ALIGNED = 0xA7
 FLAGS_USING_GPS = 0x33F
 FLAGS_VARIANCE = 0x25
 
-VARIANCE_AFTER_S = 8.0
-"""From losing the GPS to 'EKF variance'."""
 LOST_AFTER_S = 15.0
 """From losing the GPS to the end of LOCAL_POSITION_NED."""
 RECOVERY_S = 1.0
@@ -37,18 +35,21 @@ class GlitchRules(NamedTuple):
         gives_in_s: time after which the estimate is reset to the receiver.
         flagged_s: from the jump to the flag that says so.
         cleared_s: how long all must be well before the flag goes.
+        doubtful_after_s: from losing the GPS to a position that is no longer used: ArduPilot's
+            'EKF variance', PX4's failsafe.
     """
 
     gate_m: float
     gives_in_s: float
     flagged_s: float
     cleared_s: float
+    doubtful_after_s: float
 
 
-EKF3 = GlitchRules(3.7, 10.0, 1.0, 10.0)
+EKF3 = GlitchRules(3.7, 10.0, 1.0, 10.0, 8.0)
 """EK3_POS_I_GATE of 5 sigma with EK3_POSNE_M_NSE; posRetryTimeUseVel_ms; calcGpsGoodForFlight"""
-EKF2 = GlitchRules(4.7, 7.0, 0.0, 0.0)
-"""EKF2_GPS_P_GATE of 5 sigma with the receiver's 0.9 m; reset_timeout_max"""
+EKF2 = GlitchRules(4.7, 7.0, 0.0, 0.0, 5.2)
+"""EKF2_GPS_P_GATE of 5 sigma with the receiver's 0.9 m; reset_timeout_max; EKF2_NOAID_TOUT, 5 s"""
 _PX4 = 12
 """MAV_AUTOPILOT_PX4"""
 
@@ -107,7 +108,7 @@ class Estimator:
             self._fix_since_s = now_s
         self._fix = gps_fix
         recovered = gps_fix and now_s - self._fix_since_s >= RECOVERY_S
-        if recovered or (gps_fix and self._outage_s() < VARIANCE_AFTER_S):
+        if recovered or (gps_fix and self._outage_s() < self.glitch_rules.doubtful_after_s):
             self._lost_since_s = None
         elif not gps_fix and self._lost_since_s is None:
             self._lost_since_s = now_s
@@ -173,7 +174,7 @@ class Estimator:
     @property
     def variance(self) -> bool:
         """Whether the EKF failsafe is due."""
-        return self._outage_s() >= VARIANCE_AFTER_S
+        return self._outage_s() >= self.glitch_rules.doubtful_after_s
 
     @property
     def position_ok(self) -> bool:

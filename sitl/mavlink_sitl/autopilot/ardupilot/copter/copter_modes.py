@@ -48,7 +48,8 @@ class Land(Mode):
     """Straight down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground.
 
     Begun without a position it does not control one until it stands, though a position may come
-    back (ModeLand::init; recorded in HEARTBEAT.base_mode after a loss of GPS).
+    back (ModeLand::init; recorded in HEARTBEAT.base_mode after a loss of GPS): it sinks level, and
+    the wind carries it away.
     """
 
     landing = True
@@ -85,6 +86,7 @@ class Land(Mode):
             replace(
                 self.hold_guidance(),
                 velocity_down_m_s=speed,
+                direct_lean=float(not self._knew_position),
                 restart_xy=first,
                 restart_z=first,
             )

@@ -126,12 +126,22 @@ class Takeoff(CopterMode, TakeoffMode):
 
 
 class Land(CopterMode):
-    """AUTO.LAND: brake, then down, slower near the ground."""
+    """AUTO.LAND: brake, then down, slower near the ground.
 
-    landing = True
+    Without a position it is the firmware's mode Descend under the same number: level, and
+    EXTENDED_SYS_STATE does not say LANDING.
+    """
+
+    _descends = False
+
+    @property
+    def landing(self) -> bool:
+        """See `Mode`."""
+        return not self._descends
 
     def enter(self) -> None:
         """Brake and sink."""
+        self._descends = not self.vehicle.estimator.position_ok
         self._at: tuple[float, float] | None = None
         self._speed = -1.0
         self.update()
@@ -148,7 +158,8 @@ class Land(CopterMode):
         if not settled and abs(speed - self._speed) < 0.02:
             return
         self._speed = speed
-        self.guide(descending(self, self._at, speed, first))
+        guidance = descending(self, self._at, speed, first)
+        self.guide(replace(guidance, direct_lean=float(self._descends)))
 
 
 CRAWL_SHARE, LAND_SHARE = 1.4, 1.15

@@ -11,6 +11,9 @@ from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
 from mavlink_sitl.exchange import Limits, Motion, Vector
 
 ACCELERATION_Z_M_S2 = 5.0
+FADING_1_S = 10.0
+"""An acceleration of a trajectory ends as late as the jerk allows (VelocitySmoothing): with a large
+gain from the last error of the desired velocity to the acceleration"""
 LEAST_CLIMB_M_S = 0.5
 CLIMB_REACHED = 0.84
 """Share of MPC_Z_V_AUTO_UP that RTL climbs with (`mission_clear`, `offboard_loss_stop`)"""
@@ -50,6 +53,7 @@ class CopterNavigator(Px4Navigator):
             acceleration_z_m_s2=max(p["MPC_ACC_UP_MAX"], LEAST_LIMIT),
             jerk_xy_m_s3=max(p["MPC_JERK_AUTO"], LEAST_LIMIT),
             jerk_z_m_s3=max(p["MPC_JERK_AUTO"], LEAST_LIMIT),
+            fading_1_s=FADING_1_S,
         )
 
     def takeoff_limits(self) -> Limits:
