@@ -16,10 +16,11 @@ from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
+from custom_interfaces.msg import VehicleStatus
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.processes import Process
-from tests.support.ros.ros_flight import Flight
+from tests.support.ros.ros_flight import Flight, navigate_goal
 
 pytestmark = pytest.mark.xdist_group("ros_actions")
 
@@ -131,6 +132,24 @@ def test_the_client_avoids_obstacles_by_default_and_is_warned_at_once_without(
     )
     assert accepted < ended
     assert warned < ended
+
+
+def test_a_warning_about_the_active_goal_stands_in_the_status(seeing: Flight) -> None:
+    statuses: list[VehicleStatus] = []
+    goal = navigate_goal(12.0, 24.0, 3.0)
+    goal.avoid_obstacles = False
+    record = seeing.send(goal)
+    # For those who come later than the event of the acceptance.
+    topic = f"{SERVER_NODE_NAME}/vehicle_status"
+    seeing.subscribe(VehicleStatus, topic, statuses.append, LATCHED_QOS)
+
+    def noted() -> bool:
+        return bool(statuses) and any("'mast'" in note for note in statuses[-1].goal_notes)
+
+    seeing.wait(noted, 10.0, "a note on the mast")
+    seeing.cancel(record)
+    assert "CANCELED" in seeing.wait_for_result(record).message
+    seeing.wait(lambda: not statuses[-1].goal_notes, 10.0, "a status without a goal")
 
 
 def test_the_sensor_is_in_the_tree_where_its_parameter_puts_it(seeing: Flight) -> None:

@@ -286,6 +286,8 @@ def vehicle_status(bridge: Bridge, stamp: Time) -> VehicleStatus:
     message.position_valid = bridge.pose is not None
     message.failsafe = "" if state.failsafe is None else failsafe_code(state.failsafe).value
     message.active_goal = bridge.goals.active_id or ""
+    goal = bridge.goals.active
+    message.goal_notes = [] if goal is None else list(goal.notes)
     message.battery_for_return = bridge.battery_for_return
     message.battery_reserve = bridge.config.safety.battery_reserve
     message.last_status_text = state.status_texts[-1].text if state.status_texts else ""
