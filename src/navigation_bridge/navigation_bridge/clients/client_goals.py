@@ -82,7 +82,7 @@ class ClientGoals:
         previous, goal = self._engine.begin(goal_id, admitted, now)
         self._service_requests.give_up("A new goal was started.", now)
         if previous is not None:
-            replaced = Outcome(OutcomeCode.PREEMPTED, f"Replaced by goal {goal_id}.", None)
+            replaced = Outcome(OutcomeCode.PREEMPTED, "Replaced by another goal.", None)
             self._report.ended(previous, replaced, now)
         self._engine.start_task(goal, now)
 
