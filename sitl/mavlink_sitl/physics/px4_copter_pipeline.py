@@ -13,7 +13,6 @@ from mavlink_sitl.physics.copter_pipeline import Physics
 BODY = QuadrotorModel(
     drag_linear_1_s=1.0,
     drag_quadratic_1_m=0.0,
-    drag_with_thrust=False,
     attitude_rate_rad_s=6.0,
     attitude_damping=1.0,
     max_lean=1.0,

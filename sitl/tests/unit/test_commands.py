@@ -351,8 +351,8 @@ def test_change_speed_limits_guided_until_the_next_mode() -> None:
     for _ in range(100):
         station.run(0.1)
         fastest = max(fastest, station.velocity[0])
-    # The real one overshoots as much: 2.13 m/s.
-    assert fastest == pytest.approx(2.13, abs=0.06)
+    # The real one flies 3.5 % faster than a velocity setpoint of 2 m/s, too.
+    assert 1.9 < fastest < 2.1
     station.mode(LOITER)
     station.mode(GUIDED)
     station.setpoint(0xDF8, (0.0, 0.0, -10.0))

@@ -21,8 +21,8 @@ class ControllerGains(NamedTuple):
     """PSC_VELXY_P"""
     velocity_xy_i: float = 1.0
     """PSC_VELXY_I"""
-    velocity_xy_d: float = 0.25
-    """PSC_NE_VEL_D of 2026; PSC_VELXY_D was 0.5 in 2025"""
+    velocity_xy_d: float = 0.5
+    """PSC_VELXY_D of 2025; PSC_NE_VEL_D is 0.25 in 2026"""
     filter_xy_hz: float = 5.0
     """PSC_VELXY_FLTE and PSC_VELXY_FLTD"""
     position_z: float = 1.0
