@@ -161,7 +161,7 @@ def _main(argv: list[str]) -> int:
               "and run.", file=sys.stderr)  # fmt: skip
         return EXIT_USAGE
     options = make_parser().parse_args(words)
-    # What is printed is seen at once, also in a pipe.
+    # Each line is printed at once, also into a pipe.
     sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
     try:
         if options.command in _WITHOUT_NODE:

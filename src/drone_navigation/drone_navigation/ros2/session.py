@@ -28,7 +28,7 @@ _SPIN_S = 0.1
 _SETTLED_S = 0.8
 _DISCOVERY_MIN_S = 2.0
 _EMPTY_S = 4.0
-# What is not discovered then is taken not to be there.
+# Discovery ends here; a name that is missing then does not exist.
 _DISCOVERY_MAX_S = 5.0
 _KINDS = {"msg": "message", "srv": "service", "action": "action"}
 

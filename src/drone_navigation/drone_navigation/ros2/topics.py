@@ -30,7 +30,7 @@ __all__ = ["echo", "hz", "info", "list_topics", "pub"]
 _DEPTH = 100
 _PRINTED_S = 1.0
 _WINDOW = 10_000
-# So long messages that were sent are given to reach the wire.
+# The last message gets this time to reach the wire before the node ends.
 _KEEP_ALIVE_S = 0.1
 
 

@@ -121,7 +121,7 @@ def as_yaml(value: Any, shown_max: int | None = None) -> str:
         _plain(value, shown_max), allow_unicode=True, width=_WIDTH, sort_keys=False,
         default_flow_style=False,
     )  # fmt: skip
-    # What is no map and no list ends with a mark of its own.
+    # PyYAML ends a document of a single scalar with this mark.
     return text.removesuffix("...\n")
 
 

@@ -24,7 +24,7 @@ _MEETINGS = 10
 
 @dataclass(frozen=True)
 class RehearsedVehicle:
-    """What decides where a vehicle is for others.
+    """A vehicle as the others of a joint rehearsal meet it.
 
     Attributes:
         autopilot: as in VehicleStatus.
