@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
-from typing import Any
 
 from rclpy.action.graph import (
     get_action_client_names_and_types_by_node,
@@ -17,7 +16,7 @@ from drone_navigation.ros2.session import CommandError, Session, absolute, is_hi
 
 __all__ = ["all_nodes", "info", "list_nodes", "nodes_that_have"]
 
-_ByNode = Callable[[Node, str, str], Any]
+_ByNode = Callable[[Node, str, str], list[tuple[str, list[str]]]]
 
 
 def all_nodes(node: Node, include_hidden: bool = False) -> list[tuple[str, str, str]]:

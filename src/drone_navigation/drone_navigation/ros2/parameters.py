@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
 
 from rcl_interfaces.msg import Parameter, ParameterType
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.task import Future
 
 from drone_navigation.ros2.nodes import all_nodes
 from drone_navigation.ros2.session import CommandError, Session, absolute
@@ -44,8 +44,8 @@ def _found(session: Session, name: str) -> str:
     return wanted
 
 
-def _asked(session: Session, name: str, request: str, *arguments: Any) -> Any:
-    """Return what a node answers to a request of the client of parameters."""
+def _asked(session: Session, name: str, request: str, *arguments: object) -> Future:
+    """Return the answer of a node to a request of the client of parameters; it is done."""
     client = AsyncParameterClient(session.node, name)
     if not session.wait(client.services_are_ready, _ANSWER_S):
         raise CommandError(
@@ -54,7 +54,7 @@ def _asked(session: Session, name: str, request: str, *arguments: Any) -> Any:
     answer = getattr(client, request)(*arguments)
     if not session.wait(answer.done, _ANSWER_S):
         raise CommandError(f"Node {name} did not answer in {_ANSWER_S:g} s.")
-    return answer.result()
+    return answer
 
 
 def list_parameters(session: Session, options: argparse.Namespace) -> int:
@@ -66,7 +66,7 @@ def list_parameters(session: Session, options: argparse.Namespace) -> int:
         names = [full for full, _, _ in all_nodes(session.node)]
     for name in names:
         try:
-            found = sorted(_asked(session, name, "list_parameters", []).result.names)
+            found = sorted(_asked(session, name, "list_parameters", []).result().result.names)
         except CommandError as error:
             if options.node:
                 raise
@@ -81,7 +81,7 @@ def list_parameters(session: Session, options: argparse.Namespace) -> int:
 def get(session: Session, options: argparse.Namespace) -> int:
     """Print the value of a parameter."""
     name = _found(session, options.node)
-    values = _asked(session, name, "get_parameters", [options.parameter]).values
+    values = _asked(session, name, "get_parameters", [options.parameter]).result().values
     if not values or values[0].type == ParameterType.PARAMETER_NOT_SET:
         raise CommandError("Parameter not set")
     value = parameter_value_to_python(values[0])
@@ -94,7 +94,7 @@ def set_parameter(session: Session, options: argparse.Namespace) -> int:
     """Set a parameter; return 1 if the node rejects it."""
     name = _found(session, options.node)
     parameter = Parameter(name=options.parameter, value=get_parameter_value(options.value))
-    (result,) = _asked(session, name, "set_parameters", [parameter]).results
+    (result,) = _asked(session, name, "set_parameters", [parameter]).result().results
     reason = f": {result.reason}" if result.reason else ""
     if result.successful:
         print(f"Set parameter successful{reason}")
@@ -106,7 +106,8 @@ def set_parameter(session: Session, options: argparse.Namespace) -> int:
 def describe(session: Session, options: argparse.Namespace) -> int:
     """Print types, descriptions and limits of parameters."""
     name = _found(session, options.node)
-    for found in _asked(session, name, "describe_parameters", options.parameters).descriptors:
+    answer = _asked(session, name, "describe_parameters", options.parameters)
+    for found in answer.result().descriptors:
         print(f"Parameter name: {found.name}\n  Type: {_TYPES[found.type][0]}")
         if found.description:
             print(f"  Description: {found.description}")

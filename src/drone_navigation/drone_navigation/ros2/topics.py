@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import time
 from collections import deque
-from typing import Any
 
 import numpy as np
 from rclpy.qos import (
@@ -17,10 +16,11 @@ from rclpy.qos import (
 
 from drone_navigation.ros2.session import (
     CommandError,
+    Message,
+    MessageClass,
     Session,
     absolute,
     interface,
-    is_hidden,
     print_names,
 )
 from drone_navigation.ros2.values import SHOWN_MAX, as_yaml, filled, read_yaml
@@ -37,8 +37,7 @@ _KEEP_ALIVE_S = 0.1
 def list_topics(session: Session, options: argparse.Namespace) -> int:
     """Print the names of all topics."""
     session.discover()
-    found = session.node.get_topic_names_and_types()
-    return print_names([(n, t) for n, t in found if options.all or not is_hidden(n)], options)
+    return print_names(session.node.get_topic_names_and_types(), options)
 
 
 def _types(session: Session, name: str) -> list[str]:
@@ -52,7 +51,7 @@ def _types(session: Session, name: str) -> list[str]:
     return known()
 
 
-def _class_of(session: Session, options: argparse.Namespace) -> Any:
+def _class_of(session: Session, options: argparse.Namespace) -> MessageClass:
     if getattr(options, "type", None):
         session.discover()
         return interface("msg", options.type)
@@ -106,9 +105,9 @@ def echo(session: Session, options: argparse.Namespace) -> int:
     kind = _class_of(session, options)
     shown_max = None if options.full_length else SHOWN_MAX
     fields = options.field.split(".") if options.field else []
-    heard: deque[Any] = deque()
+    heard: deque[object] = deque()
 
-    def on_message(message: Any) -> None:
+    def on_message(message: object) -> None:
         heard.append(message)
 
     session.node.create_subscription(kind, options.name, on_message, _qos(session, options.name))
@@ -130,7 +129,7 @@ def hz(session: Session, options: argparse.Namespace) -> int:
     gaps_s: deque[float] = deque(maxlen=options.window)
     last_s: list[float] = []
 
-    def on_message(_: Any) -> None:
+    def on_message(_: object) -> None:
         now_s = time.monotonic()
         gaps_s.extend(now_s - before_s for before_s in last_s)
         last_s[:] = [now_s]
@@ -156,7 +155,7 @@ def pub(session: Session, options: argparse.Namespace) -> int:
     times = 1 if options.once else options.times
     node = session.node
 
-    def message() -> Any:
+    def message() -> Message:
         return filled(kind, values, node.get_clock().now().to_msg())
 
     message()
