@@ -1,4 +1,4 @@
-"""``ros2 action``: list, info and send_goal, which cancels its goal when it is ended."""
+"""``ros2 action``: info and send_goal, which cancels its goal when it is ended."""
 
 from __future__ import annotations
 
@@ -20,11 +20,10 @@ from drone_navigation.ros2.session import (
     Session,
     absolute,
     interface,
-    print_names,
 )
 from drone_navigation.ros2.values import as_yaml, filled, read_yaml
 
-__all__ = ["info", "list_actions", "send_goal"]
+__all__ = ["info", "send_goal"]
 
 _STATUSES = {
     GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
@@ -34,12 +33,6 @@ _STATUSES = {
 # An answer to a cancel, or to a goal that is to be cancelled, is waited for so long.
 _CANCEL_S = 3.0
 _ENDED = "The action server has ended; what became of the goal is unknown."
-
-
-def list_actions(session: Session, options: argparse.Namespace) -> int:
-    """Print the names of all actions."""
-    session.discover()
-    return print_names(get_action_names_and_types(session.node), options)
 
 
 def info(session: Session, options: argparse.Namespace) -> int:

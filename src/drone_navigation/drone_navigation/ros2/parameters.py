@@ -10,38 +10,22 @@ from rclpy.parameter import get_parameter_value, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.task import Future
 
-from drone_navigation.ros2.nodes import all_nodes
+from drone_navigation.ros2.nodes import all_nodes, found_nodes
 from drone_navigation.ros2.session import CommandError, Session, absolute
 
 __all__ = ["describe", "get", "list_parameters", "set_parameter"]
 
 _ANSWER_S = 5.0
-# By type: its name in a description, and the words before a value.
-_TYPES = {
-    ParameterType.PARAMETER_NOT_SET: ("not set", "Parameter not set."),
-    ParameterType.PARAMETER_BOOL: ("boolean", "Boolean value is:"),
-    ParameterType.PARAMETER_INTEGER: ("integer", "Integer value is:"),
-    ParameterType.PARAMETER_DOUBLE: ("double", "Double value is:"),
-    ParameterType.PARAMETER_STRING: ("string", "String value is:"),
-    ParameterType.PARAMETER_BYTE_ARRAY: ("byte array", "Byte values are:"),
-    ParameterType.PARAMETER_BOOL_ARRAY: ("boolean array", "Boolean values are:"),
-    ParameterType.PARAMETER_INTEGER_ARRAY: ("integer array", "Integer values are:"),
-    ParameterType.PARAMETER_DOUBLE_ARRAY: ("double array", "Double values are:"),
-    ParameterType.PARAMETER_STRING_ARRAY: ("string array", "String values are:"),
-}
+# The types by their numbers in ParameterType.
+_TYPES = ["not set", "boolean", "integer", "double", "string"]
+_TYPES += [f"{each} array" for each in ("byte", "boolean", "integer", "double", "string")]
 
 
 def _found(session: Session, name: str) -> str:
     """Return the full name of a node that is there."""
-    wanted = absolute(name)
-
-    def is_there() -> bool:
-        return any(full == wanted for full, _, _ in all_nodes(session.node, include_hidden=True))
-
-    session.discover(is_there)
-    if not is_there():
+    if not found_nodes(session, name):
         raise CommandError(f"Node not found: '{name}' (`ros2 node list` lists all)")
-    return wanted
+    return absolute(name)
 
 
 def _asked(session: Session, name: str, request: str, *arguments: object) -> Future:
@@ -86,7 +70,9 @@ def get(session: Session, options: argparse.Namespace) -> int:
         raise CommandError("Parameter not set")
     value = parameter_value_to_python(values[0])
     shown = value if isinstance(value, (bool, int, float, str)) else list(value)
-    print(shown if options.hide_type else f"{_TYPES[values[0].type][1]} {shown}")
+    what, array, _ = _TYPES[values[0].type].capitalize().partition(" array")
+    is_or_are = "values are" if array else "value is"
+    print(shown if options.hide_type else f"{what} {is_or_are}: {shown}")
     return 0
 
 
@@ -108,7 +94,7 @@ def describe(session: Session, options: argparse.Namespace) -> int:
     name = _found(session, options.node)
     answer = _asked(session, name, "describe_parameters", options.parameters)
     for found in answer.result().descriptors:
-        print(f"Parameter name: {found.name}\n  Type: {_TYPES[found.type][0]}")
+        print(f"Parameter name: {found.name}\n  Type: {_TYPES[found.type]}")
         if found.description:
             print(f"  Description: {found.description}")
         print("  Constraints:")

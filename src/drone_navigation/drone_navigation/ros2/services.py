@@ -1,21 +1,15 @@
-"""``ros2 service``: list and call."""
+"""``ros2 service``: call."""
 
 from __future__ import annotations
 
 import argparse
 
-from drone_navigation.ros2.session import Session, interface, print_names
+from drone_navigation.ros2.session import Session, interface
 from drone_navigation.ros2.values import filled, read_yaml
 
-__all__ = ["call", "list_services"]
+__all__ = ["call"]
 
 _ENDED = "The service has ended; what became of the request is unknown."
-
-
-def list_services(session: Session, options: argparse.Namespace) -> int:
-    """Print the names of all services."""
-    session.discover()
-    return print_names(session.node.get_service_names_and_types(), options)
 
 
 def call(session: Session, options: argparse.Namespace) -> int:

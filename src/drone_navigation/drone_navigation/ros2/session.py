@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
-from typing import Literal, Protocol, overload
+from typing import Literal, Protocol, TypeAlias, overload
 
 import rclpy
 from rclpy.node import Node
@@ -19,8 +19,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 __all__ = [
-    "CommandError", "Interface", "Interrupted", "Message", "MessageClass", "Session", "absolute",
-    "interface", "is_hidden", "print_names", "session",
+    "CommandError", "Interface", "Interrupted", "Message", "MessageClass", "NamesAndTypes",
+    "Session", "absolute", "interface", "is_hidden", "list_of", "session",
 ]  # fmt: skip
 
 _SPIN_S = 0.1
@@ -33,6 +33,9 @@ _EMPTY_S = 4.0
 _DISCOVERY_MAX_S = 5.0
 # While a server is discovered in part, rmw_fastrtps takes it for none.
 _GONE_S = 3.0
+NamesAndTypes: TypeAlias = list[tuple[str, list[str]]]
+"""Names in the graph, each with its types"""
+
 _KINDS = {"msg": "message", "srv": "service", "action": "action"}
 
 
@@ -53,11 +56,8 @@ class Message(Protocol):
         """Return the types of its fields by their names."""
 
 
-class MessageClass(Protocol):
-    """A generated class of messages."""
-
-    def __call__(self, *, check_fields: bool) -> Message:
-        """Return a message with its defaults."""
+MessageClass: TypeAlias = Callable[..., Message]
+"""A generated class of messages"""
 
 
 class Interface(Protocol):
@@ -156,16 +156,20 @@ def absolute(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def print_names(found: list[tuple[str, list[str]]], options: argparse.Namespace) -> int:
-    """Print names in order, with their types if these are wanted, or how many they are."""
-    if not getattr(options, "all", True):
-        found = [(name, types) for name, types in found if not is_hidden(name)]
-    if options.count:
-        print(len(found))
+def list_of(found_by: Callable[[Node], NamesAndTypes]) -> Callable[..., int]:
+    """Return the command that prints the names of a kind in order, or their number."""
+
+    def command(session: Session, options: argparse.Namespace) -> int:
+        session.discover()
+        found = [(name, f"{name} [{', '.join(types)}]") for name, types in found_by(session.node)
+                 if getattr(options, "all", True) or not is_hidden(name)]  # fmt: skip
+        if options.count:
+            print(len(found))
+        else:
+            print("".join(f"{each[options.show_types]}\n" for each in sorted(found)), end="")
         return 0
-    for name, types in sorted(found):
-        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
-    return 0
+
+    return command
 
 
 def is_hidden(name: str) -> bool:

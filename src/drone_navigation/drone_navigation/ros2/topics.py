@@ -1,4 +1,4 @@
-"""``ros2 topic``: list, info, echo, hz and pub."""
+"""``ros2 topic``: info, echo, hz and pub."""
 
 from __future__ import annotations
 
@@ -21,23 +21,16 @@ from drone_navigation.ros2.session import (
     Session,
     absolute,
     interface,
-    print_names,
 )
 from drone_navigation.ros2.values import SHOWN_MAX, as_yaml, filled, read_yaml
 
-__all__ = ["echo", "hz", "info", "list_topics", "pub"]
+__all__ = ["echo", "hz", "info", "pub"]
 
 _DEPTH = 100
 _PRINTED_S = 1.0
 _WINDOW = 10_000
 # The last message gets this time to reach the wire before the node ends.
 _KEEP_ALIVE_S = 0.1
-
-
-def list_topics(session: Session, options: argparse.Namespace) -> int:
-    """Print the names of all topics."""
-    session.discover()
-    return print_names(session.node.get_topic_names_and_types(), options)
 
 
 def _types(session: Session, name: str) -> list[str]:
@@ -87,12 +80,8 @@ def info(session: Session, options: argparse.Namespace) -> int:
 def _qos(session: Session, name: str) -> QoSProfile:
     """Return what all publishers of a topic can give."""
     offered = [end.qos_profile for end in session.node.get_publishers_info_by_topic(absolute(name))]
-    is_reliable = bool(offered) and all(
-        each.reliability == ReliabilityPolicy.RELIABLE for each in offered
-    )
-    is_latched = bool(offered) and all(
-        each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in offered
-    )
+    is_reliable = {each.reliability for each in offered} == {ReliabilityPolicy.RELIABLE}
+    is_latched = {each.durability for each in offered} == {DurabilityPolicy.TRANSIENT_LOCAL}
     return QoSProfile(
         depth=_DEPTH,
         reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,

@@ -40,21 +40,18 @@ def read_yaml(text: str) -> dict[str, object]:
     return values
 
 
-def filled(kind: MessageClass, values: dict[str, object], now: Time | None = None) -> Message:
+def filled(kind: MessageClass, values: object, now: Time | None = None, path: str = "") -> Message:
     """Return a message of a class with values; the other fields keep their defaults.
 
     Args:
         kind: the class.
-        values: by field, messages as maps.
+        values: a map by field, messages as maps.
         now: what stands for a header ``auto`` and a time ``now``; None allows neither.
+        path: the field in which the message stands, for errors.
 
     Raises:
         CommandError: a value does not fit its field.
     """
-    return _made(kind, values, now, "")
-
-
-def _made(kind: MessageClass, values: object, now: Time | None, path: str) -> Message:
     # Without this argument a message takes anything, and the process is aborted when it is sent.
     message = kind(check_fields=True)
     types = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
@@ -78,7 +75,7 @@ def _value(before: object, of: object, value: object, now: Time | None, where: s
             return now
         if now is not None and value == "auto" and isinstance(before, Header):
             return Header(stamp=now)
-        return _made(_class_of(of), value, now, where)
+        return filled(_class_of(of), value, now, where)
     if isinstance(of, AbstractNestedType):
         return _elements(before, of.value_type, value, now, where)
     if isinstance(before, float) and isinstance(value, int) and not isinstance(value, bool):
@@ -94,7 +91,7 @@ def _elements(before: object, of: object, values: object, now: Time | None, wher
         raise _unfit(where, f"it needs a list, and not {values!r}")
     if isinstance(of, NamespacedType):
         kind = _class_of(of)
-        return [_made(kind, each, now, f"{where}[{i}]") for i, each in enumerate(values)]
+        return [filled(kind, each, now, f"{where}[{i}]") for i, each in enumerate(values)]
     if isinstance(before, np.ndarray):
         return np.array(values, dtype=before.dtype)
     if isinstance(before, array.array):
