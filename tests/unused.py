@@ -12,8 +12,8 @@ r"""Lists the functions of a folder that nothing calls in recorded runs of their
 With a command: runs it and records the functions that it and its processes call, in
 out/called_FOLDER. Without: lists those of no recorded run, with their lines. Each function marks
 itself, once, so a run is hardly slower; it does so by its name, so that records outlive edits.
-What to run: for src all tests but those of units (tests/unit calls what it tests), the benchmarks
-and the commands of the documentation; for sitl the clients of tests/interop and
+Commands to run: for src all tests but those of units (tests/unit calls what it tests), the
+benchmarks and the commands of the documentation; for sitl the clients of tests/interop and
 sitl/tests/interop, the suites of sitl/docs/suites.md, and the bridge (tests/pair, tests/explore).
 """
 

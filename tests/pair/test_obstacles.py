@@ -162,7 +162,7 @@ def test_a_route_that_hits_obstacles_says_so_in_one_sentence(tmp_path: Path) -> 
 
 
 def remarks(flight: SimulatedFlight) -> list[str]:
-    """What the goals' clients are told at once, as the status of a goal."""
+    """Return the messages that went to the clients at once, as the status of a goal."""
     return [each.message for each in flight.all(GoalHappened) if each.event == "STATUS"]
 
 

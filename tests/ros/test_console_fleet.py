@@ -202,7 +202,7 @@ def test_routes_that_keep_apart_are_flown_together_and_all_are_held(page: Tab) -
     page.wait(f"!({idle('/copter')}) && !({idle('/px4')})", _FLIGHT_S)
     page.wait("/copter: .*accepted.*px4: .*accepted|px4: .*accepted.*copter: .*accepted/.test("
               "document.getElementById('answer').textContent)")  # fmt: skip
-    # What is flown is no longer drawn.
+    # A route that is flown is no longer a draft.
     assert waypoints(page) == []
     page.wait("document.querySelector('#fleet').textContent.includes('In the air')", _FLIGHT_S)
     page.click("hold-all")

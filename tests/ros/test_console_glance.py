@@ -33,7 +33,7 @@ pytestmark = [
 _FLIGHT_S = 60.0
 PHONE = (400, 800)
 FINGER_PX = 44
-# What a pilot does not say: ids, codes, numbers of pages.
+# Words that no pilot uses: ids, codes, numbers of pages.
 ODD = re.compile(
     r"[0-9a-f]{32}|[Pp]age \d|requests rejected|navigate_to|\b[A-Z]{2,}_[A-Z]{2,}\b"
     r"|\b(?:SUCCESS|PREEMPTED|CANCELED|NAVIGATING)\b|undefined|NaN|\bnull\b|-0\b"

@@ -46,7 +46,7 @@ VEHICLES = {
 }
 # East and north of home, metres: what is marked on the tiles.
 PLACES = ((70.0, 40.0), (-90.0, -35.0))
-# So far that a web map's scale there is another.
+# Far enough for a web map to have another scale there.
 FAR = (5200.0, 3600.0)
 # There is a coarse tile, but none of the finest.
 GAP = (2500.0, -1500.0)

@@ -28,7 +28,7 @@ PARAMETERS = Parameters(ARDUCOPTER.parameter_table, {})
 
 
 def inputs(armed: bool = False, position_lost: bool = False, **changed: Any) -> Inputs:
-    """What a copter that stands on the ground sees, with something changed."""
+    """Return the inputs of a copter that stands on the ground, with some changed."""
     seen = STANDING._replace(**changed)
     return Inputs(seen, PARAMETERS, armed, False, position_lost, lambda at_s: at_s, 584.0)
 

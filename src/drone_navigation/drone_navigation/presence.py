@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 import uuid
-from typing import Any
 
 from rclpy.action import get_action_server_names_and_types_by_node
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -62,7 +61,7 @@ class Presence:
         topic = "~/vehicle_status" if own_id else f"{SERVER_NODE_NAME}/vehicle_status"
         node.create_subscription(VehicleStatus, topic, self._take, _STATUS_QOS)
 
-    def _take(self, status: Any) -> None:
+    def _take(self, status: VehicleStatus) -> None:
         server_id = status.server_id
         if server_id and server_id != self.own_id:
             self._heard_s[server_id] = time.monotonic()

@@ -16,8 +16,11 @@ import os
 import sys
 from collections.abc import Callable
 
+from rclpy.action.graph import get_action_names_and_types
+from rclpy.node import Node
+
 from drone_navigation.ros2 import actions, installed, nodes, parameters, services, topics
-from drone_navigation.ros2.session import CommandError, Interrupted, session
+from drone_navigation.ros2.session import CommandError, Interrupted, list_of, session
 from flight_logs.command_version import add_version
 
 __all__ = ["main", "make_parser"]
@@ -59,14 +62,14 @@ def _count(text: str) -> int:
 
 _COMMANDS: dict[str, dict[str, tuple[Callable[..., int], str, _Arguments]]] = {
     "action": {
-        "list": (actions.list_actions, "print all actions", _LIST),
+        "list": (list_of(get_action_names_and_types), "print all actions", _LIST),
         "info": (actions.info, "print clients and servers of an action", _NAME | _LIST),
         "send_goal": (actions.send_goal, "send a goal; Ctrl-C cancels it", _VALUES | {
             "-f --feedback": {"action": "store_true", "help": "print the feedback, too"},
         }),
     },
     "topic": {
-        "list": (topics.list_topics, "print all topics", _LIST | _HIDDEN),
+        "list": (list_of(Node.get_topic_names_and_types), "print all topics", _LIST | _HIDDEN),
         "info": (topics.info, "print type, publishers and subscriptions", _NAME | {
             "-v --verbose": {"action": "store_true", "help": "with nodes and QoS"},
         }),
@@ -100,7 +103,7 @@ _COMMANDS: dict[str, dict[str, tuple[Callable[..., int], str, _Arguments]]] = {
         "info": (nodes.info, "print what a node publishes and serves", _NODE | _HIDDEN),
     },
     "service": {
-        "list": (services.list_services, "print all services", _LIST | _HIDDEN),
+        "list": (list_of(Node.get_service_names_and_types), "print all services", _LIST | _HIDDEN),
         "call": (services.call, "call a service", _VALUES),
     },
     "interface": {
@@ -113,12 +116,7 @@ _COMMANDS: dict[str, dict[str, tuple[Callable[..., int], str, _Arguments]]] = {
     },
     "pkg": {"list": (installed.list_packages, "print all packages", {})},
 }  # fmt: skip
-_WITHOUT_NODE = {
-    installed.list_interfaces,
-    installed.show_interface,
-    installed.list_packages,
-    installed.run,
-}
+_WITHOUT_NODE = {getattr(installed, name) for name in installed.__all__}
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -161,7 +159,7 @@ def _main(argv: list[str]) -> int:
               "and run.", file=sys.stderr)  # fmt: skip
         return EXIT_USAGE
     options = make_parser().parse_args(words)
-    # What is printed is seen at once, also in a pipe.
+    # Each line is printed at once, also into a pipe.
     sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
     try:
         if options.command in _WITHOUT_NODE:

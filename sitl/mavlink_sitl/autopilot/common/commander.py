@@ -281,7 +281,7 @@ class Commander(ABC):
             self._publish(replace(self.wanted, restart_xy=True, restart_z=True))
 
     def _permitted(self) -> Motors:
-        """What arming, the emergency stop and the ground leave of what the mode wants."""
+        """Return the motor state of the mode, limited by arming, emergency stop and ground."""
         if not self.armed or self.motors_stopped:
             return Motors.OFF
         return self.mode.ground_motors() if self.landed else self.wanted.motors

@@ -93,7 +93,7 @@ def landed_by_thrust(landing: Landing, inputs: Inputs) -> Landing:
 
 @dataclass(frozen=True)
 class Firmware:
-    """What a firmware is, for one kind of vehicle; the rest of it is in `Personality`.
+    """The parts of a firmware for one kind of vehicle; the rest of it is in `Personality`.
 
     Attributes:
         modes: by `ModeSpec.behaviour`.
@@ -119,7 +119,7 @@ class Firmware:
 
 
 class State(NamedTuple):
-    """What a firmware remembers from one step to the next.
+    """The state that a firmware keeps from one step to the next.
 
     Attributes:
         impact_m_s: of the latest hard landing.

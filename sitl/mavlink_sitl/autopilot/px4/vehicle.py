@@ -68,7 +68,7 @@ class ManualControl:
 
 
 def px4_table(**parts: Any) -> Firmware:
-    """What PX4 is, with the parts of a kind of vehicle; in AUTO.LOITER without a receiver."""
+    """Return PX4 with the parts of a kind of vehicle; in AUTO.LOITER without a receiver."""
     return Firmware(
         arming=Px4Arming,
         failsafes=Px4Failsafes,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
 from custom_interfaces.msg import Waypoint
@@ -44,9 +44,9 @@ class ClientGoal:
         waypoints: how many the route has; 0 for a point.
     """
 
-    action: Any
+    action: type[object]
     name: str
-    goal: Any
+    goal: object
     description: str
     notes: tuple[str, ...] = ()
     waypoints: int = 0

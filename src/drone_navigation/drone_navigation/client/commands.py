@@ -6,9 +6,9 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from typing import Any
+from typing import Any, TypeAlias
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.executors import SingleThreadedExecutor
@@ -36,6 +36,9 @@ from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 
 __all__ = ["ClientCommand", "run_command"]
+
+_Facts: TypeAlias = dict[str, Any]
+"""The state of a vehicle by the names of its JSON form; None is unknown"""
 
 # An arming or a mode change may take 10 s (VehicleConfig.operation_timeout_s).
 _ANSWER_TIMEOUT_S = 20.0
@@ -84,7 +87,7 @@ class ClientCommand:
         if self._options.command == "status":
             return self._status()
         name = self._options.command
-        kind: Any = SetMode if name == "mode" else Trigger
+        kind = SetMode if name == "mode" else Trigger
         service = "set_mode" if name == "mode" else name
         client = self._node.create_client(kind, f"{SERVER_NODE_NAME}/{service}")
         if not self._wait(client.service_is_ready, self._options.server_timeout):
@@ -100,7 +103,7 @@ class ClientCommand:
         return EXIT_SUCCESS if result.success else EXIT_REJECTED
 
     def _status(self) -> int:
-        seen: dict[str, Any] = {}
+        seen: dict[str, VehicleStatus | PoseStamped | BatteryState] = {}
         for kind, topic, qos in (
             (VehicleStatus, "vehicle_status", LATCHED_QOS),
             (PoseStamped, "pose", STREAM_QOS),
@@ -129,7 +132,7 @@ class ClientCommand:
         self._tell({"success": False, "message": text}, text)
         return EXIT_NO_SERVER
 
-    def _tell(self, facts: dict[str, Any], text: str) -> None:
+    def _tell(self, facts: Mapping[str, object], text: str) -> None:
         if self._options.json:
             print(json.dumps({"event": self._options.command, **facts}, allow_nan=False))
         else:
@@ -156,9 +159,9 @@ class ClientCommand:
 
 def status_facts(
     status: VehicleStatus, pose: PoseStamped | None, battery: BatteryState | None
-) -> dict[str, Any]:
+) -> _Facts:
     """Return the state of a vehicle for JSON; unknown values are null."""
-    facts: dict[str, Any] = {
+    facts: _Facts = {
         "connected": status.connected,
         "autopilot": status.autopilot or None,
         "firmware_version": status.firmware_version or None,
@@ -190,7 +193,7 @@ def status_facts(
     return facts
 
 
-def status_lines(facts: dict[str, Any]) -> list[str]:
+def status_lines(facts: _Facts) -> list[str]:
     """Return the same as text lines."""
     if not facts["connected"]:
         return ["vehicle   not connected; check the link"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
 from rclpy.action import ActionClient
 from rclpy.node import Node
@@ -67,7 +66,7 @@ class Course:
         self.code = EXIT_ABORTED
         self.rejections: list[str] = []
         self._view = view
-        kinds: dict[str, Any] = {ACTION_NAME: Navigate, first.name: first.action}
+        kinds: dict[str, type[object]] = {ACTION_NAME: Navigate, first.name: first.action}
         self._clients = {name: ActionClient(node, kind, name) for name, kind in kinds.items()}
         self._first = first
         node.create_subscription(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, TypeAlias
+from typing import ClassVar, TypeAlias
 
 from navigation_core.geometry import Vector3
 
@@ -191,7 +191,7 @@ def as_json(what: Event | Telemetry, t_s: float) -> str:
     return json.dumps({key: _plain(value) for key, value in members.items()}, allow_nan=False)
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return [_plain(part) for part in value] if isinstance(value, tuple) else value

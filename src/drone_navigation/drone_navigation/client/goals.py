@@ -6,7 +6,6 @@ import math
 import uuid
 from collections.abc import Callable
 from enum import Enum, auto
-from typing import Any
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
@@ -14,6 +13,7 @@ from rclpy.action.client import ClientGoalHandle
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
+from custom_interfaces.action import Navigate, NavigateWaypoints
 from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Ended, Telemetry
 
@@ -171,7 +171,7 @@ class SentGoal:
             waypoints_missed=_missed(result),
         )
 
-    def _telemetry(self, feedback: Any) -> Telemetry:
+    def _telemetry(self, feedback: Navigate.Feedback | NavigateWaypoints.Feedback) -> Telemetry:
         place = feedback.current_pose.pose.position
         route = self.client_goal.waypoints > 0
         return Telemetry(
@@ -189,7 +189,7 @@ class SentGoal:
         )
 
 
-def _missed(result: Any) -> tuple[int, ...] | None:
+def _missed(result: object) -> tuple[int, ...] | None:
     """Return the waypoints that a route's result names as missed."""
     missed = getattr(result, "waypoints_missed", None)
     return None if missed is None else tuple(int(index) for index in missed)

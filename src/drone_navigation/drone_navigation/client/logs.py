@@ -8,9 +8,9 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any
 
 from rclpy.action import ActionClient
+from rclpy.action.client import ClientGoalHandle
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
@@ -111,7 +111,7 @@ class _LogCommand:
         finally:
             client.destroy()
 
-    def _follow(self, handle: Any, is_ready: Callable[[], bool]) -> int:
+    def _follow(self, handle: ClientGoalHandle, is_ready: Callable[[], bool]) -> int:
         answer, canceled = handle.get_result_async(), False
         self._heard_s = time.monotonic()
         self._signs.begin()
@@ -141,7 +141,7 @@ class _LogCommand:
         facts = {"path": result.path or None, "bytes": result.bytes_stored, "size": result.size}
         return self._tell_end(code, result.message, **facts)
 
-    def _show_progress(self, message: Any) -> None:
+    def _show_progress(self, message: DownloadLog.Impl.FeedbackMessage) -> None:
         feedback = message.feedback
         self._heard_s = time.monotonic()
         percent = 100.0 * feedback.bytes_stored / max(feedback.size, 1)
@@ -164,7 +164,7 @@ class _LogCommand:
     def _without_server(self, name: str) -> int:
         return self._tell_end(EXIT_NO_SERVER, no_server(self._node, name))
 
-    def _tell_end(self, code: int, text: str, **facts: Any) -> int:
+    def _tell_end(self, code: int, text: str, **facts: object) -> int:
         if self._options.json:
             told = {"success": code == EXIT_SUCCESS, "message": text, **facts}
             print(json.dumps({"event": self._options.command, **told}))

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
 
 import rclpy
 from rclpy.node import Node
@@ -83,7 +82,7 @@ class ServerSigns:
         topic = f"{SERVER_NODE_NAME}/vehicle_status"
         node.create_subscription(VehicleStatus, topic, self._take, LATCHED_QOS)
 
-    def _take(self, status: Any) -> None:
+    def _take(self, status: VehicleStatus) -> None:
         self._id = self._id or status.server_id
         if status.server_id == self._id:
             self._heard_s = time.monotonic()

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeAlias
 
 from rclpy.action import ActionClient
 
@@ -49,6 +50,29 @@ _ABOVE = {
     RallyPoint.ABOVE_MEAN_SEA_LEVEL: "above mean sea level",
     RallyPoint.ABOVE_GROUND: "above ground",
 }
+_Kind: TypeAlias = type[
+    GetFence
+    | GetRallyPoints
+    | GetVehicleParameter
+    | SetFence
+    | SetRallyPoints
+    | SetVehicleParameter
+    | ListVehicleParameters
+    | LoadVehicleParameters
+]
+_Response: TypeAlias = (
+    GetFence.Response
+    | GetRallyPoints.Response
+    | GetVehicleParameter.Response
+    | SetFence.Response
+    | SetRallyPoints.Response
+    | SetVehicleParameter.Response
+    | ListVehicleParameters.Result
+    | LoadVehicleParameters.Result
+)
+_Feedback: TypeAlias = (
+    ListVehicleParameters.Impl.FeedbackMessage | LoadVehicleParameters.Impl.FeedbackMessage
+)
 
 
 @dataclass(frozen=True)
@@ -62,9 +86,9 @@ class StorageRequest:
         notes: sentences to show before.
     """
 
-    kind: Any
+    kind: _Kind
     name: str
-    fields: dict[str, Any]
+    fields: Mapping[str, object]
     notes: tuple[str, ...] = ()
 
 
@@ -164,7 +188,7 @@ class StorageCommand(ClientCommand):
 
     _cancelled = False
 
-    def _ask(self, task: StorageRequest, name: str) -> Any:
+    def _ask(self, task: StorageRequest, name: str) -> _Response | int:
         """Return the response of a service, or an exit code."""
         client = self._node.create_client(task.kind, name)
         if not self._wait(client.service_is_ready, self._options.server_timeout):
@@ -174,7 +198,7 @@ class StorageCommand(ClientCommand):
             return EXIT_NO_SERVER
         return answer.result()
 
-    def _act(self, task: StorageRequest, name: str) -> Any:
+    def _act(self, task: StorageRequest, name: str) -> _Response | int:
         """Return the result of an action, or an exit code; Ctrl-C cancels it."""
         client = ActionClient(self._node, task.kind, name)
         if not self._wait(client.server_is_ready, self._options.server_timeout):
@@ -182,7 +206,7 @@ class StorageCommand(ClientCommand):
         heard = [True]
         with counting_bar(not (self._options.plain or self._options.json)) as tell:
 
-            def take(message: Any) -> None:
+            def take(message: _Feedback) -> None:
                 heard.append(True)
                 feedback = message.feedback
                 if isinstance(feedback, LoadVehicleParameters.Feedback):
@@ -216,7 +240,7 @@ class StorageCommand(ClientCommand):
     def _without_server(self) -> int:
         return self._no_server(self._options.task.name)
 
-    def _save(self, result: Any, exit_code: int) -> tuple[int, str]:
+    def _save(self, result: ListVehicleParameters.Result, exit_code: int) -> tuple[int, str]:
         """Write the file; an incomplete list is not saved."""
         path = self._options.file
         if not result.success:
@@ -232,7 +256,7 @@ class StorageCommand(ClientCommand):
         return EXIT_SUCCESS, f"{len(parameters)} parameters are saved in {path}."
 
 
-def _exit_code(result: Any) -> int:
+def _exit_code(result: _Response) -> int:
     if result.success:
         return EXIT_SUCCESS
     if isinstance(result, LoadVehicleParameters.Result) and (result.changed or result.unchanged):
@@ -240,7 +264,7 @@ def _exit_code(result: Any) -> int:
     return EXIT_REJECTED
 
 
-def _shown(result: Any) -> tuple[dict[str, Any], str]:
+def _shown(result: _Response) -> tuple[Mapping[str, object], str]:
     """Return a response as facts and as text."""
     if isinstance(result, GetFence.Response):
         facts = {"areas": [_area_facts(area) for area in result.areas]}
@@ -274,7 +298,7 @@ def _value(value: float) -> float | None:
     return int(value) if value.is_integer() and abs(value) < 2.0**53 else value
 
 
-def _load_shown(result: Any) -> tuple[dict[str, Any], str]:
+def _load_shown(result: LoadVehicleParameters.Result) -> tuple[Mapping[str, object], str]:
     facts = {
         "changed": list(result.changed),
         "unchanged": list(result.unchanged),
@@ -287,7 +311,7 @@ def _load_shown(result: Any) -> tuple[dict[str, Any], str]:
     return facts, "\n".join([*lines, result.message])
 
 
-def _area_facts(area: Any) -> dict[str, Any]:
+def _area_facts(area: FenceArea) -> dict[str, object]:
     return {
         "inclusion": area.inclusion,
         "in_force": area.in_force,
@@ -296,7 +320,7 @@ def _area_facts(area: Any) -> dict[str, Any]:
     }
 
 
-def _area_line(area: Any) -> str:
+def _area_line(area: FenceArea) -> str:
     kind = "inclusion" if area.inclusion else "exclusion"
     places = [_place(*p) for p in zip(area.latitudes, area.longitudes, strict=True)]
     if area.shape == FenceArea.CIRCLE:
@@ -304,7 +328,7 @@ def _area_line(area: Any) -> str:
     return f"{kind}  polygon of {len(places)} corners: {'; '.join(places)}"
 
 
-def _rally_facts(point: Any) -> dict[str, Any]:
+def _rally_facts(point: RallyPoint) -> dict[str, object]:
     return {
         "position_deg": [point.latitude, point.longitude],
         "altitude_m": point.altitude,

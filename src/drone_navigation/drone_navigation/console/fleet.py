@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
@@ -20,6 +19,7 @@ from drone_navigation.console.messages import (
     RehearseTogether,
     Replay,
 )
+from drone_navigation.console.page_types import Tell
 from drone_navigation.console.rehearsing.joint_rehearsal import JointRehearsal
 from drone_navigation.console.rehearsing.rehearsals import Rehearsals
 from drone_navigation.console.requests import Answer, VehicleRequests
@@ -115,13 +115,11 @@ class Fleet:
         """Send a goal or a route; `by` names the page."""
         self.post(lambda: self._with(order.vehicle, lambda v: v.fly(order, by, answer), answer))
 
-    def rehearse(self, order: Rehearse, by: str, tell: Callable[[dict[str, Any]], None]) -> None:
+    def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
         """Simulate how a goal or a route would go; `by` names the page."""
         self.post(lambda: self._rehearse(order, by, tell))
 
-    def rehearse_together(
-        self, order: RehearseTogether, by: str, tell: Callable[[dict[str, Any]], None]
-    ) -> None:
+    def rehearse_together(self, order: RehearseTogether, by: str, tell: Tell) -> None:
         """Simulate how goals and routes of several vehicles would go; `by` names the page."""
         self.post(lambda: self._rehearse_together(order, by, tell))
 
@@ -142,7 +140,7 @@ class Fleet:
         self,
         order: Rehearse,
         by: str,
-        tell: Callable[[dict[str, Any]], None],
+        tell: Tell,
         lose_link: bool = True,
         tries: int = _TRIES,
     ) -> None:
@@ -164,15 +162,13 @@ class Fleet:
             about = {"vehicle": order.vehicle, "number": order.number}
             tell({"type": "rehearsal", **about, "error": _UNKNOWN})
 
-    def _rehearse_together(
-        self, order: RehearseTogether, by: str, tell: Callable[[dict[str, Any]], None]
-    ) -> None:
+    def _rehearse_together(self, order: RehearseTogether, by: str, tell: Tell) -> None:
         """Rehearse one after the other, then compare the flights."""
         ordered = {route.vehicle: route for route in order.routes}
         ready = [(name, v) for name, v in self._vehicles.items() if name in ordered]
         joint: JointRehearsal | None = None
 
-        def take(name: str, message: dict[str, Any]) -> None:
+        def take(name: str, message: dict[str, object]) -> None:
             nonlocal joint
             if joint is None:
                 # The first answer comes after the servers' parameters have.

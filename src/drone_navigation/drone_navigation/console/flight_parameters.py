@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import GetParameters
@@ -43,7 +42,7 @@ class FlightParameters:
         """
         self._requests = requests
         self._asked_s = -math.inf
-        self._server: dict[str, Any] = {}
+        self._server: dict[str, object] = {}
         self._parameters: dict[str, float] = {}
         self._wind: list[float] | None = None
         self.separation: Separation | None = None
@@ -67,7 +66,7 @@ class FlightParameters:
         self.separation = self.is_separated = None
         self._is_own = False
 
-    def values(self) -> dict[str, Any]:
+    def values(self) -> dict[str, object]:
         """Return the members of an order for the rehearsal: `server`, `parameters`, `wind`."""
         return {
             "server": dict(self._server),

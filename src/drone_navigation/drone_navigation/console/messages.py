@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, NoReturn, TypeAlias
 
 from navigation_bridge.configuration.checked_values import (
     FLAG,
@@ -284,7 +284,7 @@ def parse(data: str | bytes) -> Message:
         raise RejectedError("The message is not JSON.") from None
 
 
-def _no_constant(name: str) -> Any:
+def _no_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is not JSON.")
 
 

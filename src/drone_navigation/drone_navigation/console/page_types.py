@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TypedDict
+from collections.abc import Callable
+from typing import Any, TypeAlias, TypedDict
+
+JsonObject: TypeAlias = dict[str, Any]
+"""An object that was read from JSON, or a value of the page that another part reads"""
+
+Tell: TypeAlias = Callable[[dict[str, object]], None]
+"""Sends a page a message"""
 
 
 class StatusValue(TypedDict):
@@ -121,6 +128,14 @@ class FeedbackValue(TypedDict):
     waypoint: int | None
     waypoints_left: int | None
     lap: int | None
+
+
+class RouteValue(TypedDict):
+    """A goal of a page: the page, the action, the waypoints in the map with hold times (s)."""
+
+    by: str
+    action: str
+    waypoints: list[list[float]]
 
 
 class ReplayValue(TypedDict):

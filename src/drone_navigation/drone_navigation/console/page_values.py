@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Point, Quaternion, Vector3
@@ -11,6 +10,7 @@ from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import BatteryState, NavSatFix
 from visualization_msgs.msg import Marker, MarkerArray
 
+from custom_interfaces.action import Navigate
 from custom_interfaces.msg import (
     Fence,
     HomePosition,
@@ -212,7 +212,7 @@ def diagnostic(message: DiagnosticStatus) -> DiagnosticValue:
     }
 
 
-def feedback(action: str, message: Any) -> FeedbackValue:
+def feedback(action: str, message: Navigate.Feedback) -> FeedbackValue:
     """Return the feedback of any action; distance in m, time in s."""
     return {
         "action": action,

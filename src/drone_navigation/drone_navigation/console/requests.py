@@ -6,11 +6,12 @@ import uuid
 from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from action_msgs.srv import CancelGoal
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -20,6 +21,7 @@ from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnTo
 from custom_interfaces.msg import Waypoint
 from custom_interfaces.srv import SeekReplay
 from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Replay
+from drone_navigation.console.page_types import RouteValue
 from navigation_bridge.names import (
     ACTION_NAME,
     FRAME_MAP,
@@ -34,6 +36,9 @@ __all__ = ["ACTIONS", "Answer", "VehicleRequests"]
 
 Answer: TypeAlias = Callable[[bool, str], None]
 """Called with whether a request succeeded, and a sentence."""
+
+_Take: TypeAlias = Callable[..., None]
+"""Called with the response of a service, of its generated class"""
 
 ACTIONS = {
     ACTION_NAME: Navigate,
@@ -71,7 +76,7 @@ class _Call:
 
     future: Future
     deadline_s: float
-    done: Callable[[Any], None]
+    done: _Take
     late: Callable[[], None]
 
 
@@ -97,13 +102,13 @@ class VehicleRequests:
         self._root = namespace.rstrip("/")
         self._is_alive = is_alive
         self._now = now
-        self._clients: dict[str, Any] = {}
+        self._clients: dict[str, Client] = {}
         self._calls: list[_Call] = []
         self._player = ""
         # The number of rejections heard, the last reason, and answers that wait for theirs.
         self._heard, self._reason = 0, ""
         self._reasons: list[tuple[float, int, Answer]] = []
-        self.routes: dict[str, dict[str, Any]] = {}
+        self.routes: dict[str, RouteValue] = {}
 
     def tick(self, now: float) -> None:
         """Take answers, at a time in s."""
@@ -140,27 +145,27 @@ class VehicleRequests:
 
     # --- services ---------------------------------------------------------------------------
 
-    def _service(self, name: str, kind: Any = Trigger, of_server: bool = False) -> Any:
+    def _service(self, name: str, kind: type[object] = Trigger, of_server: bool = False) -> Client:
         """Return the client of a service of the vehicle's node, or of that of its server."""
         # A server of several vehicles has one namespace less.
         root = self._root.rpartition("/")[0] if of_server else self._root
         return self._client(f"{root}/{SERVER_NODE_NAME}/{name}", kind)
 
-    def _sender(self, action: str) -> Any:
+    def _sender(self, action: str) -> Client:
         kind = ACTIONS[action].Impl.SendGoalService
         return self._client(f"{self._root}/{action}/_action/send_goal", kind)
 
-    def _canceller(self, action: str) -> Any:
+    def _canceller(self, action: str) -> Client:
         return self._client(f"{self._root}/{action}/_action/cancel_goal", CancelGoal)
 
-    def _client(self, name: str, kind: Any) -> Any:
+    def _client(self, name: str, kind: type[object]) -> Client:
         """Return the client of a service, which finds its server in the next moments."""
         client = self._clients.get(name)
         if client is None:
             client = self._clients[name] = self._node.create_client(kind, name)
         return client
 
-    def _call(self, future: Future, done: Callable[[Any], None], late: Callable[[], None]) -> None:
+    def _call(self, future: Future, done: _Take, late: Callable[[], None]) -> None:
         self._calls.append(_Call(future, self._now + _ANSWER_TIMEOUT_S, done, late))
 
     def find_stops(self) -> None:
@@ -178,10 +183,10 @@ class VehicleRequests:
 
     def ask(
         self,
-        kind: Any,
+        kind: type[object],
         name: str,
-        request: Any,
-        done: Callable[[Any], None],
+        request: object,
+        done: _Take,
         of_server: bool = False,
     ) -> bool:
         """Call one of the server's own services.
@@ -226,7 +231,7 @@ class VehicleRequests:
         if not self._player:
             answer(False, "This is not a recording.")
             return
-        request: Any = Trigger.Request()
+        request = Trigger.Request()
         client = self._clients[f"{self._player}/set_parameters"]
         if replay.name == "speed":
             value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=replay.value)
@@ -237,7 +242,7 @@ class VehicleRequests:
         if replay.name == "seek":
             request = SeekReplay.Request(position=replay.value)
 
-        def take(done: Any) -> None:
+        def take(done: Trigger.Response | SeekReplay.Response | SetParameters.Response) -> None:
             if replay.name == "speed":
                 (result,) = done.results
                 answer(result.successful, result.reason or f"Replay speed: {replay.value:g} x.")
@@ -336,7 +341,7 @@ class VehicleRequests:
         self._send(WAYPOINTS_ACTION_NAME, route, waypoints, by, answer)
 
     def _send(
-        self, action: str, goal: Any, waypoints: Sequence[PageWaypoint], by: str, answer: Answer
+        self, action: str, goal: object, waypoints: Sequence[PageWaypoint], by: str, answer: Answer
     ) -> None:
         """Send a goal by the action's service: feedback and end come by the topics, as for all."""
         if self._is_silent(answer):
@@ -355,7 +360,7 @@ class VehicleRequests:
         self.routes[number.hex] = {"by": by, "action": action, "waypoints": points}
         heard = self._heard
 
-        def take(response: Any) -> None:
+        def take(response: Navigate.Impl.SendGoalService.Response) -> None:
             if response.accepted:
                 answer(True, f"{_COMMANDS[action]} is accepted.")
             else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol
+from typing import Protocol
 
 from drone_navigation.console import plans
 from drone_navigation.console.lease import Leases
@@ -28,14 +28,13 @@ from drone_navigation.console.messages import (
     VehicleMessage,
     parse,
 )
+from drone_navigation.console.page_types import Tell
 from drone_navigation.console.shown_values import ShownValues
 
 __all__ = ["Page", "Pilots", "Rules"]
 
 _RATE_HZ = 20.0
 _BURST = 60.0
-
-Tell = Callable[[dict[str, Any]], None]
 
 
 class Pilots(Protocol):

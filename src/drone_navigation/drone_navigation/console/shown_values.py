@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 __all__ = ["Changes", "ShownValues"]
 
-Changes: TypeAlias = dict[str, dict[str, Any]]
+Changes: TypeAlias = dict[str, dict[str, object]]
 """Values by vehicle (its namespace, "/" without one) and name."""
 
 _TRAIL_MAX = 600
@@ -25,12 +25,12 @@ class ShownValues:
     def __init__(self) -> None:
         """Start empty."""
         self._lock = threading.Lock()
-        self._values: dict[str, dict[str, Any]] = {}
+        self._values: Changes = {}
         self._versions: dict[str, dict[str, int]] = {}
         self._trails: dict[str, deque[list[float]]] = {}
         self._version = 0
 
-    def put(self, vehicle: str, name: str, value: Any) -> None:
+    def put(self, vehicle: str, name: str, value: object) -> None:
         """Set a value; one that equals the present one is no change."""
         with self._lock:
             values = self._values.setdefault(vehicle, {})

@@ -8,14 +8,17 @@ from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import BatteryState, NavSatFix
 from visualization_msgs.msg import MarkerArray
 
+from custom_interfaces.action import Navigate
 from custom_interfaces.msg import (
     Fence,
     GoalEvent,
@@ -37,7 +40,7 @@ from navigation_core.safety.energy import ConsumptionEstimator
 __all__ = ["VehicleClient"]
 
 # Topics that are shown as they come: type, topic, function that makes the page's value of it.
-_SHOWN: tuple[tuple[Any, str, Callable[[Any], Any], QoSProfile], ...] = (
+_SHOWN: tuple[tuple[type[object], str, Callable[..., object], QoSProfile], ...] = (
     (BatteryState, "battery", page_values.battery, STREAM_QOS),
     (NavSatFix, "fix", page_values.fix, STREAM_QOS),
     (Fence, "fence", page_values.fence, LATCHED_QOS),
@@ -64,7 +67,7 @@ class Knowledge:
         lacks: what it does not consider, for people.
     """
 
-    values: dict[str, Any]
+    values: dict[str, object]
     server: bool
     vehicle: bool
     lacks: tuple[str, ...]
@@ -93,14 +96,14 @@ class VehicleClient:
         self._now = now
         self._heard_s = -math.inf
         self._server_id = ""
-        self._subscriptions: list[Any] = []
-        self._streams: list[Any] = []
-        self._events: deque[dict[str, Any]] = deque(maxlen=_EVENTS)
+        self._subscriptions: list[Subscription] = []
+        self._streams: list[Subscription] = []
+        self._events: deque[dict[str, object]] = deque(maxlen=_EVENTS)
         self._event_count = 0
         self._plans: deque[list[list[float]]] = deque(maxlen=_PLANS)
         self._active = ""
         self._player = ""
-        self._replay_listener: Any = None
+        self._replay_listener: Subscription | None = None
         self._jumps = (0, False)
         self._jumped = False
         self._plan_is_old = False
@@ -116,10 +119,10 @@ class VehicleClient:
 
     def _listen(
         self,
-        into: list[Any],
-        kind: Any,
+        into: list[Subscription],
+        kind: type[object],
         topic: str,
-        callback: Callable[[Any], None],
+        callback: Callable[..., None],
         qos: QoSProfile = LATCHED_QOS,
     ) -> None:
         name = f"{self._root}/{SERVER_NODE_NAME}/{topic}"
@@ -222,7 +225,7 @@ class VehicleClient:
         if message.message and message.message not in remarks:
             self._board.put(self._name, "remarks", [*remarks, message.message][-_REMARKS:])
 
-    def _tell(self, stamp: Any, kind: str, text: str, code: str = "", by: str = "") -> None:
+    def _tell(self, stamp: Time, kind: str, text: str, code: str = "", by: str = "") -> None:
         self._event_count += 1
         event = {"number": self._event_count, "time": stamp.sec, "kind": kind, "text": text}
         event |= {"code": code, "by": by}
@@ -293,8 +296,8 @@ class VehicleClient:
     def _obstacles(self, message: MarkerArray) -> None:
         self._board.put(self._name, "obstacles", page_values.obstacles(message))
 
-    def _show(self, name: str, fact: Callable[[Any], Any], message: Any) -> None:
-        if name == "battery":
+    def _show(self, name: str, fact: Callable[..., object], message: object) -> None:
+        if isinstance(message, BatteryState):
             self._consumption.observe(self._now, message.percentage, self._is_under_way)
         self._board.put(self._name, name, fact(message))
 
@@ -307,11 +310,11 @@ class VehicleClient:
         )
         return bool(status.get("armed")) and (status.get("landed") == "in the air" or moves)
 
-    def _feedback(self, action: str, message: Any) -> None:
+    def _feedback(self, action: str, message: Navigate.Impl.FeedbackMessage) -> None:
         if bytes(message.goal_id.uuid).hex() == self._active:
             self._board.put(self._name, "feedback", page_values.feedback(action, message.feedback))
 
-    def diagnostics(self, parts: Sequence[Any]) -> None:
+    def diagnostics(self, parts: Sequence[DiagnosticStatus]) -> None:
         """Take this vehicle's parts of /diagnostics."""
         own = f"{self._root}/{SERVER_NODE_NAME}: ".lstrip("/")
         for part in parts:

@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable
 from http import HTTPStatus
 from importlib.resources import files
-from typing import Any
 from urllib.parse import urlsplit
 
 from websockets.asyncio.server import Server, ServerConnection, broadcast, serve
@@ -73,7 +72,7 @@ class Web:
             if file.name.rpartition(".")[2] in _TYPES
         }
         self._version = 0
-        self._told: dict[str, Any] = {}
+        self._told: dict[str, object] = {}
         self._access: Access | None = None
         self._stop = asyncio.Event()
 
@@ -158,7 +157,7 @@ class Web:
     async def _talk(self, connection: ServerConnection) -> None:
         loop = asyncio.get_running_loop()
 
-        def tell(message: dict[str, Any]) -> None:
+        def tell(message: dict[str, object]) -> None:
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(_send, connection, message)
 
@@ -190,7 +189,7 @@ class Web:
             if not self._pages:
                 self._fleet.watch(False)
 
-    def _control(self) -> dict[str, Any]:
+    def _control(self) -> dict[str, object]:
         """Return who has control, how many look, and what was rejected."""
         self._rules.leases.expire(time.monotonic())
         return {
@@ -223,7 +222,7 @@ class Web:
                     connection.transport.abort()
 
 
-def _send(connection: ServerConnection, message: dict[str, Any]) -> None:
+def _send(connection: ServerConnection, message: dict[str, object]) -> None:
     broadcast([connection], json.dumps(message, allow_nan=False))
 
 

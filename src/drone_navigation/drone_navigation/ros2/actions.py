@@ -1,12 +1,12 @@
-"""``ros2 action``: list, info and send_goal, which cancels its goal when it is ended."""
+"""``ros2 action``: info and send_goal, which cancels its goal when it is ended."""
 
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
+from rclpy.action.client import ClientGoalHandle
 from rclpy.action.graph import (
     get_action_client_names_and_types_by_node,
     get_action_names_and_types,
@@ -20,11 +20,10 @@ from drone_navigation.ros2.session import (
     Session,
     absolute,
     interface,
-    print_names,
 )
 from drone_navigation.ros2.values import as_yaml, filled, read_yaml
 
-__all__ = ["info", "list_actions", "send_goal"]
+__all__ = ["info", "send_goal"]
 
 _STATUSES = {
     GoalStatus.STATUS_SUCCEEDED: "SUCCEEDED",
@@ -33,14 +32,7 @@ _STATUSES = {
 }
 # An answer to a cancel, or to a goal that is to be cancelled, is waited for so long.
 _CANCEL_S = 3.0
-# While a server is discovered in part, rmw_fastrtps takes it for none.
-_GONE_S = 3.0
-
-
-def list_actions(session: Session, options: argparse.Namespace) -> int:
-    """Print the names of all actions."""
-    session.discover()
-    return print_names(get_action_names_and_types(session.node), options)
+_ENDED = "The action server has ended; what became of the goal is unknown."
 
 
 def info(session: Session, options: argparse.Namespace) -> int:
@@ -69,24 +61,25 @@ def send_goal(session: Session, options: argparse.Namespace) -> int:
         print("Waiting for an action server to become available...")
         session.wait(client.server_is_ready)
         print(f"Sending goal:\n     {as_yaml(goal)}")
-        answer = client.send_goal_async(goal, _on_feedback if options.feedback else None)
+        answer = client.send_goal_async(
+            goal,
+            (lambda message: print(f"Feedback:\n    {as_yaml(message.feedback)}"))
+            if options.feedback
+            else None,
+        )
         try:
-            _wait_for(session, client, answer)
+            session.wait_for_answer(answer, client.server_is_ready, _ENDED)
+            handle = answer.result()
+            if not handle.accepted:
+                print("Goal was rejected.")
+                return 1
+            print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
+            result = handle.get_result_async()
+            session.wait_for_answer(result, client.server_is_ready, _ENDED)
         except Interrupted:
             # It may be accepted while the command ends.
             if session.wait(answer.done, _CANCEL_S) and answer.result().accepted:
                 _cancel(session, answer.result())
-            raise
-        handle = answer.result()
-        if not handle.accepted:
-            print("Goal was rejected.")
-            return 1
-        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n")
-        result = handle.get_result_async()
-        try:
-            _wait_for(session, client, result)
-        except Interrupted:
-            _cancel(session, handle)
             raise
         print(f"Result:\n    {as_yaml(result.result().result)}")
         print(f"Goal finished with status: {_STATUSES.get(result.result().status, 'UNKNOWN')}")
@@ -95,20 +88,7 @@ def send_goal(session: Session, options: argparse.Namespace) -> int:
         client.destroy()
 
 
-def _on_feedback(message: Any) -> None:
-    print(f"Feedback:\n    {as_yaml(message.feedback)}")
-
-
-def _wait_for(session: Session, client: ActionClient, future: Any) -> None:
-    """Wait for an answer as long as there is a server."""
-    while not session.wait(future.done, _GONE_S):
-        if client.server_is_ready():
-            continue
-        if not session.wait(lambda: future.done() or client.server_is_ready(), _GONE_S):
-            raise CommandError("The action server has ended; what became of the goal is unknown.")
-
-
-def _cancel(session: Session, handle: Any) -> None:
+def _cancel(session: Session, handle: ClientGoalHandle) -> None:
     print("Canceling goal...")
     answer = handle.cancel_goal_async()
     if not session.wait(answer.done, _CANCEL_S):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
-from typing import Any
 
 from rclpy.action.graph import (
     get_action_client_names_and_types_by_node,
@@ -13,11 +12,17 @@ from rclpy.action.graph import (
 )
 from rclpy.node import Node
 
-from drone_navigation.ros2.session import CommandError, Session, absolute, is_hidden
+from drone_navigation.ros2.session import (
+    CommandError,
+    NamesAndTypes,
+    Session,
+    absolute,
+    is_hidden,
+)
 
-__all__ = ["all_nodes", "info", "list_nodes", "nodes_that_have"]
+__all__ = ["all_nodes", "found_nodes", "info", "list_nodes", "nodes_that_have"]
 
-_ByNode = Callable[[Node, str, str], Any]
+_ByNode = Callable[[Node, str, str], NamesAndTypes]
 
 
 def all_nodes(node: Node, include_hidden: bool = False) -> list[tuple[str, str, str]]:
@@ -29,7 +34,18 @@ def all_nodes(node: Node, include_hidden: bool = False) -> list[tuple[str, str, 
     return sorted(each for each in found if include_hidden or not is_hidden(each[0]))
 
 
-def nodes_that_have(node: Node, wanted: str, by_node: _ByNode) -> list[tuple[str, list[str]]]:
+def found_nodes(session: Session, name: str) -> list[tuple[str, str, str]]:
+    """Return the nodes of a full name, none if they are not discovered; as `all_nodes`."""
+
+    def found() -> list[tuple[str, str, str]]:
+        nodes = all_nodes(session.node, include_hidden=True)
+        return [each for each in nodes if each[0] == absolute(name)]
+
+    session.discover(lambda: bool(found()))
+    return found()
+
+
+def nodes_that_have(node: Node, wanted: str, by_node: _ByNode) -> NamesAndTypes:
     """Return the nodes that have a name of a kind, and the types that they give it."""
     found = []
     for full_name, name, space in all_nodes(node, include_hidden=True):
@@ -39,7 +55,7 @@ def nodes_that_have(node: Node, wanted: str, by_node: _ByNode) -> list[tuple[str
     return found
 
 
-def _of(node: Node, by_node: _ByNode, name: str, space: str) -> list[tuple[str, list[str]]]:
+def _of(node: Node, by_node: _ByNode, name: str, space: str) -> NamesAndTypes:
     try:
         return sorted(by_node(node, name, space))
     except RuntimeError:  # it has ended meanwhile
@@ -59,15 +75,10 @@ def list_nodes(session: Session, options: argparse.Namespace) -> int:
 
 def info(session: Session, options: argparse.Namespace) -> int:
     """Print all that a node publishes, subscribes and serves."""
-    wanted = absolute(options.node)
-
-    def found() -> list[tuple[str, str, str]]:
-        return [each for each in all_nodes(session.node, include_hidden=True) if each[0] == wanted]
-
-    session.discover(lambda: bool(found()))
-    if not found():
+    found = found_nodes(session, options.node)
+    if not found:
         raise CommandError(f"Unable to find node '{options.node}'")
-    (_, name, space), *others = found()
+    (wanted, name, space), *others = found
     if others:
         print(f"There are {len(others) + 1} nodes in the graph with the exact name '{wanted}'. You "
               "are seeing information about only one of them.", file=sys.stderr)  # fmt: skip

@@ -4,48 +4,32 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
 
 from rcl_interfaces.msg import Parameter, ParameterType
 from rclpy.parameter import get_parameter_value, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.task import Future
 
-from drone_navigation.ros2.nodes import all_nodes
+from drone_navigation.ros2.nodes import all_nodes, found_nodes
 from drone_navigation.ros2.session import CommandError, Session, absolute
 
 __all__ = ["describe", "get", "list_parameters", "set_parameter"]
 
 _ANSWER_S = 5.0
-# By type: its name in a description, and the words before a value.
-_TYPES = {
-    ParameterType.PARAMETER_NOT_SET: ("not set", "Parameter not set."),
-    ParameterType.PARAMETER_BOOL: ("boolean", "Boolean value is:"),
-    ParameterType.PARAMETER_INTEGER: ("integer", "Integer value is:"),
-    ParameterType.PARAMETER_DOUBLE: ("double", "Double value is:"),
-    ParameterType.PARAMETER_STRING: ("string", "String value is:"),
-    ParameterType.PARAMETER_BYTE_ARRAY: ("byte array", "Byte values are:"),
-    ParameterType.PARAMETER_BOOL_ARRAY: ("boolean array", "Boolean values are:"),
-    ParameterType.PARAMETER_INTEGER_ARRAY: ("integer array", "Integer values are:"),
-    ParameterType.PARAMETER_DOUBLE_ARRAY: ("double array", "Double values are:"),
-    ParameterType.PARAMETER_STRING_ARRAY: ("string array", "String values are:"),
-}
+# The types by their numbers in ParameterType.
+_TYPES = ["not set", "boolean", "integer", "double", "string"]
+_TYPES += [f"{each} array" for each in ("byte", "boolean", "integer", "double", "string")]
 
 
 def _found(session: Session, name: str) -> str:
     """Return the full name of a node that is there."""
-    wanted = absolute(name)
-
-    def is_there() -> bool:
-        return any(full == wanted for full, _, _ in all_nodes(session.node, include_hidden=True))
-
-    session.discover(is_there)
-    if not is_there():
+    if not found_nodes(session, name):
         raise CommandError(f"Node not found: '{name}' (`ros2 node list` lists all)")
-    return wanted
+    return absolute(name)
 
 
-def _asked(session: Session, name: str, request: str, *arguments: Any) -> Any:
-    """Return what a node answers to a request of the client of parameters."""
+def _asked(session: Session, name: str, request: str, *arguments: object) -> Future:
+    """Return the answer of a node to a request of the client of parameters; it is done."""
     client = AsyncParameterClient(session.node, name)
     if not session.wait(client.services_are_ready, _ANSWER_S):
         raise CommandError(
@@ -54,7 +38,7 @@ def _asked(session: Session, name: str, request: str, *arguments: Any) -> Any:
     answer = getattr(client, request)(*arguments)
     if not session.wait(answer.done, _ANSWER_S):
         raise CommandError(f"Node {name} did not answer in {_ANSWER_S:g} s.")
-    return answer.result()
+    return answer
 
 
 def list_parameters(session: Session, options: argparse.Namespace) -> int:
@@ -66,7 +50,7 @@ def list_parameters(session: Session, options: argparse.Namespace) -> int:
         names = [full for full, _, _ in all_nodes(session.node)]
     for name in names:
         try:
-            found = sorted(_asked(session, name, "list_parameters", []).result.names)
+            found = sorted(_asked(session, name, "list_parameters", []).result().result.names)
         except CommandError as error:
             if options.node:
                 raise
@@ -81,12 +65,14 @@ def list_parameters(session: Session, options: argparse.Namespace) -> int:
 def get(session: Session, options: argparse.Namespace) -> int:
     """Print the value of a parameter."""
     name = _found(session, options.node)
-    values = _asked(session, name, "get_parameters", [options.parameter]).values
+    values = _asked(session, name, "get_parameters", [options.parameter]).result().values
     if not values or values[0].type == ParameterType.PARAMETER_NOT_SET:
         raise CommandError("Parameter not set")
     value = parameter_value_to_python(values[0])
     shown = value if isinstance(value, (bool, int, float, str)) else list(value)
-    print(shown if options.hide_type else f"{_TYPES[values[0].type][1]} {shown}")
+    what, array, _ = _TYPES[values[0].type].capitalize().partition(" array")
+    is_or_are = "values are" if array else "value is"
+    print(shown if options.hide_type else f"{what} {is_or_are}: {shown}")
     return 0
 
 
@@ -94,7 +80,7 @@ def set_parameter(session: Session, options: argparse.Namespace) -> int:
     """Set a parameter; return 1 if the node rejects it."""
     name = _found(session, options.node)
     parameter = Parameter(name=options.parameter, value=get_parameter_value(options.value))
-    (result,) = _asked(session, name, "set_parameters", [parameter]).results
+    (result,) = _asked(session, name, "set_parameters", [parameter]).result().results
     reason = f": {result.reason}" if result.reason else ""
     if result.successful:
         print(f"Set parameter successful{reason}")
@@ -106,8 +92,9 @@ def set_parameter(session: Session, options: argparse.Namespace) -> int:
 def describe(session: Session, options: argparse.Namespace) -> int:
     """Print types, descriptions and limits of parameters."""
     name = _found(session, options.node)
-    for found in _asked(session, name, "describe_parameters", options.parameters).descriptors:
-        print(f"Parameter name: {found.name}\n  Type: {_TYPES[found.type][0]}")
+    answer = _asked(session, name, "describe_parameters", options.parameters)
+    for found in answer.result().descriptors:
+        print(f"Parameter name: {found.name}\n  Type: {_TYPES[found.type]}")
         if found.description:
             print(f"  Description: {found.description}")
         print("  Constraints:")

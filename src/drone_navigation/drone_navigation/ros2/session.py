@@ -8,18 +8,19 @@ import math
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any
+from typing import Literal, Protocol, TypeAlias, overload
 
 import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
 __all__ = [
-    "CommandError", "Interrupted", "Session", "absolute", "interface", "is_hidden", "print_names",
-    "session",
+    "CommandError", "Interface", "Interrupted", "Message", "MessageClass", "NamesAndTypes",
+    "Session", "absolute", "interface", "is_hidden", "list_of", "session",
 ]  # fmt: skip
 
 _SPIN_S = 0.1
@@ -28,8 +29,13 @@ _SPIN_S = 0.1
 _SETTLED_S = 0.8
 _DISCOVERY_MIN_S = 2.0
 _EMPTY_S = 4.0
-# What is not discovered then is taken not to be there.
+# Discovery ends here; a name that is missing then does not exist.
 _DISCOVERY_MAX_S = 5.0
+# While a server is discovered in part, rmw_fastrtps takes it for none.
+_GONE_S = 3.0
+NamesAndTypes: TypeAlias = list[tuple[str, list[str]]]
+"""Names in the graph, each with its types"""
+
 _KINDS = {"msg": "message", "srv": "service", "action": "action"}
 
 
@@ -39,6 +45,26 @@ class CommandError(Exception):
 
 class Interrupted(Exception):  # noqa: N818 - a person's wish is no error
     """A person ends the command."""
+
+
+class Message(Protocol):
+    """A message of a generated class."""
+
+    SLOT_TYPES: Sequence[object]
+
+    def get_fields_and_field_types(self) -> dict[str, str]:
+        """Return the types of its fields by their names."""
+
+
+MessageClass: TypeAlias = Callable[..., Message]
+"""A generated class of messages"""
+
+
+class Interface(Protocol):
+    """A generated class of a service (it has a Request) or of an action (it has a Goal)."""
+
+    Request: MessageClass
+    Goal: MessageClass
 
 
 class Session:
@@ -70,6 +96,16 @@ class Session:
                 return False
             rclpy.spin_once(self.node, timeout_sec=_SPIN_S)
         return True
+
+    def wait_for_answer(self, answer: Future, is_ready: Callable[[], bool], ended: str) -> None:
+        """Wait for an answer as long as there is a server.
+
+        Raises:
+            CommandError: it has ended; the error says what is given as `ended`.
+        """
+        while not self.wait(answer.done, _GONE_S):
+            if not self.wait(lambda: answer.done() or is_ready(), _GONE_S):
+                raise CommandError(ended)
 
     def discover(self, is_found: Callable[[], bool] | None = None) -> None:
         """Wait until something, or anything, is found and nothing more comes, or time is up."""
@@ -120,14 +156,20 @@ def absolute(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def print_names(found: list[tuple[str, list[str]]], options: argparse.Namespace) -> int:
-    """Print names in order, with their types if these are wanted, or how many they are."""
-    if options.count:
-        print(len(found))
+def list_of(found_by: Callable[[Node], NamesAndTypes]) -> Callable[..., int]:
+    """Return the command that prints the names of a kind in order, or their number."""
+
+    def command(session: Session, options: argparse.Namespace) -> int:
+        session.discover()
+        found = [(name, f"{name} [{', '.join(types)}]") for name, types in found_by(session.node)
+                 if getattr(options, "all", True) or not is_hidden(name)]  # fmt: skip
+        if options.count:
+            print(len(found))
+        else:
+            print("".join(f"{each[options.show_types]}\n" for each in sorted(found)), end="")
         return 0
-    for name, types in sorted(found):
-        print(f"{name} [{', '.join(types)}]" if options.show_types else name)
-    return 0
+
+    return command
 
 
 def is_hidden(name: str) -> bool:
@@ -135,7 +177,11 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith("_") for part in name.split("/"))
 
 
-def interface(kind: str, name: str) -> Any:
+@overload
+def interface(kind: Literal["msg"], name: str) -> MessageClass: ...
+@overload
+def interface(kind: Literal["srv", "action"], name: str) -> Interface: ...
+def interface(kind: str, name: str) -> object:
     """Return the class of an interface.
 
     Args:
@@ -149,7 +195,8 @@ def interface(kind: str, name: str) -> Any:
     package, type_name = parts[0], parts[-1]
     if parts in ([package, type_name], [package, kind, type_name]):
         try:
-            return getattr(importlib.import_module(f"{package}.{kind}"), type_name)
+            found: object = getattr(importlib.import_module(f"{package}.{kind}"), type_name)
+            return found
         except (ImportError, AttributeError, ValueError):
             pass
     raise CommandError(

@@ -1,11 +1,10 @@
-"""``ros2 topic``: list, info, echo, hz and pub."""
+"""``ros2 topic``: info, echo, hz and pub."""
 
 from __future__ import annotations
 
 import argparse
 import time
 from collections import deque
-from typing import Any
 
 import numpy as np
 from rclpy.qos import (
@@ -17,28 +16,21 @@ from rclpy.qos import (
 
 from drone_navigation.ros2.session import (
     CommandError,
+    Message,
+    MessageClass,
     Session,
     absolute,
     interface,
-    is_hidden,
-    print_names,
 )
 from drone_navigation.ros2.values import SHOWN_MAX, as_yaml, filled, read_yaml
 
-__all__ = ["echo", "hz", "info", "list_topics", "pub"]
+__all__ = ["echo", "hz", "info", "pub"]
 
 _DEPTH = 100
 _PRINTED_S = 1.0
 _WINDOW = 10_000
-# So long messages that were sent are given to reach the wire.
+# The last message gets this time to reach the wire before the node ends.
 _KEEP_ALIVE_S = 0.1
-
-
-def list_topics(session: Session, options: argparse.Namespace) -> int:
-    """Print the names of all topics."""
-    session.discover()
-    found = session.node.get_topic_names_and_types()
-    return print_names([(n, t) for n, t in found if options.all or not is_hidden(n)], options)
 
 
 def _types(session: Session, name: str) -> list[str]:
@@ -52,7 +44,7 @@ def _types(session: Session, name: str) -> list[str]:
     return known()
 
 
-def _class_of(session: Session, options: argparse.Namespace) -> Any:
+def _class_of(session: Session, options: argparse.Namespace) -> MessageClass:
     if getattr(options, "type", None):
         session.discover()
         return interface("msg", options.type)
@@ -88,12 +80,8 @@ def info(session: Session, options: argparse.Namespace) -> int:
 def _qos(session: Session, name: str) -> QoSProfile:
     """Return what all publishers of a topic can give."""
     offered = [end.qos_profile for end in session.node.get_publishers_info_by_topic(absolute(name))]
-    is_reliable = bool(offered) and all(
-        each.reliability == ReliabilityPolicy.RELIABLE for each in offered
-    )
-    is_latched = bool(offered) and all(
-        each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in offered
-    )
+    is_reliable = {each.reliability for each in offered} == {ReliabilityPolicy.RELIABLE}
+    is_latched = {each.durability for each in offered} == {DurabilityPolicy.TRANSIENT_LOCAL}
     return QoSProfile(
         depth=_DEPTH,
         reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
@@ -106,9 +94,9 @@ def echo(session: Session, options: argparse.Namespace) -> int:
     kind = _class_of(session, options)
     shown_max = None if options.full_length else SHOWN_MAX
     fields = options.field.split(".") if options.field else []
-    heard: deque[Any] = deque()
+    heard: deque[object] = deque()
 
-    def on_message(message: Any) -> None:
+    def on_message(message: object) -> None:
         heard.append(message)
 
     session.node.create_subscription(kind, options.name, on_message, _qos(session, options.name))
@@ -130,7 +118,7 @@ def hz(session: Session, options: argparse.Namespace) -> int:
     gaps_s: deque[float] = deque(maxlen=options.window)
     last_s: list[float] = []
 
-    def on_message(_: Any) -> None:
+    def on_message(_: object) -> None:
         now_s = time.monotonic()
         gaps_s.extend(now_s - before_s for before_s in last_s)
         last_s[:] = [now_s]
@@ -156,7 +144,7 @@ def pub(session: Session, options: argparse.Namespace) -> int:
     times = 1 if options.once else options.times
     node = session.node
 
-    def message() -> Any:
+    def message() -> Message:
         return filled(kind, values, node.get_clock().now().to_msg())
 
     message()

@@ -222,8 +222,8 @@ class CommandConfig:
     start_goal: bool = parameter(
         "cmd_vel_start",
         "goal",
-        "What lets [velocity commands](velocity.md) move the vehicle: `goal` (only a "
-        "follow_velocity goal) or `command` (also a first command while no goal is active).",
+        "When [velocity commands](velocity.md) move the vehicle: `goal` (only during a "
+        "follow_velocity goal) or `command` (also from the first command while no goal is active).",
         words={"goal": False, "command": True},
     )
     stamped: bool = parameter(

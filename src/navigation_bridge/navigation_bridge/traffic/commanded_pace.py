@@ -18,7 +18,7 @@ __all__ = ["paced"]
 
 # Shares of a commanded velocity that are tried.
 _SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
-# What is left of it where none of them is free: the vehicle stands, and knows its course.
+# Used where none of them is free: the vehicle stands, and its course stays known.
 _STANDS_SHARE, _STANDS_M_S = 1e-3, 0.05
 
 

@@ -11,7 +11,7 @@ import tty
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import IO, Any
+from typing import IO
 
 HINT = "p pause  r resume  g new goal  c cancel  ? help"
 HINT_SHORT = "keys: p r g c ?"
@@ -94,10 +94,10 @@ class Keys:
 class Keyboard:
     """A terminal in raw mode without echo, until it is closed."""
 
-    def __init__(self, stream: IO[Any]) -> None:
+    def __init__(self, stream: IO[str]) -> None:
         """Switch the terminal behind ``stream`` to raw mode, if there is one."""
         self._file: int | None = None
-        self._saved: list[Any] = []
+        self._saved: list[int | list[bytes | int]] = []
         with contextlib.suppress(OSError, ValueError, termios.error):
             file = stream.fileno()
             if os.isatty(file):

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from drone_navigation.console import plans
-from drone_navigation.console.page_types import HomeValue
+from drone_navigation.console.page_types import HomeValue, JsonObject
 from drone_navigation.console.rehearsing.separations import Meeting, TimedFlight, meetings
 from navigation_core.geometry import Vector3
 from navigation_core.traffic.volumes import Separation
@@ -24,7 +23,7 @@ _MEETINGS = 10
 
 @dataclass(frozen=True)
 class RehearsedVehicle:
-    """What decides where a vehicle is for others.
+    """A vehicle as the others of a joint rehearsal meet it.
 
     Attributes:
         autopilot: as in VehicleStatus.
@@ -63,9 +62,9 @@ class JointRehearsal:
         self._vehicles = dict(vehicles)
         self._separation = separation
         self._is_separated = is_separated
-        self._results: dict[str, dict[str, Any]] = {}
+        self._results: dict[str, JsonObject] = {}
 
-    def take(self, vehicle: str, message: Mapping[str, Any]) -> bool:
+    def take(self, vehicle: str, message: Mapping[str, object]) -> bool:
         """Take an answer about a vehicle; return whether it was the last that was missing."""
         if vehicle in self._results or not ("rehearsal" in message or "error" in message):
             return False
@@ -73,7 +72,7 @@ class JointRehearsal:
         self._results[vehicle] = {name: message[name] for name in names if name in message}
         return len(self._results) == len(self._ordered)
 
-    def result(self) -> dict[str, Any]:
+    def result(self) -> JsonObject:
         """Compare the flights.
 
         Returns:
@@ -114,7 +113,7 @@ class JointRehearsal:
         found = meetings(flights, self._separation)
         return [each for each in found if set(each.vehicles) & set(self._ordered)][:_MEETINGS]
 
-    def _in_own_maps(self, meeting: Meeting, first: str) -> dict[str, Any]:
+    def _in_own_maps(self, meeting: Meeting, first: str) -> dict[str, object]:
         pairs = zip(meeting.vehicles, meeting.positions_m, strict=True)
         own = [self._moved((position,), first, name)[0] for name, position in pairs]
         return {**asdict(meeting), "positions_m": own}

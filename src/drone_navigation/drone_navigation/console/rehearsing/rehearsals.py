@@ -17,13 +17,12 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
 
 from drone_navigation.console.messages import Rehearse
+from drone_navigation.console.page_types import JsonObject, Tell
 
 __all__ = ["Rehearsals"]
 
-Tell: TypeAlias = Callable[[dict[str, Any]], None]
 # It gives up by itself after 10 s; longer than this it hangs.
 _TIMEOUT_S = 20.0
 _COMMAND = (sys.executable, "-m", "flight_rehearsal")
@@ -36,11 +35,11 @@ class _Order:
 
     by: str
     order: Rehearse
-    document: dict[str, Any]
+    document: dict[str, object]
     tell: Tell
     lacks: tuple[str, ...] = ()
 
-    def answer(self, **result: Any) -> None:
+    def answer(self, **result: object) -> None:
         if "rehearsal" in result:
             result["lacks"] = self.lacks
         about = {"vehicle": self.order.vehicle, "number": self.order.number}
@@ -50,9 +49,7 @@ class _Order:
 class _Program:
     """The process, read and written by threads: whatever it does, nobody waits for it."""
 
-    def __init__(
-        self, command: Sequence[str], take: Callable[[dict[str, Any] | None], None]
-    ) -> None:
+    def __init__(self, command: Sequence[str], take: Callable[[JsonObject | None], None]) -> None:
         """Start it.
 
         Args:
@@ -69,7 +66,7 @@ class _Program:
         for work in (self._read, self._write):
             threading.Thread(target=work, daemon=True).start()
 
-    def send(self, document: dict[str, Any]) -> None:
+    def send(self, document: dict[str, object]) -> None:
         """Send it an object."""
         self._lines.put(json.dumps(document))
 
@@ -137,7 +134,7 @@ class Rehearsals:
         self,
         by: str,
         order: Rehearse,
-        known: dict[str, Any],
+        known: dict[str, object],
         tell: Tell,
         lacks: tuple[str, ...] = (),
         lose_link: bool = True,
@@ -193,13 +190,13 @@ class Rehearsals:
         self._program.send({**order.document, "number": self._number})
 
     def _start(self) -> _Program:
-        def take(message: dict[str, Any] | None) -> None:
+        def take(message: JsonObject | None) -> None:
             self._post(lambda: self._take(program, message))
 
         program = _Program(self._command, take)
         return program
 
-    def _take(self, program: _Program, message: dict[str, Any] | None) -> None:
+    def _take(self, program: _Program, message: JsonObject | None) -> None:
         if program is not self._program:
             return
         current = self._current
