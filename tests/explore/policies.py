@@ -284,9 +284,12 @@ def returned_is_home(end: GoalFinished, view: View, now_s: float) -> bool:
 @always(_SUCCESS, OURS)
 def taken_off_is_up(end: GoalFinished, view: View, now_s: float) -> bool:
     """A Takeoff that succeeds ends in the air."""
-    if not isinstance(view.goal(end.goal_id).request, TakeoffRequest):
+    goal = view.goal(end.goal_id)
+    if goal.begun is None or not isinstance(goal.request, TakeoffRequest):
         return True
-    is_up = not view.truth.on_ground and view.truth.position_enu_m[2] > 0.8
+    # Home may be above the ground, after a restart in the air.
+    rise_m = view.truth.position_enu_m[2] - goal.begun.position_enu_m[2]
+    is_up = not view.truth.on_ground and rise_m > 0.8
     return not _undisturbed(end, view, now_s) or is_up
 
 
