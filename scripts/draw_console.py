@@ -27,7 +27,7 @@ from tests.support.ros.ros_fleet import FleetFlight, FleetVehicle, two_ports  # 
 
 _WIDE, _TABLET, _PHONE = (1400, 860), (1024, 768), (400, 800)
 _GIF = (940, 578)
-_COLOURS, _GIF_COLOURS = 128, 48
+_COLOURS, _GIF_COLOURS = 128, 160
 _FRAMES_HZ, _GIF_HZ, _FASTER, _LAST_S = 5.0, 1.5, 3.0, 2.0
 _QUALITY = 30
 _TIMEOUT_S = 60.0
