@@ -1,5 +1,7 @@
 // What a person must not miss: over the whole width, with sound by choice, until acknowledged.
 
+import { failsafe } from "./words.js";
+
 const BEEP_MS = 2000;
 const BEEP_S = 0.25;
 const BEEP_HZ = 880;
@@ -10,7 +12,7 @@ function conditions(v) {
   const found = [];
   const status = v.status ?? {};
   if (v.replay || !v.status) return found;
-  if (status.failsafe) found.push([`failsafe ${status.failsafe}`, `Failsafe: ${status.failsafe}.`]);
+  if (status.failsafe) found.push([`failsafe ${status.failsafe}`, `Failsafe: ${failsafe(status.failsafe)}.`]);
   const percent = v.battery?.percent;
   const reserve = 100 * (status.reserve ?? 0);
   const need = Math.min(reserve + 100 * (status.return_share ?? 0), 100);

@@ -1,14 +1,14 @@
 // The strip of all vehicles: each with its state, battery and goal; a click selects it.
 
 import { setText, unreachable } from "./panel.js";
-import { duration, status, vehicleName } from "./words.js";
+import { duration, failsafe as failsafeWords, status, vehicleName } from "./words.js";
 
 const isKnown = (value) => value !== null && value !== undefined;
 
 function state(link, v) {
   if (unreachable(link, v)) return ["No contact", true];
   const { armed, landed, failsafe } = v.status ?? {};
-  if (failsafe) return [`Failsafe: ${failsafe}`, true];
+  if (failsafe) return [`Failsafe: ${failsafeWords(failsafe)}`, true];
   if (landed && landed !== "on the ground") return [landed[0].toUpperCase() + landed.slice(1), false];
   return [armed ? "Armed" : "Disarmed", false];
 }

@@ -4,6 +4,7 @@ import { colours, label } from "./colours.js";
 import { LocalMap, place } from "./local_map.js";
 import { drawRehearsal } from "./rehearsal.js";
 import { drawScene } from "./scene.js";
+import { drawMeetings } from "./together.js";
 
 const rounded = (value) => Math.round(value * 10) / 10;
 
@@ -112,6 +113,7 @@ export class Map2D extends LocalMap {
     this.waypoints(context, scene.active, c.goal, c, false);
     this.waypoints(context, this.route.points, c.draft, c, true);
     if (scene.vehicle) this.arrow(context, scene.vehicle, scene.old ? c.other : c.vehicle, 13, "", c);
+    drawMeetings(this, context, scene.together, c);
     if (this.cross) this.crossHair(context, c);
     this.north(context, width - 40, c);
   }

@@ -1,6 +1,6 @@
 // The texts of the page: facts about the vehicle, messages.
 
-import { endText, eventText } from "./words.js";
+import { endText, eventText, failsafe } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -22,7 +22,7 @@ function facts(v) {
   add("Autopilot", [status.autopilot, status.firmware].filter(Boolean).join(" ") || "unknown");
   add("Mode", `${status.mode || "unknown"}${status.in_control ? ", follows this server" : ""}`);
   add("Motors", [status.armed ? "armed" : "disarmed", status.landed].filter(Boolean).join(", "));
-  if (status.failsafe) add("Failsafe", status.failsafe, true);
+  if (status.failsafe) add("Failsafe", failsafe(status.failsafe), true);
   const link = v["vehicle link"];
   const quality = [link?.message ?? "connected"];
   if (link?.lost) quality.push(`${link.lost} lost`);

@@ -108,6 +108,10 @@ export function drawTogether(map, context, together, c) {
       context.stroke();
     }
   }
+}
+
+// Where two come nearest to each other; above all lines.
+export function drawMeetings(map, context, together, c) {
   for (const { from, to, text, bad } of together?.meetings ?? []) {
     const colour = bad ? c.known : c.rehearsed;
     map.line(context, [from, to], colour, bad ? 4 : 2);

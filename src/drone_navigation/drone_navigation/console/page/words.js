@@ -6,6 +6,10 @@ const STATUSES = {
   UPLOADING: "Sending the mission", RETURNING: "Returning", LANDING: "Landing", CANCELLING: "Stopping", LINK_LOST: "Link lost",
 };
 const ACTIONS = { navigate_to_waypoint: "Goal", navigate_waypoints: "Route", takeoff: "Take-off", land: "Landing", return_to_launch: "Return" };
+const FAILSAFES = {
+  VEHICLE_FAILSAFE: "the autopilot's own", FAILSAFE_BATTERY: "battery", FAILSAFE_FENCE: "fence", FAILSAFE_RC: "radio control lost",
+  FAILSAFE_GCS: "ground station lost", FAILSAFE_GPS: "position lost", FAILSAFE_OFFBOARD: "setpoints lost",
+};
 const ITEMS = {
   NAV_WAYPOINT: "Waypoint", NAV_TAKEOFF: "Take off", NAV_LAND: "Land", NAV_RETURN_TO_LAUNCH: "Return to launch", NAV_LOITER_UNLIM: "Loiter",
   NAV_LOITER_TIME: "Loiter", NAV_LOITER_TURNS: "Circle", DO_JUMP: "Jump", DO_CHANGE_SPEED: "Change speed", NAV_SPLINE_WAYPOINT: "Curved waypoint",
@@ -29,6 +33,8 @@ const sentence = (word) => (word ? word[0] + word.slice(1).toLowerCase().replace
 
 export const status = (code) => STATUSES[code] ?? sentence(code ?? "");
 export const action = (name) => ACTIONS[name] ?? sentence((name ?? "").toUpperCase());
+
+export const failsafe = (code) => FAILSAFES[code] ?? sentence(code);
 
 // A vehicle's namespace as its name.
 export const vehicleName = (namespace) => (namespace === "/" ? "vehicle" : namespace.slice(1));
