@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import signal
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -117,9 +118,23 @@ def page(scene: Scene) -> Iterator[Tab]:
 
 
 def on_map(tab: Tab, east_m: float, north_m: float) -> tuple[float, float]:
-    """Return where a place is on the page, in pixels."""
-    x, y, scale = map(float, tab.value("document.getElementById('map').dataset.view").split())
-    left, top, width, height = tab.box("map")
+    """Return where a place is on the page, in pixels, once the map stands still.
+
+    It moves while texts above it come and go, and when vehicles appear on it.
+    """
+
+    def shown() -> tuple[str, tuple[float, float, float, float]]:
+        left, top, width, height = tab.box("map")
+        view = tab.value("document.getElementById('map').dataset.view")
+        return view, (left, top, width, height)
+
+    before, now = None, shown()
+    deadline_s = time.monotonic() + 10.0
+    while now != before and time.monotonic() < deadline_s:
+        time.sleep(0.3)
+        before, now = now, shown()
+    x, y, scale = map(float, now[0].split())
+    left, top, width, height = now[1]
     return left + width / 2 + (east_m - x) * scale, top + height / 2 - (north_m - y) * scale
 
 

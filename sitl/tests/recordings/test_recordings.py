@@ -67,7 +67,7 @@ CLOSE = [
     ("copter_lowbatt", 42.0, 112.0, 0.6),
     ("copter_gcsloss", 42.0, 106.0, 0.6),
     ("copter_reboot", 42.0, 65.0, 0.6),
-    ("copter_auto_cleared", 42.0, 78.0, 0.6),
+    ("copter_auto_cleared", 42.0, 78.0, 0.9),  # of May 2025; legs of AUTO are those of 2026
     ("copter_fence", 42.0, 170.0, 0.6),
     ("rover_guided", 48.0, 103.0, 1.0),
     ("plane_guided", 26.0, 88.0, 20.0),
