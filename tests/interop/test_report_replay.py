@@ -71,7 +71,10 @@ def click_in_plot(tab: Tab, section: str, share: float) -> None:
         f"(({{ margin, xaxis }}) => [margin, ...xaxis.range])({plot}.layout)"
     )
     at = left + margin["l"] + share * (width - margin["l"] - margin["r"])
-    paused(tab, 0.4)  # two clicks at once are Plotly's double click, which shows all
+    # Plotly takes a click for where the mouse was seen last, which it looks at now and then only;
+    # two clicks at once are its double click, which shows all.
+    tab.point_at((at, top + 250.0))
+    paused(tab, 0.6)
     tab.drag((at, top + 250.0))
     tab.wait(f"Math.abs({TIME} - {begin + share * (end - begin)}) < 0.5", 5.0)
 

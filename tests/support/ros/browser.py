@@ -172,6 +172,10 @@ class Tab:
         )
         return tuple(found)
 
+    def point_at(self, place: tuple[float, float]) -> None:
+        """Move the mouse to a place."""
+        self._mouse("mouseMoved", place)
+
     def drag(self, *places: tuple[float, float]) -> None:
         """Press the mouse at the first place, and release it at the last one."""
         self._mouse("mouseMoved", places[0])
