@@ -114,7 +114,7 @@ def test_a_route_its_confirmation_the_keys_and_a_rejection(page: Tab) -> None:
 
 def test_a_goal_in_flight_and_its_end_which_is_read_aloud_once(page: Tab) -> None:
     before = ends(page)
-    page.drag(on_map(page, 4.0, 12.0))
+    page.drag(on_map(page, 4.0, 8.0))
     page.press("g", "KeyG")
     page.wait(CONFIRMS)
     page.press(" ", "Space", 1.8)

@@ -320,7 +320,8 @@ def test_a_seek_publishes_nothing_on_the_way(flown: Flown) -> None:
             assert len(heard.messages["vehicle_status"]) == 1
             assert len(heard.messages["pose"]) == 1
             stamp_s = _seconds(heard.messages["pose"][0].header.stamp)
-            assert stamp_s - begin_s == pytest.approx(share * end.duration, abs=0.01)
+            # The last pose before that place. A loaded machine records them further apart.
+            assert -0.001 < share * end.duration - (stamp_s - begin_s) < 0.25
             status = heard.messages["vehicle_status"][0]
             before = [
                 event
