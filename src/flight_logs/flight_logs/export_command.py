@@ -68,7 +68,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if len({log.stem for log in logs}) < len(logs):
         print("Two of the logs have the same name; export them one by one.", file=sys.stderr)
         return EXIT_BAD_INPUT
-    return max(for_each_log(partial(_export, options), logs))
+    try:
+        return max(for_each_log(partial(_export, options), logs))
+    except KeyboardInterrupt:
+        print(f"Interrupted; {options.to} is not complete.", file=sys.stderr)
+        return EXIT_FAILED
 
 
 def _export(options: argparse.Namespace, log: Path) -> int:

@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 
 from flight_logs.command_version import add_version
+from flight_logs.whole_file import whole_file
 from flight_reports.flight_recording import FlightRecording, NoFlightError, read_recording
 from flight_reports.pictures import labels, scene
 from flight_reports.pictures.scene import ABOVE, Viewpoint
@@ -85,7 +86,9 @@ def plot_flight(path: Path, picture: Path, system: int | None = None) -> FlightR
     # Where labels are free is known once everything else has its place.
     figure.draw_without_rendering()
     _name_goals(above, recording)
-    figure.savefig(picture, dpi=110)
+    kind = picture.suffix.removeprefix(".") or None
+    with whole_file(picture) as draft:
+        figure.savefig(draft, dpi=110, format=kind)
     plt.close(figure)
     return recording
 
@@ -254,6 +257,9 @@ def main(args: list[str] | None = None) -> int:
         return EXIT_FAILED
     except OSError as error:
         print(f"flight_plot: cannot write {picture}: {error.strerror}.", file=sys.stderr)
+        return EXIT_FAILED
+    except KeyboardInterrupt:
+        print(f"Interrupted; {picture} was not written.", file=sys.stderr)
         return EXIT_FAILED
     for remark in recording.remarks:
         print(remark)

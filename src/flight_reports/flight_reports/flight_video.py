@@ -15,6 +15,7 @@ from PIL import Image
 
 from flight_logs.command_version import add_version
 from flight_logs.extras import missing
+from flight_logs.whole_file import whole_file
 from flight_reports.flight_recording import NoFlightError, read_recording
 from flight_reports.pictures import scene
 from flight_reports.pictures.film import SIZE_PX, Film, Picture, make_pace
@@ -77,13 +78,20 @@ def make_video(log: Path, mp4: Path, gif: Path, system: int | None = None) -> No
     writer = _mp4_writer(mp4)
     palette = _palette()
     frames = []
-    for picture in film.pictures(pace):
-        small = Image.fromarray(picture).resize(_GIF_SIZE_PX, Image.Resampling.LANCZOS)
-        frames.append(small.quantize(palette=palette, dither=Image.Dither.NONE))
+    try:
+        for picture in film.pictures(pace):
+            small = Image.fromarray(picture).resize(_GIF_SIZE_PX, Image.Resampling.LANCZOS)
+            frames.append(small.quantize(palette=palette, dither=Image.Dither.NONE))
+            if writer is not None:
+                writer.send(picture)
+            progress.step()
+        with whole_file(gif) as draft:
+            _write_gif(draft, frames)
+    except BaseException:
         if writer is not None:
-            writer.send(picture)
-        progress.step()
-    _write_gif(gif, frames)
+            writer.close()
+            mp4.unlink(missing_ok=True)
+        raise
     if writer is None:
         raise VideoError(_NO_ENCODER)
     for _ in range(int(_END_S * _FRAMES_HZ)):
@@ -108,7 +116,13 @@ def _palette() -> Image.Image:
 def _write_gif(path: Path, frames: list[Image.Image]) -> None:
     duration_ms = [1000 // _FRAMES_HZ] * (len(frames) - 1) + [int(1000 * _END_S)]
     frames[0].save(
-        path, save_all=True, append_images=frames[1:], duration=duration_ms, loop=0, optimize=True
+        path,
+        "GIF",
+        save_all=True,
+        append_images=frames[1:],
+        duration=duration_ms,
+        loop=0,
+        optimize=True,
     )
 
 
@@ -160,6 +174,9 @@ def main(args: list[str] | None = None) -> int:
         return EXIT_FAILED
     except OSError as error:
         print(f"flight_video: cannot write to {folder}: {error.strerror}.", file=sys.stderr)
+        return EXIT_FAILED
+    except KeyboardInterrupt:
+        print(f"Interrupted; {mp4} and {gif} were not written.", file=sys.stderr)
         return EXIT_FAILED
     for path in (mp4, gif):
         print(f"{path}: {path.stat().st_size / 1e6:.2f} MB")

@@ -68,6 +68,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         print(f"navigation_report: cannot write {out}: {error.strerror or error}.", file=sys.stderr)
         return EXIT_FAILED
+    except KeyboardInterrupt:
+        print(f"Interrupted; {out} was not written.", file=sys.stderr)
+        return EXIT_FAILED
     print(f"Wrote {out}")
     return EXIT_OK
 
