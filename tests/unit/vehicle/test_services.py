@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mavlink_vehicle.codec import Message, make, mavlink, with_source
-from mavlink_vehicle.events import StoredLog, VehicleEvent, VehicleRebooted
+from mavlink_vehicle.events import StoredLog, VehicleRebooted
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.protocols.service import Conversation, SendingRank, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -59,8 +59,8 @@ class Counter(VehicleService):
     handles = (mavlink.MAVLink_vfr_hud_message,)
 
     def __init__(self) -> None:
+        super().__init__()
         self.calls: list[str] = []
-        self._event: VehicleEvent | None = None
 
     def start(self, now: float) -> None:
         self.calls.append("start")
@@ -68,7 +68,7 @@ class Counter(VehicleService):
     def receive(self, message: Message, now: float) -> None:
         assert isinstance(message, mavlink.MAVLink_vfr_hud_message)
         self.calls.append(f"{message.airspeed:g} m/s")
-        self._event = VehicleRebooted(7)
+        self.events.append(VehicleRebooted(7))
 
     def vehicle_came(self, conversation: Conversation, now: float) -> None:
         self.calls.append(f"{conversation.profile.name} {conversation.address.target_system}")
@@ -78,13 +78,6 @@ class Counter(VehicleService):
 
     def vehicle_armed(self) -> None:
         self.calls.append("armed")
-
-    def next_event(self) -> VehicleEvent | None:
-        event, self._event = self._event, None
-        return event
-
-    def messages_to_send(self) -> list[Message]:
-        return [make("PING")]
 
 
 def test_a_service_plugs_in_without_a_change_of_the_vehicle() -> None:
@@ -103,6 +96,7 @@ def test_a_service_plugs_in_without_a_change_of_the_vehicle() -> None:
     assert counter.calls == [
         "start", "ArduCopter 1", "3 m/s", "armed", "lost", "ArduCopter 1"
     ]  # fmt: skip
+    counter.outbox.append(make("PING"))
     assert sent(vehicle)[-1] == "PING"
 
 

@@ -16,7 +16,6 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -51,7 +50,7 @@ def decode_value(message: mavlink.MAVLink_param_value_message, bytewise: bool) -
     return float(struct.unpack(layout, struct.pack("<f", message.param_value))[0])
 
 
-class ParameterReader(TimedOutbox, VehicleService):
+class ParameterReader(VehicleService):
     """Reads the wanted parameters, and again every 30 s."""
 
     handles = (_VALUE,)
@@ -140,7 +139,7 @@ class ParameterReader(TimedOutbox, VehicleService):
     def pause(self) -> None:
         """Stop asking."""
         self.deadline_s = None
-        self._outbox.clear()
+        self.outbox.clear()
 
     def receive(self, message: Message, now: float) -> None:
         """Process a value, whoever asked for it or changed it."""
@@ -173,7 +172,7 @@ class ParameterReader(TimedOutbox, VehicleService):
             self._request(name, self._address)
 
     def _request(self, name: str, address: Address) -> None:
-        self._outbox.append(
+        self.outbox.append(
             make(
                 "PARAM_REQUEST_READ",
                 target_system=address.target_system,

@@ -8,6 +8,7 @@ does; what follows for one of them from an event of another stands in `consequen
 from __future__ import annotations
 
 import enum
+from collections import deque
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -15,6 +16,7 @@ from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import VehicleEvent
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.operations.command import Address
+from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
 __all__ = ["Conversation", "SendingRank", "VehicleService"]
@@ -49,8 +51,11 @@ class Conversation:
     profile: Profile
 
 
-class VehicleService:
+class VehicleService(TimedOutbox):
     """One service, sans I/O; what it does not care about it leaves as it is here.
+
+    What is due, waits to be sent or has happened shows in attributes, so that a turn calls only
+    the services that have something to do.
 
     Attributes:
         rank: when its messages go out among those of others.
@@ -59,6 +64,8 @@ class VehicleService:
             the mode has not been seen since we stood still.
         hears_companions: whether it also gets those of other components of the vehicle.
         asked_directly: whether requests that make events come to it past the vehicle.
+        pending: what runs in it for a while and may have messages of its own; None without.
+        events: those that have not been taken.
     """
 
     rank: ClassVar[SendingRank] = SendingRank.QUESTIONS
@@ -66,6 +73,12 @@ class VehicleService:
     commands: ClassVar[bool] = False
     hears_companions: ClassVar[bool] = False
     asked_directly: ClassVar[bool] = False
+    pending: object | None = None
+
+    def __init__(self) -> None:
+        """Begin with nothing to send and nothing to report."""
+        super().__init__()
+        self.events: deque[VehicleEvent] = deque()
 
     def start(self, now: float) -> None:
         """Begin to work; no vehicle is known yet."""
@@ -91,18 +104,6 @@ class VehicleService:
     def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
         """Process the difference of two states; measurements alone make none."""
 
-    @property
-    def deadline_s(self) -> float | None:
-        """When `handle_timer` wants to be called."""
-        return None
-
-    def handle_timer(self, now: float) -> None:
-        """Do what is due."""
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        return []
-
     def next_event(self) -> VehicleEvent | None:
         """Return and remove the next event."""
-        return None
+        return self.events.popleft() if self.events else None

@@ -22,11 +22,9 @@ class Services:
         self._services = services
         self._follow: Follow | None = None
         self._events: deque[VehicleEvent] = deque()
-        self._timed = self._with("deadline_s")
-        self._reporting = self._with("next_event")
         self._observing = self._with("state_changed")
         self._overhearing = self._with("overhear")
-        self._senders = sorted(self._with("messages_to_send"), key=lambda service: service.rank)
+        self._by_rank = sorted(services, key=lambda service: service.rank)
         self._asked_directly = [service for service in services if service.asked_directly]
         self._routes: dict[type[Message], list[VehicleService]] = {}
         for service in services:
@@ -38,7 +36,7 @@ class Services:
         return iter(self._services)
 
     def _with(self, method: str) -> tuple[VehicleService, ...]:
-        """Return the services that have a method, or a deadline, of their own."""
+        """Return the services that have a method of their own."""
         default = getattr(VehicleService, method)
         return tuple(
             service for service in self._services if getattr(type(service), method) is not default
@@ -66,11 +64,12 @@ class Services:
     def messages_to_send(self, *, may_command: bool) -> list[Message]:
         """Return and clear what is to be sent, by rank."""
         messages: list[Message] = []
-        for service in self._senders:
-            made = service.messages_to_send()
-            # A service that repeats its command takes this for a loss on the link.
-            if made and (may_command or not service.commands):
-                messages += made
+        for service in self._by_rank:
+            if service.outbox or service.pending is not None:
+                made = service.messages_to_send()
+                # A service that repeats its command takes this for a loss on the link.
+                if may_command or not service.commands:
+                    messages += made
         return messages
 
     # Timers
@@ -78,7 +77,7 @@ class Services:
     def next_deadline(self) -> float | None:
         """When `handle_timer` wants to be called."""
         earliest = None
-        for service in self._timed:
+        for service in self._services:
             time = service.deadline_s
             if time is not None and (earliest is None or time < earliest):
                 earliest = time
@@ -87,7 +86,7 @@ class Services:
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
         due = False
-        for service in self._timed:
+        for service in self._services:
             time = service.deadline_s
             if time is not None and time <= now:
                 due = True
@@ -136,8 +135,9 @@ class Services:
 
     def collect(self, now: float) -> None:
         """Take the events of all services."""
-        for service in self._reporting:
-            self.take_events(service, now)
+        for service in self._services:
+            if service.events:
+                self.take_events(service, now)
 
     def take_events(self, service: VehicleService, now: float) -> None:
         """Take the events of one service, and do what follows from them."""
@@ -151,7 +151,6 @@ class Services:
         if self._events:
             return self._events.popleft()
         for service in self._asked_directly:
-            event = service.next_event()
-            if event is not None:
-                return event
+            if service.events:
+                return service.next_event()
         return None

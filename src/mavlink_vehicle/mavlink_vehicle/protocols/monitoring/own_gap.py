@@ -21,7 +21,6 @@ from collections.abc import Callable
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
-from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 
 _MARGIN_S = 0.1
@@ -31,7 +30,7 @@ _ASK_AFTER_S, _ASK_EVERY_S = 0.15, 0.3
 _REQUEST = CommandRequest(mavlink.MAV_CMD_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 
 
-class OwnGap(TimedOutbox, VehicleService):
+class OwnGap(VehicleService):
     """Knows whether the mode has been seen since we last stood still.
 
     Attributes:
@@ -75,7 +74,7 @@ class OwnGap(TimedOutbox, VehicleService):
     def _on_deadline(self, now: float) -> None:
         """Ask for a HEARTBEAT."""
         self.deadline_s = now + _ASK_EVERY_S
-        self._outbox.append(_REQUEST.message(self._address(), 0))
+        self.outbox.append(_REQUEST.message(self._address(), 0))
 
     def see_mode(self, now: float, boot_time_ms: int | None) -> None:
         """Process a HEARTBEAT; `boot_time_ms` is the newest time since boot that came before it."""

@@ -18,7 +18,7 @@ from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.errors import SetpointError
-from mavlink_vehicle.events import StreamClosed
+from mavlink_vehicle.events import StreamClosed, VehicleEvent
 from mavlink_vehicle.positions.frames import Vector3, normalize_angle
 from mavlink_vehicle.profiles import Profile, SetpointField
 from mavlink_vehicle.protocols.machine import Machine, Table
@@ -216,7 +216,7 @@ class StreamStatistics:
     last_sent_s: float | None = None
 
 
-class SetpointStream(Machine[StreamClosed], VehicleService):
+class SetpointStream(Machine[VehicleEvent], VehicleService):
     """The interlock and the counters; has no timer, as the caller sets the pace."""
 
     rank = SendingRank.SETPOINTS
@@ -252,7 +252,7 @@ class SetpointStream(Machine[StreamClosed], VehicleService):
         """Forbid setpoints, as the vehicle no longer follows ours; reported if it was open."""
         if self.is_open:
             self.close()
-            self._events.append(StreamClosed(reason))
+            self.events.append(StreamClosed(reason))
 
     def vehicle_gone(self, reason: str, now: float) -> None:
         """Forbid setpoints."""
@@ -275,7 +275,7 @@ class SetpointStream(Machine[StreamClosed], VehicleService):
         if not self.is_open:
             raise SetpointError("The setpoint stream is closed; open it before sending.")
         reduced = legal_setpoint(setpoint, profile)
-        self._outbox.append(setpoint_message(reduced, address, time_boot_ms))
+        self.outbox.append(setpoint_message(reduced, address, time_boot_ms))
         statistics = self.statistics
         if statistics.last_sent_s is None or now - statistics.last_sent_s > MAX_GAP_S:
             self._running_since_s = now
@@ -288,7 +288,7 @@ class SetpointStream(Machine[StreamClosed], VehicleService):
         self.statistics = StreamStatistics()
 
     def _drop(self, now: float) -> None:
-        self._outbox.clear()
+        self.outbox.clear()
 
     table: ClassVar[Table] = {
         (StreamState.CLOSED, StreamInput.OPEN): (StreamState.OPEN, _reset),
