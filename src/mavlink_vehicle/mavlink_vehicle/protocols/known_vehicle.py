@@ -19,6 +19,7 @@ class KnownVehicle:
         config: its settings.
         live: its state, for those who need not all of it.
         profile: the rules of its kind; None before it was heard.
+        address: the addresses of the conversation, as far as known.
     """
 
     def __init__(self, config: VehicleConfig) -> None:
@@ -28,6 +29,7 @@ class KnownVehicle:
             VehicleState(system_id=config.target_system, component_id=config.target_component)
         )
         self.profile: Profile | None = None
+        self.address = self._address_of(config.target_system)
         self._answers_by_name = False
 
     @property
@@ -39,6 +41,17 @@ class KnownVehicle:
     @state.setter
     def state(self, state: VehicleState) -> None:
         self.live.set(state)
+        if state.system_id != self.address.target_system:
+            self.address = self._address_of(state.system_id)
+
+    def _address_of(self, system: int) -> Address:
+        source = self.config.source_system
+        return Address(
+            source_system=(system or 1) if source is None else source,
+            source_component=self.config.source_component,
+            target_system=system,
+            target_component=self.config.target_component,
+        )
 
     @property
     def mode_name(self) -> str:
@@ -56,18 +69,6 @@ class KnownVehicle:
         if profile is None or state.custom_mode != profile.control_number:
             return False
         return not (profile.status_shows_runnable and state.mode_may_not_run)
-
-    @property
-    def address(self) -> Address:
-        """The addresses of the conversation, as far as known."""
-        system = self.live.known.system_id
-        source = self.config.source_system
-        return Address(
-            source_system=(system or 1) if source is None else source,
-            source_component=self.config.source_component,
-            target_system=system,
-            target_component=self.config.target_component,
-        )
 
     @property
     def rank(self) -> int:

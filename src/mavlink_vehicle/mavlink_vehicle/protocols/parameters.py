@@ -51,7 +51,11 @@ def decode_value(message: mavlink.MAVLink_param_value_message, bytewise: bool) -
 
 
 class ParameterReader(VehicleService):
-    """Reads the wanted parameters, and again every 30 s."""
+    """Reads the wanted parameters, and again every 30 s.
+
+    Attributes:
+        values: the known values, by name; read only.
+    """
 
     handles = (_VALUE,)
 
@@ -63,14 +67,10 @@ class ParameterReader(VehicleService):
         self._wanted: tuple[str, ...] = ()
         self._missing: list[str] = []
         self._values: dict[str, float] = {}
+        self.values: Mapping[str, float] = MappingProxyType(self._values)
         self._others: dict[str, float] = {}
         self._asked_s: dict[str, float] = {}
         self._attempts = 0
-
-    @property
-    def values(self) -> Mapping[str, float]:
-        """The known values, by name."""
-        return MappingProxyType(self._values)
 
     def value(self, name: str) -> float | None:
         """Return a wanted value, or one that was asked for; None before it has come."""

@@ -82,22 +82,19 @@ class HeartbeatWatch(Machine[VehicleEvent], VehicleService):
     """Watches the autopilot's HEARTBEAT; the caller passes in only those.
 
     Attributes:
+        alive: whether the last one is recent enough.
         heard_s: when the autopilot was last heard; the caller sets it at any message.
     """
 
     def __init__(self, timeout_s: float) -> None:
         """Call it lost after `timeout_s` of silence, or `PATIENCE` times that without one."""
         super().__init__(WatchState.UNSEEN)
+        self.alive = False
         self._timeout_s = timeout_s
         self._last_s = 0.0
         self.heard_s = 0.0
         self._boot_count = 0
         self._boot_count_at_loss = 0
-
-    @property
-    def alive(self) -> bool:
-        """Whether the last one is recent enough."""
-        return self.state is WatchState.ALIVE
 
     def receive(self, message: Message, now: float) -> None:
         """Process a HEARTBEAT of the autopilot."""
@@ -125,11 +122,12 @@ class HeartbeatWatch(Machine[VehicleEvent], VehicleService):
             self._fire(WatchInput.SILENCE, now)
 
     def _beat(self, now: float) -> None:
+        self.alive = True
         self._last_s = now
         self.deadline_s = now + self._timeout_s
 
     def _lose(self, now: float) -> None:
-        self.deadline_s = None
+        self.alive, self.deadline_s = False, None
         self._boot_count_at_loss = self._boot_count
         self.events.append(HeartbeatLost(now - self._last_s))
 

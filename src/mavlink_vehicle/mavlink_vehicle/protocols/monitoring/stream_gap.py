@@ -43,7 +43,8 @@ class StreamGap:
 
     def sent(self, state: VehicleState, profile: Profile | None, now: float) -> VehicleState:
         """Return the state with a gap, if any, that a setpoint ends; it goes out now."""
-        state = self._marked(state, profile, False, now)
+        if now - self._setpoint_s > STREAM_GAP_S:
+            state = self._marked(state, profile, False, now)
         self._setpoint_s = now
         return state
 

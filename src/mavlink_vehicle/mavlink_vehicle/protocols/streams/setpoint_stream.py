@@ -217,7 +217,12 @@ class StreamStatistics:
 
 
 class SetpointStream(Machine[VehicleEvent], VehicleService):
-    """The interlock and the counters; has no timer, as the caller sets the pace."""
+    """The interlock and the counters; has no timer, as the caller sets the pace.
+
+    Attributes:
+        is_open: whether setpoints may leave.
+        statistics: counters since it was last opened.
+    """
 
     rank = SendingRank.SETPOINTS
     commands = True
@@ -225,13 +230,9 @@ class SetpointStream(Machine[VehicleEvent], VehicleService):
     def __init__(self) -> None:
         """Begin closed."""
         super().__init__(StreamState.CLOSED)
+        self.is_open = False
         self.statistics = StreamStatistics()
         self._running_since_s = math.inf
-
-    @property
-    def is_open(self) -> bool:
-        """Whether setpoints may leave."""
-        return self.state is StreamState.OPEN
 
     def steady_from_s(self, duration_s: float, now: float) -> float:
         """Return when it will have run for `duration_s` without a pause; infinity if it doesn't."""
@@ -284,15 +285,17 @@ class SetpointStream(Machine[VehicleEvent], VehicleService):
             statistics.max_gap_s = max(statistics.max_gap_s, now - statistics.last_sent_s)
         statistics.last_sent_s = now
 
-    def _reset(self, now: float) -> None:
+    def _allow(self, now: float) -> None:
+        self.is_open = True
         self.statistics = StreamStatistics()
 
-    def _drop(self, now: float) -> None:
+    def _forbid(self, now: float) -> None:
+        self.is_open = False
         self.outbox.clear()
 
     table: ClassVar[Table] = {
-        (StreamState.CLOSED, StreamInput.OPEN): (StreamState.OPEN, _reset),
+        (StreamState.CLOSED, StreamInput.OPEN): (StreamState.OPEN, _allow),
         (StreamState.OPEN, StreamInput.OPEN): (StreamState.OPEN, None),
-        (StreamState.OPEN, StreamInput.CLOSE): (StreamState.CLOSED, _drop),
+        (StreamState.OPEN, StreamInput.CLOSE): (StreamState.CLOSED, _forbid),
         (StreamState.CLOSED, StreamInput.CLOSE): (StreamState.CLOSED, None),
     }
