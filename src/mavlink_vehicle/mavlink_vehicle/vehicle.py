@@ -255,14 +255,12 @@ class Vehicle(VehicleCore):
         )
 
     def _check_interlock(self, profile: Profile) -> None:
-        state = self.live.known
-        controls = self.is_in_control_mode(state)
-        if not controls and not profile.setpoints.outside_control_mode:
+        if not self.in_control_mode and not profile.setpoints.outside_control_mode:
             raise SetpointError(
                 f"{profile.name} is in {self.mode_name}, where setpoints must not be sent; "
                 f"change to {profile.control_mode} first."
             )
-        if not state.armed and not profile.setpoints.while_disarmed:
+        if not self.live.known.armed and not profile.setpoints.while_disarmed:
             raise SetpointError(
                 f"{profile.name} is disarmed; a setpoint could make it move later. Arm it first."
             )

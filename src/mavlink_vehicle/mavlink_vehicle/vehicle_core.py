@@ -28,7 +28,6 @@ from mavlink_vehicle.protocols.monitoring.data_age import DataAge
 from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
-from mavlink_vehicle.protocols.monitoring.stream_gap import StreamGap
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import CommandTiming
@@ -40,10 +39,10 @@ from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.external_position import ExternalPositionSender
 from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
-from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream
+from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream, StreamGap
 from mavlink_vehicle.state.measurements import MEASUREMENTS
 from mavlink_vehicle.state.reducer import reduce
-from mavlink_vehicle.state.restarts import evolve
+from mavlink_vehicle.state.vehicle_state import evolve
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
 _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")

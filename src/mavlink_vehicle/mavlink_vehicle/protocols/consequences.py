@@ -72,14 +72,15 @@ class Consequences:
         vehicle, state = self._vehicle, self._vehicle.state
         self._own_gap.see_mode(now, state.boot_time_ms)
         if vehicle.profile is None:
-            vehicle.profile = profile_for(state.autopilot, state.vehicle_type)
+            profile = profile_for(state.autopilot, state.vehicle_type)
+            vehicle.identify(profile)
             self._services.report(
                 VehicleDiscovered(
                     state.system_id,
                     state.component_id,
                     state.autopilot,
                     state.vehicle_type,
-                    vehicle.profile.name,
+                    profile.name,
                 )
             )
             self._ask(now)

@@ -59,6 +59,7 @@ class StoredLists(VehicleService):
 
     Attributes:
         mission_offset: the autopilot's own number of the first item of `mission`.
+        fence: the items of the fence that was uploaded to it; None while they are not known.
     """
 
     rank = SendingRank.LISTS
@@ -69,6 +70,7 @@ class StoredLists(VehicleService):
         super().__init__()
         self.mission_offset = 0
         self._items: dict[MissionType, tuple[MissionItem, ...]] = {}
+        self.fence: tuple[MissionItem, ...] | None = None
         self._timing = timing
         self._may_read = may_read
         self._address: Address | None = None
@@ -82,11 +84,6 @@ class StoredLists(VehicleService):
     def of(self, kind: MissionType) -> tuple[MissionItem, ...] | None:
         """Return a list as it is stored, with ArduPilot's home; None while it is unknown."""
         return self._items.get(kind)
-
-    @property
-    def fence(self) -> tuple[MissionItem, ...] | None:
-        """The items of the fence that was uploaded to it; None while they are not known."""
-        return self._items.get(MissionType.FENCE)
 
     @property
     def rally_points(self) -> tuple[MissionItem, ...] | None:
@@ -116,6 +113,7 @@ class StoredLists(VehicleService):
     def vehicle_gone(self, reason: str, now: float) -> None:
         """Drop what is known."""
         self._items.clear()
+        self.fence = None
 
     def resume(self, address: Address, now: float) -> None:
         """Read the lists from now on."""
@@ -136,7 +134,7 @@ class StoredLists(VehicleService):
 
     def put(self, kind: MissionType, items: tuple[MissionItem, ...], now: float) -> None:
         """Take a list that somebody else of us has read."""
-        self._items[kind] = items
+        self._keep(kind, items)
         self._put_s[kind] = now
         if kind in self._due_s:
             self._due_s[kind] = now + _AGAIN_S
@@ -248,10 +246,15 @@ class StoredLists(VehicleService):
         if end.result is TransferResult.DONE:
             # The same list stays the same object. NaN differs from itself, but its name does not.
             if repr(self._items.get(kind)) != repr(end.items):
-                self._items[kind] = end.items
+                self._keep(kind, end.items)
         elif end.result is TransferResult.REFUSED:
-            self._items[kind] = ()  # this autopilot has no such list
+            self._keep(kind, ())  # this autopilot has no such list
         self.outbox += download.messages_to_send()
         busy = end.result is TransferResult.BUSY
         pause_s = _WAIT_S if busy else max(_AGAIN_S, _SHARE * (now - self._begun_s))
         self.pending, self._due_s[kind] = None, now + pause_s
+
+    def _keep(self, kind: MissionType, items: tuple[MissionItem, ...]) -> None:
+        self._items[kind] = items
+        if kind is MissionType.FENCE:
+            self.fence = items

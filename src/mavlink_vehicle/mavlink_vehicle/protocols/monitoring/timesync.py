@@ -17,8 +17,7 @@ from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.measurements import Values
-from mavlink_vehicle.state.restarts import Changes
-from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.vehicle_state import Changes, VehicleState
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
 Answered = Callable[[float, int, float], None]
