@@ -39,7 +39,12 @@ from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.external_position import ExternalPositionSender
 from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
-from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream, StreamGap
+from mavlink_vehicle.protocols.streams.setpoint_stream import (
+    STREAM_GAP_S,
+    SetpointStream,
+    StreamGap,
+    after_gap,
+)
 from mavlink_vehicle.state.measurements import MEASUREMENTS
 from mavlink_vehicle.state.reducer import reduce
 from mavlink_vehicle.state.vehicle_state import evolve
@@ -322,10 +327,9 @@ class VehicleCore(KnownVehicle):
 
     def note_setpoint(self, now: float) -> None:
         """Record that a setpoint goes out, ours or another computer's."""
-        state = self.state
-        marked = self._gap.sent(state, self.profile, now)
-        if marked is not state:
-            self.state = marked
+        gap_s = self._gap.sent(now)
+        if gap_s > STREAM_GAP_S:
+            self.state = after_gap(self.state, self.profile, gap_s, now)
 
     def notice(self, now: float) -> None:
         """Record that we run, and whether we did not for too long."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import enum
 from collections import deque
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import VehicleEvent
@@ -51,6 +51,13 @@ class Conversation:
     profile: Profile
 
 
+class SendingPart(Protocol):
+    """A part of a service that sends."""
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent."""
+
+
 class VehicleService(TimedOutbox):
     """One service, sans I/O; what it does not care about it leaves as it is here.
 
@@ -64,7 +71,7 @@ class VehicleService(TimedOutbox):
             the mode has not been seen since we stood still.
         hears_companions: whether it also gets those of other components of the vehicle.
         asked_directly: whether requests that make events come to it past the vehicle.
-        pending: what runs in it for a while and may have messages of its own; None without.
+        pending: what runs in it for a while, with messages of its own; None without.
         events: those that have not been taken.
     """
 
@@ -73,7 +80,7 @@ class VehicleService(TimedOutbox):
     commands: ClassVar[bool] = False
     hears_companions: ClassVar[bool] = False
     asked_directly: ClassVar[bool] = False
-    pending: object | None = None
+    pending: SendingPart | None = None
 
     def __init__(self) -> None:
         """Begin with nothing to send and nothing to report."""
@@ -103,6 +110,13 @@ class VehicleService(TimedOutbox):
 
     def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
         """Process the difference of two states; measurements alone make none."""
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear what is to be sent, by what is pending, too."""
+        messages, self.outbox = self.outbox, []
+        if self.pending is not None:
+            messages += self.pending.messages_to_send()
+        return messages
 
     def next_event(self) -> VehicleEvent | None:
         """Return and remove the next event."""

@@ -6,10 +6,10 @@ from abc import abstractmethod
 from typing import Generic, Protocol, TypeVar
 
 from mavlink_vehicle.codec import Message
-from mavlink_vehicle.protocols.service import VehicleService
+from mavlink_vehicle.protocols.service import SendingPart, VehicleService
 
 
-class Part(Protocol):
+class Part(SendingPart, Protocol):
     """A part of the protocols that runs for a while."""
 
     def receive(self, message: Message, now: float) -> None:
@@ -21,9 +21,6 @@ class Part(Protocol):
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
 
 
 PartT = TypeVar("PartT", bound=Part)
@@ -53,13 +50,6 @@ class Slot(VehicleService, Generic[PartT]):
         if self.pending is not None:
             self.pending.handle_timer(now)
             self._collect(now)
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages = super().messages_to_send()
-        if self.pending is not None:
-            messages += self.pending.messages_to_send()
-        return messages
 
     def _vacate(self) -> None:
         """Empty the slot; what its part still has to say is said, such as an acknowledgement."""

@@ -221,13 +221,6 @@ class StoredLists(VehicleService):
             self.pending.start(now)
             self._set_deadline()
 
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages = super().messages_to_send()
-        if self.pending is not None:
-            messages += self.pending.messages_to_send()
-        return messages
-
     def _cancel(self, now: float) -> None:
         if self.pending is not None:
             self.pending.cancel(now)

@@ -332,27 +332,31 @@ class StreamGap:
         """
         silent = now - self.heard_s > STREAM_GAP_S
         self.heard_s = now
-        return self._marked(state, profile, silent, now) if silent or shows_mode else state
-
-    def sent(self, state: VehicleState, profile: Profile | None, now: float) -> VehicleState:
-        """Return the state with a gap, if any, that a setpoint ends; it goes out now."""
-        if now - self._setpoint_s > STREAM_GAP_S:
-            state = self._marked(state, profile, False, now)
-        self._setpoint_s = now
+        gap_s = now - self._setpoint_s
+        # Perhaps none arrived either while nothing was heard.
+        if silent or (shows_mode and gap_s > STREAM_GAP_S):
+            return after_gap(state, profile, gap_s, now)
         return state
 
-    def _marked(
-        self, state: VehicleState, profile: Profile | None, silent: bool, now: float
-    ) -> VehicleState:
-        """Return the state with a gap, if any.
+    def sent(self, now: float) -> float:
+        """Record that a setpoint goes out; return for how long none did before."""
+        gap_s, self._setpoint_s = now - self._setpoint_s, now
+        return gap_s
 
-        There is one when none went out for a time, and perhaps when nothing was heard for it.
-        """
-        last_s = now - self._setpoint_s
-        if profile is None or profile.setpoints.prestream_s == 0.0 or last_s > _STREAM_OVER_S:
-            return state
-        if not (silent or last_s > STREAM_GAP_S):
-            return state
-        if state.custom_mode != profile.control_number:
-            return state
-        return evolve(state, {"signs": state.signs._replace(stream_s=now)})
+
+def after_gap(
+    state: VehicleState, profile: Profile | None, gap_s: float, now: float
+) -> VehicleState:
+    """Return the state with a gap of the setpoints, where the vehicle may leave its mode for it.
+
+    Args:
+        state: the state until now.
+        profile: the vehicle's.
+        gap_s: for how long no setpoint went out.
+        now: time in seconds.
+    """
+    if profile is None or profile.setpoints.prestream_s == 0.0 or gap_s > _STREAM_OVER_S:
+        return state
+    if state.custom_mode != profile.control_number:
+        return state
+    return evolve(state, {"signs": state.signs._replace(stream_s=now)})
