@@ -33,8 +33,7 @@ from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import CommandTiming
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import ModeOrder
-from mavlink_vehicle.protocols.service import VehicleService
-from mavlink_vehicle.protocols.services import Services
+from mavlink_vehicle.protocols.service import Services, VehicleService
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.external_position import ExternalPositionSender
 from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors

@@ -32,8 +32,7 @@ from mavlink_vehicle.protocols.mission.stored_lists import StoredLists
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
-from mavlink_vehicle.protocols.service import Conversation
-from mavlink_vehicle.protocols.services import Services
+from mavlink_vehicle.protocols.service import Conversation, Services
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream
 from mavlink_vehicle.state.vehicle_state import VehicleState
