@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from mavlink_vehicle.codec import Message, make, mavlink, with_source
 from mavlink_vehicle.events import StoredLog, VehicleRebooted
 from mavlink_vehicle.mission_items import MissionItem
@@ -9,7 +11,7 @@ from mavlink_vehicle.protocols.service import Conversation, SendingRank, Vehicle
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
 
-GUIDED, LOITER = 4, 5
+GUIDED, LOITER, LAND = 4, 5, 9
 ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 SETPOINT = SetpointNed(velocity_ned_m_s=(1.0, 0.0, 0.0))
 WAYPOINT = MissionItem(
@@ -156,6 +158,26 @@ def test_of_one_moment_a_mode_goes_out_first_then_the_setpoint_and_last_the_data
     ]
     places = [names.index(name) for name in order]
     assert places == sorted(places)
+
+
+@pytest.mark.parametrize("obeyed", [False, True])
+def test_the_mode_is_asked_for_while_a_command_may_overtake_a_stations(obeyed: bool) -> None:
+    """With the operation under way, and after its end."""
+    vehicle = connected()
+    vehicle.hold(1.0)
+    if obeyed:
+        vehicle.receive(heartbeat(LOITER), 1.05)
+    vehicle.handle_timer(1.05)
+    sent(vehicle)
+    land = make("SET_MODE", target_system=1, base_mode=1, custom_mode=LAND)
+    vehicle.overhear(with_source(land, 255, 190), 1.1)
+    assert vehicle.operations.choice_is_unclear
+    assert (vehicle.operations.pending is None) is obeyed
+    assert vehicle.next_deadline() == 1.1
+    vehicle.handle_timer(1.1)
+    assert sent(vehicle) == [command(mavlink.MAV_CMD_REQUEST_MESSAGE)]
+    assert vehicle.operations.deadline_s is not None
+    assert 1.1 < vehicle.operations.deadline_s < 1.5
 
 
 def test_each_rank_is_that_of_a_service() -> None:
