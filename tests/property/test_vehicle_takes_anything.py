@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable
+from typing import Protocol, runtime_checkable
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -40,6 +41,15 @@ OPERATIONS: dict[str, Callable[[Vehicle, float], int]] = {
     "place": lambda vehicle, now: vehicle.reposition(47.0, 8.0, 500.0, now),
     "speed": lambda vehicle, now: vehicle.change_speed(3.0, now),
 }
+
+
+@runtime_checkable
+class Timed(Protocol):
+    """What runs in a service."""
+
+    deadline_s: float | None
+
+
 STEP = st.tuples(
     st.one_of(st.sampled_from(KNOWN), st.sampled_from(OVERHEARD), st.sampled_from(CLASSES)),
     st.integers(0, 1_000_000),
@@ -94,13 +104,28 @@ def test_anything_may_come_at_any_time(
             vehicle.overhear(message, now)
         act(vehicle, what, now)
         started += what in OPERATIONS
+        check_attributes(vehicle)
         vehicle.handle_timer(now)
+        check_attributes(vehicle)
         for message in vehicle.messages_to_send():
             codec.encode(message)
         while (event := vehicle.next_event()) is not None:
             ended += type(event).__name__ == "OperationFinished"
     assert 0 <= started - ended <= 1
     check_sense(vehicle)
+
+
+def check_attributes(vehicle: Vehicle) -> None:
+    """What is due, waits or has happened in a service shows in its attributes."""
+    for service in vehicle.services:
+        part = service.pending
+        if isinstance(part, Timed) and part.deadline_s is not None:
+            assert service.deadline_s is not None
+            assert service.deadline_s <= part.deadline_s
+        if part is None and not service.outbox:
+            assert service.messages_to_send() == []
+        if not service.events:
+            assert service.next_event() is None
 
 
 def check_sense(vehicle: Vehicle) -> None:

@@ -332,6 +332,7 @@ class Codec:
         unknown_observer: called with the raw bytes of each frame that the dialect lacks.
         senders: whose measurements are taken from their frames, by system id and 256 times the
             component id. Those that are signed come as messages.
+        speaks_1: whether the vehicle there speaks MAVLink 1 only; never with a key, which needs 2.
     """
 
     def __init__(
@@ -360,6 +361,7 @@ class Codec:
         if signing is not None:
             self._packer.signing.secret_key = signing.key
             self._packer.signing.sign_outgoing = True
+        self.speaks_1 = False
         self._heartbeats_1 = self._own_heartbeats = 0
         self._next_sequence: dict[tuple[int, int], int] = {}
         self._expected_sequence: dict[int, int] = {}
@@ -390,11 +392,6 @@ class Codec:
             raise MessageError(f"{message.get_type()} cannot be encoded: {error}.") from error
         self._next_sequence[source] = (packer.seq + 1) % 256
         return frame
-
-    @property
-    def speaks_1(self) -> bool:
-        """Whether the vehicle there speaks MAVLink 1 only; never with a key, which needs 2."""
-        return self._signing is None and self._heartbeats_1 >= MAVLINK_1_HEARTBEATS
 
     def _frame_1(self, message: Message, frame: bytes) -> bytes:
         """Return the MAVLink 1 frame of a message, or its MAVLink 2 frame if it has none."""
@@ -575,6 +572,8 @@ class Codec:
             self.frame_observer(frame)
         if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             self._heartbeats_1 = self._heartbeats_1 + 1 if frame[0] == _MAGIC_1 else 0
+            enough = self._heartbeats_1 >= MAVLINK_1_HEARTBEATS
+            self.speaks_1 = enough and self._signing is None
         self._follow(system | component << 8, sequence)
 
     def _follow(self, source: int, sequence: int) -> None:

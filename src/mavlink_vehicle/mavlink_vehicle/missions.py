@@ -13,7 +13,7 @@ from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.operation_slot import Wanted
 from mavlink_vehicle.protocols.operations.command import CommandTiming
 from mavlink_vehicle.protocols.operations.operation_parts import OperationTiming
-from mavlink_vehicle.state.restarts import evolve
+from mavlink_vehicle.state.vehicle_state import evolve
 from mavlink_vehicle.storage.list_operation import ListOperation
 from mavlink_vehicle.vehicle_core import VehicleCore
 

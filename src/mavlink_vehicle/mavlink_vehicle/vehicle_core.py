@@ -28,22 +28,25 @@ from mavlink_vehicle.protocols.monitoring.data_age import DataAge
 from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
-from mavlink_vehicle.protocols.monitoring.stream_gap import StreamGap
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import CommandTiming
 from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import ModeOrder
-from mavlink_vehicle.protocols.service import VehicleService
-from mavlink_vehicle.protocols.services import Services
+from mavlink_vehicle.protocols.service import Services, VehicleService
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.external_position import ExternalPositionSender
 from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
-from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream
+from mavlink_vehicle.protocols.streams.setpoint_stream import (
+    STREAM_GAP_S,
+    SetpointStream,
+    StreamGap,
+    after_gap,
+)
 from mavlink_vehicle.state.measurements import MEASUREMENTS
 from mavlink_vehicle.state.reducer import reduce
-from mavlink_vehicle.state.restarts import evolve
+from mavlink_vehicle.state.vehicle_state import evolve
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
 _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
@@ -323,10 +326,9 @@ class VehicleCore(KnownVehicle):
 
     def note_setpoint(self, now: float) -> None:
         """Record that a setpoint goes out, ours or another computer's."""
-        state = self.state
-        marked = self._gap.sent(state, self.profile, now)
-        if marked is not state:
-            self.state = marked
+        gap_s = self._gap.sent(now)
+        if gap_s > STREAM_GAP_S:
+            self.state = after_gap(self.state, self.profile, gap_s, now)
 
     def notice(self, now: float) -> None:
         """Record that we run, and whether we did not for too long."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
+from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind, VehicleEvent
 from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.state.failsafe import failsafe_words
 from mavlink_vehicle.state.reducer import VehicleState, reduce
@@ -240,7 +240,7 @@ def test_a_lost_current_mode_makes_no_failsafe_of_a_chosen_mode() -> None:
     assert state.failsafe is None
 
 
-def drain(watch: FailsafeWatch) -> list[FailsafeBegan | FailsafeEnded]:
+def drain(watch: FailsafeWatch) -> list[VehicleEvent]:
     events = []
     while (event := watch.next_event()) is not None:
         events.append(event)

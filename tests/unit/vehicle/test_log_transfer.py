@@ -10,11 +10,11 @@ import pytest
 from mavlink_vehicle.codec import Message, make
 from mavlink_vehicle.events import (
     LogChunkReceived,
-    LogEvent,
     LogsListed,
     LogTransferEnded,
     OperationResult,
     StoredLog,
+    VehicleEvent,
 )
 from mavlink_vehicle.protocols.logs.log_download import RATE_BYTES_S
 from mavlink_vehicle.protocols.logs.log_transfer import LogTransfer
@@ -78,7 +78,7 @@ def log_data(log_id: int, offset: int, data: bytes) -> Message:
     return make("LOG_DATA", id=log_id, ofs=offset, count=len(data), data=list(padded))
 
 
-def run(transfer: LogTransfer, model: Model, until_s: float = 300.0) -> list[LogEvent]:
+def run(transfer: LogTransfer, model: Model, until_s: float = 300.0) -> list[VehicleEvent]:
     """Let both talk until the transfer has ended; return its events."""
     now, events = 0.0, []
     while transfer.busy and now < until_s:
@@ -97,7 +97,7 @@ def run(transfer: LogTransfer, model: Model, until_s: float = 300.0) -> list[Log
     return events
 
 
-def bytes_of(events: list[LogEvent], offset: int = 0) -> bytes:
+def bytes_of(events: list[VehicleEvent], offset: int = 0) -> bytes:
     data = bytearray()
     for event in events:
         if isinstance(event, LogChunkReceived):

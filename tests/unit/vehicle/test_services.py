@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import pytest
+
 from mavlink_vehicle.codec import Message, make, mavlink, with_source
-from mavlink_vehicle.events import StoredLog, VehicleEvent, VehicleRebooted
+from mavlink_vehicle.events import StoredLog, VehicleRebooted
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.protocols.service import Conversation, SendingRank, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle, VehicleConfig
 
-GUIDED, LOITER = 4, 5
+GUIDED, LOITER, LAND = 4, 5, 9
 ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 SETPOINT = SetpointNed(velocity_ned_m_s=(1.0, 0.0, 0.0))
 WAYPOINT = MissionItem(
@@ -59,8 +61,8 @@ class Counter(VehicleService):
     handles = (mavlink.MAVLink_vfr_hud_message,)
 
     def __init__(self) -> None:
+        super().__init__()
         self.calls: list[str] = []
-        self._event: VehicleEvent | None = None
 
     def start(self, now: float) -> None:
         self.calls.append("start")
@@ -68,7 +70,7 @@ class Counter(VehicleService):
     def receive(self, message: Message, now: float) -> None:
         assert isinstance(message, mavlink.MAVLink_vfr_hud_message)
         self.calls.append(f"{message.airspeed:g} m/s")
-        self._event = VehicleRebooted(7)
+        self.events.append(VehicleRebooted(7))
 
     def vehicle_came(self, conversation: Conversation, now: float) -> None:
         self.calls.append(f"{conversation.profile.name} {conversation.address.target_system}")
@@ -78,13 +80,6 @@ class Counter(VehicleService):
 
     def vehicle_armed(self) -> None:
         self.calls.append("armed")
-
-    def next_event(self) -> VehicleEvent | None:
-        event, self._event = self._event, None
-        return event
-
-    def messages_to_send(self) -> list[Message]:
-        return [make("PING")]
 
 
 def test_a_service_plugs_in_without_a_change_of_the_vehicle() -> None:
@@ -103,6 +98,7 @@ def test_a_service_plugs_in_without_a_change_of_the_vehicle() -> None:
     assert counter.calls == [
         "start", "ArduCopter 1", "3 m/s", "armed", "lost", "ArduCopter 1"
     ]  # fmt: skip
+    counter.outbox.append(make("PING"))
     assert sent(vehicle)[-1] == "PING"
 
 
@@ -162,6 +158,26 @@ def test_of_one_moment_a_mode_goes_out_first_then_the_setpoint_and_last_the_data
     ]
     places = [names.index(name) for name in order]
     assert places == sorted(places)
+
+
+@pytest.mark.parametrize("obeyed", [False, True])
+def test_the_mode_is_asked_for_while_a_command_may_overtake_a_stations(obeyed: bool) -> None:
+    """With the operation under way, and after its end."""
+    vehicle = connected()
+    vehicle.hold(1.0)
+    if obeyed:
+        vehicle.receive(heartbeat(LOITER), 1.05)
+    vehicle.handle_timer(1.05)
+    sent(vehicle)
+    land = make("SET_MODE", target_system=1, base_mode=1, custom_mode=LAND)
+    vehicle.overhear(with_source(land, 255, 190), 1.1)
+    assert vehicle.operations.choice_is_unclear
+    assert (vehicle.operations.pending is None) is obeyed
+    assert vehicle.next_deadline() == 1.1
+    vehicle.handle_timer(1.1)
+    assert sent(vehicle) == [command(mavlink.MAV_CMD_REQUEST_MESSAGE)]
+    assert vehicle.operations.deadline_s is not None
+    assert 1.1 < vehicle.operations.deadline_s < 1.5
 
 
 def test_each_rank_is_that_of_a_service() -> None:

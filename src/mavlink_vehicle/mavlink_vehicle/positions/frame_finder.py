@@ -38,6 +38,7 @@ class FrameFinder:
         frame: the local frame, None until its origin is known. An origin that the autopilot
             reported may move. One from a pair stays, so that the frame does not wander, but for
             what is learned of the projection.
+        wants_pairs: whether there is anything to learn from a pair.
     """
 
     def __init__(self, projection: Projection | None) -> None:
@@ -47,11 +48,7 @@ class FrameFinder:
         self._origin: Geodetic | None = None
         self._axes: tuple[_Axis, _Axis] | None = None
         self.frame: LocalFrame | None = None
-
-    @property
-    def wants_pairs(self) -> bool:
-        """Whether there is anything to learn from a pair."""
-        return self._projection is None or self.frame is None
+        self.wants_pairs = True
 
     def take_origin(self, origin: Geodetic) -> None:
         """Take the origin from the vehicle itself (GPS_GLOBAL_ORIGIN)."""
@@ -85,7 +82,8 @@ class FrameFinder:
         self._lay(anchor, projection)
 
     def _lay(self, anchor: tuple[Geodetic, Vector3], projection: Projection) -> None:
-        """Lay the frame through its anchor."""
+        """Lay the frame through its anchor; after that only the projection can be learned."""
+        self.wants_pairs = self._projection is None
         place, position_ned_m = anchor
         if self._origin is not None:
             self.frame = LocalFrame(self._origin, projection)

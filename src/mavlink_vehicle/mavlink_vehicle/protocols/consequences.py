@@ -32,8 +32,7 @@ from mavlink_vehicle.protocols.mission.stored_lists import StoredLists
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
-from mavlink_vehicle.protocols.service import Conversation
-from mavlink_vehicle.protocols.services import Services
+from mavlink_vehicle.protocols.service import Conversation, Services
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.setpoint_stream import SetpointStream
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -72,14 +71,15 @@ class Consequences:
         vehicle, state = self._vehicle, self._vehicle.state
         self._own_gap.see_mode(now, state.boot_time_ms)
         if vehicle.profile is None:
-            vehicle.profile = profile_for(state.autopilot, state.vehicle_type)
+            profile = profile_for(state.autopilot, state.vehicle_type)
+            vehicle.identify(profile)
             self._services.report(
                 VehicleDiscovered(
                     state.system_id,
                     state.component_id,
                     state.autopilot,
                     state.vehicle_type,
-                    vehicle.profile.name,
+                    profile.name,
                 )
             )
             self._ask(now)

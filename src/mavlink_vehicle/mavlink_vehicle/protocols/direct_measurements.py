@@ -13,14 +13,14 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from mavlink_vehicle.codec import PAYLOAD_START, Intake, Message, mavlink
+from mavlink_vehicle.protocols.known_vehicle import LiveState
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
-from mavlink_vehicle.protocols.monitoring.stream_gap import STREAM_GAP_S, StreamGap
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.sequence import ModeOrder
-from mavlink_vehicle.state.live_state import LiveState
+from mavlink_vehicle.protocols.streams.setpoint_stream import STREAM_GAP_S, StreamGap
 from mavlink_vehicle.state.measurements import MEASUREMENTS, Measurement, Values, measurement
 
 _SEQUENCE = 4

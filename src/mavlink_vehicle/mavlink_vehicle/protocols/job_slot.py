@@ -13,9 +13,10 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.protocols.mission.transfer import MISSION_ANSWERS
 from mavlink_vehicle.protocols.service import SendingRank
-from mavlink_vehicle.protocols.slot import EventT, Part, Slot
+from mavlink_vehicle.protocols.slot import Part, Slot
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
+EventT = TypeVar("EventT", bound=VehicleEvent)
 EventT_co = TypeVar("EventT_co", bound=VehicleEvent, covariant=True)
 
 
@@ -32,7 +33,7 @@ class Job(Part, Protocol[EventT_co]):
         """End it for this reason."""
 
 
-class JobSlot(Slot[Job[EventT], EventT]):
+class JobSlot(Slot[Job[EventT]]):
     """Runs one job; the next begins after its end."""
 
     def begin(self, job: Job[EventT], now: float) -> None:
@@ -52,11 +53,11 @@ class JobSlot(Slot[Job[EventT], EventT]):
         """End the pending job, if any."""
         self.stop(OperationResult.LINK_LOST, reason, now)
 
-    def _collect(self, now: float) -> None:
+    def _take_done(self, now: float) -> None:
         event = None if self.pending is None else self.pending.next_event()
         if event is not None:
             self._vacate()
-            self._events.append(event)
+            self.events.append(event)
 
 
 class ListJobs(JobSlot[StoredListFinished]):

@@ -30,7 +30,7 @@ class Machine(TimedOutbox, Generic[EventT]):
         """Begin in `state`."""
         super().__init__()
         self.state = state
-        self._events: deque[EventT] = deque()
+        self.events: deque[EventT] = deque()
 
     def _fire(self, what: enum.Enum, now: float) -> None:
         try:
@@ -45,8 +45,8 @@ class Machine(TimedOutbox, Generic[EventT]):
     def _stop(self, now: float) -> None:
         """Want nothing more, and send nothing more."""
         self.deadline_s = None
-        self._outbox.clear()
+        self.outbox.clear()
 
     def next_event(self) -> EventT | None:
         """Return and remove the next event."""
-        return self._events.popleft() if self._events else None
+        return self.events.popleft() if self.events else None

@@ -29,6 +29,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, make, mavlink, message_id
+from mavlink_vehicle.events import VehicleEvent
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.operations.command import (
     ACCEPTED,
@@ -153,7 +154,7 @@ class RatesInput(enum.Enum):
     PAUSE = "the vehicle is absent"
 
 
-class MessageRates(Machine[None], VehicleService):
+class MessageRates(Machine[VehicleEvent], VehicleService):
     """Keeps the wanted messages coming."""
 
     def __init__(
@@ -276,7 +277,7 @@ class MessageRates(Machine[None], VehicleService):
         command, wish = self._command, self._asked
         if command is None or wish is None:
             return
-        self._outbox += command.messages_to_send()
+        self.outbox += command.messages_to_send()
         self.deadline_s = command.deadline_s
         end = command.next_event()
         if end is None:
@@ -302,7 +303,7 @@ class MessageRates(Machine[None], VehicleService):
         if group is None or address is None:
             return
         wish.attempts += 1
-        self._outbox.append(
+        self.outbox.append(
             make(
                 "REQUEST_DATA_STREAM",
                 target_system=address.target_system,
@@ -358,7 +359,7 @@ class MessageRates(Machine[None], VehicleService):
         self._command = None
         self._asked = None
         self.deadline_s = None
-        self._outbox.clear()
+        self.outbox.clear()
 
     table: ClassVar[Table] = {
         (RatesState.PAUSED, RatesInput.RESUME): (RatesState.WATCHING, _next),

@@ -26,7 +26,6 @@ from mavlink_vehicle.protocols.operations.command import (
     CommandRequest,
     ack_result,
 )
-from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -39,7 +38,7 @@ _REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
-class MessageRequests(TimedOutbox, VehicleService):
+class MessageRequests(VehicleService):
     """Asks for each missing message, more and more rarely, until it is there or rejected."""
 
     def __init__(
@@ -98,7 +97,7 @@ class MessageRequests(TimedOutbox, VehicleService):
     def pause(self) -> None:
         """Stop asking."""
         self._asked = self.deadline_s = None
-        self._outbox.clear()
+        self.outbox.clear()
 
     def receive(self, message: Message, now: float) -> None:
         """Tick off what came; look for the answer to the request in progress."""
@@ -142,7 +141,7 @@ class MessageRequests(TimedOutbox, VehicleService):
         if self._round and self._address is not None:
             self._asked = self._round.pop(0)
             request = CommandRequest(_REQUEST, (self._asked,))
-            self._outbox.append(request.message(self._address, 0))
+            self.outbox.append(request.message(self._address, 0))
             self.deadline_s = now + _ANSWER_S
         else:
             self._asked = None

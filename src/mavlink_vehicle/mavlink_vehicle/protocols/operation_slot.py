@@ -37,7 +37,7 @@ class Wanted:
     armed: bool | None = None
 
 
-class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
+class OperationSlot(Slot[Operation | MissionOperation]):
     """Holds one operation at a time: a new one cancels the pending one first.
 
     Attributes:
@@ -148,6 +148,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         self.cancel(f"{operation.goal.kind.value} was requested instead", now)
         self.pending = operation
         operation.begin(vehicle.state, self._heartbeats.alive, now)
+        self._set_deadline()
         self._on_done(now)
         return operation.operation_id
 
@@ -170,7 +171,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
     ) -> int:
         self.cancel(f"{kind.value} was requested instead", now)
         operation_id = next(self._ids)
-        self._events.append(OperationFinished(operation_id, kind, result, reason))
+        self.events.append(OperationFinished(operation_id, kind, result, reason))
         self._on_done(now)
         return operation_id
 
@@ -191,11 +192,13 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         """End the pending operation, if any, as LINK_LOST."""
         self._crossings.forget()
         self._stop(OperationResult.LINK_LOST, reason, now)
+        self._set_deadline()
 
     def excuse(self, gap_s: float) -> None:
         """Do not count a time in which we did not run."""
         if self.pending is not None:
             self.pending.excuse(gap_s)
+            self._set_deadline()
 
     def mode_asked(self, mode: int, now: float) -> None:
         """Somebody else has asked the vehicle for a mode; it need not obey.
@@ -206,6 +209,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         operation = self.pending
         if isinstance(operation, Operation):
             operation.keep_silent(self._crossings.silent_until_s)
+        self._set_deadline()
 
     def mode_changed(self, state: VehicleState, name: str, now: float) -> tuple[bool, int | None]:
         """Record another mode; returns whether it was asked for, and which mode it has overtaken.
@@ -214,6 +218,7 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         """
         requested = self._requested.take_mode(state.custom_mode, now)
         overtaken = self._crossings.mode_changed(state.custom_mode, requested, now)
+        self._set_deadline()
         if overtaken is not None:
             self.cancel(f"another mode than {name} was chosen meanwhile", now)
             return True, overtaken
@@ -248,23 +253,24 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
         """Process one message of the autopilot."""
         self._crossings.receive(message, now)
         super().receive(message, now)
-
-    @property
-    def deadline_s(self) -> float | None:
-        """When `handle_timer` wants to be called."""
-        times = (super().deadline_s, self._crossings.deadline_s)
-        return min((time for time in times if time is not None), default=None)
+        self._set_deadline()
 
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
         self._crossings.handle_timer(now)
         super().handle_timer(now)
+        if self._crossings.outbox:  # the mode is asked for after what the operation says
+            self.outbox = [*self.messages_to_send(), *self._crossings.messages_to_send()]
+        self._set_deadline()
 
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        return [*super().messages_to_send(), *self._crossings.messages_to_send()]
+    def _set_deadline(self) -> None:
+        """Take the earlier one of the operation and of the crossings; called after each call."""
+        super()._set_deadline()
+        asks_s = self._crossings.deadline_s
+        if asks_s is not None and (self.deadline_s is None or asks_s < self.deadline_s):
+            self.deadline_s = asks_s
 
-    def _collect(self, now: float) -> None:
+    def _take_done(self, now: float) -> None:
         if isinstance(self.pending, Operation):
             self._crossings.attempted(self.pending.attempts, now)
         event = None if self.pending is None else self.pending.next_event()
@@ -279,4 +285,4 @@ class OperationSlot(Slot[Operation | MissionOperation, OperationFinished]):
             if then is not None and event.result is OperationResult.ACHIEVED:
                 then(event.operation_id, now)
             else:
-                self._events.append(event)
+                self.events.append(event)

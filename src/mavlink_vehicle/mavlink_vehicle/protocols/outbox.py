@@ -12,13 +12,13 @@ class Outbox:
 
     def __init__(self) -> None:
         """Begin with nothing to send."""
-        self._outbox: list[Message] = []
+        self.outbox: list[Message] = []
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear what is to be sent."""
-        if not self._outbox:
+        if not self.outbox:
             return []
-        messages, self._outbox = self._outbox, []
+        messages, self.outbox = self.outbox, []
         return messages
 
 

@@ -16,7 +16,6 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -51,8 +50,12 @@ def decode_value(message: mavlink.MAVLink_param_value_message, bytewise: bool) -
     return float(struct.unpack(layout, struct.pack("<f", message.param_value))[0])
 
 
-class ParameterReader(TimedOutbox, VehicleService):
-    """Reads the wanted parameters, and again every 30 s."""
+class ParameterReader(VehicleService):
+    """Reads the wanted parameters, and again every 30 s.
+
+    Attributes:
+        values: the known values, by name; read only.
+    """
 
     handles = (_VALUE,)
 
@@ -64,14 +67,10 @@ class ParameterReader(TimedOutbox, VehicleService):
         self._wanted: tuple[str, ...] = ()
         self._missing: list[str] = []
         self._values: dict[str, float] = {}
+        self.values: Mapping[str, float] = MappingProxyType(self._values)
         self._others: dict[str, float] = {}
         self._asked_s: dict[str, float] = {}
         self._attempts = 0
-
-    @property
-    def values(self) -> Mapping[str, float]:
-        """The known values, by name."""
-        return MappingProxyType(self._values)
 
     def value(self, name: str) -> float | None:
         """Return a wanted value, or one that was asked for; None before it has come."""
@@ -140,7 +139,7 @@ class ParameterReader(TimedOutbox, VehicleService):
     def pause(self) -> None:
         """Stop asking."""
         self.deadline_s = None
-        self._outbox.clear()
+        self.outbox.clear()
 
     def receive(self, message: Message, now: float) -> None:
         """Process a value, whoever asked for it or changed it."""
@@ -173,7 +172,7 @@ class ParameterReader(TimedOutbox, VehicleService):
             self._request(name, self._address)
 
     def _request(self, name: str, address: Address) -> None:
-        self._outbox.append(
+        self.outbox.append(
             make(
                 "PARAM_REQUEST_READ",
                 target_system=address.target_system,

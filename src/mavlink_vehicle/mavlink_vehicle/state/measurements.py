@@ -13,9 +13,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.positions.frames import normalize_angle
-from mavlink_vehicle.state.restarts import Changes
 from mavlink_vehicle.state.telemetry import Attitude, GlobalPosition, LocalPosition
-from mavlink_vehicle.state.vehicle_state import VehicleState, is_on_ground
+from mavlink_vehicle.state.vehicle_state import Changes, VehicleState, is_on_ground
 
 Values: TypeAlias = tuple[Any, ...]
 """The fields of a message in wire order."""

@@ -36,6 +36,8 @@ _SILENCE_MS = 2000
 _CONFIRM_S = 0.9
 # How far the GPS may be from the estimate: its latency, and its own accuracy.
 _GPS_OFF_M, _GPS_LATENCY_S, _GPS_SIGMAS = 5.0, 0.5, 3.0
+# The reports of which the first one with a fault counts.
+_SOURCES = (GpsFix, EstimatorReport)
 # Near enough to the metres of every firmware.
 _SPHERE = AzimuthalEquidistant(6_371_000.0, 6_371_000.0)
 
@@ -46,6 +48,7 @@ class PositionTrust:
     Attributes:
         jump_ned_m: north and east of all jumps since it was armed, added up.
         jumped_s: when the last one came, or None.
+        fault: the report that shows a fault of the estimate, and which; None if there is none.
     """
 
     def __init__(self) -> None:
@@ -57,14 +60,7 @@ class PositionTrust:
         # and those that have held for long enough.
         self._since_s: dict[type, float] = {}
         self._complaints: dict[type, str] = {}
-
-    @property
-    def fault(self) -> tuple[type, str] | None:
-        """The report that shows a fault of the estimate, and which; None if there is none."""
-        for source in (GpsFix, EstimatorReport):
-            if source in self._complaints:
-                return source, self._complaints[source]
-        return None
+        self.fault: tuple[type, str] | None = None
 
     @property
     def complaint(self) -> str:
@@ -103,7 +99,10 @@ class PositionTrust:
             here: the position.
             now: time in seconds.
         """
-        if last is None or here is None or not _moves(state):
+        # On the ground an estimator may be reset.
+        if not state.armed or state.landed_state is LandedState.ON_GROUND:
+            return
+        if last is None or here is None:
             return
         passed_ms = here.time_boot_ms - last.time_boot_ms
         if not 0 < passed_ms <= _SILENCE_MS:
@@ -137,6 +136,9 @@ class PositionTrust:
             self._complaints.pop(source, None)
         elif now - self._since_s.setdefault(source, now) >= _CONFIRM_S:
             self._complaints.setdefault(source, words)
+        self.fault = next(
+            ((kind, self._complaints[kind]) for kind in _SOURCES if kind in self._complaints), None
+        )
 
 
 def _of_estimator(state: VehicleState) -> str:
@@ -145,11 +147,6 @@ def _of_estimator(state: VehicleState) -> str:
     if state.estimator is not None and state.estimator.rejects_position:
         return "the estimator rejects its GPS"
     return ""
-
-
-def _moves(state: VehicleState) -> bool:
-    """Whether a change of the position counts: on the ground an estimator may be reset."""
-    return state.armed and state.landed_state is not LandedState.ON_GROUND
 
 
 def _between_ned_m(

@@ -17,7 +17,7 @@ from mavlink_vehicle.mission_items import fence_id, mission_id, rally_id
 from mavlink_vehicle.positions.frames import Vector3
 from mavlink_vehicle.state import measurements, telemetry
 from mavlink_vehicle.state.failsafe import assess
-from mavlink_vehicle.state.restarts import evolve, follow_clock, is_late
+from mavlink_vehicle.state.restarts import follow_clock, is_late
 from mavlink_vehicle.state.signs import follow
 from mavlink_vehicle.state.status_reducers import (
     autopilot_version,
@@ -29,7 +29,7 @@ from mavlink_vehicle.state.status_reducers import (
     status_text,
     sys_status,
 )
-from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.vehicle_state import VehicleState, evolve
 
 __all__ = ["VehicleState", "reduce"]
 

@@ -6,11 +6,11 @@ from mavlink_vehicle.codec import is_mavlink_1, mavlink
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.state.batteries import deciding, fraction, read_battery, with_battery
 from mavlink_vehicle.state.identity import is_vehicle
-from mavlink_vehicle.state.restarts import Changes, beat_changes, evolve
+from mavlink_vehicle.state.restarts import beat_changes
 from mavlink_vehicle.state.signs import radio_ok
 from mavlink_vehicle.state.status_text import add_chunk, expire
 from mavlink_vehicle.state.telemetry import Battery
-from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.vehicle_state import Changes, VehicleState, evolve
 
 _BOOT = mavlink.MAV_STATE_BOOT
 _UINT16_MAX = 0xFFFF

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from mavlink_vehicle.codec import MAVLINK_1_HEARTBEATS, mavlink
 from mavlink_vehicle.events import LandedState
@@ -25,6 +25,9 @@ from mavlink_vehicle.state.warning_signs import NO_SIGNS, Failsafe, Signs
 
 _BOOT = mavlink.MAV_STATE_BOOT
 _CLOCK_KINDS, _CLOCK_MESSAGES = 2, 3
+
+Changes: TypeAlias = dict[str, object]
+"""New values of a state, by attribute."""
 
 
 class ClockDoubt(NamedTuple):
@@ -203,3 +206,15 @@ class VehicleState:
 def is_on_ground(state: VehicleState) -> bool:
     """Return whether the vehicle stands, disarmed: where it then is, the ground is."""
     return state.landed_state is LandedState.ON_GROUND and not state.armed
+
+
+_set_attributes = VehicleState.__dict__["__dict__"].__set__
+
+
+def evolve(state: VehicleState, changes: Changes) -> VehicleState:
+    """Do what dataclasses.replace does, several times faster: this runs for every message."""
+    if not changes:
+        return state
+    new = object.__new__(VehicleState)
+    _set_attributes(new, state.__dict__ | changes)
+    return new

@@ -70,7 +70,7 @@ class ParameterChanges(Outbox):
         self._has_changed = False
         self._one: OneParameter | None = None
         self._outcomes: dict[str, ParameterOutcome] = {}
-        self._events: deque[ParametersFinished] = deque()
+        self.events: deque[ParametersFinished] = deque()
 
     @property
     def progress(self) -> tuple[bool, int, int]:
@@ -85,7 +85,7 @@ class ParameterChanges(Outbox):
             self._next(now)
             return
         self._listing.start(now)
-        self._outbox += self._listing.messages_to_send()
+        self.outbox += self._listing.messages_to_send()
 
     def receive(self, message: Message, now: float) -> None:
         """Process a message of the parameter service."""
@@ -110,11 +110,11 @@ class ParameterChanges(Outbox):
 
     def next_event(self) -> ParametersFinished | None:
         """Return and remove the end."""
-        return self._events.popleft() if self._events else None
+        return self.events.popleft() if self.events else None
 
     def stop(self, result: OperationResult, reason: str, now: float) -> None:
         """End it for this reason; changes made until then stay."""
-        if self._events or (self._listing is None and self._one is None):
+        if self.events or (self._listing is None and self._one is None):
             return
         if self._one is not None:
             outcome = self._one.stop(reason)
@@ -124,7 +124,7 @@ class ParameterChanges(Outbox):
     def _go_on(self, now: float) -> None:
         """Take what has ended."""
         if self._listing is not None:
-            self._outbox += self._listing.messages_to_send()
+            self.outbox += self._listing.messages_to_send()
             end = self._listing.next_event()
             if end is not None:
                 self._listing = None
@@ -135,7 +135,7 @@ class ParameterChanges(Outbox):
                 else:
                     self._give_up(end.result, "the autopilot does not answer")
         elif self._one is not None:
-            self._outbox += self._one.messages_to_send()
+            self.outbox += self._one.messages_to_send()
             if self._one.outcome is not None:
                 self._put(self._one.outcome)
                 self._next(now)
@@ -177,7 +177,7 @@ class ParameterChanges(Outbox):
                 name, wanted, self._address, self._bytewise, self._known.get(name)
             )
             self._one.start(now)
-            self._outbox += self._one.messages_to_send()
+            self.outbox += self._one.messages_to_send()
             if self._one.outcome is None:
                 return
             self._put(self._one.outcome)
@@ -189,7 +189,7 @@ class ParameterChanges(Outbox):
         self._has_changed = self._is_complete = False
         self._listing = ParameterListing(self._address, self._bytewise)
         self._listing.start(now)
-        self._outbox += self._listing.messages_to_send()
+        self.outbox += self._listing.messages_to_send()
 
     def _give_up(self, result: OperationResult, reason: str) -> None:
         self._listing = self._one = None
@@ -220,4 +220,4 @@ class ParameterChanges(Outbox):
                 f"{count[ParameterChange.UNKNOWN]} unknown to the autopilot, "
                 f"{count[ParameterChange.FAILED]} failed.{why}"
             )
-        self._events.append(ParametersFinished(result, reason, outcomes=outcomes))
+        self.events.append(ParametersFinished(result, reason, outcomes=outcomes))

@@ -210,7 +210,7 @@ class ListOperation(TransfersInTurn[StoredListFinished]):
         else:
             texts = quote_texts(self._vehicle(), self._texts_before)
             sentence = f"{what} not {done}: {self._reason}{texts}. {self._left()}"
-        self._events.append(
+        self.events.append(
             StoredListFinished(self.kind, self._result, sentence.rstrip(), self._stored)
         )
 

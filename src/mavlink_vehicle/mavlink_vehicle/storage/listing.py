@@ -47,7 +47,7 @@ class ParameterListing(TimedOutbox):
         self._restarts = 0
         self._streams = True
         self._new_s = 0.0
-        self._events: deque[ParametersFinished] = deque()
+        self.events: deque[ParametersFinished] = deque()
         self.total = 0
         """How many there are; 0 while that is unknown."""
 
@@ -99,7 +99,7 @@ class ParameterListing(TimedOutbox):
 
     def next_event(self) -> ParametersFinished | None:
         """Return and remove the end."""
-        return self._events.popleft() if self._events else None
+        return self.events.popleft() if self.events else None
 
     def stop(self, result: OperationResult, reason: str, now: float) -> None:
         """End it for this reason."""
@@ -154,11 +154,11 @@ class ParameterListing(TimedOutbox):
         if result is not OperationResult.ACHIEVED:
             reason = f"Not all parameters were read: {reason}."
         found = sorted(self._found.values(), key=lambda parameter: parameter.name)
-        self._events.append(ParametersFinished(result, reason, tuple(found)))
+        self.events.append(ParametersFinished(result, reason, tuple(found)))
 
     def _send(self, name: str, **fields: object) -> None:
         target = {
             "target_system": self._address.target_system,
             "target_component": self._address.target_component,
         }
-        self._outbox.append(make(name, **target, **fields))
+        self.outbox.append(make(name, **target, **fields))

@@ -201,7 +201,7 @@ class OneParameter(TimedOutbox):
 
     def _send(self, message: str, now: float, **fields: float) -> None:
         self.deadline_s = now + _RETRY_S
-        self._outbox.append(
+        self.outbox.append(
             make(
                 message,
                 target_system=self._address.target_system,

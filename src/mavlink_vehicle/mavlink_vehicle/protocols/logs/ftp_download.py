@@ -117,7 +117,7 @@ class FtpLogDownload(LogDownloader):
         if self._opening is not None:
             message = self._opening.handle_timer(now)
             if message is not None:
-                self._outbox.append(message)
+                self.outbox.append(message)
             if self._opening.gave_up:
                 self._give_up(f"The autopilot did not open {self._log.path} over MAVFTP.")
             return
@@ -128,7 +128,7 @@ class FtpLogDownload(LogDownloader):
         """Close the file; the rest of the answers is ignored."""
         if self._is_open or self._opening is not None:
             # Twice, as a file that stays open is in the way of the next download.
-            self._outbox = [self._line.request(FtpOp.TERMINATE)[1] for _ in range(2)]
+            self.outbox = [self._line.request(FtpOp.TERMINATE)[1] for _ in range(2)]
         self._is_open, self._opening = False, None
 
     def _give_up(self, problem: str) -> None:
@@ -212,7 +212,7 @@ class FtpLogDownload(LogDownloader):
             quiet_s = min(max(_ROUND_TRIPS * self._round_trip_s, _QUIET_S), _QUIET_MAX_S)
             self._reads[offset] = _Read(number, self._order, now, now + quiet_s)
             self._order += 1
-            self._outbox.append(message)
+            self.outbox.append(message)
             self._free_s = max(self._free_s, now) + _SPACING_S
 
     def _give_out_parts(self) -> None:

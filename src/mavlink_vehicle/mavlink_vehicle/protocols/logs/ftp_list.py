@@ -72,7 +72,7 @@ class FtpLogList(LogLister):
             return
         message = question.handle_timer(now)
         if message is not None:
-            self._outbox.append(message)
+            self.outbox.append(message)
         if question.gave_up:
             self._question = None
             self.problem = f"The autopilot did not list {self._folder} over MAVFTP."

@@ -89,7 +89,7 @@ class LogDownload(LogDownloader, TimedOutbox):
     def end(self) -> None:
         """End the transfer on the autopilot's side; the rest of an answer is ignored."""
         self.deadline_s = None
-        self._outbox = [self._to_autopilot("LOG_REQUEST_END")]
+        self.outbox = [self._to_autopilot("LOG_REQUEST_END")]
 
     def _go_on(self, now: float) -> None:
         """Give out what is complete, and ask for the first gap."""
@@ -110,7 +110,7 @@ class LogDownload(LogDownloader, TimedOutbox):
         self._asked, self._asked_s = asked, now
         self._came, self._over = 0, False
         self.deadline_s = now + self._quiet_s
-        self._outbox.append(
+        self.outbox.append(
             self._to_autopilot(
                 "LOG_REQUEST_DATA",
                 id=self._log.log_id,

@@ -36,7 +36,7 @@ class LogList(LogLister, TimedOutbox):
         self._attempts += 1
         self.deadline_s = now + _AGAIN_S
         target = self._address
-        self._outbox.append(
+        self.outbox.append(
             make(
                 "LOG_REQUEST_LIST",
                 target_system=target.target_system,

@@ -8,7 +8,6 @@ from typing import TypeAlias
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import (
     LogChunkReceived,
-    LogEvent,
     LogMeans,
     LogsListed,
     LogTransferEnded,
@@ -29,7 +28,7 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 _Part: TypeAlias = LogList | FtpLogList | LogDownload | FtpLogDownload
 
 
-class LogTransfer(Slot[_Part, LogEvent]):
+class LogTransfer(Slot[_Part]):
     """Lists and downloads logs; each transfer ends in one `LogTransferEnded`."""
 
     rank = SendingRank.LOGS
@@ -96,18 +95,18 @@ class LogTransfer(Slot[_Part, LogEvent]):
         part.start(now)
         self._collect(now)
 
-    def _collect(self, now: float) -> None:
+    def _take_done(self, now: float) -> None:
         """Hand out what has come, and end what is complete or was given up."""
         part = self.pending
         if isinstance(part, LogList) and part.problem and self._means is LogMeans.AUTO:
             self.pending = part = self._ftp_list(now)
             part.start(now)
         if isinstance(part, LogLister) and part.logs is not None:
-            self._events.append(LogsListed(tuple(part.logs.values())))
+            self.events.append(LogsListed(tuple(part.logs.values())))
             self._end(OperationResult.ACHIEVED, f"The autopilot has {len(part.logs)} logs.")
         elif isinstance(part, LogDownloader):
             while (chunk := part.next_chunk()) is not None:
-                self._events.append(LogChunkReceived(*chunk))
+                self.events.append(LogChunkReceived(*chunk))
             if part.done:
                 self._end(OperationResult.ACHIEVED, "The log was downloaded completely.")
         if self.pending is not None and self.pending.problem:
@@ -115,4 +114,5 @@ class LogTransfer(Slot[_Part, LogEvent]):
 
     def _end(self, result: OperationResult, reason: str) -> None:
         self._vacate()
-        self._events.append(LogTransferEnded(result, reason))
+        self._set_deadline()
+        self.events.append(LogTransferEnded(result, reason))

@@ -269,7 +269,7 @@ class MissionOperation(TransfersInTurn[OperationFinished]):
     def _finish(self, result: OperationResult, reason: str, now: float) -> None:
         self.deadline_s = None
         self._part = self._upload = None
-        self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
+        self.events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
 
     _S = MissionOperationState
     _I = MissionInput

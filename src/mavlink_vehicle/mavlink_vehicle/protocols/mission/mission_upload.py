@@ -133,7 +133,7 @@ class MissionUpload(Transfer):
 
     def _send_wanted(self) -> None:
         item = self._items[self._wanted]
-        self._outbox.append(item.message(self._wanted, self._target, self._type))
+        self.outbox.append(item.message(self._wanted, self._target, self._type))
         self._last_sent = self._last_sent or self._wanted == len(self._items) - 1
 
     def _give_late(self, now: float) -> None:
@@ -141,7 +141,7 @@ class MissionUpload(Transfer):
             self._send_wanted()
 
     def _finish(self, now: float) -> None:
-        self._outbox.clear()
+        self.outbox.clear()
         super()._finish(now)
 
     _S = UploadState

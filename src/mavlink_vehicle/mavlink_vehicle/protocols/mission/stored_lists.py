@@ -19,11 +19,11 @@ from mavlink_vehicle.mission_items import HOME_PLACEHOLDER, MissionItem, Mission
 from mavlink_vehicle.protocols.mission.mission_download import MissionDownload
 from mavlink_vehicle.protocols.mission.transfer import (
     MISSION_ANSWERS,
+    TransferFinished,
     TransferResult,
     TransferTiming,
 )
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.service import Conversation, SendingRank, VehicleService
 from mavlink_vehicle.state.telemetry import MissionProgress
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -54,11 +54,12 @@ def lists_taken(answer: Message) -> tuple[MissionType, ...]:
     return tuple(kind for kind in _ORDER if every or answer.mission_type == kind)
 
 
-class StoredLists(Outbox, VehicleService):
+class StoredLists(VehicleService):
     """Reads the three lists.
 
     Attributes:
         mission_offset: the autopilot's own number of the first item of `mission`.
+        fence: the items of the fence that was uploaded to it; None while they are not known.
     """
 
     rank = SendingRank.LISTS
@@ -69,10 +70,11 @@ class StoredLists(Outbox, VehicleService):
         super().__init__()
         self.mission_offset = 0
         self._items: dict[MissionType, tuple[MissionItem, ...]] = {}
+        self.fence: tuple[MissionItem, ...] | None = None
         self._timing = timing
         self._may_read = may_read
         self._address: Address | None = None
-        self._download: MissionDownload | None = None
+        self.pending: MissionDownload | None = None
         self._kind = MissionType.FENCE
         self._begun_s = 0.0
         self._due_s: dict[MissionType, float] = {}
@@ -82,11 +84,6 @@ class StoredLists(Outbox, VehicleService):
     def of(self, kind: MissionType) -> tuple[MissionItem, ...] | None:
         """Return a list as it is stored, with ArduPilot's home; None while it is unknown."""
         return self._items.get(kind)
-
-    @property
-    def fence(self) -> tuple[MissionItem, ...] | None:
-        """The items of the fence that was uploaded to it; None while they are not known."""
-        return self._items.get(MissionType.FENCE)
 
     @property
     def rally_points(self) -> tuple[MissionItem, ...] | None:
@@ -108,35 +105,40 @@ class StoredLists(Outbox, VehicleService):
 
     def link_lost(self, state: VehicleState, now: float) -> None:
         """Stop asking."""
-        self._download = None
+        self.pending = None
         self._due_s.clear()
-        self._outbox.clear()
+        self.outbox.clear()
+        self._set_deadline()
 
     def vehicle_gone(self, reason: str, now: float) -> None:
         """Drop what is known."""
         self._items.clear()
+        self.fence = None
 
     def resume(self, address: Address, now: float) -> None:
         """Read the lists from now on."""
         self._address = address
-        self._download = None
+        self.pending = None
         self._due_s = dict.fromkeys(_ORDER, now)
+        self._set_deadline()
 
     def refresh(self, kind: MissionType, now: float) -> None:
         """Read a list again, from the beginning: it is another one."""
         if kind in self._due_s:
             self._due_s[kind] = now
             if self._kind is kind:
-                self._download = None
+                self.pending = None
             elif kind is MissionType.FENCE:
                 self._cancel(now)
+            self._set_deadline()
 
     def put(self, kind: MissionType, items: tuple[MissionItem, ...], now: float) -> None:
         """Take a list that somebody else of us has read."""
-        self._items[kind] = items
+        self._keep(kind, items)
         self._put_s[kind] = now
         if kind in self._due_s:
             self._due_s[kind] = now + _AGAIN_S
+            self._set_deadline()
 
     def put_mission(self, items: tuple[MissionItem, ...], now: float) -> None:
         """Take the mission, without home, that an operation has read."""
@@ -159,6 +161,7 @@ class StoredLists(Outbox, VehicleService):
         """End the reading: another transfer begins, or is under way."""
         self._cancel(now)
         self._free_s = now + _WAIT_S
+        self._set_deadline()
 
     def overhear(self, message: Message, now: float) -> None:
         """Make way for a station that transfers a list."""
@@ -191,61 +194,60 @@ class StoredLists(Outbox, VehicleService):
 
     def receive(self, message: Message, now: float) -> None:
         """Look for the count and the items."""
-        if self._download is not None:
-            self._download.receive(message, now)
-            self._take(now)
+        if self.pending is not None:
+            self.pending.receive(message, now)
+            self._take(self.pending, now)
 
-    @property
-    def deadline_s(self) -> float | None:
-        """When to continue."""
-        if self._download is not None:
-            return self._download.deadline_s
-        due_s = min(self._due_s.values(), default=None)
-        return None if due_s is None else max(due_s, self._free_s)
+    def _set_deadline(self) -> None:
+        """Continue what is being read, or begin with the list that is due first."""
+        if self.pending is not None:
+            self.deadline_s = self.pending.deadline_s
+        elif self._due_s:
+            self.deadline_s = max(min(self._due_s.values()), self._free_s)
+        else:
+            self.deadline_s = None
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Begin, continue, or make way for another transfer."""
-        due_s = self.deadline_s
-        if due_s is None or now < due_s:
-            return
         if not self._may_read():
             self.make_way(now)
-        elif self._download is not None:
-            self._download.handle_timer(now)
-            self._take(now)
+        elif self.pending is not None:
+            self.pending.handle_timer(now)
+            self._take(self.pending, now)
         elif self._address is not None:
             self._kind = next(kind for kind in _ORDER if self._due_s[kind] <= now)
             self._begun_s = now
-            self._download = MissionDownload(self._address, self._timing, self._kind)
-            self._download.start(now)
-
-    def messages_to_send(self) -> list[Message]:
-        """Return and clear what is to be sent."""
-        messages = super().messages_to_send()
-        if self._download is not None:
-            messages += self._download.messages_to_send()
-        return messages
+            self.pending = MissionDownload(self._address, self._timing, self._kind)
+            self.pending.start(now)
+            self._set_deadline()
 
     def _cancel(self, now: float) -> None:
-        if self._download is not None:
-            self._download.cancel(now)
-            self._outbox += self._download.messages_to_send()
-            self._download = None
+        if self.pending is not None:
+            self.pending.cancel(now)
+            self.outbox += self.pending.messages_to_send()
+            self.pending = None
 
-    def _take(self, now: float) -> None:
-        if self._download is None:
-            return
-        end = self._download.next_event()
-        if end is None:
-            return
+    def _take(self, download: MissionDownload, now: float) -> None:
+        """Take what was read, if that has ended."""
+        end = download.next_event()
+        if end is not None:
+            self._take_end(download, end, now)
+        self._set_deadline()
+
+    def _take_end(self, download: MissionDownload, end: TransferFinished, now: float) -> None:
         kind = self._kind
         if end.result is TransferResult.DONE:
             # The same list stays the same object. NaN differs from itself, but its name does not.
             if repr(self._items.get(kind)) != repr(end.items):
-                self._items[kind] = end.items
+                self._keep(kind, end.items)
         elif end.result is TransferResult.REFUSED:
-            self._items[kind] = ()  # this autopilot has no such list
-        self._outbox += self._download.messages_to_send()
+            self._keep(kind, ())  # this autopilot has no such list
+        self.outbox += download.messages_to_send()
         busy = end.result is TransferResult.BUSY
         pause_s = _WAIT_S if busy else max(_AGAIN_S, _SHARE * (now - self._begun_s))
-        self._download, self._due_s[kind] = None, now + pause_s
+        self.pending, self._due_s[kind] = None, now + pause_s
+
+    def _keep(self, kind: MissionType, items: tuple[MissionItem, ...]) -> None:
+        self._items[kind] = items
+        if kind is MissionType.FENCE:
+            self.fence = items

@@ -172,7 +172,7 @@ class Transfer(Machine[TransferFinished]):
 
     def _send(self, name: str, **fields: int) -> None:
         system, component = self._target
-        self._outbox.append(
+        self.outbox.append(
             make(
                 name,
                 target_system=system,
@@ -207,7 +207,7 @@ class Transfer(Machine[TransferFinished]):
 
     def _finish(self, now: float) -> None:
         self.deadline_s = None
-        self._events.append(self._end)
+        self.events.append(self._end)
 
     def _stop(self, now: float) -> None:
         super()._stop(now)

@@ -30,7 +30,7 @@ class TransfersInTurn(Machine[_Event]):
             return
         if self._upload is not None and self._upload is not self._part:
             self._upload.receive(message, now)  # a transfer that a late MISSION_COUNT began again
-            self._outbox += self._upload.messages_to_send()
+            self.outbox += self._upload.messages_to_send()
         self._part.receive(message, now)
         self._step(self._part, now)
 
@@ -48,7 +48,7 @@ class TransfersInTurn(Machine[_Event]):
         self._step(part, now)
 
     def _step(self, part: Part, now: float) -> None:
-        self._outbox += part.messages_to_send()
+        self.outbox += part.messages_to_send()
         end = part.next_event()
         if end is None:
             times = (self._limit_s, part.deadline_s)
@@ -62,7 +62,7 @@ class TransfersInTurn(Machine[_Event]):
         """Have the vehicle forget a half-done transfer."""
         if self._part is not None:
             self._part.cancel(now)
-            self._outbox += self._part.messages_to_send()
+            self.outbox += self._part.messages_to_send()
 
     @abstractmethod
     def _transfer_ended(self, end: TransferFinished, now: float) -> None:

@@ -23,7 +23,6 @@ from collections.abc import Callable
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
-from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -42,7 +41,7 @@ _REQUEST = CommandRequest(_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 _COMMAND_ACK = mavlink.MAVLink_command_ack_message
 
 
-class AnswerWatch(TimedOutbox, VehicleService):
+class AnswerWatch(VehicleService):
     """Asks while answers matter, and knows for how long there have been none.
 
     Attributes:
@@ -168,7 +167,7 @@ class AnswerWatch(TimedOutbox, VehicleService):
             self._timesync.ask(now)
             self._questions += by_timesync
         if urgent or not by_timesync:
-            self._outbox.append(_REQUEST.message(self._address(), 0))
+            self.outbox.append(_REQUEST.message(self._address(), 0))
             self._commands += 1
             self._questions += self._acks >= _EXPECTED_FROM
 

@@ -30,6 +30,7 @@ class DataAge:
     def __init__(self) -> None:
         """Begin without knowing."""
         self._known: deque[tuple[float, int]] = deque(maxlen=_KEPT)
+        self._rate: float | None = None
         self._quickest: tuple[float, float] | None = None
         self._boot_count = 0
 
@@ -48,6 +49,7 @@ class DataAge:
         if boot_count != self._boot_count:
             self._boot_count = boot_count
             self._known.clear()
+            self._rate = None
         quickest_s = round_trip_s
         if self._quickest is not None:
             before_s, at_s = self._quickest
@@ -59,6 +61,10 @@ class DataAge:
         if abs(_difference_ms(vehicle_ms, boot_ms)) > _OF_ONE_CLOCK_MS:
             vehicle_ms = boot_ms  # it counts from elsewhere
         self._known.append((now, vehicle_ms))
+        first_s, first_ms = self._known[0]
+        passed_ms, passed_s = _difference_ms(vehicle_ms, first_ms), now - first_s
+        known = passed_s >= _LEAST_SPAN_S and passed_ms > 0
+        self._rate = 1e-3 * passed_ms / passed_s if known else None
 
     def age_s(self, boot_ms: int | None, boot_count: int, now: float) -> float | None:
         """Return the age of a sample by the vehicle's clock; None while unknown.
@@ -70,14 +76,10 @@ class DataAge:
             boot_count: restarts of the vehicle.
             now: time in seconds.
         """
-        if boot_ms is None or boot_count != self._boot_count or len(self._known) < 2:
+        if boot_ms is None or boot_count != self._boot_count or self._rate is None:
             return None
-        (first_s, first_ms), (last_s, last_ms) = self._known[0], self._known[-1]
-        passed_ms = _difference_ms(last_ms, first_ms)
-        if last_s - first_s < _LEAST_SPAN_S or passed_ms <= 0:
-            return None
-        rate = 1e-3 * passed_ms / (last_s - first_s)
-        return max(now - last_s - 1e-3 * _difference_ms(boot_ms, last_ms) / rate, 0.0)
+        last_s, last_ms = self._known[-1]
+        return max(now - last_s - 1e-3 * _difference_ms(boot_ms, last_ms) / self._rate, 0.0)
 
 
 def _difference_ms(boot_ms: int, before_ms: int) -> int:

@@ -6,8 +6,6 @@ failsafe without a known kind is reported half a second later, with what is know
 
 from __future__ import annotations
 
-from collections import deque
-
 from mavlink_vehicle.events import FailsafeBegan, FailsafeEnded, FailsafeKind
 from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -23,13 +21,11 @@ class FailsafeWatch(VehicleService):
         deadline_s: when the texts have had their time; None without a failsafe to report.
     """
 
-    deadline_s: float | None = None
-
     def __init__(self) -> None:
         """Begin without one."""
+        super().__init__()
         self._now: Failsafe | None = None
         self._reported: FailsafeKind | None = None
-        self._events: deque[FailsafeBegan | FailsafeEnded] = deque()
 
     def state_changed(self, before: VehicleState, state: VehicleState, now: float) -> None:
         """Process what the state says now."""
@@ -42,24 +38,20 @@ class FailsafeWatch(VehicleService):
         if failsafe is None:
             self.deadline_s = None
             if self._reported is not None:
-                self._events.append(FailsafeEnded(self._reported))
+                self.events.append(FailsafeEnded(self._reported))
                 self._reported = None
         elif failsafe.kind is not FailsafeKind.OTHER:
             self._report(failsafe)
         elif self._reported is None and self.deadline_s is None:
             self.deadline_s = now + _TEXTS_S
 
-    def handle_timer(self, now: float) -> None:
+    def _on_deadline(self, now: float) -> None:
         """Report what is known by now."""
-        if self.deadline_s is not None and now >= self.deadline_s and self._now is not None:
+        if self._now is not None:
             self._report(self._now)
-
-    def next_event(self) -> FailsafeBegan | FailsafeEnded | None:
-        """Return and remove the next event."""
-        return self._events.popleft() if self._events else None
 
     def _report(self, failsafe: Failsafe) -> None:
         self.deadline_s = None
         if self._reported is not failsafe.kind:
             self._reported = failsafe.kind
-            self._events.append(FailsafeBegan(failsafe.kind, failsafe.text))
+            self.events.append(FailsafeBegan(failsafe.kind, failsafe.text))

@@ -14,16 +14,15 @@ import enum
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, make, mavlink
-from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained
+from mavlink_vehicle.events import HeartbeatLost, HeartbeatRegained, VehicleEvent
 from mavlink_vehicle.protocols.machine import Machine, Table
-from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import Conversation, SendingRank, VehicleService
 
 PATIENCE = 3.0
 """How many times longer HEARTBEAT may be missing while other messages of the autopilot come."""
 
 
-class HeartbeatSender(TimedOutbox, VehicleService):
+class HeartbeatSender(VehicleService):
     """Sends our HEARTBEAT at a fixed rate, the first one at once."""
 
     rank = SendingRank.HEARTBEAT
@@ -53,7 +52,7 @@ class HeartbeatSender(TimedOutbox, VehicleService):
         """Send one if it is due; after a pause only one, not all that were missed."""
         due_s = now if self.deadline_s is None else self.deadline_s
         self.deadline_s = max(due_s + self._interval_s, now + self._interval_s / 2)
-        self._outbox.append(
+        self.outbox.append(
             make(
                 "HEARTBEAT",
                 type=self.mav_type,
@@ -79,26 +78,23 @@ class WatchInput(enum.Enum):
     SILENCE = "timed out"
 
 
-class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained], VehicleService):
+class HeartbeatWatch(Machine[VehicleEvent], VehicleService):
     """Watches the autopilot's HEARTBEAT; the caller passes in only those.
 
     Attributes:
+        alive: whether the last one is recent enough.
         heard_s: when the autopilot was last heard; the caller sets it at any message.
     """
 
     def __init__(self, timeout_s: float) -> None:
         """Call it lost after `timeout_s` of silence, or `PATIENCE` times that without one."""
         super().__init__(WatchState.UNSEEN)
+        self.alive = False
         self._timeout_s = timeout_s
         self._last_s = 0.0
         self.heard_s = 0.0
         self._boot_count = 0
         self._boot_count_at_loss = 0
-
-    @property
-    def alive(self) -> bool:
-        """Whether the last one is recent enough."""
-        return self.state is WatchState.ALIVE
 
     def receive(self, message: Message, now: float) -> None:
         """Process a HEARTBEAT of the autopilot."""
@@ -126,17 +122,18 @@ class HeartbeatWatch(Machine[HeartbeatLost | HeartbeatRegained], VehicleService)
             self._fire(WatchInput.SILENCE, now)
 
     def _beat(self, now: float) -> None:
+        self.alive = True
         self._last_s = now
         self.deadline_s = now + self._timeout_s
 
     def _lose(self, now: float) -> None:
-        self.deadline_s = None
+        self.alive, self.deadline_s = False, None
         self._boot_count_at_loss = self._boot_count
-        self._events.append(HeartbeatLost(now - self._last_s))
+        self.events.append(HeartbeatLost(now - self._last_s))
 
     def _regain(self, now: float) -> None:
         self._beat(now)
-        self._events.append(HeartbeatRegained(self._boot_count != self._boot_count_at_loss))
+        self.events.append(HeartbeatRegained(self._boot_count != self._boot_count_at_loss))
 
     table: ClassVar[Table] = {
         (WatchState.UNSEEN, WatchInput.BEAT): (WatchState.ALIVE, _beat),

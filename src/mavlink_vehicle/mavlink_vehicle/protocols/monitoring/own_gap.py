@@ -21,7 +21,6 @@ from collections.abc import Callable
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
-from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 
 _MARGIN_S = 0.1
@@ -31,10 +30,11 @@ _ASK_AFTER_S, _ASK_EVERY_S = 0.15, 0.3
 _REQUEST = CommandRequest(mavlink.MAV_CMD_REQUEST_MESSAGE, (mavlink.MAVLINK_MSG_ID_HEARTBEAT,))
 
 
-class OwnGap(TimedOutbox, VehicleService):
+class OwnGap(VehicleService):
     """Knows whether the mode has been seen since we last stood still.
 
     Attributes:
+        is_open: whether the vehicle's mode has not been seen since a gap.
         ran: when we ran last, and the vehicle's newest time since boot then; who knows that it
             is not too long ago may set it instead of calling `notice`.
         safe_s: what is not too long ago in any case; 0 until that is known.
@@ -46,15 +46,11 @@ class OwnGap(TimedOutbox, VehicleService):
         """Begin without a gap; `address` returns source and target of a request."""
         super().__init__()
         self._address = address
+        self.is_open = False
         self.ran: tuple[float, int | None] | None = None
         self.safe_s = 0.0
-        self._before: tuple[float, int | None] | None = None
+        self._before: tuple[float, int | None] = (0.0, None)
         self._noticed_s = 0.0
-
-    @property
-    def is_open(self) -> bool:
-        """Whether the vehicle's mode has not been seen since a gap."""
-        return self._before is not None
 
     def notice(self, now: float, boot_time_ms: int | None, longest_s: float) -> float | None:
         """Record that we run; return how long we have not, if that was too long.
@@ -67,19 +63,19 @@ class OwnGap(TimedOutbox, VehicleService):
         ran, self.ran = self.ran, (now, boot_time_ms)
         if ran is None or now - ran[0] <= longest_s:
             return None
-        if self._before is None:
-            self._before, self._noticed_s = ran, now
+        if not self.is_open:
+            self.is_open, self._before, self._noticed_s = True, ran, now
             self.deadline_s = now + _ASK_AFTER_S
         return now - ran[0]
 
     def _on_deadline(self, now: float) -> None:
         """Ask for a HEARTBEAT."""
         self.deadline_s = now + _ASK_EVERY_S
-        self._outbox.append(_REQUEST.message(self._address(), 0))
+        self.outbox.append(_REQUEST.message(self._address(), 0))
 
     def see_mode(self, now: float, boot_time_ms: int | None) -> None:
         """Process a HEARTBEAT; `boot_time_ms` is the newest time since boot that came before it."""
-        if self._before is None:
+        if not self.is_open:
             return
         before_s, before_ms = self._before
         current = False
@@ -88,4 +84,4 @@ class OwnGap(TimedOutbox, VehicleService):
             # A restarted vehicle reports its mode again, too.
             current = gone_s < 0.0 or gone_s >= self._noticed_s - before_s + _MARGIN_S
         if current or now - self._noticed_s >= _BUFFERED_S:
-            self._before = self.deadline_s = None
+            self.is_open, self.deadline_s = False, None

@@ -15,11 +15,9 @@ from collections.abc import Callable
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.protocols.outbox import TimedOutbox
 from mavlink_vehicle.protocols.service import Conversation, VehicleService
 from mavlink_vehicle.state.measurements import Values
-from mavlink_vehicle.state.restarts import Changes
-from mavlink_vehicle.state.vehicle_state import VehicleState
+from mavlink_vehicle.state.vehicle_state import Changes, VehicleState
 
 _TIMESYNC = mavlink.MAVLink_timesync_message
 Answered = Callable[[float, int, float], None]
@@ -30,7 +28,7 @@ _KEPT = 10
 _FORGOTTEN_S = 5.0
 
 
-class Timesync(TimedOutbox, VehicleService):
+class Timesync(VehicleService):
     """Asks at an interval, and keeps the last round trips.
 
     Attributes:
@@ -121,4 +119,4 @@ class Timesync(TimedOutbox, VehicleService):
                 del self._asked[ts1]
         ts1 = int(now * _NANOSECONDS) & ~_IDENTITY_BITS | self._identity
         self._asked[ts1] = now
-        self._outbox.append(make("TIMESYNC", tc1=0, ts1=ts1))
+        self.outbox.append(make("TIMESYNC", tc1=0, ts1=ts1))

@@ -204,7 +204,7 @@ class CommandExchange(Machine[CommandFinished]):
         self._fire(CommandInput.EXHAUSTED if exhausted else CommandInput.RETRY, now)
 
     def _send(self, now: float) -> None:
-        self._outbox.append(self.request.message(self._address, self.attempts))
+        self.outbox.append(self.request.message(self._address, self.attempts))
         self.attempts += 1
         self.deadline_s = now + self._timing.timeout_s
 
@@ -214,7 +214,7 @@ class CommandExchange(Machine[CommandFinished]):
 
     def _finish(self, now: float) -> None:
         self.deadline_s = None
-        self._events.append(CommandFinished(self._result, self.attempts))
+        self.events.append(CommandFinished(self._result, self.attempts))
 
     table: ClassVar[Table] = {
         (CommandState.IDLE, CommandInput.START): (CommandState.WAITING, _send),

@@ -194,7 +194,7 @@ class Crossings(Outbox):
         self._expire(now)
         if self._chosen is not None and self._address is not None and now >= self._ask_s:
             self._ask_s = now + _ASK_EVERY_S
-            self._outbox.append(_HEARTBEAT.message(self._address, 0))
+            self.outbox.append(_HEARTBEAT.message(self._address, 0))
 
     def _expire(self, now: float) -> None:
         self._sent = [sent for sent in self._sent if now < sent.until_s]

@@ -221,7 +221,7 @@ class Operation(Machine[OperationFinished]):
             self._step_command(now)
 
     def _step_command(self, now: float) -> None:
-        self._outbox += self._command.messages_to_send()
+        self.outbox += self._command.messages_to_send()
         end = self._command.next_event()
         if end is not None and end.result is None:
             self._fire(OperationInput.UNANSWERED, now)
@@ -292,11 +292,11 @@ class Operation(Machine[OperationFinished]):
     def _finish(self, now: float) -> None:
         self._command.cancel(now)
         self.deadline_s = None
-        self._outbox.clear()
+        self.outbox.clear()
         result, reason = self._ending.result, self._ending.reason
         achieved = result is OperationResult.ACHIEVED
         reason = full_stop(reason) if achieved else self.evidence.quoted(reason)
-        self._events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
+        self.events.append(OperationFinished(self.operation_id, self.goal.kind, result, reason))
 
     _S = OperationState
     _I = OperationInput

@@ -21,7 +21,7 @@ from collections import OrderedDict, deque
 from dataclasses import dataclass, field
 
 from mavlink_vehicle.codec import Message, mavlink, target
-from mavlink_vehicle.events import StationAct, StationActed
+from mavlink_vehicle.events import StationAct, StationActed, VehicleEvent
 from mavlink_vehicle.profiles import Profile
 from mavlink_vehicle.protocols.mission.transfer import ACCEPTED
 from mavlink_vehicle.protocols.operations.command import Address
@@ -97,7 +97,7 @@ class StationWatch:
     def __init__(self) -> None:
         """Begin without stations."""
         self._stations: OrderedDict[Station, _Past] = OrderedDict()
-        self._events: deque[StationActed] = deque()
+        self.events: deque[VehicleEvent] = deque()
         self._notes_s: deque[float] = deque(maxlen=_NOTES_MAX)
 
     @property
@@ -152,18 +152,18 @@ class StationWatch:
                 return
             if past.cleared_s is not None and now - past.cleared_s <= UPLOAD_S:
                 return
-        self._events.append(StationActed(what, None, how))
+        self.events.append(StationActed(what, None, how))
 
     def pause_changed(self, what: StationAct, how: str, now: float) -> None:
         """Record that it was paused, or resumed; reported unless a station was seen to do it."""
         for past in self._stations.values():
             if any(act.what is what and now - at <= REPEAT_S for act, _, at in past.acts):
                 return
-        self._events.append(StationActed(what, None, how))
+        self.events.append(StationActed(what, None, how))
 
-    def next_event(self) -> StationActed | None:
+    def next_event(self) -> VehicleEvent | None:
         """Return and remove the next event."""
-        return self._events.popleft() if self._events else None
+        return self.events.popleft() if self.events else None
 
     def _past(self, station: Station) -> _Past:
         past = self._stations.setdefault(station, _Past())
@@ -213,7 +213,7 @@ class StationWatch:
         return True
 
     def _report(self, station: Station, act: Act) -> None:
-        self._events.append(StationActed(act.what, station, act.how, act.mode, act.command))
+        self.events.append(StationActed(act.what, station, act.how, act.mode, act.command))
 
 
 def _answer_to(message: Message) -> int:

@@ -10,7 +10,6 @@ from mavlink_vehicle.events import (
     OperationKind,
     OperationResult,
     StationAct,
-    StationActed,
 )
 from mavlink_vehicle.mission_items import MissionItem
 from mavlink_vehicle.profiles import Profile
@@ -43,10 +42,12 @@ class StationObserver(VehicleService):
             profile: returns the vehicle's.
             place: returns the place of the last message in the order of sending.
         """
+        super().__init__()
         self._address = address
         self._profile = profile
         self._place = place
         self._watch = StationWatch()
+        self.events = self._watch.events
         self._ours = StoredMission()
 
     @property
@@ -61,10 +62,6 @@ class StationObserver(VehicleService):
     def stations(self) -> tuple[tuple[int, int], ...]:
         """System and component of who was heard to talk to the vehicle, the last one last."""
         return self._watch.stations
-
-    def next_event(self) -> StationActed | None:
-        """Return and remove the next event."""
-        return self._watch.next_event()
 
     def overhear(self, message: Message, now: float) -> None:
         """Process what was sent to the vehicle; it is never taken for the vehicle's word."""

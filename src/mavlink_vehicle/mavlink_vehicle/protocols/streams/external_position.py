@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import ExternalPosesResumed, ExternalPosesStopped
 from mavlink_vehicle.positions.frames import Quaternion, Vector3
-from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 from mavlink_vehicle.state.telemetry import LocalPosition
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -69,7 +68,7 @@ class ExternalPose:
     twist_variance: tuple[float, ...] | None = None
 
 
-class ExternalPositionSender(Outbox, VehicleService):
+class ExternalPositionSender(VehicleService):
     """Checks poses and sends them.
 
     Attributes:
@@ -88,7 +87,6 @@ class ExternalPositionSender(Outbox, VehicleService):
         self._last: ExternalPose | None = None
         self._sent_s: float | None = None
         self._has_stopped = False
-        self._event: ExternalPosesStopped | ExternalPosesResumed | None = None
 
     def offer(self, pose: ExternalPose, state: VehicleState, now: float) -> None:
         """Send a pose.
@@ -116,14 +114,14 @@ class ExternalPositionSender(Outbox, VehicleService):
         origin_is_due = now - self._origin_s >= _ORIGIN_AGAIN_S
         if self._origin is not None and origin_is_due and _needs_origin(state):
             self._origin_s = now
-            self._outbox.append(_origin_message(self._origin, state.system_id))
+            self.outbox.append(_origin_message(self._origin, state.system_id))
         is_px4 = state.autopilot == mavlink.MAV_AUTOPILOT_PX4
         reset_counter = self.resets % 256
         if is_px4 or pose.velocity_frd_m_s is not None:
             frame = mavlink.MAV_FRAME_LOCAL_NED if is_px4 else mavlink.MAV_FRAME_LOCAL_FRD
-            self._outbox.append(_odometry(pose, frame, reset_counter))
+            self.outbox.append(_odometry(pose, frame, reset_counter))
         else:
-            self._outbox.append(_vision_position(pose, reset_counter))
+            self.outbox.append(_vision_position(pose, reset_counter))
 
     def difference_m(self, local: LocalPosition | None, now: float) -> float | None:
         """Return how far the autopilot's local position is from the last pose.
@@ -138,8 +136,9 @@ class ExternalPositionSender(Outbox, VehicleService):
     def _note_sent(self, now: float) -> None:
         if self._has_stopped and self._sent_s is not None:
             self._has_stopped = False
-            self._event = ExternalPosesResumed(now - self._sent_s)
+            self.events.append(ExternalPosesResumed(now - self._sent_s))
         self._sent_s = now
+        self.deadline_s = now + FRESH_S
 
     def silent_s(self, now: float) -> float | None:
         """Return how long no pose has been sent; None if none is in use."""
@@ -147,24 +146,15 @@ class ExternalPositionSender(Outbox, VehicleService):
 
     def link_lost(self, state: VehicleState, now: float) -> None:
         """Start over with the next pose: none can be sent."""
-        self._sent_s, self._has_stopped, self._event = None, False, None
+        self._sent_s, self._has_stopped, self.deadline_s = None, False, None
+        self.events.clear()
 
-    @property
-    def deadline_s(self) -> float | None:
-        """When the source counts as silent; poses go out as they come."""
-        return None if self._sent_s is None or self._has_stopped else self._sent_s + FRESH_S
-
-    def handle_timer(self, now: float) -> None:
-        """Notice that no more poses come."""
-        deadline, silent_s = self.deadline_s, self.silent_s(now)
-        if deadline is not None and silent_s is not None and now >= deadline:
+    def _on_deadline(self, now: float) -> None:
+        """Notice that no more poses come; they go out as they come."""
+        self.deadline_s = None
+        if self._sent_s is not None:
             self._has_stopped = True
-            self._event = ExternalPosesStopped(silent_s)
-
-    def next_event(self) -> ExternalPosesStopped | ExternalPosesResumed | None:
-        """Return and remove what has changed."""
-        event, self._event = self._event, None
-        return event
+            self.events.append(ExternalPosesStopped(now - self._sent_s))
 
 
 def _check(pose: ExternalPose, now: float) -> None:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 from mavlink_vehicle.codec import Message
 from mavlink_vehicle.protocols.service import VehicleService
-from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader, RangesMeasured, RangesRefused
+from mavlink_vehicle.ranges import RANGE_MESSAGES, RangeReader
 
 
 class RangeSensors(VehicleService):
@@ -21,15 +19,11 @@ class RangeSensors(VehicleService):
 
     def __init__(self) -> None:
         """Begin without readings."""
+        super().__init__()
         self.reader = RangeReader()
-        self._events: deque[RangesMeasured | RangesRefused] = deque()
 
     def receive(self, message: Message, now: float) -> None:
         """Read a message."""
         measured = self.reader.read(message, now) if isinstance(message, RANGE_MESSAGES) else None
         if measured is not None:
-            self._events.append(measured)
-
-    def next_event(self) -> RangesMeasured | RangesRefused | None:
-        """Return and remove the next reading."""
-        return self._events.popleft() if self._events else None
+            self.events.append(measured)

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections import deque
 
 from mavlink_vehicle.codec import Message, make
-from mavlink_vehicle.protocols.outbox import Outbox
 from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 
@@ -91,7 +90,7 @@ def _piece(data: bytes, flags: int) -> Message:
     return make("GPS_RTCM_DATA", flags=flags, len=len(data), data=padded)
 
 
-class RtcmSender(Outbox, VehicleService):
+class RtcmSender(VehicleService):
     """Sends RTCM messages in their order."""
 
     rank = SendingRank.DATA
@@ -128,21 +127,18 @@ class RtcmSender(Outbox, VehicleService):
                 f"{1.0 / _PAUSE_S:g} messages a second)."
             )
         self._waiting += messages
+        self.deadline_s = self._free_s
         self.handle_timer(now)
 
     def link_lost(self, state: VehicleState, now: float) -> None:
         """Drop what waits: corrections are of no use later."""
         self._waiting.clear()
+        self.deadline_s = None
 
-    @property
-    def deadline_s(self) -> float | None:
-        """When the next message may go out."""
-        return self._free_s if self._waiting else None
-
-    def handle_timer(self, now: float) -> None:
-        """Send the next message, if it is time."""
-        if self._waiting and now >= self._free_s:
-            message = self._waiting.popleft()
-            self._outbox += fragments(message, self._sequence)
-            self._sequence = (self._sequence + 1) % 32
-            self._free_s = now + max(_PAUSE_S, len(message) / RATE_BYTES_S)
+    def _on_deadline(self, now: float) -> None:
+        """Send the next message."""
+        message = self._waiting.popleft()
+        self.outbox += fragments(message, self._sequence)
+        self._sequence = (self._sequence + 1) % 32
+        self._free_s = now + max(_PAUSE_S, len(message) / RATE_BYTES_S)
+        self.deadline_s = self._free_s if self._waiting else None

@@ -18,12 +18,13 @@ from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.errors import SetpointError
-from mavlink_vehicle.events import StreamClosed
+from mavlink_vehicle.events import StreamClosed, VehicleEvent
 from mavlink_vehicle.positions.frames import Vector3, normalize_angle
 from mavlink_vehicle.profiles import Profile, SetpointField
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.operations.command import Address
 from mavlink_vehicle.protocols.service import SendingRank, VehicleService
+from mavlink_vehicle.state.vehicle_state import VehicleState, evolve
 
 # POSITION_TARGET_TYPEMASK: a set bit says "ignore".
 IGNORE_POSITION = 0b0000_0000_0111
@@ -37,6 +38,11 @@ MAX_ABS_VALUE = 1e6
 
 MAX_GAP_S = 0.5
 """A longer pause restarts the stream. PX4 takes 1 s (COM_OF_LOSS_T) as the end of it."""
+
+# PX4 takes the stream for lost after COM_OF_LOSS_T (1 s); the link's jitter comes on top.
+STREAM_GAP_S = 0.8
+# A setpoint stream that ended longer ago belonged to another flight.
+_STREAM_OVER_S = 10.0
 
 _MOTION = SetpointField.POSITION | SetpointField.VELOCITY | SetpointField.ACCELERATION
 
@@ -216,8 +222,13 @@ class StreamStatistics:
     last_sent_s: float | None = None
 
 
-class SetpointStream(Machine[StreamClosed], VehicleService):
-    """The interlock and the counters; has no timer, as the caller sets the pace."""
+class SetpointStream(Machine[VehicleEvent], VehicleService):
+    """The interlock and the counters; has no timer, as the caller sets the pace.
+
+    Attributes:
+        is_open: whether setpoints may leave.
+        statistics: counters since it was last opened.
+    """
 
     rank = SendingRank.SETPOINTS
     commands = True
@@ -225,13 +236,9 @@ class SetpointStream(Machine[StreamClosed], VehicleService):
     def __init__(self) -> None:
         """Begin closed."""
         super().__init__(StreamState.CLOSED)
+        self.is_open = False
         self.statistics = StreamStatistics()
         self._running_since_s = math.inf
-
-    @property
-    def is_open(self) -> bool:
-        """Whether setpoints may leave."""
-        return self.state is StreamState.OPEN
 
     def steady_from_s(self, duration_s: float, now: float) -> float:
         """Return when it will have run for `duration_s` without a pause; infinity if it doesn't."""
@@ -252,7 +259,7 @@ class SetpointStream(Machine[StreamClosed], VehicleService):
         """Forbid setpoints, as the vehicle no longer follows ours; reported if it was open."""
         if self.is_open:
             self.close()
-            self._events.append(StreamClosed(reason))
+            self.events.append(StreamClosed(reason))
 
     def vehicle_gone(self, reason: str, now: float) -> None:
         """Forbid setpoints."""
@@ -275,7 +282,7 @@ class SetpointStream(Machine[StreamClosed], VehicleService):
         if not self.is_open:
             raise SetpointError("The setpoint stream is closed; open it before sending.")
         reduced = legal_setpoint(setpoint, profile)
-        self._outbox.append(setpoint_message(reduced, address, time_boot_ms))
+        self.outbox.append(setpoint_message(reduced, address, time_boot_ms))
         statistics = self.statistics
         if statistics.last_sent_s is None or now - statistics.last_sent_s > MAX_GAP_S:
             self._running_since_s = now
@@ -284,15 +291,72 @@ class SetpointStream(Machine[StreamClosed], VehicleService):
             statistics.max_gap_s = max(statistics.max_gap_s, now - statistics.last_sent_s)
         statistics.last_sent_s = now
 
-    def _reset(self, now: float) -> None:
+    def _allow(self, now: float) -> None:
+        self.is_open = True
         self.statistics = StreamStatistics()
 
-    def _drop(self, now: float) -> None:
-        self._outbox.clear()
+    def _forbid(self, now: float) -> None:
+        self.is_open = False
+        self.outbox.clear()
 
     table: ClassVar[Table] = {
-        (StreamState.CLOSED, StreamInput.OPEN): (StreamState.OPEN, _reset),
+        (StreamState.CLOSED, StreamInput.OPEN): (StreamState.OPEN, _allow),
         (StreamState.OPEN, StreamInput.OPEN): (StreamState.OPEN, None),
-        (StreamState.OPEN, StreamInput.CLOSE): (StreamState.CLOSED, _drop),
+        (StreamState.OPEN, StreamInput.CLOSE): (StreamState.CLOSED, _forbid),
         (StreamState.CLOSED, StreamInput.CLOSE): (StreamState.CLOSED, None),
     }
+
+
+class StreamGap:
+    """Marks the state of a vehicle that may have left its mode because no setpoint came.
+
+    Attributes:
+        heard_s: when the vehicle was heard last; `heard` need not be called for a message that
+            does not show the mode and comes within `STREAM_GAP_S` of it.
+    """
+
+    def __init__(self) -> None:
+        """Begin before any message."""
+        self.heard_s = self._setpoint_s = -math.inf
+
+    def heard(
+        self, state: VehicleState, profile: Profile | None, shows_mode: bool, now: float
+    ) -> VehicleState:
+        """Return the state with a gap, if any, before a message is processed.
+
+        Args:
+            state: the state until now.
+            profile: the vehicle's.
+            shows_mode: whether the message shows the mode.
+            now: time in seconds.
+        """
+        silent = now - self.heard_s > STREAM_GAP_S
+        self.heard_s = now
+        gap_s = now - self._setpoint_s
+        # Perhaps none arrived either while nothing was heard.
+        if silent or (shows_mode and gap_s > STREAM_GAP_S):
+            return after_gap(state, profile, gap_s, now)
+        return state
+
+    def sent(self, now: float) -> float:
+        """Record that a setpoint goes out; return for how long none did before."""
+        gap_s, self._setpoint_s = now - self._setpoint_s, now
+        return gap_s
+
+
+def after_gap(
+    state: VehicleState, profile: Profile | None, gap_s: float, now: float
+) -> VehicleState:
+    """Return the state with a gap of the setpoints, where the vehicle may leave its mode for it.
+
+    Args:
+        state: the state until now.
+        profile: the vehicle's.
+        gap_s: for how long no setpoint went out.
+        now: time in seconds.
+    """
+    if profile is None or profile.setpoints.prestream_s == 0.0 or gap_s > _STREAM_OVER_S:
+        return state
+    if state.custom_mode != profile.control_number:
+        return state
+    return evolve(state, {"signs": state.signs._replace(stream_s=now)})
