@@ -1,6 +1,6 @@
 """All that is known about a vehicle at one moment, made once a turn. No ROS.
 
-Rules, tasks, admission and traffic of a turn read the same snapshot, and nothing else of the
+Rules, tasks, admission and features of a turn read the same snapshot, and nothing else of the
 vehicle. The core's :class:`Observation` is the part of it that a task needs.
 """
 
