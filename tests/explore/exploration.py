@@ -22,7 +22,7 @@ from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.progress import Status
-from navigation_core.traffic.negotiation import Negotiation, PeerState
+from navigation_core.tasks.traffic.negotiation import Negotiation, PeerState
 from tests.explore.log import NOBODY, Asked, Log, Truth
 from tests.explore.scenario import Craft, Post, Scenario
 from tests.explore.sizes import largest

@@ -31,8 +31,8 @@ from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.geometry import Vector3
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.traffic.negotiation import Negotiation
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.negotiation import Negotiation
+from navigation_core.tasks.traffic.volumes import Separation
 from tests.fleets.points import starts_and_targets
 from tests.support.flights.peer_states import moved_state
 

@@ -139,7 +139,7 @@ FEATURES = {
     "RTCM": (r"rtcm|correction", 3),
     "external position": (r"external_", 3),
     "velocity": (r"velocity_(commands|topic)|follow_velocity|tasks/steering", 3),
-    "traffic": (r"/traffic/|in_traffic", 4),
+    "traffic": (r"/traffic/|in_traffic", 3),
     "rehearsal": (r"rehears", 2),
     "storage": (r"storage|list_operation", 3),
 }

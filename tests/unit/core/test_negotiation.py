@@ -7,12 +7,12 @@ import random
 import numpy as np
 import pytest
 
-from navigation_core.traffic.entries import Ask
-from navigation_core.traffic.negotiation import LISTEN_S, SILENT_S, Negotiation, PeerState
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.right_of_way import Claimant, Rank, wait_for
-from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
-from navigation_core.traffic.way_out import first_blocked
+from navigation_core.tasks.traffic.entries import Ask
+from navigation_core.tasks.traffic.negotiation import LISTEN_S, SILENT_S, Negotiation, PeerState
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.right_of_way import Claimant, Rank, wait_for
+from navigation_core.tasks.traffic.volumes import NOWHERE, Separation, Volume, densified
+from navigation_core.tasks.traffic.way_out import first_blocked
 
 SEPARATION = Separation(5.0, 3.0, 2.0)
 STEP_S = 0.2

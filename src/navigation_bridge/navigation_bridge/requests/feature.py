@@ -19,9 +19,9 @@ from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.searches import Searcher
 from navigation_core.tasks.intents import Fly, Outcome, Perform
+from navigation_core.tasks.observation import OtherVehicles
 from navigation_core.tasks.progress import Progress
 from navigation_core.tasks.velocity_command import VelocityCommand
-from navigation_core.traffic.traffic_view import TrafficView
 
 __all__ = ["Delay", "Feature", "FeatureParts", "Features", "Redirection"]
 
@@ -165,7 +165,7 @@ class Feature:
     # --- of a goal --------------------------------------------------------------------------
 
     @property
-    def traffic(self) -> TrafficView | None:
+    def traffic(self) -> OtherVehicles | None:
         """The other vehicles, for tasks; None where nobody keeps apart from them."""
         return None
 
@@ -288,7 +288,7 @@ class Features(Feature):
     # --- of a goal --------------------------------------------------------------------------
 
     @property
-    def traffic(self) -> TrafficView | None:
+    def traffic(self) -> OtherVehicles | None:
         """The other vehicles, of the feature that knows of any."""
         for feature in self._in_turns:
             found = feature.traffic

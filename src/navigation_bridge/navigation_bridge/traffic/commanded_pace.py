@@ -10,9 +10,9 @@ import numpy as np
 from navigation_core.geometry import ZERO, norm, scale
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.intents import Setpoint
-from navigation_core.tasks.leading.reserved_path import REACTION_S
-from navigation_core.traffic.evasions import AFTER_S
-from navigation_core.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.evasions import AFTER_S
+from navigation_core.tasks.traffic.reserved_path import REACTION_S
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 
 __all__ = ["paced"]
 

@@ -8,8 +8,8 @@ from navigation_bridge.requests.feature import FeatureParts
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.vehicle.fence import fence_of
 from navigation_bridge.vehicle.traits import drives
+from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
 from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M
-from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
 
 __all__ = ["OwnView"]
 

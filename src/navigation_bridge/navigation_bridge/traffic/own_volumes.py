@@ -9,9 +9,9 @@ import numpy as np
 
 from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_core.geometry import Vector3
+from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import NOWHERE, Volume, densified, joined
 from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import NOWHERE, Volume, densified, joined
 
 __all__ = [
     "climb",

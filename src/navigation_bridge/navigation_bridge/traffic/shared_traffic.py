@@ -12,10 +12,10 @@ from mavlink_vehicle.positions.projections import Geodetic
 from navigation_bridge.traffic.other_traffic import OtherTraffic, Seen
 from navigation_bridge.traffic.own_echo import OwnTrack
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_core.traffic.negotiation import Negotiation
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.traffic_view import TrafficFrame
-from navigation_core.traffic.volumes import Array, Separation, Volume
+from navigation_core.tasks.traffic.negotiation import Negotiation
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.traffic_view import TrafficFrame
+from navigation_core.tasks.traffic.volumes import Array, Separation, Volume
 
 __all__ = ["EarthFrame", "SharedTraffic"]
 

@@ -14,7 +14,7 @@ from navigation_bridge.requests.feature import Redirection
 from navigation_bridge.snapshot import Snapshot
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 
 __all__ = ["considered"]
 
@@ -23,7 +23,7 @@ def considered(
     admitted: Admitted, request: Request, snapshot: Snapshot
 ) -> Admitted | Redirection | Rejection:
     """Return a goal whose target is free, or what `traffic_conflict` says for another one."""
-    target_enu_m, view = admitted.target_enu_m, snapshot.traffic
+    target_enu_m, view = admitted.target_enu_m, TrafficView.of(snapshot)
     if target_enu_m is None or view is None:
         return admitted
     whom = _conflict(view, target_enu_m)

@@ -34,12 +34,12 @@ from navigation_core.geometry import norm
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.intents import Fly, Outcome, Perform
-from navigation_core.tasks.leading.path_in_traffic import BRAKE_SHARE
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
-from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import NOWHERE, Volume, joined
+from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
+from navigation_core.tasks.traffic.right_of_way import Claimant, Rank, TrafficWait
+from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import NOWHERE, Volume, joined
 
 __all__ = ["VehicleSeparation"]
 
@@ -165,7 +165,7 @@ class VehicleSeparation(Feature):
         return Delay(Outcome(OutcomeCode.TRAFFIC, waiting.text, None))
 
     def _waiting(self, goal: ActiveGoal, intent: Perform, snapshot: Snapshot) -> TrafficWait | None:
-        view = snapshot.traffic
+        view = TrafficView.of(snapshot)
         if view is None or intent.kind not in _GATED or goal.ending:
             self._asked = intent if intent.kind in _GATED else self._asked
             self._gate = None
@@ -209,7 +209,7 @@ class VehicleSeparation(Feature):
 
     def limited(self, goal: ActiveGoal, intent: Fly, snapshot: Snapshot) -> Fly:
         """Return a setpoint as fast as a run-out from it is free, for who follows commands."""
-        view = snapshot.traffic
+        view = TrafficView.of(snapshot)
         self._gate = None
         if view is None or not goal.follows_commands:
             return intent

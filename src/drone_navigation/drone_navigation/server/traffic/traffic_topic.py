@@ -23,7 +23,7 @@ from navigation_bridge.configuration.make_config import ServerConfig
 from navigation_bridge.fleet import Member
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
-from navigation_core.traffic.negotiation import Negotiation
+from navigation_core.tasks.traffic.negotiation import Negotiation
 
 __all__ = ["TRAFFIC_TOPIC", "TrafficTopic"]
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from navigation_core.traffic.intruders import Intruder
-from navigation_core.traffic.right_of_way import Rank, TrafficWait
-from navigation_core.traffic.volumes import NOWHERE, Array, Volume, joined
+from navigation_core.tasks.traffic.intruders import Intruder
+from navigation_core.tasks.traffic.right_of_way import Rank, TrafficWait
+from navigation_core.tasks.traffic.volumes import NOWHERE, Array, Volume, joined
 
 __all__ = ["Agreement", "Ask", "Entry", "Grant", "Intent", "Wish", "waits_through"]
 

@@ -18,13 +18,13 @@ from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.path_search import joins
-from navigation_core.tasks.leading.reserved_path import STANDS_M_S, ReservedPath
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.detours import Detour, DetourSearch
+from navigation_core.tasks.traffic.reserved_path import STANDS_M_S, ReservedPath
+from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import Array
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.detours import Detour, DetourSearch
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import Array
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import TrajectoryError
 

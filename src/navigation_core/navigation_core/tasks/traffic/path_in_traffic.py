@@ -1,9 +1,9 @@
 """Flies a path among other vehicles: as fast as what is reserved allows, or around them.
 
-At every step more of the path is reserved (:mod:`navigation_core.traffic.reservations`), and the
-setpoint is only so fast that the vehicle stops within that, even if no other setpoint follows. If
-it would have to wait for long, or must give way, a detour is searched for. It gives way to
-intruders, which reserve nothing, in :mod:`navigation_core.tasks.leading.giving_way`.
+At every step more of the path is reserved (:mod:`navigation_core.tasks.traffic.reservations`), and
+the setpoint is only so fast that the vehicle stops within that, even if no other setpoint follows.
+If it would have to wait for long, or must give way, a detour is searched for. It gives way to
+intruders, which reserve nothing, in :mod:`navigation_core.tasks.traffic.giving_way`.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from navigation_core.geometry import ZERO, norm, scale, unit
 from navigation_core.safety.stopping_distance import stopping_speed_m_s
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.flight_detours import FlightDetours, IsFree
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
-from navigation_core.tasks.leading.giving_way import GivingWay
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
-from navigation_core.tasks.leading.reserved_path import (
+from navigation_core.tasks.measurement import measured_state
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.flight_detours import FlightDetours, IsFree
+from navigation_core.tasks.traffic.giving_way import GivingWay
+from navigation_core.tasks.traffic.reserved_path import (
     REACTION_S,
     STANDS_M_S,
     ReservedPath,
     RunOut,
 )
-from navigation_core.tasks.measurement import measured_state
-from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.right_of_way import TrafficWait
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.right_of_way import TrafficWait
-from navigation_core.traffic.traffic_view import TrafficView
 
 __all__ = ["BRAKE_SHARE", "PathInTraffic", "TrafficStep"]
 
@@ -102,7 +102,7 @@ class PathInTraffic:
         Returns:
             Whether the follower has another path.
         """
-        view = observation.traffic
+        view = TrafficView.of(observation)
         return view is not None and self._giving_way.stand(
             view, observation, self._is_free(observation), now
         )
@@ -120,7 +120,7 @@ class PathInTraffic:
 
         There must be a path. It may be changed: for a detour, or for a stop.
         """
-        view, carrot = observation.traffic, self._follower.carrot
+        view, carrot = TrafficView.of(observation), self._follower.carrot
         if view is None or carrot is None:
             if self.last is not _ALONE:
                 self.forget()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from navigation_core.traffic.volumes import Mask, Separation, Volume
+from navigation_core.tasks.traffic.volumes import Mask, Separation, Volume
 
 __all__ = ["first_blocked", "leading"]
 

@@ -20,8 +20,8 @@ circle of vehicles that wait for each other, leads a detour, which the vehicle w
 in the circle takes (:meth:`TrafficReservations.must_give_way`).
 
 Intruders reserve nothing. Their positions and courses block no path: it is compared with
-their motion, moment by moment (:mod:`navigation_core.traffic.intruders`). A flight of an autopilot
-by itself, but for a plane's leg, is not begun where they are about to pass.
+their motion, moment by moment (:mod:`navigation_core.tasks.traffic.intruders`). A flight of an
+autopilot by itself, but for a plane's leg, is not begun where they are about to pass.
 """
 
 from __future__ import annotations
@@ -31,12 +31,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from navigation_core.traffic.crowds import PASS_BEFORE_MARGIN_S, Others
-from navigation_core.traffic.entries import Agreement, Ask, Entry, Grant, Intent, waits_through
-from navigation_core.traffic.intruders import Intruder
-from navigation_core.traffic.path_grants import extended, extended_by_agreement
-from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait, wait_for
-from navigation_core.traffic.volumes import Array, Mask, Separation, Volume, joined
+from navigation_core.tasks.traffic.crowds import PASS_BEFORE_MARGIN_S, Others
+from navigation_core.tasks.traffic.entries import (
+    Agreement,
+    Ask,
+    Entry,
+    Grant,
+    Intent,
+    waits_through,
+)
+from navigation_core.tasks.traffic.intruders import Intruder
+from navigation_core.tasks.traffic.path_grants import extended, extended_by_agreement
+from navigation_core.tasks.traffic.right_of_way import Claimant, Rank, TrafficWait, wait_for
+from navigation_core.tasks.traffic.volumes import Array, Mask, Separation, Volume, joined
 
 __all__ = ["TrafficReservations"]
 

@@ -8,10 +8,17 @@ from typing import TypeAlias
 
 import numpy as np
 
-from navigation_core.traffic.entries import Entry
-from navigation_core.traffic.right_of_way import Rank
-from navigation_core.traffic.volumes import Array, Mask, Separation, Volume, blocks_near, joined
-from navigation_core.traffic.way_out import first_blocked
+from navigation_core.tasks.traffic.entries import Entry
+from navigation_core.tasks.traffic.right_of_way import Rank
+from navigation_core.tasks.traffic.volumes import (
+    Array,
+    Mask,
+    Separation,
+    Volume,
+    blocks_near,
+    joined,
+)
+from navigation_core.tasks.traffic.way_out import first_blocked
 
 __all__ = ["PASS_BEFORE_MARGIN_S", "Crowd", "Others"]
 

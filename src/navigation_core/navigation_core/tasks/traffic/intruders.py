@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from navigation_core.traffic.turns import STRAIGHT, Turn
-from navigation_core.traffic.volumes import Array, Indices, Separation
+from navigation_core.tasks.traffic.turns import STRAIGHT, Turn
+from navigation_core.tasks.traffic.volumes import Array, Indices, Separation
 
 __all__ = ["HORIZON_S", "Intruder", "Intruders", "Passage"]
 

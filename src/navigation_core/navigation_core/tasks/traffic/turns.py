@@ -7,7 +7,7 @@ from collections import deque
 
 import numpy as np
 
-from navigation_core.traffic.volumes import Array
+from navigation_core.tasks.traffic.volumes import Array
 
 __all__ = ["STRAIGHT", "Turn", "TurnWatch"]
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from navigation_core.traffic.crowds import Others
-from navigation_core.traffic.entries import Agreement, Ask, Entry, Wish
-from navigation_core.traffic.right_of_way import TrafficWait, wait_for
-from navigation_core.traffic.way_out import leading
+from navigation_core.tasks.traffic.crowds import Others
+from navigation_core.tasks.traffic.entries import Agreement, Ask, Entry, Wish
+from navigation_core.tasks.traffic.right_of_way import TrafficWait, wait_for
+from navigation_core.tasks.traffic.way_out import leading
 
 __all__ = ["extended", "extended_by_agreement"]
 
