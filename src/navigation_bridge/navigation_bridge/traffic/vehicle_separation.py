@@ -23,7 +23,7 @@ from navigation_bridge.requests.feature import Delay, Feature, FeatureParts, Red
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.traffic import own_volumes
 from navigation_bridge.traffic.announcements import Announcements
-from navigation_bridge.traffic.commanded_pace import paced
+from navigation_bridge.traffic.commanded_speed import slowed
 from navigation_bridge.traffic.other_traffic import seen_by_adsb
 from navigation_bridge.traffic.own_view import OwnView
 from navigation_bridge.traffic.own_volumes import is_plane
@@ -46,7 +46,7 @@ __all__ = ["VehicleSeparation"]
 # Age of a reservation by the task from which it does not count as led any more.
 _LED_AGE_MAX_S = 0.35
 # Age of a position from which what the vehicle held is not given back any more.
-_STALE_S = 0.5
+_POSITION_AGE_MAX_S = 0.5
 # Height of a return above home while the vehicle's parameter for it is unknown.
 _RETURN_HEIGHT_M = 60.0
 # Operations whose volume is reserved before they are requested.
@@ -214,7 +214,7 @@ class VehicleSeparation(Feature):
         if view is None or not goal.follows_commands:
             return intent
         self._rank(goal, snapshot)
-        setpoint = paced(view, intent.setpoint, *_run_out(snapshot), snapshot.time_s)
+        setpoint = slowed(view, intent.setpoint, *_run_out(snapshot), snapshot.time_s)
         return replace(intent, setpoint=setpoint)
 
     # --- what it holds ------------------------------------------------------------------------
@@ -241,7 +241,7 @@ class VehicleSeparation(Feature):
             self._announcements.announce(self._shared, self.name, now)
         self._rank(goal, snapshot)
         self._ask_return_height(snapshot)
-        heard = snapshot.connected and snapshot.arrival_age_s <= _STALE_S
+        heard = snapshot.connected and snapshot.arrival_age_s <= _POSITION_AGE_MAX_S
         if not isinstance(snapshot, LocatedSnapshot) or not heard:
             self._lose(view, snapshot)
             return

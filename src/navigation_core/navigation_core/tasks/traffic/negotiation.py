@@ -33,10 +33,10 @@ from navigation_core.tasks.traffic.way_out import first_blocked
 __all__ = ["Negotiation", "PeerState", "PeerVehicle"]
 
 # Silence of a server after which what its vehicles may do without a link counts as held.
-SILENT_S = 1.5
+SILENCE_MAX_S = 1.5
 # After its start, and when another one is found, a server listens for this time before a vehicle
 # of its moves. Time that it did not run does not count.
-LISTEN_S, _LISTENS_S = 2.0, 0.5
+LISTEN_S, _LISTEN_STEP_MAX_S = 2.0, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +195,8 @@ class Negotiation:
         self._now = now
         self._own |= set(alone)
         vehicles = tuple(
-            _told(self._reservations.entry(name), *volumes, now) for name, volumes in alone.items()
+            _vehicle_state(self._reservations.entry(name), *volumes, now)
+            for name, volumes in alone.items()
         )
         agreed = {
             name: (peer.state.epoch, dict(peer.agreed_to)) for name, peer in self._peers.items()
@@ -245,13 +246,13 @@ class Negotiation:
 
     def look(self, now: float) -> None:
         """Close what the vehicles of silent servers may enter by themselves."""
-        self._listened_s += min(now - self._looked_s, _LISTENS_S)
+        self._listened_s += min(now - self._looked_s, _LISTEN_STEP_MAX_S)
         self._now = self._looked_s = now
         is_alone = not self._peers and not self._expected
         if is_alone and self._listened_s >= LISTEN_S:
             self._reservations.agreement = None
         for peer in self._peers.values():
-            if now - peer.heard_s <= SILENT_S:
+            if now - peer.heard_s <= SILENCE_MAX_S:
                 continue
             for vehicle in peer.vehicles.values():
                 entry = self._reservations.entry(vehicle.name)
@@ -319,7 +320,7 @@ def _held_of_path(vehicle: PeerVehicle) -> int:
     return 0
 
 
-def _told(entry: Entry, alone: Volume, reach: Volume, now: float) -> PeerVehicle:
+def _vehicle_state(entry: Entry, alone: Volume, reach: Volume, now: float) -> PeerVehicle:
     intent = entry.intent
     return PeerVehicle(
         name=entry.name,
