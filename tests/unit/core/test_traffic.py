@@ -17,11 +17,10 @@ from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.progress import Status
 from navigation_core.tasks.traffic.detours import DetourSearch
-from navigation_core.tasks.traffic.entries import Ask
+from navigation_core.tasks.traffic.entries import Ask, Claimant, Rank, TrafficWait
 from navigation_core.tasks.traffic.intruders import Intruder
 from navigation_core.tasks.traffic.negotiation import Negotiation
 from navigation_core.tasks.traffic.reservations import TrafficReservations
-from navigation_core.tasks.traffic.right_of_way import Claimant, Rank, TrafficWait
 from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
 from navigation_core.tasks.traffic.volumes import NOWHERE, Separation, Volume, densified
 from navigation_core.tasks.traits import Traits

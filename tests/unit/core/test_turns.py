@@ -9,8 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from navigation_core.tasks.traffic.intruders import Intruder, Intruders
-from navigation_core.tasks.traffic.turns import STRAIGHT, Turn, TurnWatch
+from navigation_core.tasks.traffic.intruders import STRAIGHT, Intruder, Intruders, Turn, TurnWatch
 from navigation_core.tasks.traffic.volumes import Separation
 
 

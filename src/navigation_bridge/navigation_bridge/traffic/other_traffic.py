@@ -13,11 +13,16 @@ import numpy as np
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.positions.projections import Geodetic
 from navigation_bridge.traffic.own_echo import EchoWatch, OwnTrack
-from navigation_core.tasks.traffic.entries import Entry, Intent
-from navigation_core.tasks.traffic.intruders import CLIMBS_M_S, TURNS_M_S2, Intruder
+from navigation_core.tasks.traffic.entries import Claimant, Entry, Intent, Rank
+from navigation_core.tasks.traffic.intruders import (
+    CLIMBS_M_S,
+    STRAIGHT,
+    TURNS_M_S2,
+    Intruder,
+    Turn,
+    TurnWatch,
+)
 from navigation_core.tasks.traffic.reservations import TrafficReservations
-from navigation_core.tasks.traffic.right_of_way import Claimant, Rank
-from navigation_core.tasks.traffic.turns import STRAIGHT, Turn, TurnWatch
 from navigation_core.tasks.traffic.volumes import Array, Volume, densified, joined
 
 __all__ = ["OtherTraffic", "Seen", "address_of", "adsb_of", "is_by_adsb", "seen_by_adsb"]

@@ -36,8 +36,8 @@ from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.traffic.entries import Claimant, Rank, TrafficWait
 from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
-from navigation_core.tasks.traffic.right_of_way import Claimant, Rank, TrafficWait
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traffic.volumes import NOWHERE, Volume, joined
 

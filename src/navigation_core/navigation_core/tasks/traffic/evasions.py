@@ -10,8 +10,8 @@ import numpy as np
 
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
+from navigation_core.tasks.traffic.entries import TrafficWait, wait_for
 from navigation_core.tasks.traffic.intruders import HORIZON_S, Intruders
-from navigation_core.tasks.traffic.right_of_way import TrafficWait, wait_for
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traffic.volumes import Array
 

@@ -21,8 +21,8 @@ from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.entries import TrafficWait, wait_for
 from navigation_core.tasks.traffic.evasions import AFTER_S, ENOUGH, TOO_NEAR, EvasionSearch
-from navigation_core.tasks.traffic.right_of_way import TrafficWait, wait_for
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traffic.volumes import Array, densified
 from navigation_core.tasks.traits import Traits

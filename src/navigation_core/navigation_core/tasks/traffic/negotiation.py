@@ -24,11 +24,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from navigation_core.tasks.traffic.entries import Entry, Intent
+from navigation_core.tasks.traffic.crowds import first_blocked
+from navigation_core.tasks.traffic.entries import Entry, Intent, Rank, wait_for
 from navigation_core.tasks.traffic.reservations import TrafficReservations
-from navigation_core.tasks.traffic.right_of_way import Rank, wait_for
 from navigation_core.tasks.traffic.volumes import NOWHERE, Array, Volume, joined
-from navigation_core.tasks.traffic.way_out import first_blocked
 
 __all__ = ["Negotiation", "PeerState", "PeerVehicle"]
 

@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from navigation_core.tasks.traffic.crowds import Others
-from navigation_core.tasks.traffic.entries import Agreement, Ask, Entry, Wish
-from navigation_core.tasks.traffic.right_of_way import TrafficWait, wait_for
-from navigation_core.tasks.traffic.way_out import leading
+from navigation_core.tasks.traffic.crowds import Others, leading
+from navigation_core.tasks.traffic.entries import Agreement, Ask, Entry, TrafficWait, Wish, wait_for
 
 __all__ = ["extended", "extended_by_agreement"]
 

@@ -20,6 +20,7 @@ from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.entries import TrafficWait
 from navigation_core.tasks.traffic.flight_detours import FlightDetours, IsFree
 from navigation_core.tasks.traffic.giving_way import GivingWay
 from navigation_core.tasks.traffic.reserved_path import (
@@ -28,7 +29,6 @@ from navigation_core.tasks.traffic.reserved_path import (
     ReservedPath,
     RunOut,
 )
-from navigation_core.tasks.traffic.right_of_way import TrafficWait
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traits import Traits
 

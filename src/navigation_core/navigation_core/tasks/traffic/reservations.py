@@ -35,14 +35,17 @@ from navigation_core.tasks.traffic.crowds import PASS_BEFORE_MARGIN_S, Others
 from navigation_core.tasks.traffic.entries import (
     Agreement,
     Ask,
+    Claimant,
     Entry,
     Grant,
     Intent,
+    Rank,
+    TrafficWait,
+    wait_for,
     waits_through,
 )
 from navigation_core.tasks.traffic.intruders import Intruder
 from navigation_core.tasks.traffic.path_grants import extended, extended_by_agreement
-from navigation_core.tasks.traffic.right_of_way import Claimant, Rank, TrafficWait, wait_for
 from navigation_core.tasks.traffic.volumes import Array, Mask, Separation, Volume, joined
 
 __all__ = ["TrafficReservations"]

@@ -11,8 +11,7 @@ from navigation_core.geometry import Vector3, norm
 from navigation_core.planning.conflicts import MotionSamples
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.traffic.entries import Ask
-from navigation_core.tasks.traffic.right_of_way import TrafficWait
+from navigation_core.tasks.traffic.entries import Ask, TrafficWait
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traffic.volumes import NOWHERE, Array, Volume, densified, joined
 from navigation_core.trajectories.trajectory import Trajectory

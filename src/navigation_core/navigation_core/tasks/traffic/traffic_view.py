@@ -9,9 +9,9 @@ import numpy as np
 from navigation_core.geometry import Vector3
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.observation import Observation, OtherVehicles
+from navigation_core.tasks.traffic.entries import TrafficWait
 from navigation_core.tasks.traffic.intruders import Intruders
 from navigation_core.tasks.traffic.reservations import TrafficReservations
-from navigation_core.tasks.traffic.right_of_way import TrafficWait
 from navigation_core.tasks.traffic.volumes import Array, Volume
 
 __all__ = ["TrafficFrame", "TrafficView"]

@@ -13,10 +13,10 @@ from navigation_core.geometry import Vector3, horizontal_norm
 from navigation_core.limits import Limits
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.entries import TrafficWait
 from navigation_core.tasks.traffic.evasions import ENOUGH
 from navigation_core.tasks.traffic.flight_detours import IsFree
 from navigation_core.tasks.traffic.plane_evasions import PLANE_ROOM_M, PlaneEvasionSearch
-from navigation_core.tasks.traffic.right_of_way import TrafficWait
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traits import Traits
 
