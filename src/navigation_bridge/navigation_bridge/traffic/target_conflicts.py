@@ -42,8 +42,9 @@ def considered(
         "stood; such a goal waits until it has left."
     )
     waits = replace(admitted, warnings=(*admitted.warnings, text))
-    can_move = isinstance(request, NavigateRequest) and request.frame_id != "base_link"
-    if conflict is not TrafficConflict.REROUTE or not can_move:
+    if conflict is not TrafficConflict.REROUTE:
+        return waits
+    if not isinstance(request, NavigateRequest) or request.frame_id == "base_link":
         return waits
     place = _free_target(view, target_enu_m)
     if place is None:
