@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from operator import is_
+
+from mavlink_vehicle.positions.projections import LocalFrame
 from mavlink_vehicle.profiles import Profile, VehicleKind
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.requests.feature import FeatureParts
@@ -24,11 +27,35 @@ class OwnView:
         """Prepare."""
         self._parts = parts
         self._traffic_frame: tuple[object, TrafficFrame] | None = None
+        self._made: tuple[tuple[object, ...], TrafficView | None] | None = None
 
     def of(self, shared: SharedTraffic) -> TrafficView | None:
-        """Return the traffic, whoever else there is; None without a position."""
+        """Return the traffic, whoever else there is; None without a position.
+
+        Its bounds are those of the last :meth:`renewed`.
+        """
+        parts = self._parts
+        made_of = (shared, parts.map_frame.frame, parts.vehicle.profile, parts.config())
+        if self._made is not None and all(map(is_, self._made[0], made_of)):
+            return self._made[1]
+        return self.renewed(shared)
+
+    def renewed(self, shared: SharedTraffic) -> TrafficView | None:
+        """Return the same with the bounds of now."""
         parts, config = self._parts, self._parts.config()
         frame, profile = parts.map_frame.frame, parts.vehicle.profile
+        view = self._view(shared, frame, profile, config)
+        self._made = ((shared, frame, profile, config), view)
+        return view
+
+    def _view(
+        self,
+        shared: SharedTraffic,
+        frame: LocalFrame | None,
+        profile: Profile | None,
+        config: BridgeConfig,
+    ) -> TrafficView | None:
+        parts = self._parts
         if frame is None or profile is None or not config.traffic.on:
             return None
         if self._traffic_frame is None or self._traffic_frame[0] is not frame:

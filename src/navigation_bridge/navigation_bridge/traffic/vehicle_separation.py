@@ -228,7 +228,7 @@ class VehicleSeparation(Feature):
         now = snapshot.time_s
         if self._shared is None:
             return
-        view = self._own_view.of(self._shared)
+        view = self._own_view.renewed(self._shared)
         if view is None:
             if not self._config.traffic.on:
                 self._shared.reservations.forget(self.name)

@@ -216,6 +216,11 @@ class Ask:
     course: object = None
     passed: int = 0
 
+    @property
+    def is_enough(self) -> bool:
+        """Whether it holds enough already."""
+        return self.granted >= min(self.enough, len(self.path))
+
 
 @dataclass(frozen=True)
 class Grant:

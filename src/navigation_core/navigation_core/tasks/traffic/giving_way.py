@@ -149,9 +149,10 @@ class GivingWay:
 
     def _count(self, observation: Observation, now: float) -> None:
         """Count the time without progress: an intruder that circles comes back repeatedly."""
-        if self.waiting is not None:
-            self.waited_s += min(now - self._stepped_s, _CHECK_PERIOD_S)
-        self._stepped_s = now
+        stepped_s, self._stepped_s = self._stepped_s, now
+        if self.waiting is None:
+            return
+        self.waited_s += min(now - stepped_s, _CHECK_PERIOD_S)
         places = [measured_state(observation).position_enu_m]
         places += [point.position_enu_m for point in self._follower.points]
         left_m = sum(itertools.starmap(math.dist, itertools.pairwise(places)))
@@ -159,6 +160,8 @@ class GivingWay:
             self._least_left_m, self.waited_s = left_m, 0.0
 
     def _search(self, view: TrafficView, state: KinematicState, now: float) -> EvasionSearch | None:
+        if not view.reservations.has_intruders:
+            return None
         limits = self._follower.limits
         speed_m_s = math.hypot(limits.speed_horizontal_m_s, limits.speed_up_m_s)
         intruders = view.intruders(state.position_enu_m, speed_m_s, now)

@@ -27,7 +27,7 @@ def extended(entry: Entry, ask: Ask, others: Others, now: float) -> tuple[int, T
         others: what they hold and announce.
         now: time in seconds.
     """
-    if ask.granted >= min(ask.enough, len(ask.path)):
+    if ask.is_enough:
         return ask.granted, None
     count = min(len(ask.path), ask.granted + _LOOK_AHEAD_POINTS)
     window = ask.path.part(0, count)

@@ -219,6 +219,11 @@ class PathInTraffic:
 
     def _share_of(self, carrot: Carrot) -> float:
         speed_m_s = norm(carrot.nominal.velocity_enu_m_s)
+        limits = carrot.trajectory.limits
+        highest_m_s = limits.speed_horizontal_m_s + limits.speed_up_m_s + limits.speed_down_m_s
+        if self._allowed_m_s >= max(speed_m_s, highest_m_s):
+            self._waiting = None
+            return 1.0
         ahead_m_s = norm(carrot.trajectory.sample(carrot.time_s + 0.3).velocity_enu_m_s)
         speed_m_s = max(speed_m_s, ahead_m_s, STANDS_M_S)
         if self._allowed_m_s >= 0.9 * speed_m_s:

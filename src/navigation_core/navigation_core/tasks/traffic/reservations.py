@@ -98,6 +98,11 @@ class TrafficReservations:
             if other.intruder is not None and (with_standing or other.moves)
         ]
 
+    @property
+    def has_intruders(self) -> bool:
+        """Whether there is any intruder, moving or not."""
+        return any(entry.intruder is not None for entry in self.entries.values())
+
     # --- reservations ----------------------------------------------------------------------
 
     def stand(self, name: str, held: Volume, now: float, moves: bool = False) -> None:
@@ -183,6 +188,17 @@ class TrafficReservations:
             and now - looked_s < _CHECK_PERIOD_S
         )
 
+    def stay(self, name: str, now: float) -> TrafficWait | None:
+        """Hold what is held already; return what the vehicle waits for.
+
+        Args:
+            name: whose path; it must be settled.
+            now: time in seconds.
+        """
+        entry = self.entry(name)
+        entry.moves, entry.heard_s = True, now
+        return entry.waiting
+
     def follow(self, name: str, held: Volume, now: float) -> TrafficWait | None:
         """Hold what is left of what was granted; return what the vehicle waits for.
 
@@ -208,12 +224,14 @@ class TrafficReservations:
         """
         entry = self.entry(name)
         entry.moves, entry.heard_s, entry.looked = True, now, (ask.course, now)
-        others = self._reserving(name)
-        if self.agreement is None:
-            granted, waiting = extended(entry, ask, others, now)
-            held = granted
-        else:
+        if self.agreement is not None:
+            others = self._reserving(name)
             granted, held, waiting = extended_by_agreement(entry, ask, others, now, self.agreement)
+        elif ask.is_enough:
+            granted, held, waiting = ask.granted, ask.granted, None
+        else:
+            granted, waiting = extended(entry, ask, self._reserving(name), now)
+            held = granted
         entry.waiting = waiting
         entry.used = joined(tail, ask.path.part(0, granted))
         entry.held = entry.used if held == granted else joined(tail, ask.path.part(0, held))

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 
 import numpy as np
 
-from navigation_core.geometry import Vector3, norm
+from navigation_core.geometry import KinematicState, Vector3, dot, norm, scale, subtract
 from navigation_core.planning.conflicts import MotionSamples
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.traffic.entries import Ask, TrafficWait
 from navigation_core.tasks.traffic.traffic_view import TrafficView
-from navigation_core.tasks.traffic.volumes import NOWHERE, Array, Volume, densified, joined
+from navigation_core.tasks.traffic.volumes import NOWHERE, Volume, densified, joined
 from navigation_core.trajectories.trajectory import Trajectory
 
 __all__ = ["REACTION_S", "STANDS_M_S", "ReservedPath", "RunOut", "Within"]
@@ -31,6 +32,12 @@ _RESERVED_AHEAD_S, _RESERVED_LEAST_S = 3.0, 1.5
 _LATE_NOISE_M = 0.3
 # A path is straight if it is longer than the straight line by less than this.
 _STRAIGHT_M = 0.03
+# A vehicle within this distance of its path is well inside of what is held about it, by what it may
+# stray (`TrafficView.radius_m`): nothing has to be held for its own position.
+_ON_PATH_M = 0.3
+# Time and change of speed for which it is enough to have looked at a straight path once: a little
+# more than the period in which more of a path is asked for.
+_STRETCH_S, _FASTER_M_S = 0.3, 1.0
 
 
 @dataclass(frozen=True)
@@ -65,6 +72,44 @@ class Within:
     waiting: TrafficWait | None
 
 
+@dataclass(frozen=True)
+class _Stretch:
+    """A straight part of a path on which nothing is to be done until more is asked for.
+
+    Attributes:
+        start_enu_m: where the setpoint was when it was looked at.
+        course: unit vector along it.
+        length_m: how far the setpoint may get.
+        behind_m: length of the path that is held behind the start.
+        room_m: length of the path that is reserved ahead of the start.
+        speed_max_m_s: up to this speed the vehicle runs out along it.
+    """
+
+    start_enu_m: Vector3
+    course: Vector3
+    length_m: float
+    behind_m: float
+    room_m: float
+    speed_max_m_s: float
+
+    def passed_m(self, setpoint: KinematicState, here_enu_m: Vector3) -> float | None:
+        """Return how far a setpoint on the path has got; None if it or the vehicle is off it.
+
+        Args:
+            setpoint: the setpoint.
+            here_enu_m: where the vehicle is.
+        """
+        if norm(setpoint.velocity_enu_m_s) > self.speed_max_m_s:
+            return None
+        passed_m = dot(subtract(setpoint.position_enu_m, self.start_enu_m), self.course)
+        offset = subtract(here_enu_m, self.start_enu_m)
+        along_m = dot(offset, self.course)
+        is_within = 0.0 <= passed_m <= self.length_m and -self.behind_m <= along_m <= passed_m
+        if not is_within or norm(subtract(offset, scale(self.course, along_m))) > _ON_PATH_M:
+            return None
+        return passed_m
+
+
 class ReservedPath:
     """A trajectory as points that are reserved one after the other.
 
@@ -85,6 +130,11 @@ class ReservedPath:
         self.lengths_m = np.concatenate([[0.0], np.cumsum(steps)])
         self.volume = view.volume(self.points_enu_m)
         self._granted = 0
+        self._stretch: _Stretch | None = None
+        # The same as lists: reading single numbers of an array takes ten times as long.
+        self._times_s: list[float] = self.times_s.tolist()
+        self._lengths_m: list[float] = self.lengths_m.tolist()
+        self._points_enu_m: list[list[float]] = self.points_enu_m.tolist()
 
     def reserve(
         self,
@@ -105,15 +155,24 @@ class ReservedPath:
             run_out: how it comes to rest.
             now: time in seconds.
         """
-        first = max(int(np.searchsorted(self.times_s, carrot.time_s, side="right")) - 1, 0)
-        count, granted = len(self.times_s), max(self._granted - first, 0)
+        stretch = self._stretch
+        is_settled = view.reservations.is_settled(view.name, self, now)
+        if is_settled and stretch is not None:
+            passed_m = stretch.passed_m(carrot.state, here_enu_m)
+            if passed_m is not None:
+                # What was held at the last question has all of it.
+                waiting = view.reservations.stay(view.name, now)
+                return Within(max(stretch.room_m - passed_m, 0.0), math.inf, waiting)
+        first = max(bisect_right(self._times_s, carrot.time_s) - 1, 0)
+        count, granted = len(self._times_s), max(self._granted - first, 0)
         beside, aside_m = self._beside(view, carrot, first, run_out)
+        begin = self._behind(first, here_enu_m)
         tail = (
             view.volume(np.array([here_enu_m, carrot.state.position_enu_m])),
-            self._behind(first, here_enu_m),
+            self.volume.part(begin, first + 1),
             beside,
         )
-        if view.reservations.is_settled(view.name, self, now):
+        if is_settled:
             held = joined(*tail, self.volume.part(first, first + granted))
             waiting = view.reservations.follow(view.name, held, now)
         else:
@@ -121,11 +180,29 @@ class ReservedPath:
             grant = view.reservations.extend(view.name, ask, joined(*tail), now)
             granted, waiting = grant.granted, grant.waiting
         self._granted = first + granted
-        if self._granted >= count:
-            return Within(math.inf, aside_m, waiting)
-        end_m = self.lengths_m[max(self._granted - 1, 0)]
-        place_m = float(np.interp(carrot.time_s, self.times_s, self.lengths_m))
-        return Within(max(float(end_m) - place_m, 0.0), aside_m, waiting)
+        room_m, passed_m = math.inf, self._length_m(carrot.time_s, first)
+        if self._granted < count:
+            room_m = max(self._lengths_m[max(self._granted - 1, 0)] - passed_m, 0.0)
+        behind_m = passed_m - self._lengths_m[begin]
+        self._stretch = self._straight_on(carrot, passed_m, behind_m, room_m, run_out)
+        return Within(room_m, aside_m, waiting)
+
+    def _straight_on(
+        self, carrot: Carrot, passed_m: float, behind_m: float, room_m: float, run_out: RunOut
+    ) -> _Stretch | None:
+        """Return the straight stretch that the setpoint is on; None if the path turns soon."""
+        state = carrot.state
+        speed_m_s = norm(state.velocity_enu_m_s)
+        if speed_m_s < STANDS_M_S:
+            return None
+        speed_max_m_s = speed_m_s + _FASTER_M_S
+        course = scale(state.velocity_enu_m_s, 1.0 / speed_m_s)
+        length_m = run_out.length_m(speed_max_m_s) + _STRETCH_S * speed_max_m_s
+        start = state.position_enu_m
+        if not self._is_straight(passed_m, start, course, length_m):
+            return None
+        length_m = min(_STRETCH_S * speed_max_m_s, room_m)
+        return _Stretch(start, course, length_m, behind_m, room_m, speed_max_m_s)
 
     def begins_free(self, view: TrafficView, stop_m: float) -> bool:
         """Whether its beginning, up to where the vehicle could stop, can be reserved."""
@@ -137,10 +214,10 @@ class ReservedPath:
     ) -> Ask:
         start_s = 0.0 if speed_m_s > 0.5 else 1.0
         top_m_s = carrot.trajectory.limits.speed_horizontal_m_s
-        needed_m = self.lengths_m[first] + run_out.length_m(top_m_s)
-        ahead_m = needed_m + np.array([_RESERVED_AHEAD_S, _RESERVED_LEAST_S]) * speed_m_s
-        count = len(self.times_s)
-        wanted, enough = np.searchsorted(self.lengths_m, ahead_m, side="right").tolist()
+        needed_m = self._lengths_m[first] + run_out.length_m(top_m_s)
+        count = len(self._times_s)
+        wanted = bisect_right(self._lengths_m, needed_m + _RESERVED_AHEAD_S * speed_m_s)
+        enough = bisect_right(self._lengths_m, needed_m + _RESERVED_LEAST_S * speed_m_s)
         return Ask(
             self.volume.part(first),
             np.maximum(self.times_s[first:] - carrot.time_s, 0.0) + start_s,
@@ -151,16 +228,25 @@ class ReservedPath:
             first,
         )
 
-    def _behind(self, first: int, here_enu_m: Vector3) -> Volume:
-        """Return the part of the path between a vehicle that is late and its setpoint."""
-        begin = first
-        nearest_m = math.dist(self.points_enu_m[first], here_enu_m)
+    def _behind(self, first: int, here_enu_m: Vector3) -> int:
+        """Return where the path between a vehicle that is late and its setpoint begins."""
+        begin, points = first, self._points_enu_m
+        nearest_m = math.dist(points[first], here_enu_m)
         while begin > 0:
-            away_m = math.dist(self.points_enu_m[begin - 1], here_enu_m)
+            away_m = math.dist(points[begin - 1], here_enu_m)
             if away_m > nearest_m + _LATE_NOISE_M:
                 break
             begin, nearest_m = begin - 1, min(nearest_m, away_m)
-        return self.volume.part(begin, first + 1)
+        return begin
+
+    def _length_m(self, time_s: float, first: int) -> float:
+        """Return the length of the path up to a time, at which its point `first` was passed."""
+        begin_m, last = self._lengths_m[first], len(self._times_s) - 1
+        if first == last:
+            return begin_m
+        begin_s, end_s = self._times_s[first], self._times_s[first + 1]
+        share = min(max((time_s - begin_s) / (end_s - begin_s), 0.0), 1.0)
+        return begin_m + share * (self._lengths_m[first + 1] - begin_m)
 
     def _beside(
         self, view: TrafficView, carrot: Carrot, first: int, run_out: RunOut
@@ -171,14 +257,15 @@ class ReservedPath:
         line, the setpoint must be slow enough to stop before them.
         """
         state = carrot.state
-        start = np.array(state.position_enu_m)
         speed = norm(state.velocity_enu_m_s)
         if speed < STANDS_M_S:
             return NOWHERE, math.inf
         length_m = run_out.length_m(speed)
-        direction = np.array(state.velocity_enu_m_s) / speed
-        if self._is_straight(carrot.time_s, start, direction, length_m):
+        course = scale(state.velocity_enu_m_s, 1.0 / speed)
+        begin_m = self._length_m(carrot.time_s, first)
+        if self._is_straight(begin_m, state.position_enu_m, course, length_m):
             return NOWHERE, math.inf  # the path itself is what is reserved
+        start, direction = np.array(state.position_enu_m), np.array(course)
         line, away_m = densified(
             np.array([start, start + direction * length_m]), np.array([0.0, length_m])
         )
@@ -192,15 +279,24 @@ class ReservedPath:
         free_m = math.inf if count >= len(line) else float(away_m[max(count - 1, 0)])
         return volume.part(0, max(count, 1)), free_m
 
-    def _is_straight(self, time_s: float, start: Array, direction: Array, length_m: float) -> bool:
-        """Whether the path leads straight on from its point at a time, for this length at least."""
-        begin_m = float(np.interp(time_s, self.times_s, self.lengths_m))
-        last = int(np.searchsorted(self.lengths_m, begin_m + length_m))
-        if last >= len(self.lengths_m):
+    def _is_straight(
+        self, begin_m: float, start: Vector3, course: Vector3, length_m: float
+    ) -> bool:
+        """Whether the path leads straight on from a point for a length at least.
+
+        Args:
+            begin_m: length of the path up to that point.
+            start: the point.
+            course: unit vector, where it leads straight on to.
+            length_m: that length.
+        """
+        last = bisect_left(self._lengths_m, begin_m + length_m)
+        if last >= len(self._lengths_m):
             return False
-        ahead = self.points_enu_m[last] - start
-        along_m = float(ahead @ direction)
-        aside_m = float(np.linalg.norm(ahead - along_m * direction))
+        x, y, z = self._points_enu_m[last]
+        ahead = subtract((x, y, z), start)
+        along_m = dot(ahead, course)
+        aside_m = norm(subtract(ahead, scale(course, along_m)))
         return (
-            self.lengths_m[last] - begin_m < along_m + _STRAIGHT_M and aside_m < 2.0 * _STRAIGHT_M
+            self._lengths_m[last] - begin_m < along_m + _STRAIGHT_M and aside_m < 2.0 * _STRAIGHT_M
         )
