@@ -30,7 +30,7 @@ from navigation_bridge.traffic.own_volumes import is_plane
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.traffic.target_conflicts import considered
 from navigation_bridge.vehicle.traits import limits_of
-from navigation_core.geometry import norm
+from navigation_core.geometry import Vector3, norm
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.intents import Fly, Outcome, Perform
@@ -38,7 +38,7 @@ from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traffic.entries import Claimant, Rank, TrafficWait
 from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
-from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
 from navigation_core.tasks.traffic.volumes import NOWHERE, Volume, joined
 
 __all__ = ["VehicleSeparation"]
@@ -84,6 +84,7 @@ class VehicleSeparation(Feature):
         self._gate: TrafficWait | None = None
         self._return_m: float | None = None
         self._now = 0.0
+        self._target: tuple[tuple[TrafficFrame, Vector3], Volume] | None = None
         self._announcements = Announcements()
 
     def share(self, shared: SharedTraffic) -> None:
@@ -252,11 +253,18 @@ class VehicleSeparation(Feature):
         entry = view.reservations.entry(self.name)
         entry.target = None
         if goal is not None and goal.target_enu_m is not None:
-            entry.target = view.volume(np.array([goal.target_enu_m]))
+            entry.target = self._target_of(view, goal.target_enu_m)
         led = entry.intent is not None and now - entry.heard_s < _LED_AGE_MAX_S
         self._keep(view, at, goal, led)
         if not led:
             self._stand(view, at, goal)
+
+    def _target_of(self, view: TrafficView, target_enu_m: Vector3) -> Volume:
+        """Return the volume at a target, which is the same for as long as that."""
+        made_of = view.traffic_frame, target_enu_m
+        if self._target is None or self._target[0] != made_of:
+            self._target = made_of, view.volume(np.array([target_enu_m]))
+        return self._target[1]
 
     def _lose(self, view: TrafficView, snapshot: Snapshot) -> None:
         """Give nothing back: only what a vehicle says is known to be empty.
@@ -305,7 +313,7 @@ class VehicleSeparation(Feature):
             kept = own_volumes.landing(view, at)
         elif asked is not None and (goal is not None or is_plane(at)):
             kept = self._volume_of(asked, view, at, goal)
-        elif is_plane(at) and at.airborne:
+        elif at.airborne and is_plane(at):
             kept = own_volumes.to_circle(view, at, at.position_enu_m)
         else:
             kept, self._asked = NOWHERE, None

@@ -99,6 +99,11 @@ class FlightDetours:
         self._looked_s = -math.inf
         self._asides = 0
 
+    @property
+    def searches(self) -> bool:
+        """Whether a search is pending."""
+        return self._pending is not None
+
     def forget(self) -> None:
         """Abandon a search; the vehicle does not follow its path now."""
         if self._pending is not None:

@@ -155,14 +155,6 @@ class ReservedPath:
             run_out: how it comes to rest.
             now: time in seconds.
         """
-        stretch = self._stretch
-        is_settled = view.reservations.is_settled(view.name, self, now)
-        if is_settled and stretch is not None:
-            passed_m = stretch.passed_m(carrot.state, here_enu_m)
-            if passed_m is not None:
-                # What was held at the last question has all of it.
-                waiting = view.reservations.stay(view.name, now)
-                return Within(max(stretch.room_m - passed_m, 0.0), math.inf, waiting)
         first = max(bisect_right(self._times_s, carrot.time_s) - 1, 0)
         count, granted = len(self._times_s), max(self._granted - first, 0)
         beside, aside_m = self._beside(view, carrot, first, run_out)
@@ -172,7 +164,7 @@ class ReservedPath:
             self.volume.part(begin, first + 1),
             beside,
         )
-        if is_settled:
+        if view.reservations.is_settled(view.name, self, now):
             held = joined(*tail, self.volume.part(first, first + granted))
             waiting = view.reservations.follow(view.name, held, now)
         else:
@@ -186,6 +178,27 @@ class ReservedPath:
         behind_m = passed_m - self._lengths_m[begin]
         self._stretch = self._straight_on(carrot, passed_m, behind_m, room_m, run_out)
         return Within(room_m, aside_m, waiting)
+
+    def stay(
+        self, view: TrafficView, carrot: Carrot, here_enu_m: Vector3, now: float
+    ) -> Within | None:
+        """Hold what is held, and return how much of the path that is; None if more is to be done.
+
+        Args:
+            view: the traffic.
+            carrot: the setpoint on it.
+            here_enu_m: where the vehicle is.
+            now: time in seconds.
+        """
+        stretch = self._stretch
+        if stretch is None or not view.reservations.is_settled(view.name, self, now):
+            return None
+        passed_m = stretch.passed_m(carrot.state, here_enu_m)
+        if passed_m is None:
+            return None
+        # What was held at the last question has all of it.
+        waiting = view.reservations.stay(view.name, now)
+        return Within(max(stretch.room_m - passed_m, 0.0), math.inf, waiting)
 
     def _straight_on(
         self, carrot: Carrot, passed_m: float, behind_m: float, room_m: float, run_out: RunOut
@@ -219,7 +232,7 @@ class ReservedPath:
         wanted = bisect_right(self._lengths_m, needed_m + _RESERVED_AHEAD_S * speed_m_s)
         enough = bisect_right(self._lengths_m, needed_m + _RESERVED_LEAST_S * speed_m_s)
         return Ask(
-            self.volume.part(first),
+            self.volume.rest(first),
             np.maximum(self.times_s[first:] - carrot.time_s, 0.0) + start_s,
             granted,
             min(wanted + 1, count) - first,
