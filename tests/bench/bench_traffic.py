@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from navigation_core.searches import IsWanted
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 from tests.bench.rows import row
 from tests.fleets.points import fly_crossing, starts_and_targets
 

@@ -19,9 +19,10 @@ from navigation_bridge.goals.goal import Annotation, GoalFeedback, GoalFinished
 from navigation_bridge.goals.requests import Request
 from navigation_bridge.recording.recorded_notes import NotesReader
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
+from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.progress import Status
-from navigation_core.traffic.negotiation import Negotiation, PeerState
+from navigation_core.tasks.traffic.negotiation import Negotiation, PeerState
 from tests.explore.log import NOBODY, Asked, Log, Truth
 from tests.explore.scenario import Craft, Post, Scenario
 from tests.explore.sizes import largest
@@ -74,7 +75,7 @@ class Server:
         name = _vehicle_name(ship.index)
         self.bridge = Bridge(self.vehicle, config.bridge, searcher, name=name)
         if traffic is not None:
-            self.bridge.share_traffic(traffic)
+            self.bridge.feature(VehicleSeparation).share(traffic)
         self.codec = Codec(1, 191, signing)
         self.active = ""
         self.paused = False

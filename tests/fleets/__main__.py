@@ -10,7 +10,7 @@ import argparse
 import sys
 from concurrent.futures import ProcessPoolExecutor
 
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 from tests.fleets.flown import CONDITIONS, flown_crossing
 from tests.fleets.hangs import (
     CIRCLE_MAX_S,

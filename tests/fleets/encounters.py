@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from navigation_core.geometry import Vector3
-from navigation_core.traffic.intruders import TURNS_M_S2
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.intruders import TURNS_M_S2
+from navigation_core.tasks.traffic.volumes import Separation
 from tests.fleets.flown import TICK_S, FlownFleet
 
 REPORTED_FROM_S, REPORT_PERIOD_S = 0.6, 1.0

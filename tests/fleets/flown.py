@@ -28,10 +28,11 @@ from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.requests import NavigateRequest, Request
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
+from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.geometry import Vector3
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.traffic.negotiation import Negotiation
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.negotiation import Negotiation
+from navigation_core.tasks.traffic.volumes import Separation
 from tests.fleets.points import starts_and_targets
 from tests.support.flights.peer_states import moved_state
 
@@ -143,7 +144,7 @@ class FlownFleet:
             vehicle = Vehicle(config.vehicle)
             bridge = Bridge(vehicle, config.bridge, name=name)
             if together:
-                bridge.share_traffic(self.traffic[server])
+                bridge.feature(VehicleSeparation).share(self.traffic[server])
             self.crafts.append(Craft(name, bridge, Codec(1, 191), row, server))
             bridge.start(0.0)
 

@@ -18,7 +18,7 @@ from typing import Any
 from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.requests import NavigateRequest, ReturnRequest
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.traffic.negotiation import Negotiation, PeerState
+from navigation_core.tasks.traffic.negotiation import Negotiation, PeerState
 from tests.fleets.flown import Craft, FlownFleet, homes
 from tests.support.flights.peer_states import moved_state
 

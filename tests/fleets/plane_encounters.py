@@ -16,7 +16,7 @@ from typing import Any
 from navigation_bridge.goals.goal import LogLine
 from navigation_bridge.goals.requests import TakeoffRequest
 from navigation_core.geometry import Vector3, distance
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 from tests.fleets.encounters import (
     REPORT_PERIOD_S,
     REPORTED_FROM_S,

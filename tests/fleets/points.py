@@ -15,13 +15,13 @@ from navigation_core.searches import AT_ONCE, Searcher
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Fly, Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.leading.path_in_traffic import BRAKE_SHARE
 from navigation_core.tasks.task import Task
+from navigation_core.tasks.traffic.entries import Claimant, Rank
+from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
+from navigation_core.tasks.traffic.volumes import Separation, densified
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.right_of_way import Claimant, Rank
-from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
-from navigation_core.traffic.volumes import Separation, densified
 from tests.support.models.point_mass import PointMass
 
 DT_S = 0.1

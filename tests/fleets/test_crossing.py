@@ -11,7 +11,7 @@ from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
 from navigation_bridge.goals.requests import LandRequest, NavigateRequest, ReturnRequest
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 from tests.fleets.flown import FlownFleet, homes
 from tests.fleets.points import arrived, fly_crossing, starts_and_targets
 

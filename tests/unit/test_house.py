@@ -139,7 +139,7 @@ FEATURES = {
     "RTCM": (r"rtcm|correction", 3),
     "external position": (r"external_", 3),
     "velocity": (r"velocity_(commands|topic)|follow_velocity|tasks/steering", 3),
-    "traffic": (r"/traffic/|in_traffic", 4),
+    "traffic": (r"/traffic/|in_traffic", 3),
     "rehearsal": (r"rehears", 2),
     "storage": (r"storage|list_operation", 3),
 }
@@ -159,10 +159,6 @@ SHELLS = (
     "drone_navigation/drone_navigation/server/vehicle_outputs.py",
 )
 """Modules that run features by their lists, and name none."""
-ASK_TRAFFIC = {
-    f"navigation_bridge/navigation_bridge/{name}.py"
-    for name in ("bridge", "engine", "tasks/admission")
-}
 
 
 def _files_of(feature: str) -> list[Path]:
@@ -185,8 +181,6 @@ def test_the_shells_name_no_feature(feature: str) -> None:
         for file in _files_of(feature)
     }
     named = {shell: _imports(ROOT / "src" / shell) & modules for shell in SHELLS}
-    if feature == "traffic":  # the engine asks it before each operation and setpoint
-        named = {shell: names for shell, names in named.items() if shell not in ASK_TRAFFIC}
     assert {shell: names for shell, names in named.items() if names} == {}
 
 

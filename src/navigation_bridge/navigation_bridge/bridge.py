@@ -37,8 +37,6 @@ from navigation_bridge.supervision.stations import Stations
 from navigation_bridge.tasks.admission import Admission
 from navigation_bridge.tasks.registry import TASKS
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_bridge.traffic.shared_traffic import SharedTraffic
-from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_bridge.vehicle.map_frame import MapFrame, MapPose
 from navigation_bridge.vehicle_events import VehicleEvents
 from navigation_core.outcomes import OutcomeCode
@@ -86,7 +84,6 @@ class Bridge:
             features: what is answered beside goals.
             name: of the vehicle among those of the server.
         """
-        self._shared_traffic: SharedTraffic | None = None
         self._name = name
         self._tasks = tasks
         self._kinds = features
@@ -100,6 +97,7 @@ class Bridge:
         self.map_frame = MapFrame()
         self.obstacles = ObstacleFeed(vehicle, self.map_frame, config.obstacles)
         self._report = Reporter(vehicle, self.map_frame)
+        self._observer = Observer(vehicle, self.map_frame, self.obstacles, config, self._searcher)
         self._features = Features(
             self._kinds,
             FeatureParts(
@@ -110,17 +108,10 @@ class Bridge:
                 config=lambda: self.config,
                 refusal=lambda: self.services.refusal,
                 occupied=lambda: self.services.occupied,
+                look=self._observer.look,
+                searcher=self._searcher,
+                name=self._name,
             ),
-        )
-        self._observer = Observer(vehicle, self.map_frame, self.obstacles, config, self._searcher)
-        self._traffic = VehicleSeparation(
-            vehicle,
-            self.map_frame,
-            config,
-            self._searcher,
-            self._shared_traffic,
-            self._name,
-            self._observer.look,
         )
         self._positions = PositionTrust()
         self.lateness_watch = LatenessWatch(vehicle, self._report)
@@ -138,7 +129,6 @@ class Bridge:
             parking=self._parking,
             overtaken=OvertakenMode(vehicle, self._report),
             stations=Stations(vehicle, self._report, self._parking),
-            traffic=self._traffic,
         )
         self._engine = Engine(parts, config)
         self._service_requests = ServiceRequests(vehicle, self.map_frame, self._report)
@@ -201,11 +191,6 @@ class Bridge:
         snapshot = self._observer.look(0.0)
         return share_for_return(snapshot) if isinstance(snapshot, LocatedSnapshot) else math.nan
 
-    def share_traffic(self, traffic: SharedTraffic) -> None:
-        """Keep the vehicle apart from the others of a traffic."""
-        self._shared_traffic = traffic
-        self._traffic.share(traffic)
-
     def begin_again(self) -> None:
         """Reset to the state before :meth:`start`, to replay a recording again."""
         self._compose(Vehicle(self.vehicle.config), self.config, self.services.refusal)
@@ -234,7 +219,7 @@ class Bridge:
         self.config = config
         self._engine.configure(config)
         self.scene.configure(config)
-        self._traffic.configure(config)
+        self._features.configure(config)
         self.obstacles.configure(config.obstacles)
 
     def start(self, now: float) -> None:
@@ -272,8 +257,8 @@ class Bridge:
         self._events.handle(now)
         if moved:
             self._engine.position_came(now)
-        elif message.get_type() == "ADSB_VEHICLE":
-            self._traffic.hear(message, now)
+        else:
+            self._features.hear(message, now)
         self.front.update(now)
 
     def handle_timer(self, now: float) -> None:
@@ -300,7 +285,7 @@ class Bridge:
         """Return the MAVLink messages to send now, after publishing what a request put out."""
         self.front.put_out()
         messages = self.vehicle.messages_to_send()
-        for message in self._traffic.announcements.take():
+        for message in self._features.messages_to_send():
             address = self.vehicle.address
             messages.append(with_source(message, address.source_system, address.source_component))
         self._effects.sent()

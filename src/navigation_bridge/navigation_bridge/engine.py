@@ -27,7 +27,6 @@ from navigation_bridge.supervision.data_watches import LatenessWatch, own_share,
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.stations import Stations
-from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.progress import Progress, Status
@@ -49,7 +48,6 @@ class Parts:
     parking: Parking
     overtaken: OvertakenMode
     stations: Stations
-    traffic: VehicleSeparation
 
 
 class Engine:
@@ -65,7 +63,7 @@ class Engine:
         self._parts = parts
         self._report = parts.report
         self._effects = parts.effects
-        self._traffic = parts.traffic
+        self._features = parts.features
         self.config = config
         self.goal: ActiveGoal | None = None
 
@@ -78,7 +76,7 @@ class Engine:
 
     def look(self, now: float, goal: ActiveGoal | None = None) -> Snapshot:
         """Return all that is known now, for a goal or for admission."""
-        parts, traffic = self._parts, self._traffic.view()
+        parts, traffic = self._parts, self._features.traffic
         if goal is None:
             return parts.observer.look(now, traffic=traffic)
         overtaken, tracker, taken = parts.overtaken, goal.mission, goal.takeover is not None
@@ -95,12 +93,12 @@ class Engine:
             taken=taken,
             mode_requested=requested,
             mode_unclear=taken and overtaken.is_open,
-            command=parts.features.command if goal.follows_commands else None,
+            command=self._features.command if goal.follows_commands else None,
             traffic=traffic,
         )
 
     def turn(self, now: float) -> None:
-        """Do what is due: the task's thinking, its step, the traffic, feedback."""
+        """Do what is due: the task's thinking, its step, the features, feedback."""
         snapshot: Snapshot | None = None
         goal = self.goal
         if goal is not None and now >= goal.times.think_s:
@@ -112,9 +110,9 @@ class Engine:
             snapshot = self.look(now, goal)
             self._step(goal, snapshot)
         goal = self.goal
-        if self._traffic.is_due(now):
+        if self._features.is_due(now):
             snapshot = snapshot or self.look(now, goal)
-            self._traffic.update(goal, snapshot)
+            self._features.update(goal, snapshot)
         if goal is not None and now >= self._feedback_deadline(goal):
             self._give_feedback(goal, snapshot or self.look(now, goal))
 
@@ -129,9 +127,9 @@ class Engine:
     def position_came(self, now: float) -> None:
         """Give feedback of a new position, if it is due."""
         goal, snapshot = self.goal, None
-        if self._traffic.is_due(now):
+        if self._features.is_due(now):
             snapshot = self.look(now, goal)
-            self._traffic.update(goal, snapshot)
+            self._features.update(goal, snapshot)
         # A position that arrives slightly early still counts; otherwise positions at 20 Hz would
         # give feedback at 6.7 Hz instead of 10.
         early_s = 0.25 * self.config.feedback_period_s
@@ -204,18 +202,18 @@ class Engine:
             ended = own_share(intent, snapshot.late_s)
         elif isinstance(intent, Perform):
             new = goal.operation.is_new(intent)
-            waits = self._traffic.gate(goal, intent, snapshot) if new else None
-            if waits is not None:
+            delay = self._features.delay(goal, intent, snapshot) if new else None
+            if delay is not None:
                 self._effects.wait(now)
-                if not self._traffic.is_over(goal, now):
+                if delay.outcome is None:
                     goal.task.postpone(now)
                     self._show_status(goal, snapshot)
                     return
-                ended = Outcome(OutcomeCode.TRAFFIC, waits.text, None)
+                ended = delay.outcome
             else:
                 self._effects.perform(goal, intent, new, now)
         elif isinstance(intent, Fly):
-            ended = self._effects.fly(goal, self._traffic.limited(goal, intent, snapshot), now)
+            ended = self._effects.fly(goal, self._features.limited(goal, intent, snapshot), now)
         if ended is not None:
             self.end(goal, ended, now)
             return
@@ -241,7 +239,7 @@ class Engine:
 
     def start_task(self, goal: ActiveGoal, now: float) -> None:
         """Start the task of a goal that has begun."""
-        self._parts.features.goal_began()
+        self._features.goal_began()
         self._report.accepted(goal)
         if goal.plan is not None:
             self._parts.stations.free(now)
@@ -270,14 +268,14 @@ class Engine:
 
     def _conclude(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
         goal.doubted(None, now)
-        self._parts.features.goal_ended(goal, goal.end_of(outcome).code)
+        self._features.goal_ended(goal, goal.end_of(outcome).code)
         self._report.ended(goal, outcome, now)
 
     # --- progress ------------------------------------------------------------------------
 
     def _progress(self, goal: ActiveGoal, snapshot: Snapshot) -> Progress:
         progress = goal.task.progress(snapshot, snapshot.time_s)
-        progress = self._traffic.progress(progress)
+        progress = self._features.progress(progress)
         goal.progressed(progress)
         if not snapshot.connected:
             return replace(progress, status=Status.LINK_LOST)

@@ -8,6 +8,7 @@ from navigation_bridge.requests.gps_corrections import GpsCorrections
 from navigation_bridge.requests.log_requests import LogRequests
 from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
+from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 
 __all__ = ["FEATURES"]
 
@@ -17,4 +18,5 @@ FEATURES: tuple[type[Feature], ...] = (
     GpsCorrections,
     LogRequests,
     VelocityCommands,
+    VehicleSeparation,
 )

@@ -1,6 +1,6 @@
 """All that is known about a vehicle at one moment, made once a turn. No ROS.
 
-Rules, tasks, admission and traffic of a turn read the same snapshot, and nothing else of the
+Rules, tasks, admission and features of a turn read the same snapshot, and nothing else of the
 vehicle. The core's :class:`Observation` is the part of it that a task needs.
 """
 
@@ -33,11 +33,11 @@ from navigation_core.tasks.observation import (
     MissionReport,
     Observation,
     OperationReport,
+    OtherVehicles,
     VehicleMode,
 )
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.velocity_command import VelocityCommand
-from navigation_core.traffic.traffic_view import TrafficView
 
 __all__ = ["LocatedSnapshot", "Observer", "PositionFault", "Snapshot"]
 
@@ -242,7 +242,7 @@ class Observer:
         mode_requested: bool = False,
         mode_unclear: bool = False,
         command: VelocityCommand | None = None,
-        traffic: TrafficView | None = None,
+        traffic: OtherVehicles | None = None,
     ) -> Snapshot:
         """Return all that is known now.
 

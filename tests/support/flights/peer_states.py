@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
-from navigation_core.traffic.negotiation import PeerState
-from navigation_core.traffic.volumes import Volume
+from navigation_core.tasks.traffic.negotiation import PeerState
+from navigation_core.tasks.traffic.volumes import Volume
 
 
 def moved_state(state: PeerState, sender: SharedTraffic, receiver: SharedTraffic) -> PeerState:

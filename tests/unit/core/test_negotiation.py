@@ -7,12 +7,16 @@ import random
 import numpy as np
 import pytest
 
-from navigation_core.traffic.entries import Ask
-from navigation_core.traffic.negotiation import LISTEN_S, SILENT_S, Negotiation, PeerState
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.right_of_way import Claimant, Rank, wait_for
-from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
-from navigation_core.traffic.way_out import first_blocked
+from navigation_core.tasks.traffic.crowds import first_blocked
+from navigation_core.tasks.traffic.entries import Ask, Claimant, Rank, wait_for
+from navigation_core.tasks.traffic.negotiation import (
+    LISTEN_S,
+    SILENCE_MAX_S,
+    Negotiation,
+    PeerState,
+)
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.volumes import NOWHERE, Separation, Volume, densified
 
 SEPARATION = Separation(5.0, 3.0, 2.0)
 STEP_S = 0.2
@@ -149,7 +153,7 @@ def test_a_silent_server_keeps_its_volume_and_what_it_may_do_alone() -> None:
     alone = Volume.along(np.array([(10.0, -20.0, 5.0)]), 1.0, 0.5)
     state = other.negotiation.state({other.vehicle: (alone, NOWHERE)}, 0.0)
     server.negotiation.receive(state, 0.0)
-    server.negotiation.look(SILENT_S + 0.1)
+    server.negotiation.look(SILENCE_MAX_S + 0.1)
     entry = server.reservations.entries[other.vehicle]
     assert len(entry.held)
     assert entry.whole.meets(alone, SEPARATION).any()

@@ -22,12 +22,12 @@ from navigation_core.tasks.observation import (
     VehicleMode,
 )
 from navigation_core.tasks.progress import Status
+from navigation_core.tasks.traffic.intruders import Intruder
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
+from navigation_core.tasks.traffic.volumes import Volume
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
-from navigation_core.traffic.intruders import Intruder
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
-from navigation_core.traffic.volumes import Volume
 from tests.support.models.vehicle_traits import PLANE
 
 GOAL = (1000.0, 0.0, 60.0)

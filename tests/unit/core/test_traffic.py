@@ -16,15 +16,14 @@ from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.progress import Status
+from navigation_core.tasks.traffic.detours import DetourSearch
+from navigation_core.tasks.traffic.entries import Ask, Claimant, Rank, TrafficWait
+from navigation_core.tasks.traffic.intruders import Intruder
+from navigation_core.tasks.traffic.negotiation import Negotiation
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
+from navigation_core.tasks.traffic.volumes import NOWHERE, Separation, Volume, densified
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.detours import DetourSearch
-from navigation_core.traffic.entries import Ask
-from navigation_core.traffic.intruders import Intruder
-from navigation_core.traffic.negotiation import Negotiation
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
-from navigation_core.traffic.traffic_view import TrafficFrame, TrafficView
-from navigation_core.traffic.volumes import NOWHERE, Separation, Volume, densified
 from tests.support.models.point_mass import PointMass
 
 SEPARATION = Separation(5.0, 3.0, 2.0)

@@ -9,9 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from navigation_core.traffic.intruders import Intruder, Intruders
-from navigation_core.traffic.turns import STRAIGHT, Turn, TurnWatch
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.intruders import STRAIGHT, Intruder, Intruders, Turn, TurnWatch
+from navigation_core.tasks.traffic.volumes import Separation
 
 
 def velocity(speed_m_s: float, course_deg: float) -> np.ndarray:

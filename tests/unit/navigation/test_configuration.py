@@ -36,7 +36,7 @@ from navigation_bridge.configuration.parameter_table import (
 from navigation_core.limits import Limits
 from navigation_core.safety.target_checks import check_target
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 
 ROOT = Path(__file__).resolve().parents[3]
 SCRIPT: dict[str, Any] = runpy.run_path(str(ROOT / "scripts/list_parameters.py"))

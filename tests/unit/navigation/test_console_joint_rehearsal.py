@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from drone_navigation.console.rehearsing.joint_rehearsal import JointRehearsal, RehearsedVehicle
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 
 SEPARATION = Separation(horizontal_m=5.0, vertical_m=3.0, parked_m=2.0)
 EAST_M = 30.0

@@ -6,7 +6,7 @@ import pytest
 
 from drone_navigation.console.rehearsing.separations import TimedFlight, meetings
 from navigation_core.geometry import Vector3
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 
 SEPARATION = Separation(horizontal_m=5.0, vertical_m=3.0, parked_m=2.0)
 

@@ -27,7 +27,7 @@ from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.console.vehicle import VehicleClient
 from drone_navigation.qos import STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 
 __all__ = ["Fleet"]
 

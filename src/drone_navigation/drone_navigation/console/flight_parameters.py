@@ -12,7 +12,7 @@ from rcl_interfaces.srv import GetParameters
 from custom_interfaces.srv import GetVehicleParameters
 from drone_navigation.console.requests import VehicleRequests
 from navigation_bridge.configuration.settings import SWITCH
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 
 __all__ = ["FlightParameters"]
 

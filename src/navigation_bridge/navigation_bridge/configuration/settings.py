@@ -28,7 +28,7 @@ from navigation_bridge.configuration.parameter_values import (
 from navigation_bridge.configuration.sensor_poses import SensorPose, SensorPoseError
 from navigation_core.safety.target_checks import FlightVolume
 from navigation_core.tasks.flying.goto import GotoConfig
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 from navigation_core.trajectories.trajectory import Limits
 
 SWITCH = {"enabled": True, "disabled": False}

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import ClassVar, Protocol, TypeVar
 
+from mavlink_vehicle.codec import Message
 from mavlink_vehicle.events import VehicleEvent
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.goals.active_goal import ActiveGoal
+from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.requests import Request
 from navigation_bridge.reporting import Reporter
+from navigation_bridge.snapshot import Snapshot
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.searches import Searcher
+from navigation_core.tasks.intents import Fly, Outcome, Perform
+from navigation_core.tasks.observation import OtherVehicles
+from navigation_core.tasks.progress import Progress
 from navigation_core.tasks.velocity_command import VelocityCommand
 
-__all__ = ["Feature", "FeatureParts", "Features"]
+__all__ = ["Delay", "Feature", "FeatureParts", "Features", "Redirection"]
 
 
 class Goals(Protocol):
@@ -45,6 +52,9 @@ class FeatureParts:
         config: returns the settings for goals.
         refusal: returns why nothing is accepted: there is no vehicle to execute it; or None.
         occupied: returns why the vehicle is left alone: the same, or an active goal; or None.
+        look: returns what is known at a time, between two turns.
+        searcher: runs searches beside the turns.
+        name: of the vehicle among those of the server.
     """
 
     vehicle: Vehicle
@@ -54,6 +64,9 @@ class FeatureParts:
     config: Callable[[], BridgeConfig]
     refusal: Callable[[], Rejection | None]
     occupied: Callable[[], Rejection | None]
+    look: Callable[[float], Snapshot]
+    searcher: Searcher
+    name: str
 
     @property
     def unreached(self) -> str:
@@ -64,12 +77,54 @@ class FeatureParts:
         return "" if self.vehicle.heartbeats.alive else "There is no connection to a vehicle."
 
 
+@dataclass(frozen=True)
+class Delay:
+    """Why an operation is not requested now.
+
+    Attributes:
+        outcome: the end of the goal once the delay has lasted too long, or None until then.
+    """
+
+    outcome: Outcome | None = None
+
+
+@dataclass(frozen=True)
+class Redirection:
+    """Another request in place of one that was admitted.
+
+    Attributes:
+        request: the other request.
+        note: warning of a goal that is redirected.
+        otherwise: the goal if the other request is rejected.
+    """
+
+    request: Request
+    note: str
+    otherwise: Admitted
+
+
 class Feature:
-    """One feature; what it does not care about it leaves as it is here."""
+    """One feature; what it does not care about it leaves as it is here.
+
+    Attributes:
+        hears: types of the messages for :meth:`hear`.
+    """
+
+    hears: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, parts: FeatureParts) -> None:
         """Prepare."""
         self.parts = parts
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Apply other settings."""
+
+    def hear(self, message: Message, now: float) -> None:
+        """Process a message of the vehicle of one of the types in `hears`."""
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear the messages to the vehicle."""
+        return []
 
     def take(self, event: VehicleEvent) -> bool:
         """Process an event of the vehicle; return whether it was about this feature."""
@@ -107,6 +162,38 @@ class Feature:
         """Return why no goal with setpoints may begin, or None."""
         return None
 
+    # --- of a goal --------------------------------------------------------------------------
+
+    @property
+    def traffic(self) -> OtherVehicles | None:
+        """The other vehicles, for tasks; None where nobody keeps apart from them."""
+        return None
+
+    def consider(
+        self, admitted: Admitted, request: Request, snapshot: Snapshot
+    ) -> Admitted | Redirection | Rejection:
+        """Return an admitted goal, perhaps with another warning, or what happens instead."""
+        return admitted
+
+    def is_due(self, now: float) -> bool:
+        """Whether `update` has something to do."""
+        return False
+
+    def update(self, goal: ActiveGoal | None, snapshot: Snapshot) -> None:
+        """Do what is due, with or without a goal."""
+
+    def delay(self, goal: ActiveGoal, intent: Perform, snapshot: Snapshot) -> Delay | None:
+        """Return why a new operation has to wait, or None."""
+        return None
+
+    def limited(self, goal: ActiveGoal, intent: Fly, snapshot: Snapshot) -> Fly:
+        """Return a setpoint, perhaps a slower one."""
+        return intent
+
+    def progress(self, progress: Progress) -> Progress:
+        """Return the progress of a task with what this feature adds."""
+        return progress
+
 
 FeatureT = TypeVar("FeatureT", bound=Feature)
 
@@ -118,6 +205,9 @@ class Features(Feature):
         """Make one of each kind."""
         super().__init__(parts)
         self._features = [kind(parts) for kind in kinds]
+        self._hearing = {name: one for one in self._features for name in one.hears}
+        # Every turn asks these only.
+        self._in_turns = [one for one in self._features if _takes_part_in_turns(one)]
 
     def of(self, kind: type[FeatureT]) -> FeatureT:
         """Return the feature of a kind.
@@ -129,6 +219,21 @@ class Features(Feature):
             if isinstance(feature, kind):
                 return feature
         raise LookupError(f"This bridge has no {kind.__name__}.")
+
+    def configure(self, config: BridgeConfig) -> None:
+        """Let all of them apply other settings."""
+        for feature in self._features:
+            feature.configure(config)
+
+    def hear(self, message: Message, now: float) -> None:
+        """Let the one that hears messages of its type process it."""
+        feature = self._hearing.get(message.get_type())
+        if feature is not None:
+            feature.hear(message, now)
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear the messages of all."""
+        return [message for one in self._in_turns for message in one.messages_to_send()]
 
     def take(self, event: VehicleEvent) -> bool:
         """Let the first one that it is about process an event."""
@@ -179,3 +284,57 @@ class Features(Feature):
         """Return the first objection."""
         found = (feature.objection(now) for feature in self._features)
         return next((objection for objection in found if objection is not None), None)
+
+    # --- of a goal --------------------------------------------------------------------------
+
+    @property
+    def traffic(self) -> OtherVehicles | None:
+        """The other vehicles, of the feature that knows of any."""
+        for feature in self._in_turns:
+            found = feature.traffic
+            if found is not None:
+                return found
+        return None
+
+    def consider(
+        self, admitted: Admitted, request: Request, snapshot: Snapshot
+    ) -> Admitted | Redirection | Rejection:
+        """Let all of them consider a goal; the first that redirects or rejects it decides."""
+        considered: Admitted | Redirection | Rejection = admitted
+        for feature in self._features:
+            considered = feature.consider(admitted, request, snapshot)
+            if not isinstance(considered, Admitted):
+                return considered
+            admitted = considered
+        return considered
+
+    def is_due(self, now: float) -> bool:
+        """Whether any has something to do."""
+        return any(feature.is_due(now) for feature in self._in_turns)
+
+    def update(self, goal: ActiveGoal | None, snapshot: Snapshot) -> None:
+        """Let those that are due do it."""
+        for feature in self._in_turns:
+            if feature.is_due(snapshot.time_s):
+                feature.update(goal, snapshot)
+
+    def delay(self, goal: ActiveGoal, intent: Perform, snapshot: Snapshot) -> Delay | None:
+        """Return the first delay."""
+        found = (feature.delay(goal, intent, snapshot) for feature in self._in_turns)
+        return next((delay for delay in found if delay is not None), None)
+
+    def limited(self, goal: ActiveGoal, intent: Fly, snapshot: Snapshot) -> Fly:
+        """Return a setpoint that is as slow as any of them demands."""
+        for feature in self._in_turns:
+            intent = feature.limited(goal, intent, snapshot)
+        return intent
+
+    def progress(self, progress: Progress) -> Progress:
+        """Return the progress with what all of them add."""
+        for feature in self._in_turns:
+            progress = feature.progress(progress)
+        return progress
+
+
+def _takes_part_in_turns(feature: Feature) -> bool:
+    return type(feature).is_due is not Feature.is_due

@@ -8,18 +8,16 @@ from typing import Any
 
 from mavlink_vehicle.state.position_trust import PositionTrust
 from mavlink_vehicle.vehicle import Vehicle
-from navigation_bridge.configuration.settings import TrafficConflict
 from navigation_bridge.engine import Engine
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.point_requests import check_request
 from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
-from navigation_bridge.requests.feature import Feature
+from navigation_bridge.requests.feature import Feature, Redirection
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.supervision.data_watches import check_position
 from navigation_bridge.supervision.preflight import check_safety
 from navigation_bridge.tasks.registry import task_of
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_bridge.traffic.target_conflicts import check_target, free_target
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 
@@ -116,7 +114,7 @@ class Admission:
         objection = self._features.objection(now)
         if objection is not None:
             return objection
-        checked = self._among_others(checked, request, active_goal_id, snapshot)
+        checked = self._considered(checked, request, active_goal_id, snapshot)
         if isinstance(checked, Rejection):
             return checked
         doubt, note = check_position(self._positions, now)
@@ -124,39 +122,21 @@ class Admission:
             return doubt
         return replace(checked, warnings=(*checked.warnings, note)) if note else checked
 
-    def _among_others(
+    def _considered(
         self,
         admitted: Admitted,
         request: Request,
         active_goal_id: str | None,
         snapshot: Snapshot,
     ) -> Admitted | Rejection:
-        """Check a target against those of other vehicles; it may be moved."""
-        target_enu_m, view = admitted.target_enu_m, snapshot.traffic
-        if target_enu_m is None or view is None:
-            return admitted
-        conflict = snapshot.config.traffic.conflict
-        found = check_target(view, target_enu_m, conflict)
-        if isinstance(found, Rejection):
-            return found
-        if not found:
-            return admitted
-        if (
-            conflict is TrafficConflict.REROUTE
-            and isinstance(request, NavigateRequest)
-            and request.frame_id != "base_link"
-        ):
-            place = free_target(view, target_enu_m)
-            if place is not None:
-                moved = replace(request, frame_id="map", position=place)
-                again = self.admit(moved, active_goal_id, snapshot.time_s)
-                if not isinstance(again, Rejection):
-                    text = (
-                        "The target was moved to the nearest position that is free of other "
-                        "vehicles."
-                    )
-                    return replace(again, warnings=(*again.warnings, text))
-        return replace(admitted, warnings=(*admitted.warnings, found))
+        """Let the features consider a goal; it may become another one."""
+        considered = self._features.consider(admitted, request, snapshot)
+        if not isinstance(considered, Redirection):
+            return considered
+        again = self.admit(considered.request, active_goal_id, snapshot.time_s)
+        if isinstance(again, Rejection):
+            return considered.otherwise
+        return replace(again, warnings=(*again.warnings, considered.note))
 
 
 def admit(

@@ -13,24 +13,29 @@ import numpy as np
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.positions.projections import Geodetic
 from navigation_bridge.traffic.own_echo import EchoWatch, OwnTrack
-from navigation_core.traffic.entries import Entry, Intent
-from navigation_core.traffic.intruders import CLIMBS_M_S, TURNS_M_S2, Intruder
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.right_of_way import Claimant, Rank
-from navigation_core.traffic.turns import STRAIGHT, Turn, TurnWatch
-from navigation_core.traffic.volumes import Array, Volume, densified, joined
+from navigation_core.tasks.traffic.entries import Claimant, Entry, Intent, Rank
+from navigation_core.tasks.traffic.intruders import (
+    CLIMBS_M_S,
+    STRAIGHT,
+    TURNS_M_S2,
+    Intruder,
+    Turn,
+    TurnWatch,
+)
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.volumes import Array, Volume, densified, joined
 
 __all__ = ["OtherTraffic", "Seen", "address_of", "adsb_of", "is_by_adsb", "seen_by_adsb"]
 
 # A target is forgotten after this time without a report.
-_FORGOTTEN_S = 30.0
+_REPORT_AGE_MAX_S = 30.0
 # The times from now on for which the motion of a target is predicted.
-_AHEAD_S: Array = np.linspace(0.0, 20.0, 11)
+_PREDICTED_AFTER_S: Array = np.linspace(0.0, 20.0, 11)
 # Errors of a report that has none, and of a pressure altitude as an altitude above sea level.
 _ADSB_ERROR_M, _ADSB_RISE_M, _PRESSURE_RISE_M = 30.0, 30.0, 150.0
-_NEEDED = mavlink.ADSB_FLAGS_VALID_COORDS | mavlink.ADSB_FLAGS_VALID_ALTITUDE
-_LEVEL = mavlink.ADSB_FLAGS_VALID_HEADING | mavlink.ADSB_FLAGS_VALID_VELOCITY
-_UPRIGHT = mavlink.ADSB_FLAGS_VALID_VELOCITY | mavlink.ADSB_FLAGS_VERTICAL_VELOCITY_VALID
+_POSITION_FLAGS = mavlink.ADSB_FLAGS_VALID_COORDS | mavlink.ADSB_FLAGS_VALID_ALTITUDE
+_HORIZONTAL_FLAGS = mavlink.ADSB_FLAGS_VALID_HEADING | mavlink.ADSB_FLAGS_VALID_VELOCITY
+_VERTICAL_FLAGS = mavlink.ADSB_FLAGS_VALID_VELOCITY | mavlink.ADSB_FLAGS_VERTICAL_VELOCITY_VALID
 # No aircraft is faster or higher.
 _SPEED_MAX_M_S, _ALTITUDE_MAX_M = 600.0, 30e3
 _ICAO, _ANONYMOUS = "ICAO ", "ADSB "
@@ -77,7 +82,7 @@ class Seen:
             and abs(self.place[1]) <= 180.0
             and abs(self.place[2]) <= _ALTITUDE_MAX_M
             and min(self.error_m, self.rise_m, self.age_s) >= 0.0
-            and self.age_s < _FORGOTTEN_S
+            and self.age_s < _REPORT_AGE_MAX_S
             and not any(abs(speed) > _SPEED_MAX_M_S for speed in self.velocity_enu_m_s)
         )
 
@@ -170,7 +175,7 @@ class OtherTraffic:
     def look(self, now: float) -> None:
         """Predict all targets for now, and forget those without a recent report."""
         for name, target in list(self._targets.items()):
-            if now - target.time_s > _FORGOTTEN_S:
+            if now - target.time_s > _REPORT_AGE_MAX_S:
                 self._forget(name)
             else:
                 self._show(name, target, now)
@@ -245,8 +250,8 @@ class OtherTraffic:
             entry.intent = None
             return
         lines, arrivals_s = [], []
-        for path in intruder.paths(age_s + _AHEAD_S):
-            line, after_s = densified(path, _AHEAD_S)
+        for path in intruder.paths(age_s + _PREDICTED_AFTER_S):
+            line, after_s = densified(path, _PREDICTED_AFTER_S)
             aside = 0.5 * TURNS_M_S2 * (age_s + after_s) ** 2
             rises_m = seen.rise_m + CLIMBS_M_S * (age_s + after_s)
             lines.append(Volume.along(line, seen.error_m + aside, rises_m))
@@ -260,15 +265,17 @@ def seen_by_adsb(message: Any) -> Seen | None:
     ADSB_FLAGS shows which fields are valid. The values that senders use for unknown speeds and
     headings are impossible ones, and are rejected as such.
     """
-    if message.flags & _NEEDED != _NEEDED or (message.lat == 0 and message.lon == 0):
+    if message.flags & _POSITION_FLAGS != _POSITION_FLAGS or (
+        message.lat == 0 and message.lon == 0
+    ):
         return None
     east_m_s = north_m_s = up_m_s = math.nan
     speed_m_s = 0.01 * message.hor_velocity
     possible = message.heading <= 36000 and speed_m_s <= _SPEED_MAX_M_S
-    if message.flags & _LEVEL == _LEVEL and possible:
+    if message.flags & _HORIZONTAL_FLAGS == _HORIZONTAL_FLAGS and possible:
         heading = math.radians(0.01 * message.heading)
         east_m_s, north_m_s = speed_m_s * math.sin(heading), speed_m_s * math.cos(heading)
-    if message.flags & _UPRIGHT and abs(message.ver_velocity) < 2**15 - 1:
+    if message.flags & _VERTICAL_FLAGS and abs(message.ver_velocity) < 2**15 - 1:
         up_m_s = 0.01 * message.ver_velocity
     pressure = message.altitude_type == mavlink.ADSB_ALTITUDE_TYPE_PRESSURE_QNH
     address = int(message.ICAO_address)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from navigation_core.traffic.volumes import Array
+from navigation_core.tasks.traffic.volumes import Array
 
 __all__ = ["EchoWatch", "OwnTrack"]
 

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mavlink_vehicle.profiles import VehicleKind
 from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_core.geometry import Vector3
+from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import NOWHERE, Volume, densified, joined
 from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import NOWHERE, Volume, densified, joined
 
 __all__ = [
     "climb",
@@ -36,7 +37,7 @@ _LEVEL_GAP_M = 2.0
 
 def is_plane(at: LocatedSnapshot) -> bool:
     """Whether the vehicle cannot stand still in the air."""
-    return at.traits.flies and not at.traits.hovers
+    return at.profile.kind is VehicleKind.PLANE
 
 
 def standing(view: TrafficView, at: LocatedSnapshot, stop_m: float, is_parked: bool) -> Volume:

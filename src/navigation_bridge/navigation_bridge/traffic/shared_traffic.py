@@ -12,10 +12,10 @@ from mavlink_vehicle.positions.projections import Geodetic
 from navigation_bridge.traffic.other_traffic import OtherTraffic, Seen
 from navigation_bridge.traffic.own_echo import OwnTrack
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_core.traffic.negotiation import Negotiation
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.traffic_view import TrafficFrame
-from navigation_core.traffic.volumes import Array, Separation, Volume
+from navigation_core.tasks.traffic.negotiation import Negotiation
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.traffic_view import TrafficFrame
+from navigation_core.tasks.traffic.volumes import Array, Separation, Volume
 
 __all__ = ["EarthFrame", "SharedTraffic"]
 
@@ -24,7 +24,7 @@ __all__ = ["EarthFrame", "SharedTraffic"]
 _METRES_PER_DEGREE = 111_200.0
 # Length of the lines by which the axes of a map are found.
 _AXIS_M = 100.0
-_LOOK_S = 0.2
+_UPDATE_PERIOD_S = 0.2
 # Period in which each vehicle updates what it holds, and while there is nobody to keep apart from.
 _PERIOD_S, _ALONE_PERIOD_S = 0.2, 1.0
 
@@ -89,7 +89,7 @@ class SharedTraffic:
         self.negotiation: Negotiation | None = None
         self.others = OtherTraffic(self.reservations)
         self.alone_of: dict[str, Callable[[], tuple[Volume, Volume] | None]] = {}
-        self._looked_s = -math.inf
+        self._updated_s = -math.inf
 
     @property
     def is_alone(self) -> bool:
@@ -103,9 +103,9 @@ class SharedTraffic:
 
     def look(self, now: float) -> None:
         """Update the parts that no step of a task updates: others, and servers that are silent."""
-        if now - self._looked_s < _LOOK_S:
+        if now - self._updated_s < _UPDATE_PERIOD_S:
             return
-        self._looked_s = now
+        self._updated_s = now
         self.others.look(now)
         if self.negotiation is not None:
             self.negotiation.look(now)

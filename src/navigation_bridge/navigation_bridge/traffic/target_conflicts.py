@@ -3,30 +3,33 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from navigation_bridge.configuration.settings import TrafficConflict
+from navigation_bridge.goals.admitted import Admitted
+from navigation_bridge.goals.requests import NavigateRequest, Request
+from navigation_bridge.requests.feature import Redirection
+from navigation_bridge.snapshot import Snapshot
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 
-__all__ = ["check_target", "free_target"]
+__all__ = ["considered"]
 
 
-def check_target(
-    view: TrafficView, target_enu_m: Vector3, conflict: TrafficConflict
-) -> Rejection | str:
-    """Return why a goal is rejected, or a note for its result, which may be empty.
-
-    Args:
-        view: the traffic.
-        target_enu_m: where the goal leads.
-        conflict: what happens to such a goal.
-    """
+def considered(
+    admitted: Admitted, request: Request, snapshot: Snapshot
+) -> Admitted | Redirection | Rejection:
+    """Return a goal whose target is free, or what `traffic_conflict` says for another one."""
+    target_enu_m, view = admitted.target_enu_m, TrafficView.of(snapshot)
+    if target_enu_m is None or view is None:
+        return admitted
     whom = _conflict(view, target_enu_m)
     if whom is None:
-        return ""
+        return admitted
+    conflict = snapshot.config.traffic.conflict
     if conflict is TrafficConflict.REJECT:
         return Rejection(
             OutcomeCode.TRAFFIC,
@@ -34,13 +37,23 @@ def check_target(
             "another target, or send the goal again once it has left.",
         )
     # It is also in the result, once the other one has left.
-    return (
+    text = (
         f"Accepted while the target was too near to that of {whom}, or to where it "
         "stood; such a goal waits until it has left."
     )
+    waits = replace(admitted, warnings=(*admitted.warnings, text))
+    if conflict is not TrafficConflict.REROUTE:
+        return waits
+    if not isinstance(request, NavigateRequest) or request.frame_id == "base_link":
+        return waits
+    place = _free_target(view, target_enu_m)
+    if place is None:
+        return waits
+    text = "The target was moved to the nearest position that is free of other vehicles."
+    return Redirection(replace(request, frame_id="map", position=place), text, waits)
 
 
-def free_target(view: TrafficView, target_enu_m: Vector3) -> Vector3 | None:
+def _free_target(view: TrafficView, target_enu_m: Vector3) -> Vector3 | None:
     """Return the nearest target where nobody stands, at the same height."""
     x, y, z = target_enu_m
     step_m = 0.5 * view.reservations.separation.horizontal_m

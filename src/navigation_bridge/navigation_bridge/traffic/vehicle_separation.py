@@ -9,43 +9,44 @@ to continue, whatever others hold.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from mavlink_vehicle.codec import Message
-from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.goals.active_goal import ActiveGoal
+from navigation_bridge.goals.admitted import Admitted
+from navigation_bridge.goals.requests import Request
 from navigation_bridge.names import RETURN_ACTION_NAME
+from navigation_bridge.requests.feature import Delay, Feature, FeatureParts, Redirection
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.traffic import own_volumes
 from navigation_bridge.traffic.announcements import Announcements
-from navigation_bridge.traffic.commanded_pace import paced
+from navigation_bridge.traffic.commanded_speed import slowed
 from navigation_bridge.traffic.other_traffic import seen_by_adsb
 from navigation_bridge.traffic.own_view import OwnView
 from navigation_bridge.traffic.own_volumes import is_plane
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
-from navigation_bridge.vehicle.map_frame import MapFrame
+from navigation_bridge.traffic.target_conflicts import considered
 from navigation_bridge.vehicle.traits import limits_of
-from navigation_core.geometry import norm
+from navigation_core.geometry import Vector3, norm
+from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.stopping_distance import stopping_distance_m
-from navigation_core.searches import Searcher
-from navigation_core.tasks.intents import Fly, Perform
-from navigation_core.tasks.leading.path_in_traffic import BRAKE_SHARE
+from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
-from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import NOWHERE, Volume, joined
+from navigation_core.tasks.traffic.entries import Claimant, Rank, TrafficWait
+from navigation_core.tasks.traffic.path_in_traffic import BRAKE_SHARE
+from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
+from navigation_core.tasks.traffic.volumes import NOWHERE, Volume, joined
 
 __all__ = ["VehicleSeparation"]
 
 # Age of a reservation by the task from which it does not count as led any more.
 _LED_AGE_MAX_S = 0.35
 # Age of a position from which what the vehicle held is not given back any more.
-_STALE_S = 0.5
+_POSITION_AGE_MAX_S = 0.5
 # Height of a return above home while the vehicle's parameter for it is unknown.
 _RETURN_HEIGHT_M = 60.0
 # Operations whose volume is reserved before they are requested.
@@ -67,66 +68,51 @@ _BY_ITSELF = frozenset({VehicleMode.RETURN, VehicleMode.LAND, VehicleMode.MISSIO
 _AT_TARGET_WITHIN_M = 30.0
 
 
-class VehicleSeparation:
+class VehicleSeparation(Feature):
     """The part of the traffic of one vehicle."""
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        map_frame: MapFrame,
-        config: BridgeConfig,
-        searcher: Searcher,
-        shared: SharedTraffic | None,
-        name: str,
-        look: Callable[[float], Snapshot],
-    ) -> None:
-        """Prepare.
+    hears = frozenset({"ADSB_VEHICLE"})
 
-        Args:
-            vehicle: the vehicle.
-            map_frame: its map frame.
-            config: settings for goals.
-            searcher: looks for detours.
-            shared: the traffic; None where there is nobody else.
-            name: of the vehicle.
-            look: returns what is known at a time, between two turns.
-        """
-        self._look = look
-        self._vehicle = vehicle
-        self._config = config
-        self._own_view = OwnView(vehicle, map_frame, searcher, name)
+    def __init__(self, parts: FeatureParts) -> None:
+        """Begin without other vehicles."""
+        super().__init__(parts)
+        self.name = parts.name
+        self._own_view = OwnView(parts)
         self._shared: SharedTraffic | None = None
-        self.name = name
         self._asked: Perform | None = None
         self._updated_s = -math.inf
         self._gate: TrafficWait | None = None
         self._return_m: float | None = None
         self._now = 0.0
-        self.announcements = Announcements()
-        if shared is not None:
-            self.share(shared)
+        self._target: tuple[tuple[TrafficFrame, Vector3], Volume] | None = None
+        self._announcements = Announcements()
 
     def share(self, shared: SharedTraffic) -> None:
         """Keep apart from the other vehicles of a traffic."""
         self._shared = shared
-        if self._config.traffic.on:
+        config = self.parts.config()
+        if config.traffic.on:
             shared.alone_of[self.name] = self._alone
-            self.configure(self._config)
+            self.configure(config)
 
     def configure(self, config: BridgeConfig) -> None:
         """Apply other settings."""
-        self._config = config
         if self._shared is not None and config.traffic.adsb_address:
             self._shared.others.own_addresses.add(config.traffic.adsb_address)
 
+    @property
+    def _config(self) -> BridgeConfig:
+        return self.parts.config()
+
     # --- for tasks ---------------------------------------------------------------------------
 
-    def view(self) -> TrafficView | None:
-        """Return the traffic; None where there is nobody else, or no position yet."""
+    @property
+    def traffic(self) -> TrafficView | None:
+        """The traffic; None where there is nobody else, or no position yet."""
         shared = self._shared
         if shared is None or shared.is_alone:
             return None
-        return self._own_view.of(shared, self._config)
+        return self._own_view.of(shared)
 
     def progress(self, progress: Progress) -> Progress:
         """Return a progress with what an operation waits for."""
@@ -134,7 +120,17 @@ class VehicleSeparation:
             return progress
         return replace(progress, status=Status.WAITING_FOR_TRAFFIC, blocked=self._gate.text)
 
+    def consider(
+        self, admitted: Admitted, request: Request, snapshot: Snapshot
+    ) -> Admitted | Redirection | Rejection:
+        """Check a target against those of other vehicles; it may be moved."""
+        return considered(admitted, request, snapshot)
+
     # --- others ------------------------------------------------------------------------------
+
+    def messages_to_send(self) -> list[Message]:
+        """Return and clear the announcements of the other vehicles."""
+        return self._announcements.take()
 
     def hear(self, message: Message, now: float) -> None:
         """Take a message of the autopilot's about another aircraft."""
@@ -146,10 +142,10 @@ class VehicleSeparation:
 
     def _alone(self) -> tuple[Volume, Volume] | None:
         """Return what the vehicle may enter without this server, and where it can be sent."""
-        at = self._look(self._now)
+        at = self.parts.look(self._now)
         if self._shared is None or not isinstance(at, LocatedSnapshot):
             return None
-        view = self._own_view.of(self._shared, self._config)
+        view = self._own_view.of(self._shared)
         if view is None:
             return None
         centre = view.traffic_frame.traffic(np.zeros((1, 3)))
@@ -158,9 +154,19 @@ class VehicleSeparation:
 
     # --- what is asked of the autopilot ------------------------------------------------------
 
-    def gate(self, goal: ActiveGoal, intent: Perform, snapshot: Snapshot) -> TrafficWait | None:
-        """Reserve what an operation needs; return what it has to wait for, or None."""
-        view = snapshot.traffic
+    def delay(self, goal: ActiveGoal, intent: Perform, snapshot: Snapshot) -> Delay | None:
+        """Reserve what an operation needs; return why it has to wait, or None."""
+        waiting = self._waiting(goal, intent, snapshot)
+        if waiting is None:
+            return None
+        waited_s = snapshot.time_s - waiting.since_s
+        # A return is never given up because it has waited too long.
+        if goal.kind == RETURN_ACTION_NAME or waited_s <= self._config.traffic.timeout_s:
+            return Delay()
+        return Delay(Outcome(OutcomeCode.TRAFFIC, waiting.text, None))
+
+    def _waiting(self, goal: ActiveGoal, intent: Perform, snapshot: Snapshot) -> TrafficWait | None:
+        view = TrafficView.of(snapshot)
         if view is None or intent.kind not in _GATED or goal.ending:
             self._asked = intent if intent.kind in _GATED else self._asked
             self._gate = None
@@ -180,12 +186,6 @@ class VehicleSeparation:
         elif before is not None:
             self._gate = replace(self._gate, since_s=before.since_s)
         return self._gate
-
-    def is_over(self, goal: ActiveGoal, now: float) -> bool:
-        """Whether an operation has waited for too long; a return is never given up for that."""
-        if goal.kind == RETURN_ACTION_NAME:
-            return False
-        return self._gate is not None and now - self._gate.since_s > self._config.traffic.timeout_s
 
     def _volume_of(
         self, intent: Perform, view: TrafficView, at: LocatedSnapshot, goal: ActiveGoal | None
@@ -210,12 +210,12 @@ class VehicleSeparation:
 
     def limited(self, goal: ActiveGoal, intent: Fly, snapshot: Snapshot) -> Fly:
         """Return a setpoint as fast as a run-out from it is free, for who follows commands."""
-        view = snapshot.traffic
+        view = TrafficView.of(snapshot)
         self._gate = None
         if view is None or not goal.follows_commands:
             return intent
         self._rank(goal, snapshot)
-        setpoint = paced(view, intent.setpoint, *_run_out(snapshot), snapshot.time_s)
+        setpoint = slowed(view, intent.setpoint, *_run_out(snapshot), snapshot.time_s)
         return replace(intent, setpoint=setpoint)
 
     # --- what it holds ------------------------------------------------------------------------
@@ -227,9 +227,9 @@ class VehicleSeparation:
     def update(self, goal: ActiveGoal | None, snapshot: Snapshot) -> None:
         """Hold what the vehicle occupies now, unless its task has just reserved its path."""
         now = snapshot.time_s
-        if self._shared is None or now - self._updated_s < self._shared.period_s:
+        if self._shared is None:
             return
-        view = self._own_view.of(self._shared, self._config)
+        view = self._own_view.renewed(self._shared)
         if view is None:
             if not self._config.traffic.on:
                 self._shared.reservations.forget(self.name)
@@ -239,10 +239,10 @@ class VehicleSeparation:
             self._gate = None
         self._shared.look(now)
         if self._config.traffic.announces:
-            self.announcements.announce(self._shared, self.name, now)
+            self._announcements.announce(self._shared, self.name, now)
         self._rank(goal, snapshot)
         self._ask_return_height(snapshot)
-        heard = snapshot.connected and snapshot.arrival_age_s <= _STALE_S
+        heard = snapshot.connected and snapshot.arrival_age_s <= _POSITION_AGE_MAX_S
         if not isinstance(snapshot, LocatedSnapshot) or not heard:
             self._lose(view, snapshot)
             return
@@ -253,11 +253,18 @@ class VehicleSeparation:
         entry = view.reservations.entry(self.name)
         entry.target = None
         if goal is not None and goal.target_enu_m is not None:
-            entry.target = view.volume(np.array([goal.target_enu_m]))
+            entry.target = self._target_of(view, goal.target_enu_m)
         led = entry.intent is not None and now - entry.heard_s < _LED_AGE_MAX_S
         self._keep(view, at, goal, led)
         if not led:
             self._stand(view, at, goal)
+
+    def _target_of(self, view: TrafficView, target_enu_m: Vector3) -> Volume:
+        """Return the volume at a target, which is the same for as long as that."""
+        made_of = view.traffic_frame, target_enu_m
+        if self._target is None or self._target[0] != made_of:
+            self._target = made_of, view.volume(np.array([target_enu_m]))
+        return self._target[1]
 
     def _lose(self, view: TrafficView, snapshot: Snapshot) -> None:
         """Give nothing back: only what a vehicle says is known to be empty.
@@ -306,7 +313,7 @@ class VehicleSeparation:
             kept = own_volumes.landing(view, at)
         elif asked is not None and (goal is not None or is_plane(at)):
             kept = self._volume_of(asked, view, at, goal)
-        elif is_plane(at) and at.airborne:
+        elif at.airborne and is_plane(at):
             kept = own_volumes.to_circle(view, at, at.position_enu_m)
         else:
             kept, self._asked = NOWHERE, None
@@ -344,7 +351,7 @@ class VehicleSeparation:
             return
         if snapshot.connected:
             name, scale = height
-            (value,) = self._vehicle.parameters.read((name,), snapshot.time_s)
+            (value,) = self.parts.vehicle.parameters.read((name,), snapshot.time_s)
             self._return_m = None if value is None else value * scale
 
     @property

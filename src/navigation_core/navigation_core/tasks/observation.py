@@ -11,7 +11,6 @@ from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.safety.fences import Fence
 from navigation_core.tasks.velocity_command import VelocityCommand
-from navigation_core.traffic.traffic_view import TrafficView
 
 
 class TaskOperation(Enum):
@@ -92,6 +91,10 @@ class MissionReport:
     changed: str = ""
 
 
+class OtherVehicles:
+    """The other vehicles, for those parts of a task that keep apart from them."""
+
+
 @dataclass(frozen=True)
 class Observation:
     """The known state of the vehicle at one moment.
@@ -151,7 +154,7 @@ class Observation:
     position_doubt: str = ""
     fence: Fence | None = None
     command: VelocityCommand | None = None
-    traffic: TrafficView | None = None
+    traffic: OtherVehicles | None = None
 
     @property
     def obstacles_now(self) -> Obstacles:

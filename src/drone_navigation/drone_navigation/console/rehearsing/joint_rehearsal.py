@@ -13,7 +13,7 @@ from drone_navigation.console import plans
 from drone_navigation.console.page_types import HomeValue, JsonObject
 from drone_navigation.console.rehearsing.separations import Meeting, TimedFlight, meetings
 from navigation_core.geometry import Vector3
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 
 __all__ = ["JointRehearsal", "RehearsedVehicle"]
 

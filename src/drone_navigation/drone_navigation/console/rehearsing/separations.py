@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from navigation_core.geometry import Vector3
-from navigation_core.traffic.volumes import Separation
+from navigation_core.tasks.traffic.volumes import Separation
 
 __all__ = ["Meeting", "TimedFlight", "meetings"]
 

@@ -11,9 +11,9 @@ from custom_interfaces.msg import TrafficAgreement, TrafficReport, TrafficState,
 from custom_interfaces.msg import TrafficVolume as VolumeMessage
 from navigation_bridge.traffic.other_traffic import Seen
 from navigation_bridge.traffic.shared_traffic import EarthFrame
-from navigation_core.traffic.negotiation import PeerState, PeerVehicle
-from navigation_core.traffic.right_of_way import Claimant, Rank
-from navigation_core.traffic.volumes import Volume
+from navigation_core.tasks.traffic.entries import Claimant, Rank
+from navigation_core.tasks.traffic.negotiation import PeerState, PeerVehicle
+from navigation_core.tasks.traffic.volumes import Volume
 
 __all__ = ["TrafficMessageError", "seen_from", "state_from", "state_message"]
 

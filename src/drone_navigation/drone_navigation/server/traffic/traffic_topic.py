@@ -22,7 +22,8 @@ from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import ServerConfig
 from navigation_bridge.fleet import Member
 from navigation_bridge.traffic.shared_traffic import SharedTraffic
-from navigation_core.traffic.negotiation import Negotiation
+from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
+from navigation_core.tasks.traffic.negotiation import Negotiation
 
 __all__ = ["TRAFFIC_TOPIC", "TrafficTopic"]
 
@@ -56,7 +57,7 @@ class TrafficTopic:
     def join(self, bridge: Bridge) -> None:
         """Keep one more vehicle apart from the others."""
         if self._config.on:
-            bridge.share_traffic(self._shared)
+            bridge.feature(VehicleSeparation).share(self._shared)
 
     def serve(self, member: Member) -> None:
         """Create the topics; ``member`` takes work for the driver's thread."""

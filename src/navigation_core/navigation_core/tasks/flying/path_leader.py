@@ -11,12 +11,12 @@ from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import PathFollower
-from navigation_core.tasks.leading.path_in_traffic import PathInTraffic
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.leading.turning_circle import Pursuer
 from navigation_core.tasks.measurement import Located
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.path_in_traffic import PathInTraffic
 
 __all__ = ["PathLeader"]
 

@@ -12,13 +12,14 @@ from navigation_core.outcomes import Rejection
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoGoal, fly_to
 from navigation_core.tasks.intents import Intent, Outcome
-from navigation_core.tasks.leading.flight_detours import NO_DETOUR_RETRY_S, IsFree
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.progress import Progress
 from navigation_core.tasks.task import Task
-from navigation_core.traffic.detours import DetourSearch
+from navigation_core.tasks.traffic.detours import DetourSearch
+from navigation_core.tasks.traffic.flight_detours import NO_DETOUR_RETRY_S, IsFree
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 
 __all__ = ["RoomMaking"]
 
@@ -136,7 +137,7 @@ class RoomMaking:
 
     def _may_look(self, observation: Observation, now: float) -> bool:
         """Whether it has waited for long enough to look for a position to fly to."""
-        view, since_s = observation.traffic, self._waits_since_s
+        view, since_s = TrafficView.of(observation), self._waits_since_s
         if view is None or since_s is None or self._cancel_asked or self._asides >= _ASIDES_MAX:
             return False
         if view.waiting is None:
@@ -149,7 +150,7 @@ class RoomMaking:
 
     def _begin(self, observation: Observation, now: float) -> bool:
         """Begin a flight aside; False if it is no help, or there is no position to fly to."""
-        view, config = observation.traffic, self._terms.config
+        view, config = TrafficView.of(observation), self._terms.config
         if view is None or not is_located(observation, config.position_stale_s):
             return False
         here = np.array(measured_state(observation).position_enu_m)

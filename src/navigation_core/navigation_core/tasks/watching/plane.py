@@ -24,6 +24,7 @@ from navigation_core.tasks.observation import Observation, TaskOperation, Vehicl
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import BEFORE_FLIGHT, PLANE, STATUS, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.leg_speed import LegSpeed
 from navigation_core.tasks.watching.plane_destination import PlaneDestination
@@ -232,7 +233,7 @@ class FlyPlane(PhasedTask):
 
     def _check_headway(self, observation: Observation, now: float) -> Answer:
         """Look for a flight that does not get on, by itself or for traffic."""
-        view, waiting = observation.traffic, self._giving_way.waiting
+        view, waiting = TrafficView.of(observation), self._giving_way.waiting
         if view is not None and waiting is not None:
             self._nearest_s = now
             if self._giving_way.waited_s > view.timeout_s:

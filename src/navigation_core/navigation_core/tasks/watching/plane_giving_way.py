@@ -11,14 +11,14 @@ import math
 
 from navigation_core.geometry import Vector3, horizontal_norm
 from navigation_core.limits import Limits
-from navigation_core.tasks.leading.flight_detours import IsFree
 from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.entries import TrafficWait
+from navigation_core.tasks.traffic.evasions import ENOUGH
+from navigation_core.tasks.traffic.flight_detours import IsFree
+from navigation_core.tasks.traffic.plane_evasions import PLANE_ROOM_M, PlaneEvasionSearch
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.evasions import ENOUGH
-from navigation_core.traffic.plane_evasions import PLANE_ROOM_M, PlaneEvasionSearch
-from navigation_core.traffic.right_of_way import TrafficWait
-from navigation_core.traffic.traffic_view import TrafficView
 
 __all__ = ["PlaneGivingWay"]
 
@@ -83,7 +83,7 @@ class PlaneGivingWay:
         return wanted_enu_m if self._evasion is None else self._evasion
 
     def _look(self, wanted_enu_m: Vector3, observation: Observation, now: float) -> None:
-        view = observation.traffic
+        view = TrafficView.of(observation)
         if view is not None and not is_located(observation, _STALE_S):
             return
         search = None

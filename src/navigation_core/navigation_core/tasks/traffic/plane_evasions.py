@@ -8,10 +8,10 @@ import numpy as np
 
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
-from navigation_core.traffic.evasions import AFTER_S, EvasionSearch
-from navigation_core.traffic.intruders import Intruders
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import Array, Volume, densified, joined
+from navigation_core.tasks.traffic.evasions import AFTER_S, EvasionSearch
+from navigation_core.tasks.traffic.intruders import Intruders
+from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import Array, Volume, densified, joined
 
 __all__ = ["PLANE_ROOM_M", "PlaneEvasionSearch"]
 

@@ -24,19 +24,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from navigation_core.traffic.entries import Entry, Intent
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.right_of_way import Rank, wait_for
-from navigation_core.traffic.volumes import NOWHERE, Array, Volume, joined
-from navigation_core.traffic.way_out import first_blocked
+from navigation_core.tasks.traffic.crowds import first_blocked
+from navigation_core.tasks.traffic.entries import Entry, Intent, Rank, wait_for
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.volumes import NOWHERE, Array, Volume, joined
 
 __all__ = ["Negotiation", "PeerState", "PeerVehicle"]
 
 # Silence of a server after which what its vehicles may do without a link counts as held.
-SILENT_S = 1.5
+SILENCE_MAX_S = 1.5
 # After its start, and when another one is found, a server listens for this time before a vehicle
 # of its moves. Time that it did not run does not count.
-LISTEN_S, _LISTENS_S = 2.0, 0.5
+LISTEN_S, _LISTEN_STEP_MAX_S = 2.0, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +194,8 @@ class Negotiation:
         self._now = now
         self._own |= set(alone)
         vehicles = tuple(
-            _told(self._reservations.entry(name), *volumes, now) for name, volumes in alone.items()
+            _vehicle_state(self._reservations.entry(name), *volumes, now)
+            for name, volumes in alone.items()
         )
         agreed = {
             name: (peer.state.epoch, dict(peer.agreed_to)) for name, peer in self._peers.items()
@@ -245,13 +245,13 @@ class Negotiation:
 
     def look(self, now: float) -> None:
         """Close what the vehicles of silent servers may enter by themselves."""
-        self._listened_s += min(now - self._looked_s, _LISTENS_S)
+        self._listened_s += min(now - self._looked_s, _LISTEN_STEP_MAX_S)
         self._now = self._looked_s = now
         is_alone = not self._peers and not self._expected
         if is_alone and self._listened_s >= LISTEN_S:
             self._reservations.agreement = None
         for peer in self._peers.values():
-            if now - peer.heard_s <= SILENT_S:
+            if now - peer.heard_s <= SILENCE_MAX_S:
                 continue
             for vehicle in peer.vehicles.values():
                 entry = self._reservations.entry(vehicle.name)
@@ -319,7 +319,7 @@ def _held_of_path(vehicle: PeerVehicle) -> int:
     return 0
 
 
-def _told(entry: Entry, alone: Volume, reach: Volume, now: float) -> PeerVehicle:
+def _vehicle_state(entry: Entry, alone: Volume, reach: Volume, now: float) -> PeerVehicle:
     intent = entry.intent
     return PeerVehicle(
         name=entry.name,

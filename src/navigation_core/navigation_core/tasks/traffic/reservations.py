@@ -20,8 +20,8 @@ circle of vehicles that wait for each other, leads a detour, which the vehicle w
 in the circle takes (:meth:`TrafficReservations.must_give_way`).
 
 Intruders reserve nothing. Their positions and courses block no path: it is compared with
-their motion, moment by moment (:mod:`navigation_core.traffic.intruders`). A flight of an autopilot
-by itself, but for a plane's leg, is not begun where they are about to pass.
+their motion, moment by moment (:mod:`navigation_core.tasks.traffic.intruders`). A flight of an
+autopilot by itself, but for a plane's leg, is not begun where they are about to pass.
 """
 
 from __future__ import annotations
@@ -31,12 +31,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from navigation_core.traffic.crowds import PASS_BEFORE_MARGIN_S, Others
-from navigation_core.traffic.entries import Agreement, Ask, Entry, Grant, Intent, waits_through
-from navigation_core.traffic.intruders import Intruder
-from navigation_core.traffic.path_grants import extended, extended_by_agreement
-from navigation_core.traffic.right_of_way import Claimant, Rank, TrafficWait, wait_for
-from navigation_core.traffic.volumes import Array, Mask, Separation, Volume, joined
+from navigation_core.tasks.traffic.crowds import PASS_BEFORE_MARGIN_S, Others
+from navigation_core.tasks.traffic.entries import (
+    Agreement,
+    Ask,
+    Claimant,
+    Entry,
+    Grant,
+    Intent,
+    Rank,
+    TrafficWait,
+    wait_for,
+    waits_through,
+)
+from navigation_core.tasks.traffic.intruders import Intruder
+from navigation_core.tasks.traffic.path_grants import extended, extended_by_agreement
+from navigation_core.tasks.traffic.volumes import Array, Mask, Separation, Volume, joined
 
 __all__ = ["TrafficReservations"]
 
@@ -87,6 +97,11 @@ class TrafficReservations:
             for other in self.others(name)
             if other.intruder is not None and (with_standing or other.moves)
         ]
+
+    @property
+    def has_intruders(self) -> bool:
+        """Whether there is any intruder, moving or not."""
+        return any(entry.intruder is not None for entry in self.entries.values())
 
     # --- reservations ----------------------------------------------------------------------
 
@@ -173,6 +188,17 @@ class TrafficReservations:
             and now - looked_s < _CHECK_PERIOD_S
         )
 
+    def stay(self, name: str, now: float) -> TrafficWait | None:
+        """Hold what is held already; return what the vehicle waits for.
+
+        Args:
+            name: whose path; it must be settled.
+            now: time in seconds.
+        """
+        entry = self.entry(name)
+        entry.moves, entry.heard_s = True, now
+        return entry.waiting
+
     def follow(self, name: str, held: Volume, now: float) -> TrafficWait | None:
         """Hold what is left of what was granted; return what the vehicle waits for.
 
@@ -198,12 +224,14 @@ class TrafficReservations:
         """
         entry = self.entry(name)
         entry.moves, entry.heard_s, entry.looked = True, now, (ask.course, now)
-        others = self._reserving(name)
-        if self.agreement is None:
-            granted, waiting = extended(entry, ask, others, now)
-            held = granted
-        else:
+        if self.agreement is not None:
+            others = self._reserving(name)
             granted, held, waiting = extended_by_agreement(entry, ask, others, now, self.agreement)
+        elif ask.is_enough:
+            granted, held, waiting = ask.granted, ask.granted, None
+        else:
+            granted, waiting = extended(entry, ask, self._reserving(name), now)
+            held = granted
         entry.waiting = waiting
         entry.used = joined(tail, ask.path.part(0, granted))
         entry.held = entry.used if held == granted else joined(tail, ask.path.part(0, held))

@@ -8,10 +8,11 @@ import numpy as np
 
 from navigation_core.geometry import Vector3
 from navigation_core.searches import AT_ONCE, Searcher
-from navigation_core.traffic.intruders import Intruders
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.right_of_way import TrafficWait
-from navigation_core.traffic.volumes import Array, Volume
+from navigation_core.tasks.observation import Observation, OtherVehicles
+from navigation_core.tasks.traffic.entries import TrafficWait
+from navigation_core.tasks.traffic.intruders import Intruders
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.volumes import Array, Volume
 
 __all__ = ["TrafficFrame", "TrafficView"]
 
@@ -43,7 +44,7 @@ class TrafficFrame:
 
 
 @dataclass(frozen=True, eq=False)
-class TrafficView:
+class TrafficView(OtherVehicles):
     """The other traffic, as a task sees it.
 
     Attributes:
@@ -67,6 +68,12 @@ class TrafficView:
     reach_m: float = np.inf
     timeout_s: float = 120.0
     searcher: Searcher = AT_ONCE
+
+    @staticmethod
+    def of(observation: Observation) -> TrafficView | None:
+        """Return the traffic in an observation; None where nobody keeps apart."""
+        view = observation.traffic
+        return view if isinstance(view, TrafficView) else None
 
     def volume(self, points_enu_m: Array) -> Volume:
         """Return the volume that the vehicle occupies along points (N, 3) of the map."""

@@ -10,11 +10,11 @@ import numpy as np
 from navigation_core.geometry import ZERO, norm, scale
 from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.intents import Setpoint
-from navigation_core.tasks.leading.reserved_path import REACTION_S
-from navigation_core.traffic.evasions import AFTER_S
-from navigation_core.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.evasions import AFTER_S
+from navigation_core.tasks.traffic.reserved_path import REACTION_S
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 
-__all__ = ["paced"]
+__all__ = ["slowed"]
 
 # Shares of a commanded velocity that are tried.
 _SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
@@ -22,7 +22,7 @@ _SHARES = (1.0, 0.75, 0.5, 0.35, 0.2, 0.1)
 _STANDS_SHARE, _STANDS_M_S = 1e-3, 0.05
 
 
-def paced(
+def slowed(
     view: TrafficView, setpoint: Setpoint, timeout_s: float, braking_m_s2: float, now: float
 ) -> Setpoint:
     """Return a setpoint as fast as a run-out from it is free, and hold its volume.

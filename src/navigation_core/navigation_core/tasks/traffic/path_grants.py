@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from navigation_core.traffic.crowds import Others
-from navigation_core.traffic.entries import Agreement, Ask, Entry, Wish
-from navigation_core.traffic.right_of_way import TrafficWait, wait_for
-from navigation_core.traffic.way_out import leading
+from navigation_core.tasks.traffic.crowds import Others, leading
+from navigation_core.tasks.traffic.entries import Agreement, Ask, Entry, TrafficWait, Wish, wait_for
 
 __all__ = ["extended", "extended_by_agreement"]
 
@@ -29,7 +27,7 @@ def extended(entry: Entry, ask: Ask, others: Others, now: float) -> tuple[int, T
         others: what they hold and announce.
         now: time in seconds.
     """
-    if ask.granted >= min(ask.enough, len(ask.path)):
+    if ask.is_enough:
         return ask.granted, None
     count = min(len(ask.path), ask.granted + _LOOK_AHEAD_POINTS)
     window = ask.path.part(0, count)

@@ -1,9 +1,9 @@
 """Flies a path among other vehicles: as fast as what is reserved allows, or around them.
 
-At every step more of the path is reserved (:mod:`navigation_core.traffic.reservations`), and the
-setpoint is only so fast that the vehicle stops within that, even if no other setpoint follows. If
-it would have to wait for long, or must give way, a detour is searched for. It gives way to
-intruders, which reserve nothing, in :mod:`navigation_core.tasks.leading.giving_way`.
+At every step more of the path is reserved (:mod:`navigation_core.tasks.traffic.reservations`), and
+the setpoint is only so fast that the vehicle stops within that, even if no other setpoint follows.
+If it would have to wait for long, or must give way, a detour is searched for. It gives way to
+intruders, which reserve nothing, in :mod:`navigation_core.tasks.traffic.giving_way`.
 """
 
 from __future__ import annotations
@@ -11,26 +11,27 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from navigation_core.geometry import ZERO, norm, scale, unit
+from navigation_core.geometry import ZERO, KinematicState, norm, scale, unit
 from navigation_core.safety.stopping_distance import stopping_speed_m_s
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.carrot import Carrot
-from navigation_core.tasks.leading.flight_detours import FlightDetours, IsFree
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
-from navigation_core.tasks.leading.giving_way import GivingWay
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
-from navigation_core.tasks.leading.reserved_path import (
+from navigation_core.tasks.measurement import measured_state
+from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.entries import TrafficWait
+from navigation_core.tasks.traffic.flight_detours import FlightDetours, IsFree
+from navigation_core.tasks.traffic.giving_way import GivingWay
+from navigation_core.tasks.traffic.reserved_path import (
     REACTION_S,
     STANDS_M_S,
     ReservedPath,
     RunOut,
+    Within,
 )
-from navigation_core.tasks.measurement import measured_state
-from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.right_of_way import TrafficWait
-from navigation_core.traffic.traffic_view import TrafficView
 
 __all__ = ["BRAKE_SHARE", "PathInTraffic", "TrafficStep"]
 
@@ -87,6 +88,7 @@ class PathInTraffic:
         self._giving_way = GivingWay(traits, follower)
         self._detours = FlightDetours(traits, follower)
         self._path: ReservedPath | None = None
+        self._run_out = RunOut(traits.setpoint_timeout_s, math.inf)
         self._allowed_m_s = self._running_m_s = math.inf
         # The stop or detour that was put in place of the path. After a replan the follower has
         # another motion, and this one no longer counts.
@@ -102,7 +104,7 @@ class PathInTraffic:
         Returns:
             Whether the follower has another path.
         """
-        view = observation.traffic
+        view = TrafficView.of(observation)
         return view is not None and self._giving_way.stand(
             view, observation, self._is_free(observation), now
         )
@@ -120,7 +122,7 @@ class PathInTraffic:
 
         There must be a path. It may be changed: for a detour, or for a stop.
         """
-        view, carrot = observation.traffic, self._follower.carrot
+        view, carrot = TrafficView.of(observation), self._follower.carrot
         if view is None or carrot is None:
             if self.last is not _ALONE:
                 self.forget()
@@ -168,9 +170,13 @@ class PathInTraffic:
         self, view: TrafficView, carrot: Carrot, observation: Observation, now: float
     ) -> float:
         """Return the share of its speed that the setpoint may have."""
-        is_free = self._is_free(observation)
-        run_out = RunOut(self._traits.setpoint_timeout_s, self._braking_m_s2(carrot))
-        leads_aside = self._detours.take(view, run_out.braking_m_s2, now)
+        here, path = measured_state(observation), self._path
+        if path is not None and path.trajectory is carrot.trajectory and not self._detours.searches:
+            within = path.stay(view, carrot, here.position_enu_m, now)
+            if within is not None:
+                return self._share_within(within, path, view, carrot, observation, now)
+        self._run_out = RunOut(self._traits.setpoint_timeout_s, self._braking_m_s2(carrot))
+        leads_aside = self._detours.take(view, self._run_out.braking_m_s2, now)
         carrot = self._follower.carrot or carrot
         if leads_aside is not None:
             self._elsewhere = carrot if leads_aside else None
@@ -185,9 +191,25 @@ class PathInTraffic:
         path = self._path
         if path is None or path.trajectory is not carrot.trajectory:
             path = self._path = ReservedPath(carrot.trajectory, view)
-        here = measured_state(observation)
-        speed_m_s = norm((carrot.state if self._traits.flies else here).velocity_enu_m_s)
-        within = path.reserve(view, carrot, here.position_enu_m, speed_m_s, run_out, now)
+        speed_m_s = self._speed_m_s(carrot, here)
+        within = path.reserve(view, carrot, here.position_enu_m, speed_m_s, self._run_out, now)
+        return self._share_within(within, path, view, carrot, observation, now)
+
+    def _speed_m_s(self, carrot: Carrot, here: KinematicState) -> float:
+        return norm((carrot.state if self._traits.flies else here).velocity_enu_m_s)
+
+    def _share_within(
+        self,
+        within: Within,
+        path: ReservedPath,
+        view: TrafficView,
+        carrot: Carrot,
+        observation: Observation,
+        now: float,
+    ) -> float:
+        """Return the share of its speed within what is reserved, and among intruders."""
+        speed_m_s = self._speed_m_s(carrot, measured_state(observation))
+        run_out, is_free = self._run_out, self._is_free(observation)
         self._waiting = within.waiting
         self._allow(within.room_m, within.aside_m, run_out)
         hardest_m_s = stopping_speed_m_s(within.room_m, 0.0, run_out.braking_m_s2 / BRAKE_SHARE)
@@ -219,6 +241,12 @@ class PathInTraffic:
 
     def _share_of(self, carrot: Carrot) -> float:
         speed_m_s = norm(carrot.nominal.velocity_enu_m_s)
+        limits = carrot.trajectory.limits
+        climb_m_s = max(limits.speed_up_m_s, limits.speed_down_m_s)
+        highest_m_s = math.hypot(limits.speed_horizontal_m_s, climb_m_s)
+        if self._allowed_m_s >= max(speed_m_s, highest_m_s):
+            self._waiting = None
+            return 1.0
         ahead_m_s = norm(carrot.trajectory.sample(carrot.time_s + 0.3).velocity_enu_m_s)
         speed_m_s = max(speed_m_s, ahead_m_s, STANDS_M_S)
         if self._allowed_m_s >= 0.9 * speed_m_s:

@@ -10,10 +10,10 @@ import numpy as np
 
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
-from navigation_core.traffic.intruders import HORIZON_S, Intruders
-from navigation_core.traffic.right_of_way import TrafficWait, wait_for
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import Array
+from navigation_core.tasks.traffic.entries import TrafficWait, wait_for
+from navigation_core.tasks.traffic.intruders import HORIZON_S, Intruders
+from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import Array
 
 __all__ = ["AFTER_S", "ENOUGH", "TOO_NEAR", "AvoidingMotion", "EvasionSearch"]
 
@@ -41,7 +41,7 @@ class AvoidingMotion:
 
     Attributes:
         end_enu_m: its end, in the map frame.
-        penalty: its penalty (:class:`~navigation_core.traffic.intruders.Passage`).
+        penalty: its penalty (:class:`~navigation_core.tasks.traffic.intruders.Passage`).
     """
 
     end_enu_m: Vector3

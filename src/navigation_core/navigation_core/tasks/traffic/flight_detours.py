@@ -18,13 +18,13 @@ from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.path_search import joins
-from navigation_core.tasks.leading.reserved_path import STANDS_M_S, ReservedPath
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.detours import Detour, DetourSearch
+from navigation_core.tasks.traffic.reserved_path import STANDS_M_S, ReservedPath
+from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import Array
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.detours import Detour, DetourSearch
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import Array
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
 from navigation_core.trajectories.trajectory import TrajectoryError
 
@@ -65,7 +65,7 @@ class IsFree:
 
 
 @dataclass(frozen=True)
-class _Looking:
+class _PendingSearch:
     """A search for a detour.
 
     Attributes:
@@ -93,17 +93,22 @@ class FlightDetours:
         """
         self._traits = traits
         self._follower = follower
-        self._looking: _Looking | None = None
+        self._pending: _PendingSearch | None = None
         # The path that was looked at last, and when.
         self._looked_at: ReservedPath | None = None
         self._looked_s = -math.inf
         self._asides = 0
 
+    @property
+    def searches(self) -> bool:
+        """Whether a search is pending."""
+        return self._pending is not None
+
     def forget(self) -> None:
         """Abandon a search; the vehicle does not follow its path now."""
-        if self._looking is not None:
-            self._looking.search.abandon()
-            self._looking = None
+        if self._pending is not None:
+            self._pending.search.abandon()
+            self._pending = None
 
     def look(
         self,
@@ -127,7 +132,7 @@ class FlightDetours:
             now: time in seconds.
         """
         is_new = path is not self._looked_at
-        if self._looking is not None or not (is_new or now - self._looked_s >= _DETOUR_RETRY_S):
+        if self._pending is not None or not (is_new or now - self._looked_s >= _DETOUR_RETRY_S):
             return
         is_needed = is_stuck and view.must_give_way(now)
         first = int(np.searchsorted(path.times_s, carrot.time_s))
@@ -176,33 +181,33 @@ class FlightDetours:
             away = search.aside(place)
             return (None if away is None else _planned(start, away, (), limits)), True
 
-        self._looking = _Looking(view.searcher.begin(work), carrot, joint_s, is_needed)
+        self._pending = _PendingSearch(view.searcher.begin(work), carrot, joint_s, is_needed)
 
     def take(self, view: TrafficView, braking_m_s2: float, now: float) -> bool | None:
         """Go over to a detour that was found; return whether it leads aside, None without one."""
-        looking = self._looking
-        if looking is None:
+        pending = self._pending
+        if pending is None:
             return None
-        if looking.carrot is not self._follower.carrot:
+        if pending.carrot is not self._follower.carrot:
             self.forget()
             return None
         try:
-            result = looking.search.result()
+            result = pending.search.result()
         except TrajectoryError:
             result = (None, False)
         if result is None or (
-            not looking.carrot.ended
-            and looking.carrot.time_s < looking.joint_s
+            not pending.carrot.ended
+            and pending.carrot.time_s < pending.joint_s
             and self._traits.flies
         ):
             return None
-        self._looking = None
+        self._pending = None
         path, leads_aside = result
         if path is None:
-            _note_stuck(looking, view, now)
+            _note_stuck(pending, view, now)
             return None
-        late_s = looking.carrot.time_s - looking.joint_s if self._traits.flies else 0.0
-        if looking.carrot.ended:
+        late_s = pending.carrot.time_s - pending.joint_s if self._traits.flies else 0.0
+        if pending.carrot.ended:
             late_s = 0.0
         commanded = self._follower.sent.commanded
         if self._traits.flies and (commanded is None or not joins(commanded.state, path, late_s)):
@@ -210,16 +215,16 @@ class FlightDetours:
         speed = norm(path.trajectory.start.velocity_enu_m_s)
         needed_m = stopping_distance_m(speed, 0.0, braking_m_s2) + 0.5
         if not ReservedPath(path.trajectory, view).begins_free(view, needed_m):
-            _note_stuck(looking, view, now)
+            _note_stuck(pending, view, now)
             return None
         self._asides += leads_aside
         self._follower.take(replace(path, entered_s=max(late_s, 0.0)), not leads_aside)
         return leads_aside
 
 
-def _note_stuck(looking: _Looking, view: TrafficView, now: float) -> None:
+def _note_stuck(pending: _PendingSearch, view: TrafficView, now: float) -> None:
     """Let the others in a wait cycle search for a detour if the vehicle that had to found none."""
-    if looking.is_needed:
+    if pending.is_needed:
         view.reservations.entry(view.name).stuck_until_s = now + NO_DETOUR_RETRY_S
 
 

@@ -1,9 +1,9 @@
 """Gives way to intruders: slower along the path, or out of their path, and back once they passed.
 
 Several times a second the planned flight is compared with the motion of the intruders. Nothing
-changes while the required distance is kept. Otherwise the vehicle flies the fastest pace along the
-path that keeps it. If no pace does, not even standing, it flies the evasion that keeps the most
-distance.
+changes while the required distance is kept. Otherwise the vehicle flies the fastest ground speed
+along the path that keeps it. If no speed does, not even standing, it flies the evasion that keeps
+the most distance.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
+from navigation_core.tasks.traffic.entries import TrafficWait, wait_for
+from navigation_core.tasks.traffic.evasions import AFTER_S, ENOUGH, TOO_NEAR, EvasionSearch
+from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import Array, densified
 from navigation_core.tasks.traits import Traits
-from navigation_core.traffic.evasions import AFTER_S, ENOUGH, TOO_NEAR, EvasionSearch
-from navigation_core.traffic.right_of_way import TrafficWait, wait_for
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import Array, densified
 from navigation_core.trajectories.trajectory import Trajectory, plan_to
 
 __all__ = ["GivingWay"]
 
-_LOOK_S = 0.2
+_CHECK_PERIOD_S = 0.2
 # An evasion is flown for this time at least; another one replaces it if its penalty is at most this
 # share of the present one's.
-_KEEP_S, _BETTER_SHARE = 0.6, 0.8
+_EVASION_MIN_S, _BETTER_SHARE = 0.6, 0.8
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.0)
-# Below this planned speed the pace is not computed from it.
-_SLOW_M_S = 0.5
+# Below this planned speed the share is not computed from it.
+_PLANNED_SPEED_MIN_M_S = 0.5
 # Progress: the remaining length is the least ever, by this much.
 _PROGRESS_MIN_M = 1.0
 
@@ -55,7 +55,7 @@ class GivingWay:
         """
         self._traits = traits
         self._follower = follower
-        self._looked_s = self._taken_s = -math.inf
+        self._checked_s = self._taken_s = -math.inf
         self._share = 1.0
         self._evasion: Carrot | None = None
         self._stepped_s = -math.inf
@@ -97,9 +97,9 @@ class GivingWay:
         """
         self._count(observation, now)
         evades = self.evades
-        if now - self._looked_s < _LOOK_S:
+        if now - self._checked_s < _CHECK_PERIOD_S:
             return share if evades else share * self._share
-        self._looked_s = now
+        self._checked_s = now
         state = self._state(observation, carrot)
         search = self._search(view, state, now)
         if search is None:
@@ -110,17 +110,19 @@ class GivingWay:
             return share
         best, least, who = 0.0, math.inf, ""
         for one in _SHARES:
-            kept, penalty, name = search.judged(self._paced(carrot, observation, share * one)[None])
+            kept, penalty, name = search.judged(
+                self._motion_at(carrot, observation, share * one)[None]
+            )
             if penalty < least:
                 best, least = one, penalty
             who = who or name
             if kept >= (1.0 if one <= self._share else ENOUGH):
-                self._pace(one, who, now)
+                self._limit_speed(one, who, now)
                 return share * one
         if self._evade(search, view, state, least, is_free, now):
             carrot, share, best = self._follower.carrot or carrot, 1.0, 1.0
         self._share = best
-        motion = self._paced(carrot, observation, share * best)
+        motion = self._motion_at(carrot, observation, share * best)
         self.waiting = search.wait(self.waiting, who, motion, now)
         return share * best
 
@@ -133,23 +135,24 @@ class GivingWay:
             Whether the follower has another path.
         """
         carrot = self._follower.carrot
-        if carrot is None or not self._traits.flies or now - self._looked_s < _LOOK_S:
+        if carrot is None or not self._traits.flies or now - self._checked_s < _CHECK_PERIOD_S:
             return False
-        self._looked_s = now
+        self._checked_s = now
         state = self._state(observation, carrot)
         search = self._search(view, state, now)
-        if search is None or now - self._taken_s < _KEEP_S:
+        if search is None or now - self._taken_s < _EVASION_MIN_S:
             return False
-        kept, penalty, _ = search.judged(self._paced(carrot, observation, 1.0)[None])
+        kept, penalty, _ = search.judged(self._motion_at(carrot, observation, 1.0)[None])
         return kept < 1.0 and self._evade(
             search, view, state, _BETTER_SHARE * penalty, is_free, now
         )
 
     def _count(self, observation: Observation, now: float) -> None:
         """Count the time without progress: an intruder that circles comes back repeatedly."""
-        if self.waiting is not None:
-            self.waited_s += min(now - self._stepped_s, _LOOK_S)
-        self._stepped_s = now
+        stepped_s, self._stepped_s = self._stepped_s, now
+        if self.waiting is None:
+            return
+        self.waited_s += min(now - stepped_s, _CHECK_PERIOD_S)
         places = [measured_state(observation).position_enu_m]
         places += [point.position_enu_m for point in self._follower.points]
         left_m = sum(itertools.starmap(math.dist, itertools.pairwise(places)))
@@ -157,6 +160,8 @@ class GivingWay:
             self._least_left_m, self.waited_s = left_m, 0.0
 
     def _search(self, view: TrafficView, state: KinematicState, now: float) -> EvasionSearch | None:
+        if not view.reservations.has_intruders:
+            return None
         limits = self._follower.limits
         speed_m_s = math.hypot(limits.speed_horizontal_m_s, limits.speed_up_m_s)
         intruders = view.intruders(state.position_enu_m, speed_m_s, now)
@@ -170,7 +175,7 @@ class GivingWay:
             self._follower.leave_path()  # the next path begins at the setpoint
         self._evasion, self.waiting, self._share = None, None, 1.0
 
-    def _pace(self, of_allowed: float, who: str, now: float) -> None:
+    def _limit_speed(self, of_allowed: float, who: str, now: float) -> None:
         self._share = of_allowed
         if of_allowed == 1.0:
             self.waiting = None
@@ -195,7 +200,7 @@ class GivingWay:
         motion = self._trajectory(carrot, 1.0, 1.0)
         self.waiting = search.wait(self.waiting, who, motion, now)
         kept, penalty, _ = search.judged(motion[None])
-        if kept < 1.0 and now - self._taken_s >= _KEEP_S:
+        if kept < 1.0 and now - self._taken_s >= _EVASION_MIN_S:
             self._evade(search, view, state, _BETTER_SHARE * penalty, is_free, now)
 
     def _evade(
@@ -229,17 +234,17 @@ class GivingWay:
     def _state(self, observation: Observation, carrot: Carrot) -> KinematicState:
         return carrot.state if self._traits.flies else measured_state(observation)
 
-    def _paced(self, carrot: Carrot, observation: Observation, share: float) -> Array:
+    def _motion_at(self, carrot: Carrot, observation: Observation, share: float) -> Array:
         """Return where the vehicle is at each moment, at a share of the planned speed, (T, 3)."""
         rate = carrot.rate
         if not self._traits.flies:
-            planned_m_s = max(norm(carrot.nominal.velocity_enu_m_s), _SLOW_M_S)
+            planned_m_s = max(norm(carrot.nominal.velocity_enu_m_s), _PLANNED_SPEED_MIN_M_S)
             rate = min(norm(measured_state(observation).velocity_enu_m_s) / planned_m_s, 1.0)
         return self._trajectory(carrot, rate, share)
 
     def _trajectory(self, carrot: Carrot, rate: float, share: float) -> Array:
         trajectory: Trajectory = carrot.trajectory
-        speed_m_s = max(norm(carrot.nominal.velocity_enu_m_s), _SLOW_M_S)
+        speed_m_s = max(norm(carrot.nominal.velocity_enu_m_s), _PLANNED_SPEED_MIN_M_S)
         changes_s = max(
             abs(share - rate) * speed_m_s / trajectory.limits.acceleration_horizontal_m_s2, 1e-3
         )

@@ -179,9 +179,24 @@ class Volume:
         level_m = np.hypot(gaps[:, 0], gaps[:, 1])
         return np.asarray(np.maximum(level_m / beside_m, gaps[:, 2] / above_m))
 
+    @cached_property
+    def _rest_corners(self) -> tuple[Array, Array]:
+        """The corners of cuboids about what is left from each point on, both of shape (3, N)."""
+        points, room = self.table[:3], self.table[[3, 3, 4]]
+        low = np.minimum.accumulate((points - room)[:, ::-1], axis=1)[:, ::-1]
+        return low, np.maximum.accumulate((points + room)[:, ::-1], axis=1)[:, ::-1]
+
     def part(self, first: int, end: int | None = None) -> Volume:
         """Return some of its points in a row."""
         return Volume(self.table[:, first:end])
+
+    def rest(self, first: int) -> Volume:
+        """Return all points from one on, which is quick to do again from the next."""
+        rest = self.part(first)
+        if first < len(self):
+            low, high = self._rest_corners
+            rest.__dict__["corners"] = low[:, first].tolist(), high[:, first].tolist()
+        return rest
 
 
 _NONE: Indices = np.empty(0, dtype=np.intp)

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from navigation_core.limits import Limits
-from navigation_core.traffic.reservations import TrafficReservations
-from navigation_core.traffic.traffic_view import TrafficView
-from navigation_core.traffic.volumes import Array, Volume, densified
+from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.traffic.volumes import Array, Volume, densified
 
 __all__ = ["Detour", "DetourSearch"]
 
