@@ -998,8 +998,8 @@ def reason(log: str) -> str:
     """Return the reason for a failure from a program's output, for the end of a sentence."""
     lines = [line.strip() for line in log.splitlines() if line.strip()]
     full = "No space left on device"
-    # uv lists the causes of an error below it, and pip names what it did without.
-    listed = [line.partition(": ")[2] for line in lines if re.match("(?i:error|cause): ", line)]
+    # uv lists the causes of an error below it, pip names what it did without, apt writes "E: ".
+    listed = [line.partition(": ")[2] for line in lines if re.match("(?i:error|cause|e): ", line)]
     if listed:
         text = ": ".join(part[:150] for part in dict.fromkeys([*listed[:2], listed[-1]]))
         # pip forgets that there was no connection; uv says at the end of a long line what was full.

@@ -363,6 +363,7 @@ def test_uv_looks_where_pip_is_told_to_look(setup_environment: ModuleType) -> No
         ),
         ("a.c:1: fatal error: x.h\nb\nc: No space left on device\n", "c: No space left on device"),
         ("a\nb.c:1: fatal error: x.h\n", "b.c:1: fatal error: x.h"),
+        ("Reading\nE: Unable to locate package x\n", "Unable to locate package x"),
         ("a\nCMake Error at b:3 (c):\n\n  No d.\n\ne\n", "CMake Error at b:3 (c): No d."),
         ("one\ntwo\n", "one"),
     ],
