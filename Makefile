@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev setup-extras build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-night explore bench shape lint lock pages wheels version clean distclean
+.PHONY: help setup setup-dev setup-extras build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-arm64 test-night explore bench shape lint lock pages wheels version clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -82,7 +82,10 @@ test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a 
 	cat $$computed; \
 	exit $$status
 
-test-night: test-all ## And those with all their parameters (an hour)
+test-arm64: setup-dev ## Try the packages that need no ROS on ARM64, by emulation (ARGS=tests/unit/core)
+	@$(ENTER) python scripts/try_arm64.py $(ARGS)
+
+test-night: test-all test-arm64 ## And those with all their parameters (an hour), and make test-arm64
 	@$(ENTER) $(PYTEST) -n 4 -m night $(TESTS)
 
 SEEDS ?= 200

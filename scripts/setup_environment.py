@@ -63,6 +63,9 @@ STAND_INS = ("geographic_msgs", "tf2_msgs")
 ON_DEMAND = ("nav2_msgs",)
 # Commands of ours for a ROS that lacks them.
 STAND_IN_COMMANDS = ("ros2",)
+# Packages that are compiled where none of their wheels fits: empy has none, ruckig none for ARM64.
+# All others are wheels.
+COMPILED = ("empy", "ruckig")
 # Packages on top of those for running, each with a lock of its own. "dev" contains "extras".
 LAYERS = ("extras", "dev")
 # Free disk that the set-up needs: .venv, the tools of the build, and packages as downloaded; of
@@ -349,8 +352,9 @@ def check_prerequisites(ros: str, packages: bool = True, compiles: bool = True) 
     """
     if ros == "wheels" and platform.machine() != "x86_64":
         raise SetupError(
-            f"The ROS 2 wheels are made for x86-64, and this is {platform.machine()}: "
-            "install ROS 2 Jazzy, source it and run this again."
+            f"ROS 2 exists as wheels for x86-64 only, and this is {platform.machine()}: install "
+            "ROS 2 Jazzy (on Ubuntu 24.04: sudo apt install ros-jazzy-ros-base), run "
+            "'. /opt/ros/jazzy/setup.bash' and then this again, without MAVBRIDGE_ROS=wheels."
         )
     missing, names = [], []
     compilers = (("CC", "cc", "the C compiler"), ("CXX", "c++", "the C++ compiler"))
@@ -434,24 +438,35 @@ def add_layer(ros: str, layer: str) -> bool:
 def install_lock(lock: Path, where: Path) -> None:
     """Installs the packages of a lock that a virtual environment does not have yet.
 
-    It is uv that installs them, in a tenth of pip's time. The lock is complete, so there is nothing
-    to resolve.
+    It is uv that installs them, in a tenth of pip's time.
     """
     uv, variables = installer()
-    flags = "pip install --no-config --system-certs --index-strategy unsafe-best-match"
-    install: list[str | Path] = [uv, *flags.split(), "--no-deps", "--require-hashes"]
-    install += ["--only-binary", ":all:", "--python", where / "bin" / "python"]
+    install: list[str | Path] = [uv, "--no-config", "--system-certs", "pip", "install"]
+    install += [*options_of_lock(lock), "--python", where / "bin" / "python"]
     text = lock.read_text()
     if "\nempy==" in text:
-        # empy is published as source only. It is built with the pinned setuptools, installed first,
-        # rather than with whatever is newest on the day.
+        # It is built with the pinned setuptools, installed first.
         tools = where / "build-tools.txt"
         tools.write_text(blocks_of(lock, "setuptools"))
         run("build-tools", "Installing setuptools", [*install, "-r", tools], variables)
-        install += ["--no-build-isolation", "--no-binary", "empy"]
+        install += ["--no-build-isolation"]
     count = len(re.findall(r"^\S+==", text, re.MULTILINE))
     what = f"Installing {count} pinned packages"
+    if platform.machine() != "x86_64" and "\nruckig==" in text:
+        what += ", ruckig from source"
     run(f"packages-{lock.stem}", what, [*install, "-r", lock], variables)
+
+
+def options_of_lock(lock: Path) -> list[str]:
+    """The options of `uv pip install` for a lock, which is complete: there is nothing to resolve.
+
+    Wheels only, except for what has to be compiled. What ruckig is built with is pinned, too,
+    rather than whatever is newest on the day.
+    """
+    options = ["--index-strategy", "unsafe-best-match", "--no-deps", "--require-hashes"]
+    options += ["--build-constraints", str(lock_of("system", "build"))]
+    names = set(re.findall(r"^(\S+)==", lock.read_text(), re.MULTILINE))
+    return options + [f"--only-binary={name}" for name in sorted(names - set(COMPILED))]
 
 
 @functools.cache
@@ -983,8 +998,8 @@ def reason(log: str) -> str:
     """Return the reason for a failure from a program's output, for the end of a sentence."""
     lines = [line.strip() for line in log.splitlines() if line.strip()]
     full = "No space left on device"
-    # uv lists the causes of an error below it, and pip names what it did without.
-    listed = [line.partition(": ")[2] for line in lines if re.match("(?i:error|cause): ", line)]
+    # uv lists the causes of an error below it, pip names what it did without, apt writes "E: ".
+    listed = [line.partition(": ")[2] for line in lines if re.match("(?i:error|cause|e): ", line)]
     if listed:
         text = ": ".join(part[:150] for part in dict.fromkeys([*listed[:2], listed[-1]]))
         # pip forgets that there was no connection; uv says at the end of a long line what was full.

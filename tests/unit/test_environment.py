@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -113,6 +114,57 @@ def setup_environment() -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def test_arm64_without_a_sourced_ros_is_one_sentence(
+    setup_environment: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("platform.machine", lambda: "aarch64")
+    monkeypatch.setattr("sys.argv", ["setup_environment.py", "--ros", "wheels"])
+    monkeypatch.setattr(setup_environment, "read", lambda _stamp: None)
+    monkeypatch.setattr(setup_environment, "put_back", lambda _before: None)
+    assert setup_environment.main() == 1
+    said = capsys.readouterr().err
+    assert said.startswith(
+        "Set-up failed: ROS 2 exists as wheels for x86-64 only, and this is aarch64: install ROS 2 "
+        "Jazzy (on Ubuntu 24.04: sudo apt install ros-jazzy-ros-base), run "
+        "'. /opt/ros/jazzy/setup.bash' and then this again"
+    )
+    assert len(said.splitlines()) == 1
+
+
+def test_arm64_with_a_sourced_ros_is_set_up(
+    setup_environment: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("platform.machine", lambda: "aarch64")
+    setup_environment.check_prerequisites("system", packages=False)
+
+
+@pytest.mark.wide
+@pytest.mark.by_day
+@pytest.mark.parametrize("kind", ["system", "system-extras", "system-build", "wheels"])
+def test_a_lock_can_be_installed_on_arm64(
+    setup_environment: ModuleType, kind: str, tmp_path: Path
+) -> None:
+    """That of the wheels without those of ROS, which are for x86-64 only."""
+    text = (ROOT / f"requirements/{kind}.txt").read_text("utf-8")
+    lock = tmp_path / "lock.txt"
+    lock.write_text(re.sub(r"(?m)^ros-.*(\n +.*)*\n?", "", text), "utf-8")
+    _, variables = setup_environment.installer()
+    command = ["uv", "--no-config", "--system-certs", "pip", "install", "--dry-run"]
+    command += [*setup_environment.options_of_lock(lock), "--target", str(tmp_path / "target")]
+    command += ["--python-platform", "aarch64-manylinux_2_35", "-r", str(lock)]
+    for version in ("3.10", "3.11", "3.12"):
+        done = subprocess.run(
+            [*command, "--python-version", version], env=variables, capture_output=True, text=True,
+            timeout=300, check=False,
+        )  # fmt: skip
+        if re.search("Failed to fetch|error sending request", done.stderr):
+            pytest.skip(f"no package index was reached: {done.stderr.strip().splitlines()[-1]}")
+        assert done.returncode == 0, f"{version}: {done.stderr}"
+        assert "+ ruckig==" in done.stderr or kind == "system-build", done.stderr
 
 
 def test_missing_headers_are_named(
@@ -311,6 +363,7 @@ def test_uv_looks_where_pip_is_told_to_look(setup_environment: ModuleType) -> No
         ),
         ("a.c:1: fatal error: x.h\nb\nc: No space left on device\n", "c: No space left on device"),
         ("a\nb.c:1: fatal error: x.h\n", "b.c:1: fatal error: x.h"),
+        ("Reading\nE: Unable to locate package x\n", "Unable to locate package x"),
         ("a\nCMake Error at b:3 (c):\n\n  No d.\n\ne\n", "CMake Error at b:3 (c): No d."),
         ("one\ntwo\n", "one"),
     ],

@@ -56,6 +56,7 @@ INTERRUPTED = {
 
 PRINTED = {
     "lock": "it needs the network",
+    "test-arm64": "it downloads another Debian",
     "lint": "mypy takes minutes for all packages",
     **{
         target: "it would change the environment that the tests run in"

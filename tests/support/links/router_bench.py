@@ -99,11 +99,11 @@ class Server:
         self.received: list[Any] = []
         self.overheard: list[Any] = []
 
-    def turn(self) -> None:
-        """Do what a driver does in a turn."""
-        self.router.poll(time.monotonic())
+    def turn(self, at_s: float | None = None) -> None:
+        """Do what a driver does in a turn, at a time, or as the clock says."""
+        self.router.poll(at_s or time.monotonic())
         select.select(self.router.filenos(), [], [], 0.002)
-        now = time.monotonic()
+        now = at_s or time.monotonic()
         self.received += self.router.receive(now)
         self.overheard += self.router.overhear(now)
 
