@@ -31,6 +31,7 @@ from drone_navigation.console import page_values, plans
 from drone_navigation.console.flight_parameters import FlightParameters
 from drone_navigation.console.rehearsing.joint_rehearsal import RehearsedVehicle
 from drone_navigation.console.rehearsing.rehearsals import Rehearsals
+from drone_navigation.console.remarks import Remarks
 from drone_navigation.console.requests import ACTIONS, VehicleRequests
 from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
@@ -53,7 +54,6 @@ _SILENT_S = 2.5
 _STILL_M_S = 0.5
 _EVENTS = 40
 _PLANS = 5
-_REMARKS = 3
 
 
 @dataclass(frozen=True)
@@ -102,6 +102,7 @@ class VehicleClient:
         self._event_count = 0
         self._plans: deque[list[list[float]]] = deque(maxlen=_PLANS)
         self._active = ""
+        self._remarks = Remarks()
         self._player = ""
         self._replay_listener: Subscription | None = None
         self._jumps = (0, False)
@@ -183,11 +184,14 @@ class VehicleClient:
             if message.last_status_text:
                 self._tell(message.header.stamp, "vehicle", message.last_status_text)
         self._set_active(message.active_goal)
+        self._remarks.notes = tuple(message.goal_notes)
+        self._show_remarks()
 
     def _set_active(self, goal_id: str) -> None:
         if goal_id == self._active:
             return
         self._active = goal_id
+        self._remarks = Remarks()
         self._board.put(self._name, "goal", goal_id)
         self._board.put(self._name, "route", self.requests.routes.get(goal_id))
         if not goal_id:
@@ -205,7 +209,6 @@ class VehicleClient:
         if message.event == GoalEvent.ACCEPTED:
             self._plans.clear()
             self._board.put(self._name, "earlier", [])
-            self._board.put(self._name, "remarks", [])
             self._set_active(message.goal_id)
         elif message.event == GoalEvent.ENDED and message.goal_id == self._active:
             self._end_goal()
@@ -214,16 +217,14 @@ class VehicleClient:
         if message.event in (GoalEvent.REJECTED, GoalEvent.ENDED):
             end = {"event": message.event, "code": message.what, "text": text}
             self._board.put(self._name, "end", {**end, "number": self._event_count + 1})
-        elif message.event == GoalEvent.STATUS:
-            self._remark(message)
+        elif message.event == GoalEvent.STATUS and message.goal_id == self._active:
+            self._remarks.hear(message.what, message.message)
+        self._show_remarks()
         by = route["by"] if route else ""
         self._tell(message.header.stamp, message.event.lower(), text, message.what, by)
 
-    def _remark(self, message: GoalEvent) -> None:
-        """Keep what was said about the active goal, such as a warning of its acceptance."""
-        remarks = self._board.get(self._name, "remarks") or []
-        if message.message and message.message not in remarks:
-            self._board.put(self._name, "remarks", [*remarks, message.message][-_REMARKS:])
+    def _show_remarks(self) -> None:
+        self._board.put(self._name, "remarks", self._remarks.sentences())
 
     def _tell(self, stamp: Time, kind: str, text: str, code: str = "", by: str = "") -> None:
         self._event_count += 1
