@@ -8,13 +8,9 @@ from navigation_core.geometry import (
     ZERO,
     KinematicState,
     Vector3,
-    across,
-    dot,
     limit_norm,
-    norm,
     scale,
     slew_angle,
-    subtract,
     wrap_angle,
 )
 from navigation_core.tasks.goto_config import GotoConfig
@@ -58,6 +54,7 @@ class Carrot:
         nominal: where it is on the trajectory, at the speed that is planned there.
         state: the setpoint's position and its true derivatives.
         yaw_enu_rad: the setpoint's yaw.
+        distance_remaining_m: length of the path that is left.
     """
 
     def __init__(
@@ -88,6 +85,7 @@ class Carrot:
         self.rate = 1.0
         self._rate_average = 1.0
         self.nominal, self._limits = trajectory.at(time_s)
+        self.distance_remaining_m = trajectory.remaining_distance_m(time_s)
         self.state = self.nominal
         self._yaw_rate_rad_s = trajectory.limits.yaw_rate_rad_s
         self._driven: DrivenPath | None = None
@@ -104,7 +102,7 @@ class Carrot:
         if lead_s <= 0.0:
             return self.time_s, self.state
         time_s = self.time_s + self.rate * lead_s
-        return time_s, self._scaled(self.trajectory.sample(time_s), 0.0)
+        return time_s, self._scaled(self.trajectory.at(time_s)[0], 0.0)
 
     def turn_to(self, yaw_enu_rad: float) -> None:
         """Turn to another yaw from now on, the shorter way round."""
@@ -123,7 +121,8 @@ class Carrot:
         if acceleration[0] * velocity[0] + acceleration[1] * velocity[1] > 0.0:
             now = self.nominal.acceleration_enu_m_s2
             lean_s = self._config.response_s * self.rate
-            then = self.trajectory.sample(self.time_s + lean_s).acceleration_enu_m_s2
+            leaning, _ = self.trajectory.at(self.time_s + lean_s)
+            then = leaning.acceleration_enu_m_s2
             gain = self.rate * self.rate
             acceleration = (
                 acceleration[0] + gain * (then[0] - now[0]),
@@ -149,11 +148,6 @@ class Carrot:
         return turned and self.time_s >= self.trajectory.duration_s
 
     @property
-    def distance_remaining_m(self) -> float:
-        """Length of the path that is left."""
-        return self.trajectory.remaining_distance_m(self.time_s)
-
-    @property
     def time_remaining_s(self) -> float:
         """Time that is left at the pace of the last seconds."""
         left_s = max(self.trajectory.duration_s - self.time_s, 0.0)
@@ -175,9 +169,10 @@ class Carrot:
         # The mean of both rates makes the position the integral of the velocity.
         self._walk_to(self.time_s + 0.5 * (before + self.rate) * dt_s, self.rate, dt_s)
         self.state = self._scaled(self.nominal, (self.rate - before) / dt_s)
-        self.yaw_enu_rad = slew_angle(
-            self.yaw_enu_rad, self._yaw_goal_enu_rad, self._yaw_rate_rad_s * dt_s
-        )
+        if self.yaw_enu_rad != self._yaw_goal_enu_rad:
+            self.yaw_enu_rad = slew_angle(
+                self.yaw_enu_rad, self._yaw_goal_enu_rad, self._yaw_rate_rad_s * dt_s
+            )
 
     def follow(
         self, dt_s: float, position_enu_m: Vector3, braking_m_s2: float, until_s: float = math.inf
@@ -224,39 +219,38 @@ class Carrot:
         if time_s != self.time_s:
             self.time_s = time_s
             self.nominal, self._limits = self.trajectory.at(time_s)
+            self.distance_remaining_m = self.trajectory.remaining_distance_m(time_s)
 
     def _next_rate(self, dt_s: float, position_enu_m: Vector3 | None, rate_max: float) -> float:
         wanted, change = rate_max, _RATE_CHANGE_PER_S
         course, allowed_m_s = ZERO, math.inf
-        speed_m_s = norm(self.nominal.velocity_enu_m_s)
+        speed_m_s = math.hypot(*self.nominal.velocity_enu_m_s)
         if speed_m_s > _MOVES_M_S:
             course = scale(self.nominal.velocity_enu_m_s, 1.0 / speed_m_s)
             axis = self._limits.along(course)
             change = min(change, axis.acceleration_m_s2 / speed_m_s)
             allowed_m_s = _HURRY_SHARE * axis.speed_forward_m_s
         if position_enu_m is not None:
-            offset = subtract(self.state.position_enu_m, position_enu_m)
-            behind_m = dot(offset, course)
+            (x, y, z), (x_0, y_0, z_0) = self.state.position_enu_m, position_enu_m
+            offset = (x - x_0, y - y_0, z - z_0)
+            behind_m = offset[0] * course[0] + offset[1] * course[1] + offset[2] * course[2]
             room_m = self._config.tracking_error_max_m
             free_m = room_m * (1.0 - _FREE_SHARE)
-            room_m -= self._lag_m(offset, behind_m, course, speed_m_s)
+            led_m_s = self.rate * speed_m_s
+            if led_m_s < _MOVES_M_S:
+                room_m -= math.hypot(*offset)
+            else:  # behind or beside the setpoint; ahead of it does not count
+                late_m = max(behind_m - self._config.tracking_lag_s * led_m_s, 0.0)
+                room_m -= math.hypot(late_m, math.dist(offset, scale(course, behind_m)))
             wanted = min(max(room_m / free_m, 0.0), rate_max)
             if speed_m_s > _MOVES_M_S:
                 hurry_m_s = self._config.following_gain_per_s * behind_m
                 wanted = min(wanted, max((allowed_m_s - hurry_m_s) / speed_m_s, 0.0))
         return min(max(wanted, self.rate - change * dt_s), self.rate + change * dt_s)
 
-    def _lag_m(self, offset: Vector3, behind_m: float, course: Vector3, speed_m_s: float) -> float:
-        """Return how far the vehicle is behind or beside the setpoint; ahead does not count."""
-        led_m_s = self.rate * speed_m_s
-        if led_m_s < _MOVES_M_S:
-            return norm(offset)
-        late_m = max(behind_m - self._config.tracking_lag_s * led_m_s, 0.0)
-        return math.hypot(late_m, norm(across(offset, course)))
-
     def _scaled(self, nominal: KinematicState, rate_change_per_s: float) -> KinematicState:
         gain, limits = self.rate * self.rate, self._limits
-        v_x, v_y, v_z = velocity = nominal.velocity_enu_m_s
+        v_x, v_y, v_z = nominal.velocity_enu_m_s
         a_x, a_y, a_z = nominal.acceleration_enu_m_s2
         acceleration = (
             a_x * gain + v_x * rate_change_per_s,
@@ -264,9 +258,11 @@ class Carrot:
             a_z * gain + v_z * rate_change_per_s,
         )
         ceiling = max(
-            norm(nominal.acceleration_enu_m_s2),
+            math.hypot(*nominal.acceleration_enu_m_s2),
             math.hypot(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2),
         )
         return KinematicState(
-            nominal.position_enu_m, scale(velocity, self.rate), limit_norm(acceleration, ceiling)
+            nominal.position_enu_m,
+            (v_x * self.rate, v_y * self.rate, v_z * self.rate),
+            limit_norm(acceleration, ceiling),
         )
