@@ -179,35 +179,38 @@ class SetpointFlight(PhasedTask):
         position = observation.position_enu_m
         return self._itinerary.total(progress, position, self._estimator.is_straight)
 
-    # --- the state machine -----------------------------------------------------------
-
-    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Return what to do now, or how it ended; a setpoint is safe if no other follows."""
+        if self._outcome is not None:
+            return self._outcome
         observation = self._arrival.level(observation)
         if self._follower.sent.step_begins(now):
             self._parts.forget()
         try:
             if self._thought_failed is not None:
                 raise self._thought_failed
-            self._interrupt(observation, now)
-            answer = super()._answer(observation, now)
+            if (observation.position_doubt or self._pause_asked) and not self._cancel_asked:
+                self._interrupt(observation, now)
+            answer = super().step(observation, now)
         except TrajectoryError as error:
-            answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
+            ending = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
+            return self._finish(ending, now)
         if not isinstance(answer, Fly):
             return answer
-        answer = self._standing.held(answer, observation, self._phase is Phase.STOPPING)
+        if observation.position_doubt or self._phase is Phase.STOPPING:
+            answer = self._standing.held(answer, observation)
         return self._leader.limited(answer, observation, self._phase is Phase.NAVIGATING)
 
-    def _handle(self, observation: Observation, now: float) -> Answer:
-        answer = self._check_flight(observation, now) or super()._handle(observation, now)
-        if answer is not Phase.NAVIGATING:
-            return answer
-        self._begin_flight(observation, now)
-        return None
+    # --- the state machine -----------------------------------------------------------
+
+    def _begin_phase(self, phase: Phase, observation: Observation, now: float) -> None:
+        if phase is Phase.NAVIGATING:
+            self._begin_flight(observation, now)
+        else:
+            self._go(phase, now)
 
     def _interrupt(self, observation: Observation, now: float) -> None:
         """Stand still for a position that is in doubt, or for a pause."""
-        if self._cancel_asked:
-            return
         if observation.position_doubt and self._phase in _DOUBTING:
             self._go(self._standing.lose_position(observation), now)
         elif self._pause_asked and self._phase in _PAUSABLE:
@@ -233,7 +236,7 @@ class SetpointFlight(PhasedTask):
         self._go(first, now)
         return None
 
-    def _check_flight(self, observation: Observation, now: float) -> Answer:
+    def _check(self, observation: Observation, now: float) -> Answer:
         """Look for what ends or suspends every flight."""
         if self._phase not in FLYING:
             return None
