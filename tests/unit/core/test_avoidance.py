@@ -18,13 +18,13 @@ from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import NOTHING_SENT, Fly, Handover
+from navigation_core.tasks.leading.carrot import Commanded
 from navigation_core.tasks.leading.flight_terms import (
     AvoidanceConfig,
     AvoidanceConfigError,
     FlightTerms,
 )
 from navigation_core.tasks.leading.path_follower import PathFollower
-from navigation_core.tasks.leading.sent_setpoint import Commanded
 from navigation_core.tasks.phases import Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import COPTER, Traits

@@ -22,11 +22,7 @@ from navigation_core.tasks.flying.launch import Launch
 from navigation_core.tasks.flying.path_leader import PathLeader
 from navigation_core.tasks.flying.standing import Standing
 from navigation_core.tasks.flying.stopping import FLYING, FlightParts, Stopping, first_phase
-from navigation_core.tasks.intents import (
-    Fly,
-    Intent,
-    Outcome,
-)
+from navigation_core.tasks.intents import Fly, Intent, Outcome
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import PathFollower
@@ -68,14 +64,9 @@ class SetpointFlight(PhasedTask):
         self._in_traffic = self._leader.in_traffic
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)
+        still, landed = Standstill.of_stop(config, traits), Dwell(config.landed_timeout_s)
         self._parts = FlightParts(
-            config,
-            traits,
-            self._requests,
-            self._follower,
-            self._arrival,
-            Standstill.of_stop(config, traits),
-            Dwell(config.landed_timeout_s),
+            config, traits, self._requests, self._follower, self._arrival, still, landed
         )
         self._departure = Departure(config, traits, self._requests, self._arrival.error_m)
         self._standing = Standing(
@@ -120,7 +111,9 @@ class SetpointFlight(PhasedTask):
         """Begin."""
         super().start(observation, now)
         self._follower.sent.start(now)
-        self._estimator.start(self._arrival.level(observation), self._follower)
+        if not self._traits.flies:
+            observation = self._arrival.level(observation)
+        self._estimator.start(observation, self._follower)
 
     @property
     def thinks(self) -> bool:
@@ -131,14 +124,15 @@ class SetpointFlight(PhasedTask):
         """Look for another path around obstacles, if need be."""
         if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
             return
-        if (
-            is_located(observation, self._config.position_stale_s)
-            and not self._follower.sent.is_stale
-        ):
-            try:
-                self._avoider.think(self._arrival.level(observation), now)
-            except TrajectoryError as error:
-                self._thought_failed = error
+        is_known = is_located(observation, self._config.position_stale_s)
+        if not is_known or self._follower.sent.is_stale:
+            return
+        if not self._traits.flies:
+            observation = self._arrival.level(observation)
+        try:
+            self._avoider.think(observation, now)
+        except TrajectoryError as error:
+            self._thought_failed = error
 
     def resume_control(self, now: float) -> None:
         """Take control again, and plan from where the vehicle is then."""
@@ -159,11 +153,10 @@ class SetpointFlight(PhasedTask):
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of all sections."""
-        elapsed_s = now - self._phase_since_s
-        observation = self._arrival.level(observation)
-        progress = self._estimator.progress(
-            self._phase, elapsed_s, self._follower.carrot, observation
-        )
+        if not self._traits.flies:
+            observation = self._arrival.level(observation)
+        carrot, elapsed_s = self._follower.carrot, now - self._phase_since_s
+        progress = self._estimator.progress(self._phase, elapsed_s, carrot, observation)
         if self._avoider is not None:
             progress = replace(progress, replans=self._avoider.replans)
             if self._phase is Phase.BLOCKED and self._avoider.reason:
@@ -171,11 +164,10 @@ class SetpointFlight(PhasedTask):
             elif self._phase is Phase.BLOCKED:
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
-        if self._phase is Phase.NAVIGATING:
-            waiting = self._in_traffic.last.waiting
-            if waiting is not None:
-                status = Status.WAITING_FOR_TRAFFIC
-                progress = replace(progress, status=status, blocked=waiting.text)
+        waiting = self._in_traffic.last.waiting
+        if waiting is not None and self._phase is Phase.NAVIGATING:
+            status = Status.WAITING_FOR_TRAFFIC
+            progress = replace(progress, status=status, blocked=waiting.text)
         position = observation.position_enu_m
         return self._itinerary.total(progress, position, self._estimator.is_straight)
 
@@ -183,7 +175,8 @@ class SetpointFlight(PhasedTask):
         """Return what to do now, or how it ended; a setpoint is safe if no other follows."""
         if self._outcome is not None:
             return self._outcome
-        observation = self._arrival.level(observation)
+        if not self._traits.flies:
+            observation = self._arrival.level(observation)
         if self._follower.sent.step_begins(now):
             self._parts.forget()
         try:
