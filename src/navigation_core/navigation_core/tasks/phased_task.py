@@ -75,7 +75,7 @@ class PhasedTask(Task):
         return self._path_enu_m
 
     @property
-    def thinks(self) -> bool:
+    def may_replan(self) -> bool:
         """No: nothing takes long."""
         return False
 
@@ -103,7 +103,7 @@ class PhasedTask(Task):
                 return answer
         raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
 
-    def think(self, observation: Observation, now: float) -> None:
+    def replan(self, observation: Observation, now: float) -> None:
         """Nothing takes long."""
 
     def cancel(self, now: float) -> None:

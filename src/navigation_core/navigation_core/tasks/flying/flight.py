@@ -74,7 +74,7 @@ class SetpointFlight(PhasedTask):
         )
         self._stopping: Stopping | None = None
         self._by_itself = terms.handover.by_itself  # until the first change of phase
-        self._thought_failed: TrajectoryError | None = None
+        self._replan_failed: TrajectoryError | None = None
         launch = Launch(self._parts, self._departure, self._estimator)
         self._handlers = {
             Phase.PREPARING: launch.prepare,
@@ -116,12 +116,12 @@ class SetpointFlight(PhasedTask):
         self._estimator.start(observation, self._follower)
 
     @property
-    def thinks(self) -> bool:
+    def may_replan(self) -> bool:
         """Whether the flight avoids obstacles."""
         return self._avoider is not None
 
-    def think(self, observation: Observation, now: float) -> None:
-        """Look for another path around obstacles, if need be."""
+    def replan(self, observation: Observation, now: float) -> None:
+        """Search for another path around obstacles, if need be."""
         if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
             return
         is_known = is_located(observation, self._config.position_stale_s)
@@ -130,9 +130,9 @@ class SetpointFlight(PhasedTask):
         if not self._traits.flies:
             observation = self._arrival.level(observation)
         try:
-            self._avoider.think(observation, now)
+            self._avoider.replan(observation, now)
         except TrajectoryError as error:
-            self._thought_failed = error
+            self._replan_failed = error
 
     def resume_control(self, now: float) -> None:
         """Take control again, and plan from where the vehicle is then."""
@@ -180,8 +180,8 @@ class SetpointFlight(PhasedTask):
         if self._follower.sent.step_begins(now):
             self._parts.forget()
         try:
-            if self._thought_failed is not None:
-                raise self._thought_failed
+            if self._replan_failed is not None:
+                raise self._replan_failed
             if (observation.position_doubt or self._pause_asked) and not self._cancel_asked:
                 self._interrupt(observation, now)
             answer = super().step(observation, now)

@@ -42,7 +42,7 @@ _ROUNDING = 1.02
 
 
 class RunOutLimiter:
-    """The caution with which one goal is flown."""
+    """Limits the setpoints of one goal to what is safe if none follows, or if they are late."""
 
     def __init__(
         self,
