@@ -220,7 +220,7 @@ class Environment:
 
     # Range sensors.
 
-    def look_around(self, index: int) -> RangeReading | None:
+    def measure_ranges(self, index: int) -> RangeReading | None:
         """One vehicle's range sensors, or None when it has none."""
         sensor = self.world.range_sensor
         if sensor is None:

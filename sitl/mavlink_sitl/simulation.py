@@ -9,7 +9,7 @@ and time passes when `run_for` or `run_until` says so:
     answer = simulation.link.read()
 
 A tick is 10 ms by default: controllers and bodies move at every tick, the firmware
-thinks every 50 ms. Written bytes are processed at once, at the simulated time of the write. The
+acts every 50 ms. Written bytes are processed at once, at the simulated time of the write. The
 same seed and the same writes at the same simulated times give the same bytes, however the time in
 between is cut into runs.
 """
@@ -40,7 +40,7 @@ from mavlink_sitl.world.model import World
 __all__ = ["Estimate", "SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
 
 TICK_US = round(DT_S * 1e6)
-THINK_US = 50_000
+ACTION_PERIOD_US = 50_000
 SENSOR_US = 200_000
 EPOCH_US = 1_767_225_600_000_000
 """Simulated time 0 in logs and GPS time: 1 January 2026, UTC"""
@@ -85,9 +85,9 @@ class Simulation:
         if len(packs) > 1:
             raise ConfigurationError("all vehicles must have the same battery model")
         self._tick_us = round(tick_s * 1e6)
-        if not self._tick_us > 0 or THINK_US % self._tick_us:
+        if not self._tick_us > 0 or ACTION_PERIOD_US % self._tick_us:
             raise ConfigurationError(f"the tick must be a whole part of 0.05 s, not {tick_s} s")
-        self._think_ticks = THINK_US // self._tick_us
+        self._action_ticks = ACTION_PERIOD_US // self._tick_us
         self._sensor_ticks = SENSOR_US // self._tick_us
         self._now_us = 0
         self._tick = 0
@@ -185,13 +185,13 @@ class Simulation:
 
     def _step(self) -> None:
         tick, now_us = self._tick, self._now_us
-        think = tick % self._think_ticks == 0
+        acts = tick % self._action_ticks == 0
         for _, physics, _ in self._kinds:
             physics.step()
             if tick % self._sensor_ticks == 0:
                 physics.step_sensors(now_us / 1e6)
-            if think:
-                physics.step_batteries(1e-6 * THINK_US)
+            if acts:
+                physics.step_batteries(1e-6 * ACTION_PERIOD_US)
         if self._collisions:
             self._meet()
         for rows, _, environment in self._kinds:
@@ -200,8 +200,8 @@ class Simulation:
         if tick % self._sensor_ticks == 0:
             self._step_receivers()
         for vehicle in self.vehicles:
-            if think or vehicle.wake_us <= now_us:
-                vehicle.tick(now_us, think)
+            if acts or vehicle.wake_us <= now_us:
+                vehicle.tick(now_us, acts)
 
     @property
     def positions_ned_m(self) -> NDArray[np.float64]:

@@ -155,7 +155,7 @@ def _step(one: Flown, reservations: TrafficReservations, now: float) -> None:
             if one.view is not None:
                 reservations.entry(one.name).rank = Rank(Claimant.NOTHING, 0.0, one.name)
         elif isinstance(answer, Fly):
-            one.task.think(observation, now)
+            one.task.replan(observation, now)
         if not isinstance(answer, Outcome):
             one.mass.obey(answer)
     view = one.view

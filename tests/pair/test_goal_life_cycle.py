@@ -52,7 +52,7 @@ def test_no_setpoint_before_the_take_off_is_complete(flight: SimulatedFlight) ->
     assert flight.truth()[0][2] > 1.3
 
 
-def test_a_flight_that_avoids_nothing_has_no_turns_for_thinking(flight: SimulatedFlight) -> None:
+def test_a_flight_that_avoids_nothing_has_no_turns_for_replanning(flight: SimulatedFlight) -> None:
     flight.run_to_status(flight.send(20.0, 0.0, 3.0), "NAVIGATING")
     count = 0
     for _ in range(50):

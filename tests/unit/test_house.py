@@ -255,3 +255,66 @@ def test_a_timer_on_the_clock_of_a_node_is_found() -> None:
     source = "import time\nfrom datetime import datetime\n"
     source += "node.create_timer(1.0, work)\ntime.time()\ndatetime.now()\ntime.monotonic()\n"
     assert _settable_clocks(ast.parse(source)) == {"create_timer", "time", "now"}
+
+
+# Names that say nothing to an engineer of this field, with the term that does.
+NAMES_RULED_OUT = {
+    "berth": "parking position",
+    "caution": "limits",
+    "conduct": "the state or the rule itself",
+    "desk": "requests",
+    "footing": "the requirements",
+    "look_around": "measure or observe",
+    "pace": "speed, rate or time scale",
+    "stillborn": "rejected or never started",
+    "take_up": "start or resume",
+    "tempered": "limited",
+    "think": "replan, search or act",
+    "thinks": "replan, search or act",
+    "told": "reported, commanded or sent",
+}
+_RULED_OUT = re.compile(rf"(?:^|_)(?:{'|'.join(NAMES_RULED_OUT)})s?(?:_|$)")
+STILL_NAMED = {"_told", "_pace", "commanded_pace"}
+"""Names in the traffic folders that are yet to be changed."""
+
+
+def _snake(name: str) -> str:
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+
+
+def _names_in(tree: ast.Module) -> set[str]:
+    """Return the identifiers of a module: what it defines, uses, imports and passes."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name):
+            found.add(node.id)
+        elif isinstance(node, ast.Attribute):
+            found.add(node.attr)
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.arg | ast.keyword) and node.arg:
+            found.add(node.arg)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.update(node.module.split("."))
+    return found
+
+
+def _ruled_out(names: set[str]) -> set[str]:
+    return {name for name in names if _RULED_OUT.search(_snake(name))}
+
+
+def test_identifiers_are_the_terms_of_the_field() -> None:
+    found = {}
+    for file in PRODUCT:
+        names = _ruled_out(_names_in(_parsed(file)) | {file.stem})
+        if "traffic" in _name(file) or file.stem in ("giving_way", "flight_detours"):
+            names -= STILL_NAMED
+        if names:
+            found[_name(file)] = names
+    assert found == {}
+
+
+def test_a_name_that_is_ruled_out_is_found() -> None:
+    tree = ast.parse("class DeskLimits:\n    def look_around(self, told_s): self._think()\n")
+    assert _ruled_out(_names_in(tree)) == {"DeskLimits", "look_around", "told_s", "_think"}
+    assert _ruled_out({"space", "spaces_m", "retold", "untold", "replan", "desktop"}) == set()

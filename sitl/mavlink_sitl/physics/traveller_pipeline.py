@@ -34,8 +34,8 @@ class TravellerPhysics(Physics):
 
     def __init__(self, start: PhysicsStart) -> None:
         super().__init__(start)
-        self._told: list[Any] = [self.guidance_type() for _ in range(self.count)]
-        self._told_lanes = self.targets_of(self._told, self.o)
+        self._guidance: list[Any] = [self.guidance_type() for _ in range(self.count)]
+        self._guidance_lanes = self.targets_of(self._guidance, self.o)
         self._control: Any = self.law.initial(self.o)
 
     def step_batteries(self, dt: float) -> None:
@@ -48,18 +48,18 @@ class TravellerPhysics(Physics):
         """Give a vehicle's controllers new guidance."""
         if not isinstance(guidance, self.guidance_type):
             guidance = self.guidance_type(motors=guidance.motors)  # a firmware that shuts down
-        self._told[index] = guidance
+        self._guidance[index] = guidance
         if self.count == 1:
-            self._told_lanes = self.targets_of(self._told, self.o)
+            self._guidance_lanes = self.targets_of(self._guidance, self.o)
             return
         one = self.targets_of([guidance], ops_for(1))
-        for lane, value in zip(self._told_lanes, one, strict=True):
+        for lane, value in zip(self._guidance_lanes, one, strict=True):
             lane[index] = value
 
     def moving_target(self, index: int) -> Vector:
         """The destination of a vehicle."""
-        told = self._told[index]
-        return told.north_m, told.east_m, told.down_m
+        guidance = self._guidance[index]
+        return guidance.north_m, guidance.east_m, guidance.down_m
 
 
 class RoverPhysics(TravellerPhysics):
@@ -80,7 +80,7 @@ class RoverPhysics(TravellerPhysics):
         body = self.body
         moves = drive_controller.DriveBody(body.forward_m_s, body.yaw_rad, body.yaw_rate_rad_s)
         self._control, throttle, steering = self.law.step(
-            self._control, self._told_lanes, moves, self.dt_s, self.gains, self.o
+            self._control, self._guidance_lanes, moves, self.dt_s, self.gains, self.o
         )
         self.body = self._move(rover.GroundCommand(throttle * self.efficiency, steering))
         self.error = sensors.advance(self.error, self.dt_s)
@@ -108,7 +108,7 @@ class RoverPhysics(TravellerPhysics):
         """Stop a vehicle at once: it has hit something."""
         super().stop_dead(index)
         self._zero(index, "forward_m_s", "right_m_s")
-        self.guide(index, replace(self._told[index], speed_m_s=0.0))
+        self.guide(index, replace(self._guidance[index], speed_m_s=0.0))
 
     def _turn_lanes(self, body: Any) -> tuple[Lane, ...]:
         zero = self.o.full(0.0)
@@ -177,7 +177,12 @@ class PlanePhysics(TravellerPhysics):
     def step(self) -> None:
         """Controllers and bodies, a step onwards."""
         self._control, bank, climb, throttle = glide_controller.step(
-            self._control, self._told_lanes, self.body.airspeed_m_s, self.dt_s, self.gains, self.o
+            self._control,
+            self._guidance_lanes,
+            self.body.airspeed_m_s,
+            self.dt_s,
+            self.gains,
+            self.o,
         )
         command = plane.PlaneCommand(bank, climb, throttle * self.efficiency)
         self.body = plane.step(

@@ -77,9 +77,9 @@ class VehicleBody:
         """Servo outputs of vehicles other than those with four equal motors."""
         return self._physics.servos(self._lane)
 
-    def look_around(self) -> RangeReading | None:
+    def measure_ranges(self) -> RangeReading | None:
         """The readings of its range sensors, or None if it has none."""
-        return None if self._environment is None else self._environment.look_around(self._lane)
+        return None if self._environment is None else self._environment.measure_ranges(self._lane)
 
     def clearance(self) -> TrueClearance:
         """The true distance to the nearest obstacle."""

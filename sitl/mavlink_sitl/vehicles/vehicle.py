@@ -53,7 +53,7 @@ class SimulatedVehicle(VehicleBody):
         logbook: its own logs; they survive, too.
         offset_ned_m: where its local origin is, from home.
         now_us: simulated time.
-        wake_us: when it has something to send; before, `tick` is only needed to think.
+        wake_us: when it has something to send; before, `tick` is only needed to act.
         damage: why it will not fly again before it is mended; None when it is whole.
     """
 
@@ -144,13 +144,13 @@ class SimulatedVehicle(VehicleBody):
 
     # Time.
 
-    def tick(self, now_us: int, think: bool) -> None:
-        """A tick has passed; `think` when the firmware acts too."""
+    def tick(self, now_us: int, acts: bool) -> None:
+        """A tick has passed; `acts` when the firmware acts, too."""
         self.now_us = now_us
         if not self.wake_us and not self._moves_on(now_us):
             return
-        if think:
-            self._think()
+        if acts:
+            self._act()
         if now_us >= self.wake_us:
             for server in self._servers:
                 if now_us >= server.next_due_us():
@@ -158,7 +158,7 @@ class SimulatedVehicle(VehicleBody):
             self._plan_wake()
             self._send_all()
 
-    def _think(self) -> None:
+    def _act(self) -> None:
         """The firmware acts."""
         self._failures.follow_parameters()
         if self.config.external_position:

@@ -232,7 +232,7 @@ def test_obstacle_distance_sees_a_wall_in_72_sectors() -> None:
 def test_obstacle_distance_turns_with_the_nose() -> None:
     world = World(obstacles=(WALL,), range_sensor=EXACT)
     simulation = Simulation([VehicleConfig(heading_deg=90.0)], world=world)
-    reading = simulation.vehicles[0].look_around()
+    reading = simulation.vehicles[0].measure_ranges()
     assert reading is not None
     assert reading.sectors_m[54] == pytest.approx(9.5)
     assert math.isinf(reading.sectors_m[0])
@@ -244,13 +244,13 @@ def test_the_scanner_leans_with_the_vehicle() -> None:
     world = World(obstacles=(low_wall,), range_sensor=EXACT)
     station = station_in(world, WPNAV_SPEED=1500.0)
     vehicle = station.vehicle
-    seen = vehicle.look_around()
+    seen = vehicle.measure_ranges()
     assert seen is not None
     assert seen.sectors_m[36] == pytest.approx(14.5 + station.position[0], abs=0.2)
     assert math.isinf(seen.sectors_m[0])
     station.setpoint(POSITION, (200.0, 0.0, -5.0))
     station.run(1.5)
-    motion, seen = vehicle.truth(), vehicle.look_around()
+    motion, seen = vehicle.truth(), vehicle.measure_ranges()
     assert seen is not None
     assert motion.pitch_rad < math.radians(-10.0)
     height = range_finder.MOUNT_M * math.cos(motion.pitch_rad) - motion.down_m
@@ -265,7 +265,7 @@ def test_who_drives_sees_what_stands_around_and_no_hill(kind: str) -> None:
     hill = Ground(0.0, (2.0, -50.0), 10.0, ((0.0, 0.0), (4.0, 4.0)))
     world = World(ground=hill, obstacles=(WALL,), range_sensor=EXACT)
     config = VehicleConfig(vehicle=kind, heading_deg=0.0)
-    seen = Simulation([config], world=world).vehicles[0].look_around()
+    seen = Simulation([config], world=world).vehicles[0].measure_ranges()
     assert seen is not None
     assert seen.sectors_m[0] == pytest.approx(9.5)
     assert seen.sectors_m[36] == math.inf
@@ -277,7 +277,7 @@ def test_a_sector_reports_the_nearest_of_what_is_in_it() -> None:
     bearing = math.radians(7.0)
     place = (12.0 * math.cos(bearing), 12.0 * math.sin(bearing))
     world = World(obstacles=(Obstacle("post", place, radius_m=0.1),), range_sensor=EXACT)
-    seen = Simulation([VehicleConfig(heading_deg=0.0)], world=world).vehicles[0].look_around()
+    seen = Simulation([VehicleConfig(heading_deg=0.0)], world=world).vehicles[0].measure_ranges()
     assert seen is not None
     assert seen.sectors_m[1] == pytest.approx(11.9)
     assert sum(map(math.isfinite, seen.sectors_m)) == 1
@@ -290,7 +290,7 @@ def test_a_moving_obstacle_is_seen_where_it_is() -> None:
     simulation = Simulation([VehicleConfig(heading_deg=0.0)], world=world)
     for _ in range(30):
         simulation.run_for(0.5)
-        seen = simulation.vehicles[0].look_around()
+        seen = simulation.vehicles[0].measure_ranges()
         assert seen is not None
         assert seen.sectors_m[0] == pytest.approx(path.at(simulation.time_s)[0] - 1.0)
 
@@ -330,7 +330,7 @@ def test_above_a_wall_nothing_is_seen_around_and_its_top_below() -> None:
 
 def test_a_vehicle_without_the_sensor_sends_nothing() -> None:
     station = station_in(World())
-    assert station.vehicle.look_around() is None
+    assert station.vehicle.measure_ranges() is None
     station.interval(132, 5.0)
     station.run(2.0)
     assert not station.messages("OBSTACLE_DISTANCE") + station.messages("DISTANCE_SENSOR")
@@ -344,7 +344,7 @@ def test_range_noise_is_seeded() -> None:
         found = []
         for _ in range(3):
             simulation.run_for(0.1)
-            reading = simulation.vehicles[0].look_around()
+            reading = simulation.vehicles[0].measure_ranges()
             assert reading is not None
             found.append(reading.sectors_m)
         return found
@@ -440,7 +440,7 @@ def test_another_vehicle_changes_nothing_for_the_first() -> None:
     for simulation in (alone, both):
         simulation.run_for(5.0)
     assert alone.vehicles[0].wind_ned_m_s == pytest.approx(both.vehicles[0].wind_ned_m_s, abs=1e-9)
-    assert alone.vehicles[0].look_around() == both.vehicles[0].look_around()
+    assert alone.vehicles[0].measure_ranges() == both.vehicles[0].measure_ranges()
 
 
 # Ground and collisions.
@@ -531,7 +531,7 @@ def test_every_kind_of_vehicle_lives_in_a_world(kind: str) -> None:
     config = VehicleConfig(vehicle=kind, heading_deg=0.0, ready_after_s=1.0)
     simulation = Simulation([config], seed=1, world=world)
     simulation.run_for(2.0)
-    reading = simulation.vehicles[0].look_around()
+    reading = simulation.vehicles[0].measure_ranges()
     assert reading is not None
     assert reading.sectors_m[0] == pytest.approx(9.5, abs=0.5)
     assert not simulation.truth.collided[0]

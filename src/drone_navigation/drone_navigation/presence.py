@@ -56,7 +56,7 @@ class Presence:
         self._heard_s: dict[str, float] = {}
         self._contested: set[str] = set()
         self._others_since_s: float | None = None
-        self._told = False
+        self._reported = False
         self.other_server = False
         topic = "~/vehicle_status" if own_id else f"{SERVER_NODE_NAME}/vehicle_status"
         node.create_subscription(VehicleStatus, topic, self._take, _STATUS_QOS)
@@ -110,9 +110,9 @@ class Presence:
         self.other_server = self.rejection() is not None
 
     def _tell(self, other: bool) -> None:
-        if other == self._told:
+        if other == self._reported:
             return
-        self._told = other
+        self._reported = other
         if other:
             self._node.get_logger().warning(f"No goals are accepted. {duplicate(self._node)}")
         else:

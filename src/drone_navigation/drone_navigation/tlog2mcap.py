@@ -182,19 +182,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _summary(converted: Converted, out: Path) -> str:
     counts, time = converted.counts, converted.time
     topics = sum(count > 0 for count in counts.values())
-    told = [f"Wrote {sum(counts.values())} messages of {topics} topics to {out}."]
+    sentences = [f"Wrote {sum(counts.values())} messages of {topics} topics to {out}."]
     if not any("/_action/" in topic for topic in counts):
-        told.append("The log contains no goals of navigation_server.")
+        sentences.append("The log contains no goals of navigation_server.")
     if not any(count for topic, count in counts.items() if topic.endswith("/pose")):
-        told.append(
+        sentences.append(
             "It has no pose: the log lacks local positions, an attitude, or positions that the "
             "estimator confirms."
         )
     if time.stepped_back:
-        told.append(
+        sentences.append(
             f"The recorder's clock stepped back {time.stepped_back} times; its times are kept."
         )
-    return " ".join(told)
+    return " ".join(sentences)
 
 
 if __name__ == "__main__":

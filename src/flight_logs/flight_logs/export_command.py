@@ -105,14 +105,14 @@ def _summary(exported: Exported, folder: Path) -> str:
         "with bad checksums": counts.bad_checksums,
         "of messages unknown to the dialect": sum(counts.unknown_messages.values()),
     }
-    told = [f"{count} {what}" for what, count in skipped.items() if count]
+    parts = [f"{count} {what}" for what, count in skipped.items() if count]
     if counts.bytes_outside:
-        told.append(f"{counts.bytes_outside} bytes outside packets")
+        parts.append(f"{counts.bytes_outside} bytes outside packets")
     rows = sum(exported.rows.values())
     done = f"Wrote {rows} messages of {len(exported.rows)} types to {folder}."
     if not exported.rows:
         done = "The log has none of these messages; nothing was written."
-    return done + (f" Skipped: {', '.join(told)}." if told else "")
+    return done + (f" Skipped: {', '.join(parts)}." if parts else "")
 
 
 if __name__ == "__main__":

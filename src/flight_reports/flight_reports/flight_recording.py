@@ -108,8 +108,8 @@ def read_recording(path: Path, system: int | None = None) -> FlightRecording:
     systems = {number for number, _ in candidates}
     if vehicle is None:
         wanted = "a vehicle" if system is None else f"system {system}"
-        told = f"; it contains system {_listed(systems)}" if systems else ""
-        raise NoFlightError(f"{path} contains no position of {wanted}{told}.")
+        others = f"; it contains system {_listed(systems)}" if systems else ""
+        raise NoFlightError(f"{path} contains no position of {wanted}{others}.")
     track = read_track(contents, vehicle)
     measured = figures(contents, track)
     if measured is None:
@@ -194,12 +194,14 @@ class _Reader:
     def recording(self, track: Track, measured: Figures, remarks: Sequence[str]) -> FlightRecording:
         """Return the recording of a track, which has a position."""
         times_s = track.time_s - track.time_s[0]
-        told = self._teller.retold
-        noted, name = told.noted, told.name or "vehicle"
-        status = noted.status or [(time_s, f"mode {mode}") for time_s, mode in told.modes]
-        warnings = [(moment.time_s, moment.text) for moment in told.moments if moment.kind == TEXT]
+        retold = self._teller.retold
+        noted, name = retold.noted, retold.name or "vehicle"
+        status = noted.status or [(time_s, f"mode {mode}") for time_s, mode in retold.modes]
+        warnings = [
+            (moment.time_s, moment.text) for moment in retold.moments if moment.kind == TEXT
+        ]
         return FlightRecording(
-            vehicle=f"{name}, system {told.state.system_id}",
+            vehicle=f"{name}, system {retold.state.system_id}",
             remarks=tuple(remark for remark in [*remarks, *self._lacking()] if remark),
             figures=measured,
             times_s=times_s,
@@ -212,7 +214,7 @@ class _Reader:
             replans=Timeline.of(noted.replans),
             distance_m=Timeline.of(noted.distance_m),
             time_left_s=Timeline.of(noted.time_left_s),
-            battery_percent=Timeline.of(told.battery),
+            battery_percent=Timeline.of(retold.battery),
             status=Timeline.of(status),
             warnings=Timeline.of(warnings),
             obstacles=Timeline.of(self._obstacles),

@@ -18,7 +18,7 @@ from flight_logs.extras import missing
 from flight_logs.whole_file import whole_file
 from flight_reports.flight_recording import NoFlightError, read_recording
 from flight_reports.pictures import scene
-from flight_reports.pictures.film import SIZE_PX, Film, Picture, make_pace
+from flight_reports.pictures.film import SIZE_PX, Film, Picture, make_playback
 
 try:
     import imageio_ffmpeg
@@ -71,15 +71,15 @@ def make_video(log: Path, mp4: Path, gif: Path, system: int | None = None) -> No
         VideoError: the MP4 cannot be written; the GIF has been.
     """
     recording = read_recording(log, system)
-    pace = make_pace(recording, _FILM_S, _FRAMES_HZ)
-    film = Film(recording, pace.speedup)
-    progress = _Progress(time.monotonic, len(pace.times_s()))
+    playback = make_playback(recording, _FILM_S, _FRAMES_HZ)
+    film = Film(recording, playback.speedup)
+    progress = _Progress(time.monotonic, len(playback.times_s()))
     mp4.parent.mkdir(parents=True, exist_ok=True)
     writer = _mp4_writer(mp4)
     palette = _palette()
     frames = []
     try:
-        for picture in film.pictures(pace):
+        for picture in film.pictures(playback):
             small = Image.fromarray(picture).resize(_GIF_SIZE_PX, Image.Resampling.LANCZOS)
             frames.append(small.quantize(palette=palette, dither=Image.Dither.NONE))
             if writer is not None:

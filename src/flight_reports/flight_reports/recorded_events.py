@@ -129,28 +129,28 @@ class Teller:
         self._take_state(time_s, before, vehicle.state)
 
     def _take_state(self, time_s: float, before: VehicleState, state: VehicleState) -> None:
-        told = self.retold
+        retold = self.retold
         if state is before:
             return
-        told.state = state
+        retold.state = state
         if state.last_heartbeat_s is not None:
-            if not told.modes or told.modes[-1][1] != self.vehicle.mode_name:
-                told.modes.append((time_s, self.vehicle.mode_name))
-            if not told.armed or told.armed[-1][1] != state.armed:
-                told.armed.append((time_s, state.armed))
+            if not retold.modes or retold.modes[-1][1] != self.vehicle.mode_name:
+                retold.modes.append((time_s, self.vehicle.mode_name))
+            if not retold.armed or retold.armed[-1][1] != state.armed:
+                retold.armed.append((time_s, state.armed))
             profile = self.vehicle.profile
             modeless = profile is None or profile.control_mode is None
             led = state.armed and (modeless or self.vehicle.in_control_mode)
-            if not told.led or told.led[-1][1] != led:
-                told.led.append((time_s, led))
+            if not retold.led or retold.led[-1][1] != led:
+                retold.led.append((time_s, led))
             if profile is not None:  # a better known vehicle replaces the first
-                told.name = profile.name
+                retold.name = profile.name
         battery = state.battery
         if battery is not None and battery is not before.battery:
             if battery.remaining is not None:
-                told.battery.append((time_s, 100.0 * battery.remaining))
+                retold.battery.append((time_s, 100.0 * battery.remaining))
             if battery.voltage_v is not None:
-                told.voltage.append((time_s, battery.voltage_v))
+                retold.voltage.append((time_s, battery.voltage_v))
 
     def _take_event(self, time_s: float, event: VehicleEvent) -> None:
         if self._on_event is not None:

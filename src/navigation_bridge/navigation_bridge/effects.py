@@ -67,7 +67,7 @@ class Effects:
             self._vehicle.send_setpoint(intended_ned(intent), now)
         except SetpointError as error:
             return Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None)
-        goal.times.setpoint_sent(goal.task.thinks, now)
+        goal.times.setpoint_sent(goal.task.may_replan, now)
         return None
 
     def rest(self, goal: ActiveGoal, now: float) -> None:

@@ -98,12 +98,12 @@ class Engine:
         )
 
     def turn(self, now: float) -> None:
-        """Do what is due: the task's thinking, its step, the features, feedback."""
+        """Do what is due: the task's replanning, its step, the features, feedback."""
         snapshot: Snapshot | None = None
         goal = self.goal
-        if goal is not None and now >= goal.times.think_s:
-            goal.times.think_begins()
-            goal.task.think(self.look(now, goal), now)
+        if goal is not None and now >= goal.times.replan_s:
+            goal.times.replan_begins()
+            goal.task.replan(self.look(now, goal), now)
         if goal is not None and now >= goal.times.next_step_s:
             self._parts.lateness.note_step(now - goal.times.next_step_s, now)
             goal.times.step_begins(self.config.setpoint_period_s, now)
@@ -121,8 +121,8 @@ class Engine:
         goal = self.goal
         if goal is None:
             return None
-        # A task thinks once its setpoint has been sent, and finishes before the next.
-        return min(goal.times.next_step_s, goal.times.think_s, self._feedback_deadline(goal))
+        # A task replans once its setpoint has been sent, and finishes before the next.
+        return min(goal.times.next_step_s, goal.times.replan_s, self._feedback_deadline(goal))
 
     def position_came(self, now: float) -> None:
         """Give feedback of a new position, if it is due."""

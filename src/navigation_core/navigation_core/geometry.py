@@ -106,7 +106,7 @@ def is_finite(a: Vector3) -> bool:
 
 def limit_norm(a: Vector3, norm_max: float) -> Vector3:
     """Return ``a``, shortened to ``norm_max`` if it is longer."""
-    length = norm(a)
+    length = math.hypot(*a)
     return a if length <= norm_max else scale(a, norm_max / length)
 
 

@@ -230,6 +230,6 @@ def fly(
                 return flight
             vehicle.obey(answer)
             if isinstance(answer, Fly):
-                task.think(observation, vehicle.now)
+                task.replan(observation, vehicle.now)
         vehicle.advance(dt_s)
     raise AssertionError(f"the task had not ended after {time_max_s} s")

@@ -18,13 +18,13 @@ from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.intents import NOTHING_SENT, Fly, Handover
+from navigation_core.tasks.leading.carrot import Commanded
 from navigation_core.tasks.leading.flight_terms import (
     AvoidanceConfig,
     AvoidanceConfigError,
     FlightTerms,
 )
 from navigation_core.tasks.leading.path_follower import PathFollower
-from navigation_core.tasks.leading.sent_setpoint import Commanded
 from navigation_core.tasks.phases import Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.traits import COPTER, Traits
@@ -119,14 +119,14 @@ def when(begin_s: float, vehicle: PointMass, obstacles: Obstacles) -> Callable[[
     return change
 
 
-def test_a_step_flies_the_old_path_and_only_then_another_one_is_thought_of() -> None:
+def test_a_step_flies_the_old_path_and_only_then_is_replanned() -> None:
     task, vehicle = goto(), hovering()
     task.start(vehicle.observe(), vehicle.now)
     for _ in range(40):
         asked = task.step(vehicle.observe(), vehicle.now)
         assert isinstance(asked, Fly)
         vehicle.obey(asked)
-        task.think(vehicle.observe(), vehicle.now)
+        task.replan(vehicle.observe(), vehicle.now)
         vehicle.advance(0.05)
     straight = task.path_enu_m
     vehicle.obstacles = post(15.0, 0.0)
@@ -134,7 +134,7 @@ def test_a_step_flies_the_old_path_and_only_then_another_one_is_thought_of() -> 
     assert isinstance(answer, Fly)
     assert answer.setpoint.velocity_enu_m_s[0] > 1.0
     assert task.path_enu_m is straight
-    task.think(vehicle.observe(), vehicle.now)
+    task.replan(vehicle.observe(), vehicle.now)
     assert task.path_enu_m is not straight
     assert max(abs(y) for _, y, _ in task.path_enu_m) > 1.0
     assert task.progress(vehicle.observe(), vehicle.now).replans == 1
@@ -153,7 +153,7 @@ def test_a_vehicle_that_ran_beyond_its_stop_continues_from_where_it_is() -> None
         asked = task.step(vehicle.observe(), vehicle.now)
         assert isinstance(asked, Fly)
         vehicle.obey(asked)
-        task.think(vehicle.observe(), vehicle.now)
+        task.replan(vehicle.observe(), vehicle.now)
         behind_m.append(vehicle.position[0] - asked.setpoint.position_enu_m[0])
         vehicle.advance(0.05)
     assert max(behind_m[seen:freed]) > 1.0

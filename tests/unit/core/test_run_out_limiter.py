@@ -1,4 +1,4 @@
-"""The caution of setpoints: what they may be while they are late, and when none may follow."""
+"""The limits of setpoints: what they may be while they are late, and when none may follow."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ def observed(
     return replace(HOVERING, position_enu_m=HERE, obstacles=obstacles, moving=moving, late_s=late_s)
 
 
-def caution() -> RunOutLimiter:
+def limiter() -> RunOutLimiter:
     return RunOutLimiter(AVOIDANCE, COPTER, LIMITS)
 
 
 def share(late_s: float, obstacles: Obstacles) -> float:
     trajectory = plan_to(KinematicState(HERE), GOAL, LIMITS)
     carrot = Carrot(trajectory, GotoConfig(), 0.0, 0.0, time_s=0.1)
-    return caution().speed_share(carrot, observed(late_s, obstacles))
+    return limiter().speed_share(carrot, observed(late_s, obstacles))
 
 
 @pytest.mark.parametrize("late_s", [1.0, 1.9])
@@ -60,7 +60,7 @@ def test_who_is_late_gives_way_to_what_comes_near(late_s: float) -> None:
 
 def test_who_is_late_gives_way_without_an_acceleration() -> None:
     leaving = Setpoint((0.5, 0.0, 5.0), (0.8, 0.0, 0.0), (0.5, 0.0, 0.0), 0.0)
-    sent = caution().limited(leaving, observed(1.9, NEAR))
+    sent = limiter().limited(leaving, observed(1.9, NEAR))
     assert sent.velocity_enu_m_s == leaving.velocity_enu_m_s
     assert norm(sent.acceleration_enu_m_s2) == 0.0
 
@@ -83,6 +83,6 @@ def test_a_brake_that_nobody_ends_leads_to_a_standstill(
 def test_what_will_cross_the_run_out_makes_a_setpoint_slower() -> None:
     setpoint = Setpoint((0.0, 0.0, 5.0), (2.0, 0.0, 0.0), ZERO, 0.0)
     crossing = Moving(np.array([(5.0, -3.0, 5.0)]), 0.0, (0.0, 1.0))
-    assert caution().limited(setpoint, observed(0.0)).velocity_enu_m_s == (2.0, 0.0, 0.0)
-    sent = caution().limited(setpoint, observed(0.0, moving=(crossing,)))
+    assert limiter().limited(setpoint, observed(0.0)).velocity_enu_m_s == (2.0, 0.0, 0.0)
+    sent = limiter().limited(setpoint, observed(0.0, moving=(crossing,)))
     assert norm(sent.velocity_enu_m_s) < 1.7

@@ -18,9 +18,9 @@ from drone_navigation.console.messages import (
     Alive,
     Cancel,
     Hold,
-    Pace,
     PageCommand,
     PageGoal,
+    RateLimit,
     RejectedError,
     Take,
     parse,
@@ -228,8 +228,8 @@ def test_an_unknown_member_is_answered_with_the_closest_one() -> None:
 
 
 def test_a_page_has_a_pace() -> None:
-    pace = Pace(10.0, 5.0, 0.0)
-    assert [pace.allows(0.0) for _ in range(6)] == [True] * 5 + [False]
-    assert pace.allows(0.1)
-    assert not pace.allows(0.1)
-    assert [pace.allows(100.0) for _ in range(6)] == [True] * 5 + [False]
+    rate_limit = RateLimit(10.0, 5.0, 0.0)
+    assert [rate_limit.allows(0.0) for _ in range(6)] == [True] * 5 + [False]
+    assert rate_limit.allows(0.1)
+    assert not rate_limit.allows(0.1)
+    assert [rate_limit.allows(100.0) for _ in range(6)] == [True] * 5 + [False]

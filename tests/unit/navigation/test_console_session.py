@@ -98,7 +98,7 @@ def test_hold_and_cancel_are_open_to_every_page_at_any_pace() -> None:
     console.send(1, type="take", vehicle="/", over=False)
     for _ in range(200):
         console.send(2, type="alive")
-    assert console.rules.rejected["pace"] > 0
+    assert console.rules.rejected["rate"] > 0
     console.send(2, type="hold", vehicle="/")
     console.send(2, type="cancel", vehicle="/")
     assert console.pilots.stopped == ["hold", "cancel"]

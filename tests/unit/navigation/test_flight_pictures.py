@@ -14,7 +14,7 @@ from PIL import Image
 from flight_reports import flight_plot, flight_video
 from flight_reports.flight_recording import FlightRecording, read_recording
 from flight_reports.pictures import scene as flight_scene
-from flight_reports.pictures.film import Film, Picture, Playback, make_pace
+from flight_reports.pictures.film import Film, Picture, Playback, make_playback
 from flight_reports.pictures.scene import ABOVE, Viewpoint, ground_m
 from flight_reports.timeline import Timeline
 from navigation_bridge.recording.recorded_notes import RecordedGoal as Goal
@@ -83,10 +83,10 @@ def test_a_video_is_never_slower_than_the_flight_and_keeps_its_length(
     flown: FlightRecording,
 ) -> None:
     for film_s in (5.0, 24.0, 1000.0):
-        pace = make_pace(flown, film_s, 8.0)
-        assert pace.speedup >= 1.0
-        assert len(pace.times_s()) <= 8.0 * film_s + 2
-        assert pace.times_s()[-1] == pace.end_s
+        playback = make_playback(flown, film_s, 8.0)
+        assert playback.speedup >= 1.0
+        assert len(playback.times_s()) <= 8.0 * film_s + 2
+        assert playback.times_s()[-1] == playback.end_s
 
 
 @pytest.mark.wide

@@ -134,14 +134,14 @@ class Auto(Mode):
 
     def _finish(self, task: AutoTask) -> None:
         place = self.vehicle.plans.current
-        told = ItemReached(place)
-        self.vehicle.events.append(told)
+        passed = ItemReached(place)
+        self.vehicle.events.append(passed)
         self._say_reached(place, task.item)
         self._advance(place + 1)
         events = self.vehicle.events
         reached = [event for event in events if isinstance(event, ItemReached)]
-        if told in reached[:-1]:
-            events.remove(told)
+        if passed in reached[:-1]:
+            events.remove(passed)
 
     def _say_reached(self, place: int, item: PlanItem) -> None:
         if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):

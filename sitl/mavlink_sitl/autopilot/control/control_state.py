@@ -202,8 +202,8 @@ def packed(
     kind: type[T], steady: Callable[[Guidance], tuple[float, ...]], rows: Sequence[Guidance], o: Ops
 ) -> T:
     """Lanes of the vehicles' guidance: `fly`, `manual` and the values that `steady` reads."""
-    told = [(g.motors is Motors.FLY, g.motors is Motors.MANUAL, *steady(g)) for g in rows]
-    return kind._make(o.pack([float(v) for v in column]) for column in zip(*told, strict=True))
+    commands = [(g.motors is Motors.FLY, g.motors is Motors.MANUAL, *steady(g)) for g in rows]
+    return kind._make(o.pack([float(v) for v in column]) for column in zip(*commands, strict=True))
 
 
 def retargeted(

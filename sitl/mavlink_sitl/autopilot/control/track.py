@@ -112,7 +112,7 @@ class LegTrack:
 
     def __init__(self, leg: TrackLeg, now_s: float) -> None:
         self.leg = leg
-        self.pace = TrackTimeScale(leg.limits)
+        self.time_scale = TrackTimeScale(leg.limits)
         self._seen_s = now_s
         self._progress = 1.0
         """Seconds of the track in a second"""
@@ -138,9 +138,9 @@ class LegTrack:
         filter_s = self.leg.limits.acceleration_xy_m_s2 / jerk_m_s3
         wanted = self._keeping_up(now_s, motion)
         self._progress += (wanted - self._progress) * min(dt_s / filter_s, 1.0)
-        if paused or not self.pace.steady:
-            self.pace.advance(dt_s, paused)
-        self._late_s += (1.0 - self._progress * self.pace.share) * dt_s
+        if paused or not self.time_scale.steady:
+            self.time_scale.advance(dt_s, paused)
+        self._late_s += (1.0 - self._progress * self.time_scale.share) * dt_s
 
     def _keeping_up(self, now_s: float, motion: Motion) -> float:
         """The share of the track's speed that the vehicle has, less what it is behind."""
@@ -162,8 +162,8 @@ class LegTrack:
         self.leg.change_limits(limits, now_s - self._began_s)
         if self._next is not None:
             self._next.change_limits(limits, now_s - self._next_began_s)
-        if self.pace.steady:
-            self.pace = TrackTimeScale(limits)
+        if self.time_scale.steady:
+            self.time_scale = TrackTimeScale(limits)
 
     @property
     def rounding(self) -> bool:
@@ -217,12 +217,12 @@ class LegTrack:
     def at(self, now_s: float) -> Motion3:
         """The present reference: the sum of the legs under way."""
         motion = self._at(now_s - self._late_s)
-        if self.pace.steady:
+        if self.time_scale.steady:
             return motion
         position, velocity, acceleration = motion
-        share = self.pace.share
+        share = self.time_scale.share
         # The speed along the way grows with the pace, too.
-        grows = self.pace.acceleration_m_s2 / self.leg.limits.speed_xy_m_s
+        grows = self.time_scale.acceleration_m_s2 / self.leg.limits.speed_xy_m_s
         slower = _times(velocity, share)
         return position, slower, _add(_times(acceleration, share * share), _times(velocity, grows))
 

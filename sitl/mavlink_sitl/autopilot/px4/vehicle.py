@@ -231,15 +231,15 @@ class Px4Vehicle(Commander):
 
     # Requests by people.
 
-    def set_mode(self, number: int, told: bool = False) -> Result:
+    def set_mode(self, number: int, with_text: bool = False) -> Result:
         """A mode for the autopilot: any while disarmed, one that can run while armed.
 
         Args:
             number: HEARTBEAT.custom_mode.
-            told: a text reports a rejection, besides the result.
+            with_text: a text reports a rejection, besides the result.
         """
         result = self._change_mode(number)
-        if told and result is Result.TEMPORARILY_REJECTED:
+        if with_text and result is Result.TEMPORARILY_REJECTED:
             self._say_refused(number)
         return result
 
@@ -362,7 +362,7 @@ class Px4Vehicle(Commander):
     def return_to_launch(self) -> Result:
         """NAV_RETURN_TO_LAUNCH; said before the mode says where it goes."""
         before = len(self.events)
-        result = self.set_mode(px4.RTL, told=True)
+        result = self.set_mode(px4.RTL, with_text=True)
         if result is Result.ACCEPTED:
             self.events.insert(before, StatusText(Severity.INFO, "Returning to launch"))
         return result

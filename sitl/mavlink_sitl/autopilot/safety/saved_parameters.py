@@ -30,11 +30,11 @@ class Saved:
 
     def __init__(self, firmware: Commander) -> None:
         self._vehicle = firmware
-        self._told = 0
+        self._sent = 0
         self._items = 0
         self._was_armed = False
         self._flown_s = 0.0
-        self._flown_told_s = 0
+        self._flown_sent_s = 0
         self._flying_since_s: float | None = None
         self._statistics_at_s = firmware.boot_s + STATISTICS_S
         if firmware.boot_s > 0.0 and "STAT_BOOTCNT" in firmware.parameters:
@@ -48,11 +48,11 @@ class Saved:
         if not steps:
             return
         now_s = firmware.now_s
-        while self._told < len(steps):
-            step = steps[self._told]
+        while self._sent < len(steps):
+            step = steps[self._sent]
             if now_s < firmware.estimator.scaled(step.at_s):
                 break
-            self._told += 1
+            self._sent += 1
             self._tell(step.name, step.value, step.type)
         self._count_flight(now_s)
         disarmed = self._was_armed and not firmware.armed
@@ -104,8 +104,8 @@ class Saved:
     def _tell_statistics(self, now_s: float) -> None:
         since_s = now_s if self._flying_since_s is None else self._flying_since_s
         flown_s = int(self._flown_s + now_s - since_s)
-        if flown_s != self._flown_told_s:
-            self._flown_told_s = flown_s
+        if flown_s != self._flown_sent_s:
+            self._flown_sent_s = flown_s
             self._tell("STAT_FLTTIME", flown_s, ParameterType.INT32)
         self._tell("STAT_RUNTIME", int(now_s - self._vehicle.boot_s), ParameterType.INT32)
 

@@ -207,7 +207,7 @@ class FtpServer:
         self._may_open()
         contents = self._files.open(request.path)
         self._open, self._session = contents, self._session_for(request)
-        return struct.pack("<I", contents.told_size)
+        return struct.pack("<I", contents.reported_size)
 
     def _part(self, request: Request, count: int) -> bytes:
         part = self._in_session(request, self._open).read(request.offset, count)

@@ -75,7 +75,7 @@ class PackedParameters:
         self._packet_bytes = 0
 
     @property
-    def told_size(self) -> int:
+    def reported_size(self) -> int:
         """A guess."""
         return len(self._parameters) * BYTES_EACH
 

@@ -122,7 +122,7 @@ class Contents(Protocol):
     """An open file."""
 
     @property
-    def told_size(self) -> int:
+    def reported_size(self) -> int:
         """The size that is reported when the file is opened, in bytes."""
 
     def read(self, offset: int, count: int) -> bytes:
@@ -140,7 +140,7 @@ class Stored:
         self.data = data
 
     @property
-    def told_size(self) -> int:
+    def reported_size(self) -> int:
         """Its size."""
         return len(self.data)
 

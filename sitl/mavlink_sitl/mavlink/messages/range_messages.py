@@ -18,7 +18,7 @@ def obstacle_distance(s: Snapshot) -> Message | None:
 
     max_distance + 1 means that nothing is within reach, as the message's definition says.
     """
-    seen = s.instruments.look_around()
+    seen = s.instruments.measure_ranges()
     if seen is None:
         return None
     reach_cm = to_int(seen.reach_m * 100.0, 0, 65533)
@@ -44,7 +44,7 @@ def distance_sensor(s: Snapshot) -> list[Message] | None:
 
     Nothing within reach: the reach itself, with signal quality 1 ("invalid").
     """
-    seen = s.instruments.look_around()
+    seen = s.instruments.measure_ranges()
     if seen is None:
         return None
     ahead_m = min(*seen.sectors_m[: _BESIDE + 1], *seen.sectors_m[-_BESIDE:])

@@ -45,7 +45,7 @@ class Instruments(Protocol):
         """The battery to report next in BATTERY_STATUS; None for the first one."""
         ...
 
-    def look_around(self) -> RangeReading | None:
+    def measure_ranges(self) -> RangeReading | None:
         """The range sensors; None when there are none."""
         ...
 

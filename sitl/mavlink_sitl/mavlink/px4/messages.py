@@ -269,7 +269,7 @@ def altitude(s: Snapshot) -> Message:
 
 def distance_sensor(s: Snapshot) -> Message:
     """DISTANCE_SENSOR: the simulated vehicle looks down."""
-    seen = s.instruments.look_around()
+    seen = s.instruments.measure_ranges()
     height = max(-s.instruments.truth().down_m, 0.0) if seen is None else min(seen.down_m, 100.0)
     return dialect.MAVLink_distance_sensor_message(
         boot_ms(s), 0, 10000, to_u16(height * 100.0), 0, 0, 25, 0

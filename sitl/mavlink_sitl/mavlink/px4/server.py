@@ -118,7 +118,7 @@ class Px4Server(MavlinkServer):
         """When an OFFBOARD without a stream is judged, and who asked for it"""
         self._mode_name = ""
         self._scans = False
-        self._mode_told: tuple[int, int, int] | None = None
+        self._reported_mode: tuple[int, int, int] | None = None
         begin_us = self._heartbeat_due_us
         self._heartbeat_due_us = NEVER_US
         for message_id in _RATES[role]:
@@ -160,9 +160,9 @@ class Px4Server(MavlinkServer):
         message = messages.current_mode(snapshot)
         published = snapshot.time_boot_us // STATUS_US
         status = (published, message.custom_mode, message.intended_custom_mode)
-        if status == self._mode_told:
+        if status == self._reported_mode:
             return None
-        self._mode_told = status
+        self._reported_mode = status
         return message
 
     def set_interval(self, message_id: int, interval_us: int) -> None:
@@ -297,7 +297,7 @@ class Px4Server(MavlinkServer):
         if number == px4.OFFBOARD and self.vehicle.armed and not self.vehicle.can_run(number):
             self._undecided = (self.now_us + COMMANDER_US, self._asker)
             return None
-        return self.vehicle.set_mode(number, told=self.asked_by_station())
+        return self.vehicle.set_mode(number, with_text=self.asked_by_station())
 
     def _decide(self) -> None:
         """Judge the OFFBOARD that waits."""
@@ -305,7 +305,7 @@ class Px4Server(MavlinkServer):
             return
         now_asks, self._asker = self._asker, self._undecided[1]
         self._undecided = None
-        result = self.vehicle.set_mode(px4.OFFBOARD, told=self.asked_by_station())
+        result = self.vehicle.set_mode(px4.OFFBOARD, with_text=self.asked_by_station())
         self.flush_events()
         self.acknowledge(dialect.MAV_CMD_DO_SET_MODE, result)
         self._asker = now_asks

@@ -138,8 +138,8 @@ def _missing(checker: Checker, now: float) -> tuple[Missing, ...]:
                 "Let it end, or take over manually, then check again.",
             )
         )
-    told = rejection is not None and rejection.code is OutcomeCode.UNHEALTHY
-    if state.prearm_ok is False and not state.armed and not told:
+    is_named = rejection is not None and rejection.code is OutcomeCode.UNHEALTHY
+    if state.prearm_ok is False and not state.armed and not is_named:
         reasons = _prearm_reasons(state)
         found.append(
             Missing(
@@ -155,16 +155,16 @@ def _missing(checker: Checker, now: float) -> tuple[Missing, ...]:
 
 def _prearm_reasons(state: VehicleState) -> str:
     texts = (text.text for text in state.status_texts)
-    told = [text.split(":", 1)[1].strip() for text in texts if text.startswith("PreArm:")]
-    return "; ".join(dict.fromkeys(told))
+    reasons = [text.split(":", 1)[1].strip() for text in texts if text.startswith("PreArm:")]
+    return "; ".join(dict.fromkeys(reasons))
 
 
 def _advice(code: OutcomeCode, state: VehicleState) -> str:
     if code is OutcomeCode.NO_POSITION:
         if state.gps is not None and state.gps.fix_type < FIX_3D:
             return NO_FIX
-        told = state.estimator is None or state.estimator.horizontal_position_ok
-        if state.global_position is None and told:
+        estimates = state.estimator is None or state.estimator.horizontal_position_ok
+        if state.global_position is None and estimates:
             return "Check the rate of GLOBAL_POSITION_INT (below)."
         return "Wait for the estimator; it takes up to a minute after power-up."
     if code is OutcomeCode.NO_VEHICLE:

@@ -26,10 +26,10 @@ def as_json(reports: Mapping[str, Report]) -> str:
 
     One of a vehicle without a name stands by itself; those of several are in an object, by name.
     """
-    told = {
+    result = {
         name: {**asdict(report), "verdict": int(report.verdict)} for name, report in reports.items()
     }
-    return json.dumps(told.get("", told), indent=2)
+    return json.dumps(result.get("", result), indent=2)
 
 
 def show(report: Report, console: Console) -> None:
@@ -80,8 +80,8 @@ def _show_tables(report: Report, console: Console) -> None:
                 table.add_row("", Text(line.warning, style="yellow"))
         console.print(table)
         for warning, names in shared.items():
-            told = Text(f"{', '.join(names)}: {warning}", style="yellow")
-            console.print(Padding(told, (0, 0, 0, 1)))
+            text = Text(f"{', '.join(names)}: {warning}", style="yellow")
+            console.print(Padding(text, (0, 0, 0, 1)))
         console.print()
     for missing in report.missing:
         console.print(Text(f"Missing: {missing.what}", style="bold red"))

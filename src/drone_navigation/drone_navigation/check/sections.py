@@ -207,20 +207,20 @@ def _number(value: float | None, unit: str) -> str:
 
 def failsafes_section(checker: Checker, profile: Profile) -> CheckSection:
     """Failsafe actions, by the vehicle's parameters."""
-    told = checker.parameters
+    values = checker.parameters
     lines = []
-    untold = []
+    unknown = []
     for setting in profile.failsafe_settings:
-        name = next((name for name in setting.names if name in told), None)
+        name = next((name for name in setting.names if name in values), None)
         if name is None:
-            untold.append(" or ".join(setting.names))
+            unknown.append(" or ".join(setting.names))
             continue
-        value = told[name]
+        value = values[name]
         off = int(value) in setting.off and value == int(value)
         warning = "Off: the vehicle does not react." if off else None
         lines.append(Line(name, f"{setting.about}: {setting.describe(value)}", warning))
-    if untold:
-        lines.append(Line(_UNKNOWN, ", ".join(untold)))
+    if unknown:
+        lines.append(Line(_UNKNOWN, ", ".join(unknown)))
     return CheckSection("Vehicle failsafes", tuple(lines))
 
 

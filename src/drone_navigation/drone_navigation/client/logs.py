@@ -69,7 +69,7 @@ class _LogCommand:
         self._signs = ServerSigns(node)
         self._heard_s = time.monotonic()
         self._drawn = False
-        self._told_percent = -1
+        self._shown_percent = -1
 
     def interrupt(self) -> None:
         """Cancel the download; a second time, stop waiting."""
@@ -157,8 +157,8 @@ class _LogCommand:
         if sys.stdout.isatty() and not self._options.plain:
             self._drawn = True
             print(f"\r\x1b[K{text}", end="", flush=True)
-        elif int(percent) // 10 != self._told_percent // 10:
-            self._told_percent = int(percent)
+        elif int(percent) // 10 != self._shown_percent // 10:
+            self._shown_percent = int(percent)
             print(text, flush=True)
 
     def _without_server(self, name: str) -> int:
@@ -166,8 +166,8 @@ class _LogCommand:
 
     def _tell_end(self, code: int, text: str, **facts: object) -> int:
         if self._options.json:
-            told = {"success": code == EXIT_SUCCESS, "message": text, **facts}
-            print(json.dumps({"event": self._options.command, **told}))
+            outcome = {"success": code == EXIT_SUCCESS, "message": text, **facts}
+            print(json.dumps({"event": self._options.command, **outcome}))
         else:
             print(f"\n{text}" if self._drawn else text)
         return code

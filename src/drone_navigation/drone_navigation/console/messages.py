@@ -33,10 +33,10 @@ __all__ = [
     "Give",
     "Hold",
     "Message",
-    "Pace",
     "PageCommand",
     "PageGoal",
     "PageWaypoint",
+    "RateLimit",
     "ReadPlan",
     "Rehearse",
     "RehearseTogether",
@@ -288,7 +288,7 @@ def _no_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is not JSON.")
 
 
-class Pace:
+class RateLimit:
     """Limits the messages of a page: a bucket of `burst`, filled at `rate_hz`."""
 
     def __init__(self, rate_hz: float, burst: float, now: float) -> None:

@@ -15,9 +15,9 @@ from drone_navigation.console.messages import (
     ConvertMission,
     Give,
     Hold,
-    Pace,
     PageCommand,
     PageGoal,
+    RateLimit,
     ReadPlan,
     Rehearse,
     RehearseTogether,
@@ -78,7 +78,7 @@ class Page:
         """
         self.number = number
         self.tell = tell
-        self.pace = Pace(_RATE_HZ, _BURST, now)
+        self.rate_limit = RateLimit(_RATE_HZ, _BURST, now)
 
     @property
     def name(self) -> str:
@@ -108,12 +108,12 @@ class Rules:
         except RejectedError as error:
             self.reject("message")
             # One that floods is not answered: the flood would be as large.
-            if page.pace.allows(now):
+            if page.rate_limit.allows(now):
                 _answer_to(page, "")(False, f"Rejected: {error}")
             return
         # Messages that end a flight are never too many.
-        if not isinstance(message, (Hold, Cancel)) and not page.pace.allows(now):
-            self.reject("pace")
+        if not isinstance(message, (Hold, Cancel)) and not page.rate_limit.allows(now):
+            self.reject("rate")
             return
         self.leases.hear(page.number, now)
         if isinstance(message, Alive):

@@ -72,7 +72,7 @@ class Web:
             if file.name.rpartition(".")[2] in _TYPES
         }
         self._version = 0
-        self._told: dict[str, object] = {}
+        self._last_sent: dict[str, object] = {}
         self._access: Access | None = None
         self._stop = asyncio.Event()
 
@@ -210,8 +210,10 @@ class Web:
             version, changes = self._board.since(self._version)
             self._version = version
             control = self._control()
-            message = {key: value for key, value in control.items() if self._told.get(key) != value}
-            self._told = control
+            message = {
+                key: value for key, value in control.items() if self._last_sent.get(key) != value
+            }
+            self._last_sent = control
             if changes:
                 message["vehicles"] = changes
             if message:

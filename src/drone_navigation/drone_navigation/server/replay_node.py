@@ -126,7 +126,7 @@ class ReplayNode:
         self._logger = root.get_logger()
         self._driver = driver
         self._wall = MonotonicClock()
-        self._told_s = self._wall.now()
+        self._reported_s = self._wall.now()
         self._clock_unix_s = 0.0
         self._clocks = [node.get_clock() for node in (root, *(own.node for own in vehicles))]
         self._publisher = root.create_publisher(ClockMessage, "/clock", STREAM_QOS)
@@ -206,8 +206,8 @@ class ReplayNode:
             self._clock_unix_s = unix_s
             self._publisher.publish(ClockMessage(clock=time.to_msg()))
         now = self._wall.now()
-        if now - self._told_s >= _TELL_PERIOD_S:
-            self._told_s = now
+        if now - self._reported_s >= _TELL_PERIOD_S:
+            self._reported_s = now
             self._logger.info(f"Replay: {_where(self._driver.position())}")
 
     def _look(self) -> None:

@@ -59,16 +59,16 @@ def write_as_tlog(
         is_ulog = file.read(len(ulog.MAGIC)) == ulog.MAGIC
     read = ulog.read_ulog if is_ulog else dataflash.read_dataflash
     log = read(path, show)
-    told = log.told
-    if not told:
+    messages = log.messages
+    if not messages:
         raise EmptyLogError(f"{path} contains no flight data.")
     # Two codecs in turn, so that nobody can count losses by the sequence numbers.
     codecs = [Codec(_SYSTEM, _AUTOPILOT) for _ in range(2)]
     for _ in range(_APART):
-        codecs[1].encode(told[0][1])
+        codecs[1].encode(messages[0][1])
     latest_us = 0
     with out.open("wb") as tlog:
-        for count, (time_s, message) in enumerate(told):
+        for count, (time_s, message) in enumerate(messages):
             latest_us = max(latest_us, round(time_s * 1e6))
             tlog.write(_STAMP.pack(latest_us) + codecs[count % 2].encode(message))
     show(1.0)

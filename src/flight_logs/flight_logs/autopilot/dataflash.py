@@ -15,7 +15,7 @@ from pymavlink.DFReader import DFMessage, DFReader_binary, DFReaderClock_usec
 
 from flight_logs.autopilot.dataflash_records import MAGIC, IntactRecords, find_records
 from flight_logs.autopilot.dataflash_vehicle import VehicleFacts, arming_of
-from flight_logs.autopilot.telling import OwnLog, Telling, Told, credible
+from flight_logs.autopilot.telling import OwnLog, Telling, TimedMessage, credible
 from flight_logs.errors import LogError
 from mavlink_vehicle.codec import mavlink
 
@@ -65,11 +65,11 @@ def _read(
     except Exception as error:  # it raises whatever a damaged file leads to
         raise LogError(f"{path} cannot be read as a DataFlash log: {error}.") from error
     with closing(reader):
-        told = _Reader(reader, records).read(lambda share: progress(0.3 + 0.7 * share))
+        messages = _Reader(reader, records).read(lambda share: progress(0.3 + 0.7 * share))
     damage: tuple[str, ...] = ()
     if records.damaged_bytes:
         damage = (f"{records.damaged_bytes} bytes of the file are damaged and were left out",)
-    return OwnLog(told, damage)
+    return OwnLog(messages, damage)
 
 
 class _Reader:
@@ -95,25 +95,25 @@ class _Reader:
             if len(reader.offsets[kind])
         }
 
-    def read(self, progress: Callable[[float], object]) -> list[Told]:
+    def read(self, progress: Callable[[float], object]) -> list[TimedMessage]:
         """Return the messages."""
         self._learn()
         handlers = self._handlers()
-        telling, pulses_s, told = self._telling, self._pulses_s, 0
+        telling, pulses_s, sent = self._telling, self._pulses_s, 0
         wanted = list(handlers) if self._has_time_us else None
         for stamp_s, record in _credible(self._records(wanted, progress)):
             time_s = max(stamp_s, self._begun_s)
-            due = bisect_right(pulses_s, time_s, lo=told)
-            for pulse_s in pulses_s[told:due]:
+            due = bisect_right(pulses_s, time_s, lo=sent)
+            for pulse_s in pulses_s[sent:due]:
                 telling.pulse(pulse_s)
-            told = due
+            sent = due
             handler = handlers.get(record.get_type())
             if handler is not None:
                 handler(time_s, record)
             telling.pulse(time_s)
-        for pulse_s in pulses_s[told:]:
+        for pulse_s in pulses_s[sent:]:
             telling.pulse(pulse_s)
-        return telling.told
+        return telling.messages
 
     def _records(
         self, wanted: list[str] | None, progress: Callable[[float], object]

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from mavlink_vehicle.codec import Message, make, mavlink
 
-Told: TypeAlias = tuple[float, Message]
+TimedMessage: TypeAlias = tuple[float, Message]
 """Seconds since 1970, and a message."""
 Place: TypeAlias = tuple[float, float, float]
 """Latitude and longitude in degrees, altitude above mean sea level in metres."""
@@ -24,13 +24,13 @@ class OwnLog:
     """The content of an autopilot's own log.
 
     Attributes:
-        told: the messages, in the order of time; since the autopilot started where the log has
+        messages: the messages, in the order of time; since the autopilot started where the log has
             no date.
         damage: what of the file is damaged, a phrase each.
         remarks: what the log lacks, a sentence each.
     """
 
-    told: list[Told]
+    messages: list[TimedMessage]
     damage: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
 
@@ -56,7 +56,7 @@ class Telling:
         heading_deg: clockwise from North; None before the log has it.
         home_altitude_m: above mean sea level; None before the log has it.
         version: AUTOPILOT_VERSION.flight_sw_version that the log names; None if it doesn't.
-        told: the messages, in the order of the log.
+        messages: the messages, in the order of the log.
     """
 
     autopilot: int
@@ -67,7 +67,7 @@ class Telling:
     heading_deg: float | None = None
     home_altitude_m: float | None = None
     version: int | None = None
-    told: list[Told] = field(default_factory=list)
+    messages: list[TimedMessage] = field(default_factory=list)
     _beaten_s: float = -math.inf
     _origin: Place | None = None
 
@@ -75,7 +75,7 @@ class Telling:
         """Add a message, and before it HEARTBEAT if one is due."""
         if time_s - self._beaten_s >= _HEARTBEAT_S:
             self.beat(time_s)
-        self.told.append((time_s, make(name, **fields)))
+        self.messages.append((time_s, make(name, **fields)))
 
     def beat(self, time_s: float) -> None:
         """Add HEARTBEAT, once the mode is known."""
@@ -96,7 +96,7 @@ class Telling:
             system_status=mavlink.MAV_STATE_ACTIVE if self.armed else mavlink.MAV_STATE_STANDBY,
             mavlink_version=3,
         )
-        self.told.append((time_s, message))
+        self.messages.append((time_s, message))
 
     def pulse(self, time_s: float) -> None:
         """Add HEARTBEAT if one is due: the log has a record of this time."""
@@ -111,7 +111,7 @@ class Telling:
 
     def _tell_version(self, time_s: float, version: int) -> None:
         message = make("AUTOPILOT_VERSION", flight_sw_version=version & 0xFFFFFFFF)
-        self.told.append((time_s, message))
+        self.messages.append((time_s, message))
 
     def origin(self, time_s: float, place: Place) -> None:
         """Add GPS_GLOBAL_ORIGIN if it has changed."""
@@ -201,7 +201,7 @@ class Telling:
     def text(self, time_s: float, severity: int, text: str) -> None:
         """Add STATUSTEXT, in pieces where it is long."""
         raw = text.encode("utf-8", "replace")
-        number = len(self.told) % _U16 + 1 if len(raw) > _TEXT_MAX else 0
+        number = len(self.messages) % _U16 + 1 if len(raw) > _TEXT_MAX else 0
         for piece in range(0, max(len(raw), 1), _TEXT_MAX):
             self.add(
                 time_s,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from flight_logs.autopilot.telling import OwnLog, Place, Telling, Told, credible
+from flight_logs.autopilot.telling import OwnLog, Place, Telling, TimedMessage, credible
 from flight_logs.errors import LogError
 from flight_logs.extras import extra
 from mavlink_vehicle.codec import mavlink
@@ -98,7 +98,7 @@ def read_ulog(path: Path, progress: Callable[[float], object]) -> OwnLog:
     progress(0.5)
     damage = ("The file is damaged; what is intact is shown",) if log.file_corruption else ()
     topics = {data.name: _credible(data.data) for data in log.data_list if data.multi_id == 0}
-    return OwnLog(_told(log, topics), damage, _remarks(topics))
+    return OwnLog(_messages(log, topics), damage, _remarks(topics))
 
 
 def _remarks(topics: dict[str, Topic]) -> tuple[str, ...]:
@@ -108,7 +108,7 @@ def _remarks(topics: dict[str, Topic]) -> tuple[str, ...]:
     return ("The log has no valid horizontal position; what it has of one is shown.",)
 
 
-def _told(log: ULog, topics: dict[str, Topic]) -> list[Told]:
+def _messages(log: ULog, topics: dict[str, Topic]) -> list[TimedMessage]:
     begun_s = _boot_unix_s(topics)
     telling = Telling(mavlink.MAV_AUTOPILOT_PX4)
     version = log.msg_info_dict.get("ver_sw_release")
@@ -129,7 +129,7 @@ def _told(log: ULog, topics: dict[str, Topic]) -> list[Told]:
     for time_us, tell in happened:
         tell(telling, begun_s + time_us / 1e6, time_us / 1e6)
         telling.pulse(begun_s + time_us / 1e6)
-    return telling.told
+    return telling.messages
 
 
 Tell: TypeAlias = Callable[[Telling, float, float], None]

@@ -41,17 +41,17 @@ def causes(flight: Flight, server: Source | None) -> list[Moment]:
         server: who sent the setpoints; None if nobody did.
     """
     setpoints_s = _setpoints_s(flight, server)
-    told = []
+    moments = []
     for goal in flight.retold.noted.goals:
-        told += _late(flight, goal, setpoints_s) + _near(flight, goal)
-    return told
+        moments += _late(flight, goal, setpoints_s) + _near(flight, goal)
+    return moments
 
 
-def shortly_before(moment_s: float, told: list[Moment]) -> str:
+def shortly_before(moment_s: float, moments: list[Moment]) -> str:
     """Return a sentence about problems shortly before a moment; empty without any."""
     texts = [
         f"{moment_s - moment.time_s:.1f} s before: {moment.text}"
-        for moment in sorted(told, key=lambda moment: moment.time_s)
+        for moment in sorted(moments, key=lambda moment: moment.time_s)
         if moment.severity is EventSeverity.BAD and 0.0 <= moment_s - moment.time_s <= BEFORE_S
     ]
     return "; ".join(dict.fromkeys(texts))
@@ -79,7 +79,7 @@ def _late(flight: Flight, goal: RecordedGoal, setpoints_s: Floats) -> list[Momen
         end_s = min(next_s, _flown_until_s(flight, goal, begin_s))
         if end_s - begin_s > limit_s:
             gaps.setdefault(_stood_still(flight, begin_s, end_s), []).append((begin_s, end_s))
-    told = []
+    moments = []
     for still, spans in sorted(gaps.items()):
         longest_s = max(end_s - begin_s for begin_s, end_s in spans)
         severity = EventSeverity.BAD if longest_s >= _GAP_BAD_S else EventSeverity.WARNING
@@ -88,8 +88,8 @@ def _late(flight: Flight, goal: RecordedGoal, setpoints_s: Floats) -> list[Momen
         if still:
             text += ": the server loop was late and read nothing either"
         kind = "late loop" if still else "setpoints"
-        told += [Moment(begin_s, kind, text, severity) for begin_s, _ in spans]
-    return told
+        moments += [Moment(begin_s, kind, text, severity) for begin_s, _ in spans]
+    return moments
 
 
 def _flown_until_s(flight: Flight, goal: RecordedGoal, begin_s: float) -> float:
@@ -99,10 +99,10 @@ def _flown_until_s(flight: Flight, goal: RecordedGoal, begin_s: float) -> float:
         return begin_s
     flying = [(time_s, status in _FLYING) for time_s, status, _ in goal.statuses]
     ends_s = [ended_s]
-    for told in (flying, flight.retold.led):
-        if not Timeline.of(told).at(begin_s):
+    for moments in (flying, flight.retold.led):
+        if not Timeline.of(moments).at(begin_s):
             return begin_s
-        ends_s += [time_s for time_s, goes_on in told if time_s > begin_s and not goes_on]
+        ends_s += [time_s for time_s, goes_on in moments if time_s > begin_s and not goes_on]
     return min(ends_s)
 
 

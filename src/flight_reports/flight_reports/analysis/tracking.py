@@ -71,10 +71,10 @@ def tracking(setpoints: TrackSamples, followed: TrackSamples, unit: str) -> Trac
     """
     if len(setpoints.time_s) < _SAMPLES_MIN or len(followed.time_s) < _SAMPLES_MIN:
         return None
-    told = (setpoints.time_s >= followed.time_s[0]) & (setpoints.time_s <= followed.time_s[-1])
-    told &= _is_told(setpoints.time_s, followed.time_s)
+    reported = (setpoints.time_s >= followed.time_s[0]) & (setpoints.time_s <= followed.time_s[-1])
+    reported &= _is_reported(setpoints.time_s, followed.time_s)
     error = followed.at(setpoints.time_s) - setpoints.vectors_ned
-    kept = told & _follows(setpoints, error) if unit == "m" else told
+    kept = reported & _follows(setpoints, error) if unit == "m" else reported
     if int(kept.sum()) < _SAMPLES_MIN:
         return None
     horizontal = np.hypot(*error[kept, :2].T)
@@ -94,10 +94,10 @@ def tracking(setpoints: TrackSamples, followed: TrackSamples, unit: str) -> Trac
     )
 
 
-def _is_told(time_s: Floats, told_s: Floats) -> NDArray[np.bool_]:
+def _is_reported(time_s: Floats, reported_s: Floats) -> NDArray[np.bool_]:
     """Return which times lie between two adjacent ones."""
-    after = np.clip(np.searchsorted(told_s, time_s), 1, len(told_s) - 1)
-    return told_s[after] - told_s[after - 1] <= _PAUSE_S
+    after = np.clip(np.searchsorted(reported_s, time_s), 1, len(reported_s) - 1)
+    return reported_s[after] - reported_s[after - 1] <= _PAUSE_S
 
 
 def _follows(setpoints: TrackSamples, error: Floats) -> NDArray[np.bool_]:

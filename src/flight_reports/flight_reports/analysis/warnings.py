@@ -13,7 +13,7 @@ from flight_reports.recorded_events import EventSeverity, Moment, named
 
 # Losing this share of the packets is worth a look, and this is bad.
 _LOSS, _LOSS_BAD = 0.01, 0.1
-_TOLD_MAX = 200
+_WARNINGS_MAX = 200
 # Codes of goals that ended as their client wanted: reached, replaced or cancelled.
 _WANTED_CODES = frozenset({"", "SUCCESS", "PREEMPTED", "CANCELED"})
 _ANSWERED_WELL = frozenset({"ACCEPTED", "IN_PROGRESS", ""})
@@ -44,8 +44,10 @@ def warnings(flight: Flight) -> list[Warned]:
     together: dict[tuple[str, str], list[Moment]] = {}
     for moment in sorted(moments, key=lambda moment: moment.time_s):
         together.setdefault((moment.kind, moment.text), []).append(moment)
-    told = [Warned(same[0], tuple(moment.time_s for moment in same)) for same in together.values()]
-    return told[:_TOLD_MAX]
+    warned = [
+        Warned(same[0], tuple(moment.time_s for moment in same)) for same in together.values()
+    ]
+    return warned[:_WARNINGS_MAX]
 
 
 def _counts(moment: Moment, flight: Flight) -> bool:
@@ -64,36 +66,36 @@ def _leader(flight: Flight) -> Speaker | None:
 
 def _of_goals(flight: Flight, happened: list[Moment]) -> list[Moment]:
     noted = flight.retold.noted
-    told = []
+    moments = []
     for goal in noted.goals:
         if goal.ended_s is not None and goal.code not in _WANTED_CODES:
             text = f"Goal {goal.short_id} ended {goal.code}"
             text = _with(text, reason(goal.message, goal.code))
             if before := shortly_before(goal.ended_s, happened):
                 text += f" – {before}"
-            told.append(Moment(goal.ended_s, "goal", text, EventSeverity.BAD))
+            moments.append(Moment(goal.ended_s, "goal", text, EventSeverity.BAD))
         elif goal.ended_s is None:
             end_s = flight.contents.duration_s
             text = f"The recording ends before goal {goal.short_id} ended"
-            told.append(Moment(end_s, "goal", text, EventSeverity.WARNING))
+            moments.append(Moment(end_s, "goal", text, EventSeverity.WARNING))
     for time_s, event in noted.events:
         if event.happened.event == "REJECTED":
             text = _with("A goal was rejected", event.happened.message)
-            told.append(Moment(time_s, "goal", text, EventSeverity.WARNING))
-    return told
+            moments.append(Moment(time_s, "goal", text, EventSeverity.WARNING))
+    return moments
 
 
 def _of_link(flight: Flight) -> list[Moment]:
     link, is_autopilots = flight.link, flight.contents.is_autopilots
     silent = "The log has no records for" if is_autopilots else "The vehicle was silent for"
-    told = [
+    moments = [
         Moment(begin_s, "silence", f"{silent} {end_s - begin_s:.1f} s", EventSeverity.BAD)
         for begin_s, end_s in link.gaps
         # Disarmed, an autopilot logs little or nothing.
         if not is_autopilots or _is_armed_at(flight, begin_s)
     ]
     if is_autopilots:
-        return told  # its packets were never on a link
+        return moments  # its packets were never on a link
     for speaker in flight.speakers:
         quality = speaker.link
         if speaker.is_recorder or not quality.lost:
@@ -104,15 +106,15 @@ def _of_link(flight: Flight) -> list[Moment]:
                 f"The sequence numbers of {who} are not consecutive: "
                 "the log may combine several links or omit messages; its loss is unknown"
             )
-            told.append(Moment(0.0, "loss", text, EventSeverity.WARNING))
+            moments.append(Moment(0.0, "loss", text, EventSeverity.WARNING))
         elif quality.loss_share >= _LOSS:
             severity = (
                 EventSeverity.BAD if quality.loss_share >= _LOSS_BAD else EventSeverity.WARNING
             )
             text = f"{quality.lost} packets of {who} were lost ({quality.loss_share:.1%})"
             worst = int(np.argmax(np.nan_to_num(quality.loss)))
-            told.append(Moment(float(quality.intervals_s[worst]), "loss", text, severity))
-    return told
+            moments.append(Moment(float(quality.intervals_s[worst]), "loss", text, severity))
+    return moments
 
 
 def _is_armed_at(flight: Flight, time_s: float) -> bool:
@@ -122,13 +124,13 @@ def _is_armed_at(flight: Flight, time_s: float) -> bool:
 
 def _of_commands(flight: Flight) -> list[Moment]:
     answered = any(command.result for command in flight.commands)
-    told = []
+    moments = []
     for command in flight.commands:
         text, severity = _about_command(command, answered)
         if text:
             text = f"{command.name} of {named(command.by)} {text}"
-            told.append(Moment(command.time_s, "command", text, severity))
-    return told
+            moments.append(Moment(command.time_s, "command", text, severity))
+    return moments
 
 
 def _about_command(command: SentCommand, any_answered: bool) -> tuple[str, EventSeverity]:
@@ -149,65 +151,67 @@ def _about_command(command: SentCommand, any_answered: bool) -> tuple[str, Event
 def _of_others(flight: Flight) -> list[Moment]:
     """Return warnings about other stations that sent commands."""
     led = _leader(flight)
-    told = []
+    moments = []
     for speaker in flight.speakers:
         if speaker.requests + speaker.setpoints and speaker is not led:
             times_s = [c.time_s for c in flight.commands if c.by == speaker.source]
             text = f"Ground station {named(speaker.source)} ({speaker.what}) also sent commands"
-            told.append(Moment(min(times_s, default=0.0), "station", text, EventSeverity.WARNING))
-    return told
+            moments.append(
+                Moment(min(times_s, default=0.0), "station", text, EventSeverity.WARNING)
+            )
+    return moments
 
 
 def _of_recorder(flight: Flight) -> list[Moment]:
     contents, counts = flight.contents, flight.contents.counts
-    told = [("damage", phrase) for phrase in contents.damage]
+    moments = [("damage", phrase) for phrase in contents.damage]
     if counts.steps_back > 0:
         text = (
             f"The recorder's clock stepped back {counts.steps_back} times; what was recorded "
             "until it caught up is shown at one moment"
         )
-        told.append(("clock", text.replace("back 1 times", "back once")))
+        moments.append(("clock", text.replace("back 1 times", "back once")))
     for count, what in (
         (contents.times_mended, "packets have an implausible time"),
         (counts.bad_checksums, "packets have a wrong checksum and were skipped"),
         (counts.bytes_outside, "bytes of the file are outside packets"),
     ):
         if count:
-            told.append(("damage", f"{count} {what}"))
-    return [Moment(0.0, kind, text, EventSeverity.WARNING) for kind, text in told]
+            moments.append(("damage", f"{count} {what}"))
+    return [Moment(0.0, kind, text, EventSeverity.WARNING) for kind, text in moments]
 
 
 def lacking(flight: Flight) -> list[str]:
     """Return sentences about missing content of the log."""
-    told = []
+    sentences = []
     noted, retold = flight.retold.noted, flight.retold
     if flight.contents.is_autopilots:
-        told.append(
+        sentences.append(
             "This is the autopilot's own log: it has no commands, setpoints or acknowledgements "
             "of a link, and message rates and packets are those of this report."
         )
-    told += flight.contents.remarks
+    sentences += flight.contents.remarks
     if not len(flight.track.time_s):
-        told.append("The log has no position of this vehicle; map and altitude are missing.")
+        sentences.append("The log has no position of this vehicle; map and altitude are missing.")
     elif not flight.track.has_velocity:
-        told.append("The log has no velocity of this vehicle; its speed is missing.")
-    told += flight.track.remarks
+        sentences.append("The log has no velocity of this vehicle; its speed is missing.")
+    sentences += flight.track.remarks
     if not noted.goals:
-        told.append(
+        sentences.append(
             "The log has no goals, plans or replans: it was recorded by another program, or no "
             "goal was sent (navigation_server --tlog records them)."
         )
     if not retold.battery and not retold.voltage:
-        told.append("The log has no battery level.")
+        sentences.append("The log has no battery level.")
     elif not retold.battery:
-        told.append("The log has the battery voltage, but not the remaining charge.")
+        sentences.append("The log has the battery voltage, but not the remaining charge.")
     if flight.position_tracking is None and flight.velocity_tracking is None:
-        told.append("The log has too few setpoints to evaluate tracking.")
+        sentences.append("The log has too few setpoints to evaluate tracking.")
     if not retold.name:
-        told.append("The log has no HEARTBEAT of this vehicle; its modes are unknown.")
+        sentences.append("The log has no HEARTBEAT of this vehicle; its modes are unknown.")
     if retold.state.firmware_version is None:
-        told.append("The log has no firmware version.")
-    return told
+        sentences.append("The log has no firmware version.")
+    return sentences
 
 
 def reason(message: str, code: str) -> str:

@@ -283,14 +283,16 @@ def _confirmed(contents: LogContents, vehicle: Source, time_s: Floats) -> NDArra
 
     Before the first report it counts as confirmed, unless no report of the log confirms any.
     """
-    reports = [told for name in ESTIMATORS if (told := contents.of(name, vehicle)) is not None]
+    reports = [
+        reported for name in ESTIMATORS if (reported := contents.of(name, vehicle)) is not None
+    ]
     if not reports:
         return np.ones(len(time_s), dtype=np.bool_)
-    told_s = np.concatenate([told["time_s"] for told in reports])
-    flags = np.concatenate([told["flags"].astype(np.int64) for told in reports])
-    order = np.argsort(told_s, kind="stable")
+    reported_s = np.concatenate([reported["time_s"] for reported in reports])
+    flags = np.concatenate([reported["flags"].astype(np.int64) for reported in reports])
+    order = np.argsort(reported_s, kind="stable")
     good = (flags[order] & mavlink.ESTIMATOR_POS_HORIZ_ABS) != 0
-    latest = np.searchsorted(told_s[order], time_s, side="right") - 1
+    latest = np.searchsorted(reported_s[order], time_s, side="right") - 1
     confirmed: NDArray[np.bool_] = np.where(latest < 0, good.any(), good[np.maximum(latest, 0)])
     return confirmed
 
@@ -305,11 +307,11 @@ def _frame(
         last = of_vehicle(heartbeats)[-1]
         profile = profile_for(int(last["autopilot"]), int(last["type"]))
     finder = FrameFinder(profile.projection)
-    told = contents.of("GPS_GLOBAL_ORIGIN", vehicle)
-    if told is not None:
-        told = told[(told["latitude"] != 0) | (told["longitude"] != 0)]
-    if told is not None and len(told):
-        finder.take_origin(_place(told[0], "latitude", "longitude", "altitude"))
+    reported = contents.of("GPS_GLOBAL_ORIGIN", vehicle)
+    if reported is not None:
+        reported = reported[(reported["latitude"] != 0) | (reported["longitude"] != 0)]
+    if reported is not None and len(reported):
+        finder.take_origin(_place(reported[0], "latitude", "longitude", "altitude"))
     if local is not None and finder.wants_pairs:
         _take_pairs(finder, places, local)
     remark = ""

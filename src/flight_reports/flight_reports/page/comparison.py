@@ -156,7 +156,7 @@ def _series(flights: tuple[Flight, Flight], alignment: Alignment) -> Figure:
 
 
 def _of(flight: Flight) -> dict[str, tuple[Floats, Floats]]:
-    track, noted, told = flight.track, flight.retold.noted, flight.position_tracking
+    track, noted, tracking = flight.track, flight.retold.noted, flight.position_tracking
     up_m = track.position_enu_m[:, 2]
     series = {
         "altitude (m)": (track.time_s, up_m - up_m[0] if len(up_m) else up_m),
@@ -164,8 +164,8 @@ def _of(flight: Flight) -> dict[str, tuple[Floats, Floats]]:
         "battery (%)": points(flight.retold.battery),
         "remaining (m)": points(noted.distance_m),
     }
-    if told is not None:
-        series["tracking error (m)"] = (told.time_s, told.horizontal)
+    if tracking is not None:
+        series["tracking error (m)"] = (tracking.time_s, tracking.horizontal)
     return series
 
 
@@ -218,7 +218,7 @@ _FIGURES = (
 
 def _figures(flight: Flight, zero_s: float) -> list[float | None]:
     """Return the figures in the order of `_FIGURES`, None for what isn't known."""
-    figures, told, goals = flight.figures, flight.position_tracking, flight.retold.noted.goals
+    figures, tracking, goals = flight.figures, flight.position_tracking, flight.retold.noted.goals
     battery = flight.retold.battery
     ended = [goal.ended_s - goal.accepted_s for goal in goals[:1] if goal.ended_s is not None]
     return [
@@ -228,9 +228,9 @@ def _figures(flight: Flight, zero_s: float) -> list[float | None]:
         None if figures is None else figures.fastest_m_s,
         battery[0][1] - battery[-1][1] if battery else None,
         energy_wh(flight),
-        None if told is None else told.horizontal_rms,
-        None if told is None else told.horizontal_max,
-        None if told is None else told.delay_s,
+        None if tracking is None else tracking.horizontal_rms,
+        None if tracking is None else tracking.horizontal_max,
+        None if tracking is None else tracking.delay_s,
         float(len(goals)) if goals else None,
         float(sum(goal.code == "SUCCESS" for goal in goals)) if goals else None,
         ended[0] if ended else None,

@@ -197,21 +197,21 @@ def _replans(flight: Flight) -> list[Trace]:
 
 
 def _modes(flight: Flight) -> list[Trace]:
-    told = [(time_s, f"mode {name}") for time_s, name in flight.retold.modes[1:]]
-    return _at_times(flight, told, "mode changes", symbol="square-open", color="@mode",
+    events = [(time_s, f"mode {name}") for time_s, name in flight.retold.modes[1:]]
+    return _at_times(flight, events, "mode changes", symbol="square-open", color="@mode",
                      line={"width": 2.5, "color": "@mode"})  # fmt: skip
 
 
 def _worth_a_look(flight: Flight) -> list[Trace]:
-    told = [(t_s, warned.first.text) for warned in warnings(flight) for t_s in warned.times_s]
-    told = [(time_s, text) for time_s, text in told if time_s > 0.0]
-    return _at_times(flight, told, "warnings", symbol="triangle-up", color="@bad")
+    events = [(t_s, warned.first.text) for warned in warnings(flight) for t_s in warned.times_s]
+    events = [(time_s, text) for time_s, text in events if time_s > 0.0]
+    return _at_times(flight, events, "warnings", symbol="triangle-up", color="@bad")
 
 
 def _at_times(
-    flight: Flight, told: list[tuple[float, str]], name: str, **look: object
+    flight: Flight, events: list[tuple[float, str]], name: str, **look: object
 ) -> list[Trace]:
-    placed = [(flight.track.at(time_s), time_s, text) for time_s, text in told]
+    placed = [(flight.track.at(time_s), time_s, text) for time_s, text in events]
     known = [(place, time_s, text) for place, time_s, text in placed if place is not None]
     if not known:
         return []

@@ -69,13 +69,13 @@ def replans(flight: Flight) -> int:
 
 def not_in_the_log(flight: Flight) -> Markup:
     """Return the list of missing content."""
-    told = lacking(flight)
-    if not told:
+    rows = lacking(flight)
+    if not rows:
         return Markup()
     return element(
         "div",
         element("h3", "Not in this log"),
-        element("ul", *(element("li", sentence) for sentence in told)),
+        element("ul", *(element("li", sentence) for sentence in rows)),
         class_="lacking",
     )
 
@@ -132,12 +132,12 @@ def _error_m(flight: Flight, goal: RecordedGoal) -> float | None:
 def tracking(flight: Flight) -> Markup:
     """Return the tracking table; nothing without setpoints."""
     rows = [
-        _tracking_row(name, told)
-        for name, told in (
+        _tracking_row(name, compared)
+        for name, compared in (
             ("positions", flight.position_tracking),
             ("velocities", flight.velocity_tracking),
         )
-        if told is not None
+        if compared is not None
     ]
     if not rows:
         return Markup()
@@ -152,20 +152,20 @@ def tracking(flight: Flight) -> Markup:
                    element("p", note, class_="note")))  # fmt: skip
 
 
-def _tracking_row(name: str, told: Tracking) -> list[object]:
-    figures = (told.horizontal_rms, told.horizontal_max, told.vertical_rms, told.vertical_max)
-    delay = "–" if told.delay_s is None else number(told.delay_s, "s", 2)
-    return [name, *(number(value, told.unit, 2) for value in figures), delay, told.count,
-            told.left_out]  # fmt: skip
+def _tracking_row(name: str, rows: Tracking) -> list[object]:
+    figures = (rows.horizontal_rms, rows.horizontal_max, rows.vertical_rms, rows.vertical_max)
+    delay = "–" if rows.delay_s is None else number(rows.delay_s, "s", 2)
+    return [name, *(number(value, rows.unit, 2) for value in figures), delay, rows.count,
+            rows.left_out]  # fmt: skip
 
 
 def worth_a_look(flight: Flight, section: str) -> Markup:
     """Return the warnings with their times."""
-    told = warnings(flight)
+    found = warnings(flight)
     head = element("h3", "Warnings")
-    if not told:
+    if not found:
         return joined((head, element("p", "None: no failsafe, no gap, no unanswered command.")))
-    rows = [_warning_row(warned, section) for warned in told]
+    rows = [_warning_row(warned, section) for warned in found]
     return joined((head, table(("when", "severity", "about", "what"), rows, "warnings")))
 
 
@@ -209,9 +209,9 @@ def messages(flight: Flight) -> Markup:
 
 def modes(flight: Flight, section: str) -> Markup:
     """Return the modes with the time each began."""
-    told = [
+    rows = [
         element("li", at(time_s, section), " ", safe(name)) for time_s, name in flight.retold.modes
     ]
-    if not told:
+    if not rows:
         return Markup()
-    return element("details", element("summary", f"Modes ({len(told)})"), element("ol", *told))
+    return element("details", element("summary", f"Modes ({len(rows)})"), element("ol", *rows))

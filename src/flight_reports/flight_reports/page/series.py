@@ -102,39 +102,39 @@ def points(pairs: list[tuple[float, float]]) -> tuple[Floats, Floats]:
 
 def _strip(flight: Flight) -> Row:
     """Return the strip of modes, with what happened above it."""
-    told: list[tuple[float, str, str, str]] = []
+    marks: list[tuple[float, str, str, str]] = []
     for warned in warnings(flight):
         look = (warned.first.text, moment_colour(warned.first), "triangle-up")
-        told += [(time_s, *look) for time_s in warned.times_s]
+        marks += [(time_s, *look) for time_s in warned.times_s]
     for goal in flight.retold.noted.goals:
-        told.append((goal.accepted_s, f"goal {goal.short_id} accepted", "@goal", "x"))
-        told += [
+        marks.append((goal.accepted_s, f"goal {goal.short_id} accepted", "@goal", "x"))
+        marks += [
             (t_s, f"{goal.short_id} {what}", "@goal", "line-ns") for t_s, what, _ in goal.statuses
         ]
         if goal.ended_s is not None:
-            told.append(
+            marks.append(
                 (goal.ended_s, f"goal {goal.short_id} ended {goal.code}", "@goal", "square")
             )
-    told += [
+    marks += [
         (moment.time_s, moment.text, "@mode", "circle-open")
         for moment in flight.retold.moments
         if moment.kind in ("mode", "arming")
     ]
-    told.sort(key=lambda one: one[0])
+    marks.sort(key=lambda one: one[0])
     trace: Trace = {
         "type": "scatter",
         "mode": "markers",
         "name": "events",
         "showlegend": False,
-        "x": [round(one[0], 2) for one in told],
-        "y": [1.55] * len(told),
-        "text": [shown(one[1]) for one in told],
+        "x": [round(one[0], 2) for one in marks],
+        "y": [1.55] * len(marks),
+        "text": [shown(one[1]) for one in marks],
         "hovertemplate": "%{text}<extra></extra>",
         "marker": {
-            "color": [one[2] for one in told],
-            "symbol": [one[3] for one in told],
+            "color": [one[2] for one in marks],
+            "symbol": [one[3] for one in marks],
             "size": 9,
-            "line": {"width": 1.5, "color": [one[2] for one in told]},
+            "line": {"width": 1.5, "color": [one[2] for one in marks]},
         },
     }
     axis = {
@@ -207,11 +207,13 @@ def _height_and_speed(flight: Flight) -> list[Row]:
 
 
 def _errors(flight: Flight) -> list[Row]:
-    told = flight.position_tracking
-    if told is None:
+    events = flight.position_tracking
+    if events is None:
         return []
-    across = line(told.time_s, told.horizontal, "horizontal error (m)", "@track")
-    above = line(told.time_s, told.vertical, "vertical error (m)", "@second", look={"width": 1.5})
+    across = line(events.time_s, events.horizontal, "horizontal error (m)", "@track")
+    above = line(
+        events.time_s, events.vertical, "vertical error (m)", "@second", look={"width": 1.5}
+    )
     return [Row("tracking error (m)", [across, above])]
 
 

@@ -61,7 +61,7 @@ class Playback:
         return np.append(np.arange(self.begin_s, self.end_s, step_s), self.end_s)
 
 
-def make_pace(recording: FlightRecording, film_s: float, frames_hz: float) -> Playback:
+def make_playback(recording: FlightRecording, film_s: float, frames_hz: float) -> Playback:
     """Return a pace that shows the flight in about ``film_s``, never slower than real time."""
     times_s = recording.goals.times_s or recording.status.times_s
     begin_s = max((times_s[0] if times_s else 0.0) - 0.5, 0.0)
@@ -96,9 +96,9 @@ class Film:
         canvas.draw()
         self._background = canvas.copy_from_bbox(self._figure.bbox)
 
-    def pictures(self, pace: Playback) -> Iterator[Picture]:
+    def pictures(self, playback: Playback) -> Iterator[Picture]:
         """Yield a picture, shape (height, width, 3), for each moment."""
-        for time_s in pace.times_s():
+        for time_s in playback.times_s():
             self._canvas.restore_region(self._background)
             self._memory.update(self._recording.obstacles.at(time_s) or NOTHING, time_s)
             changing: list[Artist] = []

@@ -142,8 +142,8 @@ class Panel:
             return False
         if goal.ended_s is not None and goal.ended_s <= time_s:
             return goal.code != OutcomeCode.SUCCESS.value
-        told = (status for at_s, status, _ in reversed(goal.statuses) if at_s <= time_s)
-        return next(told, "") == Status.BLOCKED.value
+        statuses = (status for at_s, status, _ in reversed(goal.statuses) if at_s <= time_s)
+        return next(statuses, "") == Status.BLOCKED.value
 
     def _is_news(self, times_s: Sequence[float], time_s: float) -> bool:
         news_s = _NEWS_S * self._speedup

@@ -16,14 +16,14 @@ class GoalTimes:
     Attributes:
         next_step_s: of the next step of the task.
         feedback_due_s: from which the next position triggers feedback.
-        think_s: from which the task may think; infinite until its next setpoint is sent.
+        replan_s: from which the task may replan; infinite until its next setpoint is sent.
         guard_s: of the next look at what is watched twice a second.
         setpoint_s: of the last setpoint, or None.
     """
 
     next_step_s: float
     feedback_due_s: float
-    think_s: float = math.inf
+    replan_s: float = math.inf
     guard_s: float = -math.inf
     setpoint_s: float | None = None
 
@@ -39,15 +39,15 @@ class GoalTimes:
             following = self.next_step_s + periods * period_s
         self.next_step_s = following
 
-    def think_begins(self) -> None:
-        """The task thinks; not again before its next setpoint is out."""
-        self.think_s = math.inf
+    def replan_begins(self) -> None:
+        """The task replans; not again before its next setpoint is out."""
+        self.replan_s = math.inf
 
-    def setpoint_sent(self, task_thinks: bool, now: float) -> None:
-        """A setpoint of the task is out; the next turn is for a task that thinks."""
+    def setpoint_sent(self, may_replan: bool, now: float) -> None:
+        """A setpoint of the task is out; the next turn is for a task that may replan."""
         self.setpoint_s = now
-        if task_thinks:
-            self.think_s = now
+        if may_replan:
+            self.replan_s = now
 
     def guard_begins(self, now: float) -> None:
         """Set the time of the next look at what is watched less often."""

@@ -145,7 +145,7 @@ class ObstacleMap:
         for one in self._moving:
             columns, inside = self._columns.find(one.points_enu_m)
             bottoms, tops = self._columns.ends_m(columns[inside])
-            # The rest of the code takes obstacles to stand still, for as long as it thinks ahead.
+            # The rest of the code takes obstacles to stand still, for as long as it plans ahead.
             for in_s, radius_m in zip(_PREDICTED_AHEAD_S, _PREDICTED_RADII_M, strict=True):
                 moved = one.points_enu_m[inside, :2] + in_s * np.array(one.velocity_enu_m_s)
                 radii = np.full(len(moved), radius_m)

@@ -62,10 +62,6 @@ class Bounds:
     volume: FlightVolume
     fence_margin_m: float
 
-    def room(self, fence: Fence | None, home_z_enu_m: float, flies: bool) -> SpeedAtBounds:
-        """Return the bounds with the fence as it is known now; arguments as for SpeedAtBounds."""
-        return SpeedAtBounds(self.volume, fence, home_z_enu_m, self.fence_margin_m, flies)
-
 
 @dataclass(frozen=True)
 class SpeedAtBounds:

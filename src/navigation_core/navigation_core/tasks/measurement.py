@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from navigation_core.geometry import KinematicState, Vector3, add, is_finite, norm, scale
+from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 
@@ -18,29 +18,25 @@ class Located:
         position_enu_m: as it was reported, in the map frame.
         velocity_enu_m_s: the same.
         yaw_enu_rad: yaw.
-        age_s: age of the position.
+        state: the state now, see :func:`measured_state`.
     """
 
     position_enu_m: Vector3
     velocity_enu_m_s: Vector3
     yaw_enu_rad: float
-    age_s: float
-
-    @property
-    def state(self) -> KinematicState:
-        """The state now: the position is carried on at the measured velocity."""
-        moved = scale(self.velocity_enu_m_s, self.age_s)
-        return KinematicState(add(self.position_enu_m, moved), self.velocity_enu_m_s)
+    state: KinematicState
 
 
 def located(observation: Observation, age_max_s: float) -> Located | None:
     """Return position, velocity and yaw if they are known, finite and recent."""
     position, velocity = observation.position_enu_m, observation.velocity_enu_m_s
-    yaw_rad, age_s = observation.yaw_enu_rad, observation.position_age_s
+    yaw_rad = observation.yaw_enu_rad
     if position is None or velocity is None or yaw_rad is None:
         return None
-    is_known = is_finite(position) and is_finite(velocity) and math.isfinite(yaw_rad)
-    return Located(position, velocity, yaw_rad, age_s) if is_known and age_s <= age_max_s else None
+    is_known = all(map(math.isfinite, (*position, *velocity, yaw_rad)))
+    if not is_known or not observation.position_age_s <= age_max_s:
+        return None
+    return Located(position, velocity, yaw_rad, measured_state(observation))
 
 
 def is_located(observation: Observation, age_max_s: float) -> bool:
@@ -74,10 +70,12 @@ def measured_state(observation: Observation) -> KinematicState:
     position, velocity = observation.position_enu_m, observation.velocity_enu_m_s
     if position is None or velocity is None:
         raise ValueError("The observation holds no position and velocity.")
-    return KinematicState(add(position, scale(velocity, observation.position_age_s)), velocity)
+    age_s = observation.position_age_s
+    x, y, z = (place + speed * age_s for place, speed in zip(position, velocity, strict=True))
+    return KinematicState((x, y, z), velocity)
 
 
 def measured_speed(observation: Observation) -> float | None:
     """Return the measured speed, or None."""
     velocity: Vector3 | None = observation.velocity_enu_m_s
-    return None if velocity is None else norm(velocity)
+    return None if velocity is None else math.hypot(*velocity)

@@ -75,7 +75,7 @@ class PhasedTask(Task):
         return self._path_enu_m
 
     @property
-    def thinks(self) -> bool:
+    def may_replan(self) -> bool:
         """No: nothing takes long."""
         return False
 
@@ -84,16 +84,26 @@ class PhasedTask(Task):
         self._phase_since_s = now
 
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Return what to do now, or how it ended; after the end, the outcome again."""
-        if self._outcome is None:
-            answer = self._answer(observation, now)
-            if not isinstance(answer, Outcome):
+        """Ask the phases until one has an answer; after the end, return the outcome again."""
+        if self._outcome is not None:
+            return self._outcome
+        ended: Outcome | None = None
+        if self._cancel_asked and self._phase not in STOPPING:
+            ended = self._stop(_CANCELED, observation, now)
+        for _ in range(_PHASE_CHANGES_MAX):
+            answer = ended or self._check(observation, now)
+            answer = answer or self._handlers[self._phase](observation, now)
+            if isinstance(answer, Outcome):
+                return self._finish(answer, now)
+            if isinstance(answer, Phase):
+                self._begin_phase(answer, observation, now)
+            elif isinstance(answer, StopFirst):
+                ended = self._stop(answer.ending, observation, now)
+            elif answer is not None:
                 return answer
-            self._outcome = answer
-            self._go(Phase.ENDED, now)
-        return self._outcome
+        raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
 
-    def think(self, observation: Observation, now: float) -> None:
+    def replan(self, observation: Observation, now: float) -> None:
         """Nothing takes long."""
 
     def cancel(self, now: float) -> None:
@@ -122,24 +132,19 @@ class PhasedTask(Task):
 
     # --- the state machine -----------------------------------------------------------
 
-    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
-        """Ask the phases until one has an answer."""
-        ended: Outcome | None = None
-        if self._cancel_asked and self._phase not in STOPPING:
-            ended = self._stop(_CANCELED, observation, now)
-        for _ in range(_PHASE_CHANGES_MAX):
-            answer = ended or self._handle(observation, now)
-            if isinstance(answer, Phase):
-                self._go(answer, now)
-            elif isinstance(answer, StopFirst):
-                ended = self._stop(answer.ending, observation, now)
-            elif answer is not None:
-                return answer
-        raise RuntimeError(f"The task keeps changing phase; the last is {self._phase.name}.")
+    def _check(self, observation: Observation, now: float) -> Answer:
+        """Return what ends or suspends every phase; None to ask the present one."""
+        return None
 
-    def _handle(self, observation: Observation, now: float) -> Answer:
-        """Return the answer of the present phase."""
-        return self._handlers[self._phase](observation, now)
+    def _finish(self, outcome: Outcome, now: float) -> Outcome:
+        """End the task; return how."""
+        self._outcome = outcome
+        self._go(Phase.ENDED, now)
+        return outcome
+
+    def _begin_phase(self, phase: Phase, observation: Observation, now: float) -> None:
+        """Begin the phase that an answer names."""
+        self._go(phase, now)
 
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
         """Begin to stop the vehicle, to end with an outcome; return it if nothing is to be stopped.

@@ -33,8 +33,8 @@ class Task(Protocol):
         """The path that is planned, in the map frame; the same object until it is replanned."""
 
     @property
-    def thinks(self) -> bool:
-        """Whether :meth:`think` has anything to do."""
+    def may_replan(self) -> bool:
+        """Whether :meth:`replan` has anything to do."""
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""
@@ -42,8 +42,8 @@ class Task(Protocol):
     def step(self, observation: Observation, now: float) -> Intent | Outcome:
         """Return what to do now, or how it ended."""
 
-    def think(self, observation: Observation, now: float) -> None:
-        """Do what takes long, once the setpoint of the step before is out; steps show what came."""
+    def replan(self, observation: Observation, now: float) -> None:
+        """Search for another path, once the setpoint of the step before is out; steps fly it."""
 
     def cancel(self, now: float) -> None:
         """Ask for an early end; the steps that follow bring the vehicle to a stop."""

@@ -272,7 +272,7 @@ class Guided(Loiter):
 
     def enter(self) -> None:
         """Round this point."""
-        self._told = False
+        self._reported = False
         self.slope_from = None
         self.radius_m = 0.0
         super().enter()
@@ -280,13 +280,13 @@ class Guided(Loiter):
     def update(self) -> None:
         """Fly a circle; report it once, when it is reached."""
         super().update()
-        if self.on_circle and not self._told:
-            self._told = True
+        if self.on_circle and not self._reported:
+            self._reported = True
             self.vehicle.events.append(ItemReached(0))
 
     def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
         """Another point."""
-        self._told = self.on_circle = False
+        self._reported = self.on_circle = False
         self.slope_from = self.vehicle.motion[:3]
         self.radius_m = radius_m
         self.go_round(place)

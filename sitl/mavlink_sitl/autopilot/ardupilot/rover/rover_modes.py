@@ -125,7 +125,7 @@ class Guided(DriveMode):
         self.vehicle.backwards = False
         self.route = None
         self._expires_s = math.inf
-        self._told = False
+        self._reported = False
         self._placed_s = -math.inf
         self._target = DriveGuidance(motors=Motors.FLY, limits=self.vehicle.navigator.limits())
         self.drive(self._target)
@@ -157,7 +157,7 @@ class Guided(DriveMode):
         else:
             self.route = LegReference(rover, place, rover.navigator.cruise_m_s())
         self._expires_s = math.inf
-        self._told = False
+        self._reported = False
 
     def go(self, target: DriveTarget) -> None:
         """Drive at a share of WP_SPEED with a heading, or turning; runs out as a velocity does."""
@@ -215,8 +215,8 @@ class Guided(DriveMode):
         if not self.route.reached:
             self.drive(self.route.follow())
             return
-        if not self._told:
-            self._told = True
+        if not self._reported:
+            self._reported = True
             rover.events.append(ItemReached(0))
         rover.rest_at(self, self.route.destination)
 

@@ -54,11 +54,11 @@ def _smooth(
     """Along a trajectory that waits for the vehicle."""
     behind_n, behind_e = s.north_m - b.north_m, s.east_m - b.east_m
     lags = behind_n * s.velocity_north_m_s + behind_e * s.velocity_east_m_s > 0.0
-    pace = 1.0 - lags * t.track_position_xy * o.minimum(
+    time_scale = 1.0 - lags * t.track_position_xy * o.minimum(
         o.hypot(behind_n, behind_e) / LAG_M, MOST_WAITING
     )
     return controller.horizontal(
-        s, t, b, free, dt * pace, k, o, _approach_speed, controller.shortened
+        s, t, b, free, dt * time_scale, k, o, _approach_speed, controller.shortened
     )
 
 

@@ -155,7 +155,7 @@ class LogServers:
         """
         offset = file.resume_bytes
         feedback = DownloadLog.Feedback(log_id=log.log_id, size=log.size_bytes)
-        began_s, told_s = time.monotonic(), 0.0
+        began_s, reported_s = time.monotonic(), 0.0
         outputs = self._ask(
             lambda logs, take: logs.download(log, offset, take, self._clock.now()),
             lambda: handle.is_cancel_requested,
@@ -169,8 +169,8 @@ class LogServers:
                 return
             result.bytes_stored = feedback.bytes_stored = file.stored_bytes
             now_s = time.monotonic()
-            if now_s - told_s >= _FEEDBACK_S:
-                told_s = now_s
+            if now_s - reported_s >= _FEEDBACK_S:
+                reported_s = now_s
                 came = output.offset_bytes + len(output.data) - offset
                 feedback.rate = came / max(now_s - began_s, 1e-3)
                 handle.publish_feedback(feedback)

@@ -60,7 +60,7 @@ class Transforms:
         self._geoid_m = 0.0
         self._origin: Geodetic | None = None
         self._still: dict[str, tuple[str, OdomPose]] = {}
-        self._told: dict[str, tuple[str, OdomPose]] = {}
+        self._published: dict[str, tuple[str, OdomPose]] = {}
         self._followed = False
         self._moving = self._static = None
         if which is not PublishTf.NONE:
@@ -71,7 +71,7 @@ class Transforms:
     def begin_again(self) -> None:
         """Reset: the recording is played from its start."""
         self._odom = OdomFrame()
-        self._told = {}
+        self._published = {}
 
     def add_sensor(self, frame_id: str) -> None:
         """Take the frame that the messages of the sensor with a configured pose name.
@@ -137,8 +137,8 @@ class Transforms:
             self._still[frame_id] = (self._frames.base_link, (sensor.position_flu_m, turn))
             if sensor == SensorPose():
                 del self._still[frame_id]
-        if self._still != self._told:
-            self._told = dict(self._still)
+        if self._still != self._published:
+            self._published = dict(self._still)
             transforms = [
                 _transform(parent, child, pose, stamp)
                 for child, (parent, pose) in self._still.items()

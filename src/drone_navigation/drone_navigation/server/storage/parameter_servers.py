@@ -73,7 +73,9 @@ class ParameterServers:
         if problem is not None:
             response.message = problem
             return response
-        answer = self._ask(lambda desk, take, now: desk.read_parameter(request.name, take, now))
+        answer = self._ask(
+            lambda requests, take, now: requests.read_parameter(request.name, take, now)
+        )
         response.success, response.message = answer.success, answer.message
         for outcome in answer.outcomes:
             if outcome.new is not None:
@@ -89,7 +91,7 @@ class ParameterServers:
             response.message = problem
             return response
         answer = self._ask(
-            lambda desk, take, now: desk.change_parameters(
+            lambda requests, take, now: requests.change_parameters(
                 {request.name: request.value}, request.while_armed, take, now
             )
         )
@@ -122,8 +124,8 @@ class ParameterServers:
             result.message = problem
             return result
 
-        def change(desk: StorageRequests, take: TakeParameters, now: float) -> None:
-            desk.change_parameters(wanted, goal.while_armed, take, now)
+        def change(requests: StorageRequests, take: TakeParameters, now: float) -> None:
+            requests.change_parameters(wanted, goal.while_armed, take, now)
 
         answer = self._act(handle, f"{_NAME}/load", change, look)
         result.success, result.message = answer.success, answer.message
@@ -147,22 +149,22 @@ class ParameterServers:
         tell: Callable[[bool, int, int], None],
     ) -> ParametersAnswer:
         """Do what an action asks for, report its progress, and put it into its terminal state."""
-        told: tuple[bool, int, int] = (False, 0, 0)
+        reported: tuple[bool, int, int] = (False, 0, 0)
         stops = False
         waiting: Waiting[ParametersAnswer] = Waiting()
         client = _ClientWatch(self._node, name)
 
         def look() -> bool:
-            nonlocal told, stops
+            nonlocal reported, stops
             if not stops and (handle.is_cancel_requested or client.is_gone()):
                 stops = True
                 reason = "it was cancelled" if handle.is_cancel_requested else "its client is gone"
                 self._stop(waiting.take, reason)
             progress = self._requests.parameter_progress
-            if progress == told:
+            if progress == reported:
                 return False
-            told = progress
-            tell(*told)
+            reported = progress
+            tell(*reported)
             return True
 
         answer = self._ask(request, waiting, look)

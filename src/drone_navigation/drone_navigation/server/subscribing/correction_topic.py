@@ -24,7 +24,7 @@ class CorrectionTopic:
         """Subscribe."""
         self._node, self._bridge = access.node, access.bridge
         self._driver, self._clock = access.driver, access.clock
-        self._told_s: dict[str, float] = {}
+        self._reported_s: dict[str, float] = {}
         self._node.create_subscription(
             UInt8MultiArray,
             "~/rtcm",
@@ -44,8 +44,8 @@ class CorrectionTopic:
             self._bridge.feature(GpsCorrections).send(data, now)
         except RtcmError as error:
             text = str(error)
-            if now - self._told_s.get(text, -_AGAIN_S) >= _AGAIN_S:
-                if len(self._told_s) > 100:
-                    self._told_s.clear()
-                self._told_s[text] = now
+            if now - self._reported_s.get(text, -_AGAIN_S) >= _AGAIN_S:
+                if len(self._reported_s) > 100:
+                    self._reported_s.clear()
+                self._reported_s[text] = now
                 self._node.get_logger().warning(f"RTCM corrections ignored: {text}")

@@ -100,7 +100,7 @@ class ExternalOdometry:
         topic = access.config.external_odometry_topic
         self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
         self._clock = access.clock
-        self._told_s: dict[str, float] = {}
+        self._reported_s: dict[str, float] = {}
         self._newest: Newest[tuple[Odometry, float]] = Newest(access.driver.post, self._take)
         access.topics.diagnostics.append(partial(external_diagnostic, access.bridge))
         if topic:
@@ -129,6 +129,6 @@ class ExternalOdometry:
             self._bridge.feature(ExternalPositions).send(pose, now)
         except ExternalPositionError as error:
             kind = str(error)[:30]  # the rest may have a number that changes
-            if now - self._told_s.get(kind, -_AGAIN_S) >= _AGAIN_S:
-                self._told_s[kind] = now
+            if now - self._reported_s.get(kind, -_AGAIN_S) >= _AGAIN_S:
+                self._reported_s[kind] = now
                 self._node.get_logger().warning(f"External odometry ignored: {error}")

@@ -68,7 +68,7 @@ class SensorTopics:
         """Subscribe to what is configured."""
         self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
         self._driver, self._clock = access.driver, access.clock
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         self._add_frame = access.topics.transforms.add_sensor
         self._added: set[str] = set()
         config = access.config.bridge.obstacles
@@ -107,8 +107,8 @@ class SensorTopics:
         try:
             newest.put((decode(message), now))
         except SensorMessageError as error:
-            if str(error) not in self._told:
-                self._told.add(str(error))
+            if str(error) not in self._reported:
+                self._reported.add(str(error))
                 self._node.get_logger().warning(f"Ignored: {error}")
 
     # On the driver's thread.

@@ -56,7 +56,7 @@ class Arrival:
     def level(self, observation: Observation) -> Observation:
         """Put what drives at the height of its goal: the home that heights count from moves."""
         position = observation.position_enu_m
-        if self._traits.flies or position is None:
+        if position is None:
             return observation
         place = (position[0], position[1], self.goal.position_enu_m[2])
         return replace(observation, position_enu_m=place)

@@ -22,11 +22,7 @@ from navigation_core.tasks.flying.launch import Launch
 from navigation_core.tasks.flying.path_leader import PathLeader
 from navigation_core.tasks.flying.standing import Standing
 from navigation_core.tasks.flying.stopping import FLYING, FlightParts, Stopping, first_phase
-from navigation_core.tasks.intents import (
-    Fly,
-    Intent,
-    Outcome,
-)
+from navigation_core.tasks.intents import Fly, Intent, Outcome
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import PathFollower
@@ -68,14 +64,9 @@ class SetpointFlight(PhasedTask):
         self._in_traffic = self._leader.in_traffic
         self._estimator = GotoEstimator(section.goal, config, self._follower.limits, traits)
         self._arrival = Arrival(section, config, traits)
+        still, landed = Standstill.of_stop(config, traits), Dwell(config.landed_timeout_s)
         self._parts = FlightParts(
-            config,
-            traits,
-            self._requests,
-            self._follower,
-            self._arrival,
-            Standstill.of_stop(config, traits),
-            Dwell(config.landed_timeout_s),
+            config, traits, self._requests, self._follower, self._arrival, still, landed
         )
         self._departure = Departure(config, traits, self._requests, self._arrival.error_m)
         self._standing = Standing(
@@ -83,7 +74,7 @@ class SetpointFlight(PhasedTask):
         )
         self._stopping: Stopping | None = None
         self._by_itself = terms.handover.by_itself  # until the first change of phase
-        self._thought_failed: TrajectoryError | None = None
+        self._replan_failed: TrajectoryError | None = None
         launch = Launch(self._parts, self._departure, self._estimator)
         self._handlers = {
             Phase.PREPARING: launch.prepare,
@@ -120,25 +111,28 @@ class SetpointFlight(PhasedTask):
         """Begin."""
         super().start(observation, now)
         self._follower.sent.start(now)
-        self._estimator.start(self._arrival.level(observation), self._follower)
+        if not self._traits.flies:
+            observation = self._arrival.level(observation)
+        self._estimator.start(observation, self._follower)
 
     @property
-    def thinks(self) -> bool:
+    def may_replan(self) -> bool:
         """Whether the flight avoids obstacles."""
         return self._avoider is not None
 
-    def think(self, observation: Observation, now: float) -> None:
-        """Look for another path around obstacles, if need be."""
+    def replan(self, observation: Observation, now: float) -> None:
+        """Search for another path around obstacles, if need be."""
         if self._avoider is None or self._phase is not Phase.NAVIGATING or self._cancel_asked:
             return
-        if (
-            is_located(observation, self._config.position_stale_s)
-            and not self._follower.sent.is_stale
-        ):
-            try:
-                self._avoider.think(self._arrival.level(observation), now)
-            except TrajectoryError as error:
-                self._thought_failed = error
+        is_known = is_located(observation, self._config.position_stale_s)
+        if not is_known or self._follower.sent.is_stale:
+            return
+        if not self._traits.flies:
+            observation = self._arrival.level(observation)
+        try:
+            self._avoider.replan(observation, now)
+        except TrajectoryError as error:
+            self._replan_failed = error
 
     def resume_control(self, now: float) -> None:
         """Take control again, and plan from where the vehicle is then."""
@@ -159,11 +153,10 @@ class SetpointFlight(PhasedTask):
 
     def progress(self, observation: Observation, now: float) -> Progress:
         """Return the progress of all sections."""
-        elapsed_s = now - self._phase_since_s
-        observation = self._arrival.level(observation)
-        progress = self._estimator.progress(
-            self._phase, elapsed_s, self._follower.carrot, observation
-        )
+        if not self._traits.flies:
+            observation = self._arrival.level(observation)
+        carrot, elapsed_s = self._follower.carrot, now - self._phase_since_s
+        progress = self._estimator.progress(self._phase, elapsed_s, carrot, observation)
         if self._avoider is not None:
             progress = replace(progress, replans=self._avoider.replans)
             if self._phase is Phase.BLOCKED and self._avoider.reason:
@@ -171,43 +164,46 @@ class SetpointFlight(PhasedTask):
             elif self._phase is Phase.BLOCKED:
                 # The first search, for a fraction of a second: no obstacle is known.
                 progress = replace(progress, status=Status.NAVIGATING)
-        if self._phase is Phase.NAVIGATING:
-            waiting = self._in_traffic.last.waiting
-            if waiting is not None:
-                status = Status.WAITING_FOR_TRAFFIC
-                progress = replace(progress, status=status, blocked=waiting.text)
+        waiting = self._in_traffic.last.waiting
+        if waiting is not None and self._phase is Phase.NAVIGATING:
+            status = Status.WAITING_FOR_TRAFFIC
+            progress = replace(progress, status=status, blocked=waiting.text)
         position = observation.position_enu_m
         return self._itinerary.total(progress, position, self._estimator.is_straight)
 
-    # --- the state machine -----------------------------------------------------------
-
-    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
-        observation = self._arrival.level(observation)
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Return what to do now, or how it ended; a setpoint is safe if no other follows."""
+        if self._outcome is not None:
+            return self._outcome
+        if not self._traits.flies:
+            observation = self._arrival.level(observation)
         if self._follower.sent.step_begins(now):
             self._parts.forget()
         try:
-            if self._thought_failed is not None:
-                raise self._thought_failed
-            self._interrupt(observation, now)
-            answer = super()._answer(observation, now)
+            if self._replan_failed is not None:
+                raise self._replan_failed
+            if (observation.position_doubt or self._pause_asked) and not self._cancel_asked:
+                self._interrupt(observation, now)
+            answer = super().step(observation, now)
         except TrajectoryError as error:
-            answer = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
+            ending = self._over(OutcomeCode.INTERNAL_ERROR, str(error), observation)
+            return self._finish(ending, now)
         if not isinstance(answer, Fly):
             return answer
-        answer = self._standing.held(answer, observation, self._phase is Phase.STOPPING)
+        if observation.position_doubt or self._phase is Phase.STOPPING:
+            answer = self._standing.held(answer, observation)
         return self._leader.limited(answer, observation, self._phase is Phase.NAVIGATING)
 
-    def _handle(self, observation: Observation, now: float) -> Answer:
-        answer = self._check_flight(observation, now) or super()._handle(observation, now)
-        if answer is not Phase.NAVIGATING:
-            return answer
-        self._begin_flight(observation, now)
-        return None
+    # --- the state machine -----------------------------------------------------------
+
+    def _begin_phase(self, phase: Phase, observation: Observation, now: float) -> None:
+        if phase is Phase.NAVIGATING:
+            self._begin_flight(observation, now)
+        else:
+            self._go(phase, now)
 
     def _interrupt(self, observation: Observation, now: float) -> None:
         """Stand still for a position that is in doubt, or for a pause."""
-        if self._cancel_asked:
-            return
         if observation.position_doubt and self._phase in _DOUBTING:
             self._go(self._standing.lose_position(observation), now)
         elif self._pause_asked and self._phase in _PAUSABLE:
@@ -233,7 +229,7 @@ class SetpointFlight(PhasedTask):
         self._go(first, now)
         return None
 
-    def _check_flight(self, observation: Observation, now: float) -> Answer:
+    def _check(self, observation: Observation, now: float) -> Answer:
         """Look for what ends or suspends every flight."""
         if self._phase not in FLYING:
             return None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from navigation_core.geometry import KinematicState, Vector3, distance, is_finite
+import math
+
+from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.limits import Limits
 from navigation_core.planning.planner import NoPath
 from navigation_core.searches import Search
@@ -60,7 +62,7 @@ class GotoEstimator:
             follower: plans the path around obstacles, if it is to.
         """
         position = observation.position_enu_m
-        if position is None or not is_finite(position):
+        if position is None or not all(map(math.isfinite, position)):
             return
         self._position_enu_m = position
         self._needs_arming = not observation.armed
@@ -77,7 +79,7 @@ class GotoEstimator:
             leg = plan_to(KinematicState(position), self._goal_enu_m, self._limits)
         except TrajectoryError:
             return
-        self._leg = (distance(position, self._goal_enu_m), leg.duration_s)
+        self._leg = (math.dist(position, self._goal_enu_m), leg.duration_s)
 
     def progress(
         self, phase: Phase, elapsed_s: float, carrot: Carrot | None, observation: Observation
@@ -91,7 +93,7 @@ class GotoEstimator:
             observation: what is known about the vehicle.
         """
         position = observation.position_enu_m
-        if position is not None and is_finite(position):
+        if position is not None and all(map(math.isfinite, position)):
             self._position_enu_m = position
         if phase is Phase.ENDED:
             return Progress(self._last.status, 0.0, 0.0)
@@ -129,7 +131,7 @@ class GotoEstimator:
         self.is_straight = True
         if self._position_enu_m is None:
             return 0.0
-        return distance(self._position_enu_m, self._goal_enu_m)
+        return math.dist(self._position_enu_m, self._goal_enu_m)
 
     def _before_flight(
         self, phase: Phase, elapsed_s: float, ground_m: float
@@ -156,7 +158,7 @@ class GotoEstimator:
             return self._to_goal_m(), max(leg_s, carrot.time_remaining_s)
         position = self._position_enu_m
         setpoint = carrot.state.position_enu_m
-        lag_m = 0.0 if position is None else distance(setpoint, position)
+        lag_m = 0.0 if position is None else math.dist(setpoint, position)
         lag_s = max(lag_m - self._config.arrival_radius_m, 0.0)
         lag_s /= self._limits.speed_horizontal_m_s
         if phase is Phase.SETTLING:

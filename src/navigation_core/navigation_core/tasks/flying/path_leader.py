@@ -60,7 +60,8 @@ class PathLeader:
             meet = itinerary.point_to_meet()
             until_s = math.inf if meet is None else self._follower.passed_at_s(meet)
             path = self._follower.follow(here_enu_m, until_s)
-        passed, leaves = self._follower.passed, self._pursuit.leaves
+        passed = self._follower.passed
+        leaves = not self._traits.flies and self._pursuit.leaves
         if itinerary.note_place(observation.position_enu_m, passed, leaves):
             self._follower.sent.outdate()  # so it is replanned, from here to the same point
         return path

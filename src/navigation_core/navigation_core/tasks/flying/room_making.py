@@ -93,13 +93,13 @@ class RoomMaking:
         return self._task.step(observation, now)
 
     @property
-    def thinks(self) -> bool:
-        """Whether the task that flies thinks."""
-        return self._current.thinks
+    def may_replan(self) -> bool:
+        """Whether the task that flies may replan."""
+        return self._current.may_replan
 
-    def think(self, observation: Observation, now: float) -> None:
-        """Do what takes long."""
-        self._current.think(observation, now)
+    def replan(self, observation: Observation, now: float) -> None:
+        """Search for another path."""
+        self._current.replan(observation, now)
 
     def cancel(self, now: float) -> None:
         """Ask for an early end."""

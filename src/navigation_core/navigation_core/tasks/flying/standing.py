@@ -101,9 +101,9 @@ class Standing:
         parts.follower.walk(None)
         return led(parts, observation)
 
-    def held(self, fly: Fly, observation: Observation, is_stopping: bool) -> Fly:
+    def held(self, fly: Fly, observation: Observation) -> Fly:
         """Hold by the velocity while the position is in doubt, and in a stop after that."""
-        if not (observation.position_doubt or (self._doubted and is_stopping)):
+        if not (observation.position_doubt or self._doubted):
             return fly
         self._doubted = True
         return replace(fly, by_velocity=True)

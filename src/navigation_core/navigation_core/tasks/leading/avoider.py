@@ -107,7 +107,7 @@ class Avoider:
             return False
         return True
 
-    def think(self, observation: Observation, now: float) -> None:
+    def replan(self, observation: Observation, now: float) -> None:
         """Look for another path if need be, and go over to it; without one, stop.
 
         While a search continues, the old path is flown, and the brake watches.

@@ -1,26 +1,32 @@
-"""The setpoint that runs ahead of the vehicle along a trajectory, and waits for it."""
+"""The setpoint that runs ahead of the vehicle along a trajectory, and the one sent last.
+
+A plan begins at the setpoint sent last, or where the vehicle is.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from navigation_core.geometry import (
     ZERO,
     KinematicState,
     Vector3,
-    across,
-    dot,
     limit_norm,
-    norm,
     scale,
     slew_angle,
-    subtract,
     wrap_angle,
 )
+from navigation_core.safety.braking import STANDING_M_S
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.driven_path import DrivenPath
+from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.tasks.observation import Observation
 from navigation_core.trajectories.trajectory import Trajectory
+
+__all__ = ["Carrot", "Commanded", "SentSetpoint"]
 
 # The carrot runs freely until the vehicle lags this share of the greatest tracking error.
 _FREE_SHARE = 0.5
@@ -36,6 +42,10 @@ _RATE_FLOOR = 0.1
 _MOVES_M_S = 1e-6
 # Trajectory time that counts as progress.
 _PROGRESS_S = 0.5
+# A setpoint this many times the greatest tracking error away is no start for a new flight.
+_START_ERROR_SHARE = 1.5
+# Farther than a vehicle that follows is from a setpoint that stands.
+_RUN_OUT_M = 0.5
 
 
 class Carrot:
@@ -58,6 +68,7 @@ class Carrot:
         nominal: where it is on the trajectory, at the speed that is planned there.
         state: the setpoint's position and its true derivatives.
         yaw_enu_rad: the setpoint's yaw.
+        distance_remaining_m: length of the path that is left.
     """
 
     def __init__(
@@ -88,6 +99,7 @@ class Carrot:
         self.rate = 1.0
         self._rate_average = 1.0
         self.nominal, self._limits = trajectory.at(time_s)
+        self.distance_remaining_m = trajectory.remaining_distance_m(time_s)
         self.state = self.nominal
         self._yaw_rate_rad_s = trajectory.limits.yaw_rate_rad_s
         self._driven: DrivenPath | None = None
@@ -104,7 +116,7 @@ class Carrot:
         if lead_s <= 0.0:
             return self.time_s, self.state
         time_s = self.time_s + self.rate * lead_s
-        return time_s, self._scaled(self.trajectory.sample(time_s), 0.0)
+        return time_s, self._scaled(self.trajectory.at(time_s)[0], 0.0)
 
     def turn_to(self, yaw_enu_rad: float) -> None:
         """Turn to another yaw from now on, the shorter way round."""
@@ -123,7 +135,8 @@ class Carrot:
         if acceleration[0] * velocity[0] + acceleration[1] * velocity[1] > 0.0:
             now = self.nominal.acceleration_enu_m_s2
             lean_s = self._config.response_s * self.rate
-            then = self.trajectory.sample(self.time_s + lean_s).acceleration_enu_m_s2
+            leaning, _ = self.trajectory.at(self.time_s + lean_s)
+            then = leaning.acceleration_enu_m_s2
             gain = self.rate * self.rate
             acceleration = (
                 acceleration[0] + gain * (then[0] - now[0]),
@@ -149,11 +162,6 @@ class Carrot:
         return turned and self.time_s >= self.trajectory.duration_s
 
     @property
-    def distance_remaining_m(self) -> float:
-        """Length of the path that is left."""
-        return self.trajectory.remaining_distance_m(self.time_s)
-
-    @property
     def time_remaining_s(self) -> float:
         """Time that is left at the pace of the last seconds."""
         left_s = max(self.trajectory.duration_s - self.time_s, 0.0)
@@ -175,9 +183,10 @@ class Carrot:
         # The mean of both rates makes the position the integral of the velocity.
         self._walk_to(self.time_s + 0.5 * (before + self.rate) * dt_s, self.rate, dt_s)
         self.state = self._scaled(self.nominal, (self.rate - before) / dt_s)
-        self.yaw_enu_rad = slew_angle(
-            self.yaw_enu_rad, self._yaw_goal_enu_rad, self._yaw_rate_rad_s * dt_s
-        )
+        if self.yaw_enu_rad != self._yaw_goal_enu_rad:
+            self.yaw_enu_rad = slew_angle(
+                self.yaw_enu_rad, self._yaw_goal_enu_rad, self._yaw_rate_rad_s * dt_s
+            )
 
     def follow(
         self, dt_s: float, position_enu_m: Vector3, braking_m_s2: float, until_s: float = math.inf
@@ -224,39 +233,38 @@ class Carrot:
         if time_s != self.time_s:
             self.time_s = time_s
             self.nominal, self._limits = self.trajectory.at(time_s)
+            self.distance_remaining_m = self.trajectory.remaining_distance_m(time_s)
 
     def _next_rate(self, dt_s: float, position_enu_m: Vector3 | None, rate_max: float) -> float:
         wanted, change = rate_max, _RATE_CHANGE_PER_S
         course, allowed_m_s = ZERO, math.inf
-        speed_m_s = norm(self.nominal.velocity_enu_m_s)
+        speed_m_s = math.hypot(*self.nominal.velocity_enu_m_s)
         if speed_m_s > _MOVES_M_S:
             course = scale(self.nominal.velocity_enu_m_s, 1.0 / speed_m_s)
             axis = self._limits.along(course)
             change = min(change, axis.acceleration_m_s2 / speed_m_s)
             allowed_m_s = _HURRY_SHARE * axis.speed_forward_m_s
         if position_enu_m is not None:
-            offset = subtract(self.state.position_enu_m, position_enu_m)
-            behind_m = dot(offset, course)
+            (x, y, z), (x_0, y_0, z_0) = self.state.position_enu_m, position_enu_m
+            offset = (x - x_0, y - y_0, z - z_0)
+            behind_m = offset[0] * course[0] + offset[1] * course[1] + offset[2] * course[2]
             room_m = self._config.tracking_error_max_m
             free_m = room_m * (1.0 - _FREE_SHARE)
-            room_m -= self._lag_m(offset, behind_m, course, speed_m_s)
+            led_m_s = self.rate * speed_m_s
+            if led_m_s < _MOVES_M_S:
+                room_m -= math.hypot(*offset)
+            else:  # behind or beside the setpoint; ahead of it does not count
+                late_m = max(behind_m - self._config.tracking_lag_s * led_m_s, 0.0)
+                room_m -= math.hypot(late_m, math.dist(offset, scale(course, behind_m)))
             wanted = min(max(room_m / free_m, 0.0), rate_max)
             if speed_m_s > _MOVES_M_S:
                 hurry_m_s = self._config.following_gain_per_s * behind_m
                 wanted = min(wanted, max((allowed_m_s - hurry_m_s) / speed_m_s, 0.0))
         return min(max(wanted, self.rate - change * dt_s), self.rate + change * dt_s)
 
-    def _lag_m(self, offset: Vector3, behind_m: float, course: Vector3, speed_m_s: float) -> float:
-        """Return how far the vehicle is behind or beside the setpoint; ahead does not count."""
-        led_m_s = self.rate * speed_m_s
-        if led_m_s < _MOVES_M_S:
-            return norm(offset)
-        late_m = max(behind_m - self._config.tracking_lag_s * led_m_s, 0.0)
-        return math.hypot(late_m, norm(across(offset, course)))
-
     def _scaled(self, nominal: KinematicState, rate_change_per_s: float) -> KinematicState:
         gain, limits = self.rate * self.rate, self._limits
-        v_x, v_y, v_z = velocity = nominal.velocity_enu_m_s
+        v_x, v_y, v_z = nominal.velocity_enu_m_s
         a_x, a_y, a_z = nominal.acceleration_enu_m_s2
         acceleration = (
             a_x * gain + v_x * rate_change_per_s,
@@ -264,9 +272,126 @@ class Carrot:
             a_z * gain + v_z * rate_change_per_s,
         )
         ceiling = max(
-            norm(nominal.acceleration_enu_m_s2),
+            math.hypot(*nominal.acceleration_enu_m_s2),
             math.hypot(limits.acceleration_horizontal_m_s2, limits.acceleration_vertical_m_s2),
         )
         return KinematicState(
-            nominal.position_enu_m, scale(velocity, self.rate), limit_norm(acceleration, ceiling)
+            nominal.position_enu_m,
+            (v_x * self.rate, v_y * self.rate, v_z * self.rate),
+            limit_norm(acceleration, ceiling),
         )
+
+
+@dataclass(frozen=True)
+class Commanded:
+    """A setpoint.
+
+    Attributes:
+        state: its position and true derivatives.
+        yaw_enu_rad: its yaw.
+    """
+
+    state: KinematicState
+    yaw_enu_rad: float
+
+
+class SentSetpoint:
+    """The setpoint of one flight that was sent last, by this flight or the one that it replaces.
+
+    Attributes:
+        commanded: the setpoint; None before the first.
+        is_stale: whether time has passed without setpoints, so that the last one says nothing.
+    """
+
+    def __init__(self, terms: FlightTerms) -> None:
+        """Begin with that of the flight that is replaced, if there is one."""
+        self._config = terms.config
+        # A rover or boat is led from its measured position, not from the planned one.
+        self._begins_here = not terms.traits.flies
+        self.commanded: Commanded | None = None
+        state, yaw_enu_rad = terms.handover.commanded, terms.handover.yaw_enu_rad
+        if state is not None and yaw_enu_rad is not None:
+            self.commanded = Commanded(state, yaw_enu_rad)
+        self.is_stale = False
+        self._handover_s = terms.handover.time_s
+        self._stepped_s = self._to_walk_s = 0.0
+
+    def start(self, now: float) -> None:
+        """Count the time from now on, or from when another flight sent its last setpoint."""
+        self._stepped_s = now if self._handover_s is None else self._handover_s
+
+    def step_begins(self, now: float) -> bool:
+        """Count the time since the last step; return whether that was too long a gap."""
+        self._to_walk_s = max(now - self._stepped_s, 0.0)
+        self._stepped_s = now
+        return self._to_walk_s > self._config.step_gap_s
+
+    def take_time_s(self) -> float:
+        """Return the time that the setpoint has yet to move on in this step: once."""
+        time_s, self._to_walk_s = self._to_walk_s, 0.0
+        return time_s
+
+    def note(self, carrot: Carrot) -> None:
+        """Remember the setpoint that is sent."""
+        self.commanded = Commanded(carrot.state, carrot.yaw_enu_rad)
+
+    def outdate(self) -> None:
+        """Let the next plan begin where the vehicle is."""
+        self.is_stale = True
+
+    def beginning(self, observation: Observation) -> Commanded | None:
+        """Return the last setpoint if that still makes sense, else where the vehicle is.
+
+        Returns:
+            The setpoint to begin with; None if nothing is known.
+        """
+        located, sent = is_located(observation, self._config.position_stale_s), self.commanded
+        if sent is None or (located and self._is_no_start(sent, observation)):
+            yaw_enu_rad = observation.yaw_enu_rad
+            if not located or yaw_enu_rad is None:
+                return None
+            sent = self.commanded = Commanded(self._measured(observation), yaw_enu_rad)
+            self.is_stale = False
+            self._to_walk_s = 0.0
+        return sent
+
+    def start_around(self, sent: Commanded, observation: Observation) -> KinematicState:
+        """Return where a path around obstacles begins."""
+        located = is_located(observation, self._config.position_stale_s)
+        if located and self.is_left(sent, observation):
+            return self._measured(observation)
+        return sent.state
+
+    def is_left(self, sent: Commanded, observation: Observation) -> bool:
+        """Whether a path begins where the vehicle is, and not at its setpoint.
+
+        It does for a rover or boat; and for an aircraft that has not stopped at its setpoint but
+        somewhere further on: an emergency's brake may be harder than the autopilot follows. A
+        path that began at the setpoint would lead back first, or to another side of an approaching
+        obstacle.
+        """
+        if self._begins_here:
+            return True
+        if math.hypot(*sent.state.velocity_enu_m_s) > STANDING_M_S:
+            return False
+        if not is_located(observation, self._config.position_stale_s):
+            return False
+        here = measured_state(observation).position_enu_m
+        return math.dist(here, sent.state.position_enu_m) > _RUN_OUT_M
+
+    def _is_no_start(self, sent: Commanded, observation: Observation) -> bool:
+        """Whether the last setpoint is nothing to continue from."""
+        if self._begins_here or self.is_stale:
+            return True
+        here = measured_state(observation).position_enu_m
+        error_m = math.dist(sent.state.position_enu_m, here)
+        return error_m > _START_ERROR_SHARE * self._config.tracking_error_max_m
+
+    def _measured(self, observation: Observation) -> KinematicState:
+        """Return the state that a flight begins with where the vehicle is."""
+        here = measured_state(observation)
+        if self._begins_here and math.hypot(*here.velocity_enu_m_s) < STANDING_M_S:
+            # A standstill is measured with a little speed, in any direction. A brake that begins
+            # with it, asked for again and again, would pass it on, and the vehicle would creep.
+            return KinematicState(here.position_enu_m)
+        return here

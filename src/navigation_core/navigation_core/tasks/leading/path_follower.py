@@ -20,12 +20,11 @@ from navigation_core.limits import Limits
 from navigation_core.planning.planner import NoPath
 from navigation_core.searches import Search
 from navigation_core.tasks.goto_config import GotoGoal
-from navigation_core.tasks.leading.carrot import Carrot
+from navigation_core.tasks.leading.carrot import Carrot, Commanded, SentSetpoint
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_search import PathBeginning, PathSearch
-from navigation_core.tasks.leading.sent_setpoint import Commanded, SentSetpoint
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route

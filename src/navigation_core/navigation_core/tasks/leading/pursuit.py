@@ -73,7 +73,7 @@ _ROLLS_M_S, _NEXT_TO_NOTHING_M_S = 0.1, 0.001
 
 
 @dataclass(frozen=True)
-class _Told:
+class _CommandedSpeed:
     """The last commanded speed and its time."""
 
     speed_m_s: float
@@ -92,7 +92,7 @@ class Pursuit:
         """
         self._traits = traits
         self._circle = TurningCircle(traits.turning_radius_m, traits.turn_rate_rad_s)
-        self._told: _Told | None = None
+        self._commanded: _CommandedSpeed | None = None
         self._stands = False
         self._excess_m_s = 0.0
         self._least_m_s = _CRAWL_M_S
@@ -100,7 +100,7 @@ class Pursuit:
 
     def forget(self) -> None:
         """Restart at the speed that is measured then: somebody else has led meanwhile."""
-        self._told = self._moved = None
+        self._commanded = self._moved = None
         self._stands = False
         self._excess_m_s = 0.0
         self._circle.forget()
@@ -135,7 +135,7 @@ class Pursuit:
         """
         end_m = horizontal_norm(subtract(end_enu_m, pursuer.position_enu_m))
         if path is None and self._stand(end_enu_m, end_m, pursuer, arrival_radius_m):
-            self._told, self._moved, self._excess_m_s = _Told(0.0, now), None, 0.0
+            self._commanded, self._moved, self._excess_m_s = _CommandedSpeed(0.0, now), None, 0.0
             rest = Setpoint(pursuer.position_enu_m, ZERO, ZERO, pursuer.yaw_enu_rad)
             return _along_nose(rest, pursuer.velocity_enu_m_s, pursuer.yaw_enu_rad)
         left_m = end_m if path is None else max(path.left_m, end_m)
@@ -209,15 +209,15 @@ class Pursuit:
         self, wanted_m_s: float, most_m_s: float, pursuer: Pursuer, limits: Limits, now: float
     ) -> float:
         """Return the speed to send: less at once, more by and by, and never too much for long."""
-        told = self._told
-        if told is None:
+        commanded = self._commanded
+        if commanded is None:
             forward_m_s = dot(pursuer.velocity_enu_m_s, pursuer.heading)
-            told = _Told(max(forward_m_s, min(wanted_m_s, self._least_m_s)), now)
-        dt_s = max(now - told.time_s, 0.0)
-        eased_m_s2 = max(_EASE_1_S * (most_m_s - told.speed_m_s), 0.0)
+            commanded = _CommandedSpeed(max(forward_m_s, min(wanted_m_s, self._least_m_s)), now)
+        dt_s = max(now - commanded.time_s, 0.0)
+        eased_m_s2 = max(_EASE_1_S * (most_m_s - commanded.speed_m_s), 0.0)
         up_m_s2 = min(eased_m_s2, limits.acceleration_horizontal_m_s2)
-        speed_m_s = min(wanted_m_s, told.speed_m_s + up_m_s2 * dt_s)
-        self._told = _Told(speed_m_s, now)
+        speed_m_s = min(wanted_m_s, commanded.speed_m_s + up_m_s2 * dt_s)
+        self._commanded = _CommandedSpeed(speed_m_s, now)
         # A boat slides outwards in a turn, and so gets faster over ground than commanded.
         beyond_m_s = pursuer.speed_m_s - limits.speed_horizontal_m_s
         excess_m_s = self._excess_m_s + _EXCESS_1_S * beyond_m_s * dt_s

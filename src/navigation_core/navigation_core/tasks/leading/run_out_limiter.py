@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from navigation_core.geometry import ZERO, KinematicState, Vector3, norm, scale
+from navigation_core.geometry import ZERO, KinematicState, Vector3, scale
 from navigation_core.limits import Limits
 from navigation_core.planning.conflicts import clearance_at_m
 from navigation_core.safety.lateness import LATE_S, speed_share
@@ -22,7 +22,7 @@ from navigation_core.safety.run_out import (
     safe_speed_beside_m_s,
     safe_speed_m_s,
 )
-from navigation_core.safety.speed_at_bounds import Bounds, Braking
+from navigation_core.safety.speed_at_bounds import Bounds, Braking, SpeedAtBounds
 from navigation_core.safety.unfollowed import held
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.carrot import Carrot
@@ -42,7 +42,7 @@ _ROUNDING = 1.02
 
 
 class RunOutLimiter:
-    """The caution with which one goal is flown."""
+    """Limits the setpoints of one goal to what is safe if none follows, or if they are late."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class RunOutLimiter:
         if not self._traits.flies:
             return share  # its setpoint is a velocity, see limited
         velocity = carrot.nominal.velocity_enu_m_s
-        speed = norm(velocity)
+        speed = math.hypot(*velocity)
         if share < 1.0 and self._is_approached(carrot, observation):
             share = max(share, min(self._least_m_s / max(speed, self._least_m_s), 1.0))
         if speed <= self._least_m_s:
@@ -96,7 +96,7 @@ class RunOutLimiter:
             # An acceleration that is not taken back in time makes the vehicle faster and faster.
             setpoint = replace(setpoint, acceleration_enu_m_s2=ZERO)
         position, velocity = setpoint.position_enu_m, setpoint.velocity_enu_m_s
-        speed = norm(velocity)
+        speed = math.hypot(*velocity)
         if not self._traits.flies:
             safe_m_s = min(
                 self._safe_m_s(position, velocity, speed, observation),
@@ -111,9 +111,11 @@ class RunOutLimiter:
         if speed > _ROUNDING * safe_m_s:
             share = 0.0 if speed <= _ROUNDING * self._least_m_s else safe_m_s / speed
             return _slower(setpoint, share)
-        led = self._led(setpoint)
+        led = KinematicState(position, velocity, setpoint.acceleration_enu_m_s2)
+        if self._traits.following is not None and self._traits.setpoint_timeout_s > 0.0:
+            led = held(led, self._traits.following, self._traits.setpoint_timeout_s)
         if self._avoidance is None or run_out_is_clear(
-            setpoint.position_enu_m,
+            position,
             led,
             observation.obstacles,
             observation.moving,
@@ -128,15 +130,6 @@ class RunOutLimiter:
                 setpoint.yaw_enu_rad,
             )
         return replace(setpoint, acceleration_enu_m_s2=ZERO)
-
-    def _led(self, setpoint: Setpoint) -> KinematicState:
-        """Return the motion to send for a setpoint, so that it ends if none follows."""
-        state = KinematicState(
-            setpoint.position_enu_m, setpoint.velocity_enu_m_s, setpoint.acceleration_enu_m_s2
-        )
-        if self._traits.following is None or self._traits.setpoint_timeout_s <= 0.0:
-            return state
-        return held(state, self._traits.following, self._traits.setpoint_timeout_s)
 
     def _is_approached(self, carrot: Carrot, observation: Observation) -> bool:
         """Whether an obstacle comes to where the vehicle would wait until it is in time again.
@@ -161,7 +154,13 @@ class RunOutLimiter:
         if self._bounds is not None:
             home, ground_m = observation.home_enu_m, observation.ground_enu_m
             home_z_m = ground_m if home is None else home[2]
-            room = self._bounds.room(observation.fence, home_z_m, self._traits.flies)
+            room = SpeedAtBounds(
+                self._bounds.volume,
+                observation.fence,
+                home_z_m,
+                self._bounds.fence_margin_m,
+                self._traits.flies,
+            )
             level = (velocity[0], velocity[1], 0.0)
             # Where the autopilot moves its target on, climbs are led by the position alone.
             led = velocity if self._traits.following is None else level

@@ -90,19 +90,16 @@ class FollowVelocity(PhasedTask):
             return Progress(Status.BLOCKED, 0.0, 0.0, blocked=why)
         return Progress(status, 0.0, 0.0)
 
-    # --- the state machine -----------------------------------------------------------
-
-    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
+    def step(self, observation: Observation, now: float) -> Intent | Outcome:
+        """Return what to do now, or how it ended; a gap between steps starts afresh."""
         self._dt_s = max(now - self._last_step_s, 0.0)
         self._last_step_s = now
-        if self._dt_s > self._config.step_gap_s:
+        if self._dt_s > self._config.step_gap_s and self._outcome is None:
             self._dt_s = 0.0
             self._forget()
-        return super()._answer(observation, now)
+        return super().step(observation, now)
 
-    def _handle(self, observation: Observation, now: float) -> Answer:
-        ended = self._check_vehicle(observation, now)
-        return ended or super()._handle(observation, now)
+    # --- the state machine -----------------------------------------------------------
 
     def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
@@ -128,7 +125,7 @@ class FollowVelocity(PhasedTask):
             return ending
         return None
 
-    def _check_vehicle(self, observation: Observation, now: float) -> Answer:
+    def _check(self, observation: Observation, now: float) -> Answer:
         """Look for what ends every phase in which the vehicle is led."""
         if self._phase in (Phase.PREPARING, Phase.RELEASING):
             return None

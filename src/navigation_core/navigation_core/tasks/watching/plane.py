@@ -15,7 +15,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.conditions import Dwell
 from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Intent, Outcome, Perform, StopFirst, Wait
+from navigation_core.tasks.intents import Outcome, Perform, StopFirst, Wait
 from navigation_core.tasks.measurement import (
     located,
     measured_speed,
@@ -152,12 +152,11 @@ class FlyPlane(PhasedTask):
 
     # --- the state machine -----------------------------------------------------------
 
-    def _answer(self, observation: Observation, now: float) -> Intent | Outcome:
-        answer = super()._answer(observation, now)
+    def _finish(self, outcome: Outcome, now: float) -> Outcome:
         problem = self._leg_speed.problem
-        if isinstance(answer, Outcome) and problem:
-            return replace(answer, message=f"{answer.message} {problem}")
-        return answer
+        if problem:
+            outcome = replace(outcome, message=f"{outcome.message} {problem}")
+        return super()._finish(outcome, now)
 
     def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
@@ -165,10 +164,10 @@ class FlyPlane(PhasedTask):
         self._nearest_m = float("inf")
         self._circled.reset()
 
-    def _handle(self, observation: Observation, now: float) -> Answer:
-        """Look for what ends every flight, then return the answer of the phase."""
+    def _check(self, observation: Observation, now: float) -> Answer:
+        """Look for what ends every flight."""
         if self._phase not in _IN_FLIGHT:
-            return super()._handle(observation, now)
+            return None
         if not observation.armed:
             text = "The vehicle was disarmed during the goal."
             return self._over(OutcomeCode.DISARMED, text, observation)
@@ -184,7 +183,7 @@ class FlyPlane(PhasedTask):
                 f"{self._config.position_timeout_s:g} s; it continues on its own."
             )
             return self._over(OutcomeCode.NO_POSITION, text, observation)
-        return super()._handle(observation, now)
+        return None
 
     def _prepare(self, observation: Observation, now: float) -> Answer:
         rejection = self._departure.check(observation)

@@ -140,13 +140,13 @@ class VehicleLed(PhasedTask):
 
     # --- the state machine -----------------------------------------------------------
 
-    def _handle(self, observation: Observation, now: float) -> Answer:
+    def _check(self, observation: Observation, now: float) -> Answer:
         speed_m_s = self._measures.speed_m_s(observation)
         if observation.armed and speed_m_s > _CRASH_SPEED_MIN_M_S:
             self._fast = (now, speed_m_s)
         if self._measures.is_on_ground(observation) and self._traits.flies:
             return self._on_the_ground(observation, now)
-        return super()._handle(observation, now)
+        return None
 
     def _begin(self, observation: Observation, now: float) -> Answer:
         grounded = observation.airborne is False and self._traits.flies
