@@ -131,7 +131,7 @@ class Entry:
         moves: whether it is expected to leave what it holds without anybody's help.
         waiting: what it waits for, or None.
         stuck_until_s: until when there is no use in asking it to give way.
-        looked: for which path more was asked for last, and when.
+        settled: for which path more was asked for last, and until when that is enough.
         heard_s: when this was known last.
         used: what it holds and all servers have agreed to, besides what it keeps.
         wish: what it would like to hold beyond that, or None.
@@ -151,7 +151,7 @@ class Entry:
     moves: bool = False
     waiting: TrafficWait | None = None
     stuck_until_s: float = -1e9
-    looked: tuple[object, float] = (None, -1e9)
+    settled: tuple[object, float] = (None, -1e9)
     heard_s: float = 0.0
     used: Volume = NOWHERE
     wish: Wish | None = None

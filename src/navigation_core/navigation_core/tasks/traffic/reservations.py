@@ -50,8 +50,9 @@ from navigation_core.tasks.traffic.volumes import Array, Mask, Separation, Volum
 
 __all__ = ["TrafficReservations"]
 
-# Period in which more of a path is asked for.
-_CHECK_PERIOD_S = 0.24
+# Period in which more of a path is asked for, and while no other vehicle holds or announces
+# anything near the path. It is less than what is reserved ahead of what a vehicle needs to stop.
+_CHECK_PERIOD_S, _FAR_PERIOD_S = 0.24, 0.72
 
 
 class TrafficReservations:
@@ -180,12 +181,12 @@ class TrafficReservations:
     def is_settled(self, name: str, course: object, now: float) -> bool:
         """Whether more of a path was asked for just now, so that the next time can wait."""
         entry = self.entry(name)
-        asked, looked_s = entry.looked
+        asked, until_s = entry.settled
         return (
             self.agreement is None
             and asked is course
             and entry.intent is not None
-            and now - looked_s < _CHECK_PERIOD_S
+            and now < until_s
         )
 
     def stay(self, name: str, now: float) -> TrafficWait | None:
@@ -223,7 +224,7 @@ class TrafficReservations:
             now: time in seconds.
         """
         entry = self.entry(name)
-        entry.moves, entry.heard_s, entry.looked = True, now, (ask.course, now)
+        entry.moves, entry.heard_s = True, now
         if self.agreement is not None:
             others = self._reserving(name)
             granted, held, waiting = extended_by_agreement(entry, ask, others, now, self.agreement)
@@ -232,11 +233,25 @@ class TrafficReservations:
         else:
             granted, waiting = extended(entry, ask, self._reserving(name), now)
             held = granted
+        is_far = waiting is None and self._is_far(name, ask.path)
+        entry.settled = ask.course, now + (_FAR_PERIOD_S if is_far else _CHECK_PERIOD_S)
         entry.waiting = waiting
         entry.used = joined(tail, ask.path.part(0, granted))
         entry.held = entry.used if held == granted else joined(tail, ask.path.part(0, held))
         entry.intent = Intent(ask.path, now + ask.after_s)
         return Grant(granted, waiting)
+
+    def _is_far(self, name: str, path: Volume) -> bool:
+        """Whether no other vehicle holds or announces anything near a path, by cuboids."""
+        if self.has_intruders:
+            return False
+        volumes: list[Volume] = []
+        for key, other in self.entries.items():
+            if key != name:
+                volumes += (other.held, other.kept)
+                if other.intent is not None:
+                    volumes.append(other.intent.volume)
+        return not path.near(volumes, self.separation)
 
     def free(self, name: str, volume: Volume) -> Mask:
         """Return which points a vehicle could hold, and stop at, shape (N,)."""

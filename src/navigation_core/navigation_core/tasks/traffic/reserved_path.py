@@ -36,8 +36,8 @@ _STRAIGHT_M = 0.03
 # stray (`TrafficView.radius_m`): nothing has to be held for its own position.
 _ON_PATH_M = 0.3
 # Time and change of speed for which it is enough to have looked at a straight path once: a little
-# more than the period in which more of a path is asked for.
-_STRETCH_S, _FASTER_M_S = 0.3, 1.0
+# more than the longest period in which more of a path is asked for.
+_STRETCH_S, _FASTER_M_S = 0.8, 1.0
 
 
 @dataclass(frozen=True)
