@@ -57,6 +57,15 @@ def test_a_missing_package_is_one_sentence(package: str, script: str, tmp_path: 
     assert not list(tmp_path.glob("a.mcap*"))
 
 
+def test_websockets_of_an_older_system_is_one_sentence(tmp_path: Path) -> None:
+    older = "import sys; sys.modules['websockets.asyncio'] = None\n"
+    console = "from drone_navigation.navigation_console import main\nsys.exit(main([]))\n"
+    done = without_extras(older + console, tmp_path)
+    assert done.returncode == 1
+    (said,) = done.stderr.strip().splitlines()
+    assert said.startswith("The console needs websockets 13 or newer")
+
+
 def test_only_what_needs_an_extra_imports_it() -> None:
     """The modules that import one at their top are imported late themselves."""
     late = {"archive.py", "columns.py", "export.py"}

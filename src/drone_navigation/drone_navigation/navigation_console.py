@@ -15,6 +15,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 import rclpy
 from rclpy.node import Node
@@ -25,11 +26,17 @@ from drone_navigation.console.options import TokenError, make_parser, token_of
 from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.console.tiles.folder import TileError, Tiles
 from drone_navigation.console.tiles.source import open_tiles
-from drone_navigation.console.web import Web
 from drone_navigation.process_control.ros_arguments import own_arguments
 from drone_navigation.process_control.stop_signals import StopSignals
 
+if TYPE_CHECKING:
+    from drone_navigation.console.web import Web
+
 _REDIRECT = '<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n'
+_NO_WEBSOCKETS = (
+    "The console needs websockets 13 or newer, and Debian's python3-websockets may be older "
+    "({error}): pip install 'websockets>=13'."
+)
 EXIT_OK = 0
 EXIT_FAILED = 1
 _WATCH_PERIOD_S = 0.1
@@ -57,6 +64,11 @@ def _main(argv: list[str]) -> int:
 def _serve_until(
     signals: StopSignals, argv: list[str], options: Namespace, token: str, tiles: Tiles | None
 ) -> int:
+    try:
+        from drone_navigation.console.web import Web  # noqa: PLC0415 - apt's may be too old
+    except ModuleNotFoundError as error:
+        print(_NO_WEBSOCKETS.format(error=error), file=sys.stderr)
+        return EXIT_FAILED
     with ExitStack() as on_exit:
         # Only for its owner: a command line, with the address on it, is for everybody.
         folder = on_exit.enter_context(TemporaryDirectory(prefix="navigation_console_"))
