@@ -1,4 +1,4 @@
-"""What is said about the active goal, for as long as it holds. No ROS."""
+"""Sentences about the active goal, each for as long as it holds. No ROS."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class SendingPart(Protocol):
 class VehicleService(TimedOutbox):
     """One service, sans I/O; what it does not care about it leaves as it is here.
 
-    What is due, waits to be sent or has happened shows in attributes, so that a turn calls only
+    Attributes show what is due, waits to be sent or has happened, so that a turn calls only
     the services that have something to do.
 
     Attributes:

@@ -196,7 +196,7 @@ class ReservedPath:
         passed_m = stretch.passed_m(carrot.state, here_enu_m)
         if passed_m is None:
             return None
-        # What was held at the last question has all of it.
+        # All of it was held at the last question.
         waiting = view.reservations.stay(view.name, now)
         return Within(max(stretch.room_m - passed_m, 0.0), math.inf, waiting)
 
