@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from mavlink_vehicle.errors import SetpointError
-from mavlink_vehicle.positions import frames
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel
@@ -113,14 +112,10 @@ def intended_ned(intent: Fly) -> SetpointNed:
         # Seen from above, a positive rate is counter-clockwise in ENU and clockwise in NED.
         return SetpointNed(drive_frd_m_s=(forward_m_s, 0.0, 0.0), yaw_rate_rad_s=-rate_rad_s)
     if intent.by_velocity:
-        return SetpointNed(
-            velocity_ned_m_s=frames.enu_to_ned(setpoint.velocity_enu_m_s),
-            yaw_ned_rad=frames.yaw_enu_to_ned(setpoint.yaw_enu_rad),
-        )
-    return SetpointNed(
-        position_ned_m=frames.enu_to_ned(setpoint.position_enu_m),
-        velocity_ned_m_s=frames.enu_to_ned(setpoint.velocity_enu_m_s),
-        acceleration_ned_m_s2=frames.enu_to_ned(setpoint.acceleration_enu_m_s2),
-        yaw_ned_rad=frames.yaw_enu_to_ned(setpoint.yaw_enu_rad),
-        yaw_rate_rad_s=None,
+        return SetpointNed.of_enu(None, setpoint.velocity_enu_m_s, None, setpoint.yaw_enu_rad)
+    return SetpointNed.of_enu(
+        setpoint.position_enu_m,
+        setpoint.velocity_enu_m_s,
+        setpoint.acceleration_enu_m_s2,
+        setpoint.yaw_enu_rad,
     )

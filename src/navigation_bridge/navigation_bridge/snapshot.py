@@ -184,7 +184,7 @@ class LocatedSnapshot(Snapshot):
 
     def enu(self, place: Geodetic) -> Vector3:
         """Return the map position of a geodetic position."""
-        return frames.ned_to_enu(self.frame.ned_m(place))
+        return self.frame.enu_m(place)
 
 
 class Observer:

@@ -99,6 +99,15 @@ def quaternion_ned_frd_to_enu_flu(quaternion: Quaternion) -> Quaternion:
     return (-(w + z), -(x + y), y - x, z - w)
 
 
+def attitude_enu_flu(roll_rad: float, pitch_rad: float, yaw_ned_rad: float) -> Quaternion:
+    """Return an attitude of MAVLink as the quaternion of REP-103 whose w is not negative."""
+    attitude = quaternion_ned_frd_to_enu_flu(
+        quaternion_from_euler(roll_rad, pitch_rad, yaw_ned_rad)
+    )
+    w, x, y, z = attitude
+    return (-w, -x, -y, -z) if w < 0.0 else attitude
+
+
 def quaternion_enu_flu_to_ned_frd(quaternion: Quaternion) -> Quaternion:
     """Turn an attitude FLU -> ENU (REP-103) into FRD -> NED (MAVLink); both are half turns."""
     return quaternion_ned_frd_to_enu_flu(quaternion)

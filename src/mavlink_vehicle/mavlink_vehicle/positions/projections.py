@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-from mavlink_vehicle.positions.frames import Vector3
+from mavlink_vehicle.positions.frames import Vector3, ned_to_enu
 
 Geodetic = tuple[float, float, float]
 """Latitude and longitude in degrees, altitude above mean sea level in metres."""
@@ -154,6 +154,10 @@ class LocalFrame:
         """Return a place in the frame."""
         north_m, east_m = self.projection.to_local(place[0], place[1], self.origin)
         return north_m, east_m, self.origin[2] - place[2]
+
+    def enu_m(self, place: Geodetic) -> Vector3:
+        """Return a place in the axes of ROS: east, north, up."""
+        return ned_to_enu(self.ned_m(place))
 
     def geodetic(self, position_ned_m: Vector3) -> Geodetic:
         """Return the place of a position in the frame."""

@@ -120,14 +120,10 @@ class MapFrame:
         if measured is None:
             return None
         frame, position, (roll_rad, pitch_rad, yaw_ned_rad) = measured
-        attitude = frames.quaternion_ned_frd_to_enu_flu(
-            frames.quaternion_from_euler(roll_rad, pitch_rad, yaw_ned_rad)
-        )
-        # Of the two quaternions of an attitude, the customary one.
-        w, x, y, z = (-part for part in attitude) if attitude[0] < 0.0 else attitude
+        w, x, y, z = frames.attitude_enu_flu(roll_rad, pitch_rad, yaw_ned_rad)
         place = (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
         return MapPose(
-            position_enu_m=frames.ned_to_enu(frame.ned_m(place)),
+            position_enu_m=frame.enu_m(place),
             yaw_enu_rad=frames.yaw_ned_to_enu(yaw_ned_rad),
             orientation_xyzw=(x, y, z, w),
         )
@@ -158,7 +154,7 @@ class MapFrame:
     def enu(self, place: Geodetic) -> Vector3:
         """Return the map position of a geodetic position; the origin must be known."""
         assert self.frame is not None
-        return frames.ned_to_enu(self.frame.ned_m(place))
+        return self.frame.enu_m(place)
 
 
 def ground_z_enu_m(state: VehicleState, frame: LocalFrame | None) -> float:

@@ -19,7 +19,12 @@ from typing import ClassVar
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.events import StreamClosed, VehicleEvent
-from mavlink_vehicle.positions.frames import Vector3, normalize_angle
+from mavlink_vehicle.positions.frames import (
+    Vector3,
+    enu_to_ned,
+    normalize_angle,
+    yaw_enu_to_ned,
+)
 from mavlink_vehicle.profiles import Profile, SetpointField
 from mavlink_vehicle.protocols.machine import Machine, Table
 from mavlink_vehicle.protocols.operations.command import Address
@@ -75,6 +80,22 @@ class SetpointNed:
     yaw_ned_rad: float | None = None
     yaw_rate_rad_s: float | None = None
     drive_frd_m_s: Vector3 | None = None
+
+    @classmethod
+    def of_enu(
+        cls,
+        position_enu_m: Vector3 | None,
+        velocity_enu_m_s: Vector3 | None,
+        acceleration_enu_m_s2: Vector3 | None,
+        yaw_enu_rad: float,
+    ) -> SetpointNed:
+        """Return the setpoint for one in the axes of ROS, with the same origin."""
+        return cls(
+            None if position_enu_m is None else enu_to_ned(position_enu_m),
+            None if velocity_enu_m_s is None else enu_to_ned(velocity_enu_m_s),
+            None if acceleration_enu_m_s2 is None else enu_to_ned(acceleration_enu_m_s2),
+            yaw_enu_to_ned(yaw_enu_rad),
+        )
 
     def fields(self) -> SetpointField:
         """Return which groups are given."""
