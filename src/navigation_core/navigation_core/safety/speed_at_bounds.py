@@ -108,10 +108,11 @@ class SpeedAtBounds:
             place = (position_enu_m[0], position_enu_m[1])
             course = (east / level_m_s, north / level_m_s)
             needed_m = stopping_distance_m(level_m_s, reaction_s, braking.horizontal_m_s2)
-            free_m = self._free_m(place, course, needed_m)
-            if free_m < needed_m:
+            room_m = self._room_m(place)
+            if room_m < needed_m or room_m <= _END_M:  # else every bound is farther than it stops
+                free_m = self._free_m(place, course, needed_m, room_m)
                 allowed_m_s = stopping_speed_m_s(free_m, reaction_s, braking.horizontal_m_s2)
-                share = min(allowed_m_s / level_m_s, 1.0)
+                share = min(allowed_m_s / level_m_s, 1.0) if free_m < needed_m else 1.0
             if braking.turn_m > 0.0:
                 share = min(share, self._turn_share(place, course, level_m_s, braking))
         if self.flies and up:
@@ -126,7 +127,8 @@ class SpeedAtBounds:
         """Return the share of a speed that leaves room for the turn; its radius is the margin."""
         bare = replace(self, fence_margin_m=0.0, volume_margin_m=0.0)
         before_m = level_m_s * braking.turn_after_s
-        free_m = bare._free_m(place, course, before_m + braking.turn_m) - braking.turn_m
+        needed_m = before_m + braking.turn_m
+        free_m = bare._free_m(place, course, needed_m, bare._room_m(place)) - braking.turn_m
         return 1.0 if free_m >= before_m else max(free_m, 0.0) / before_m
 
     def run_out_share(
@@ -163,9 +165,15 @@ class SpeedAtBounds:
             high_m = min(high_m, self.home_z_enu_m + fence.altitude_max_m - self.fence_margin_m)
         return z_m - low_m, high_m - z_m
 
-    def _free_m(self, start: Point2, course: Point2, needed_m: float) -> float:
-        """Return the length of a straight path up to a bound, at most what is needed."""
-        room_m = self._room_m(start)
+    def _free_m(self, start: Point2, course: Point2, needed_m: float, room_m: float) -> float:
+        """Return the length of a straight path up to a bound, at most what is needed.
+
+        Args:
+            start: where it begins.
+            course: its direction, of length 1.
+            needed_m: how long it has to be.
+            room_m: how far every bound is from its beginning.
+        """
         if room_m <= _END_M:
             ahead = self._room_m((start[0] + _AHEAD_M * course[0], start[1] + _AHEAD_M * course[1]))
             if ahead - room_m >= _INWARDS_SHARE * _AHEAD_M:

@@ -218,22 +218,19 @@ class Carrot:
 
     def finish(self) -> None:
         """Walk to the end at once."""
-        self._stand_at(self.trajectory.duration_s)
+        self._walk_to(self.trajectory.duration_s, self.rate, 0.0)
         self.state = self.nominal
 
     def _walk_to(self, time_s: float, rate: float, dt_s: float) -> None:
         share = min(dt_s / _RATE_AVERAGE_S, 1.0)
         self._rate_average += share * (rate - self._rate_average)
-        self._stand_at(time_s)
-        self._stalled_s += dt_s
-        if time_s - self._stalled_at_s >= _PROGRESS_S:
-            self._stalled_s, self._stalled_at_s = 0.0, time_s
-
-    def _stand_at(self, time_s: float) -> None:
         if time_s != self.time_s:
             self.time_s = time_s
             self.nominal, self._limits = self.trajectory.at(time_s)
             self.distance_remaining_m = self.trajectory.remaining_distance_m(time_s)
+        self._stalled_s += dt_s
+        if time_s - self._stalled_at_s >= _PROGRESS_S:
+            self._stalled_s, self._stalled_at_s = 0.0, time_s
 
     def _next_rate(self, dt_s: float, position_enu_m: Vector3 | None, rate_max: float) -> float:
         wanted, change = rate_max, _RATE_CHANGE_PER_S
