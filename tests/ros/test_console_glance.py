@@ -48,6 +48,11 @@ CONTROLS = (
     ".map(([each, box]) => [each.id || each.textContent || each.ariaLabel, box.width, box.height]))"
 )
 
+_TOOLS = (
+    "(({ x, y, width, height }) => [x, y, width, height])"
+    "(document.querySelector('.tools').getBoundingClientRect())"
+)
+
 
 @pytest.fixture(scope="module")
 def flight(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Flight]:
@@ -212,3 +217,26 @@ def test_every_sentence_is_one_that_a_pilot_would_say(flight: Flight, page: Tab)
 
 def test_no_page_complained(browser: Browser) -> None:
     assert browser.errors() == []
+
+
+@pytest.mark.parametrize("width", [1400, 1024, 400])
+def test_fit_shows_a_route_clear_of_what_lies_over_the_map(page: Tab, width: int) -> None:
+    places = ((-12.0, 12.0), (14.0, 12.0), (0.0, -12.0))
+    for place in places:
+        page.drag(on_map(page, *place))
+    page.resize(width, 900)
+    page.click("fit")
+    covers = [page.box("glance")]
+    covers.append(tuple(page.value(_TOOLS)))
+    left, top, across, down = page.box("map")
+    for east_m, north_m in (*places, (0.0, 0.0)):
+        x, y = on_map(page, east_m, north_m)
+        assert left < x < left + across
+        assert top < y < top + down
+        for cover in covers:
+            clear = not (
+                cover[0] <= x <= cover[0] + cover[2] and cover[1] <= y <= cover[1] + cover[3]
+            )
+            assert clear, f"({east_m}, {north_m}) is below {cover}"
+    page.click("clear")
+    page.resize(1400, 900)

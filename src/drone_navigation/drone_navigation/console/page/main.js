@@ -125,7 +125,8 @@ function fit() {
   const points = [...s.trail, ...s.plan, ...route.points.map((p) => [p.x, p.y]), ...s.active.map((p) => [p.x, p.y])];
   points.push(...missionPoints(s.mission).map((p) => [p.x, p.y]), ...s.others.map((other) => other.at));
   points.push(...(s.together?.others ?? []).flatMap((other) => other.route));
-  map.fit([...points, ...(s.vehicle ? [s.vehicle.at] : []), ...(s.home ? [s.home] : [])]);
+  points.push(...(s.vehicle ? [s.vehicle.at] : []), ...(s.home ? [s.home] : []));
+  map.fit(points, [$("glance"), document.querySelector(".tools")]);
 }
 
 // --- what is shown

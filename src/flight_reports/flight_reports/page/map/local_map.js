@@ -7,6 +7,8 @@ const SCALE_MAX = 200;
 const CLICK_PX = 6;
 // That much is seen around a single point.
 const LEAST_M = 10;
+// Between a point and what lies over the map.
+const CLEAR_PX = 24;
 
 // A press that moves less is a click, not a drag.
 L.Draggable.mergeOptions({ clickTolerance: CLICK_PX });
@@ -84,8 +86,19 @@ export class LocalMap extends EventTarget {
     this.leaflet.setZoomAround(L.point(px, py), this.leaflet.getZoom() + Math.log2(factor), { animate: false });
   }
 
-  // Shows the points; what the map can never show together with the last one is left out.
-  fit(points) {
+  // Left and upper padding that keeps clear of what lies over the map: rows at its top, columns at its left.
+  padding(over) {
+    const map = this.element.getBoundingClientRect();
+    let [left, top] = [this.width / 8, this.height / 8];
+    for (const box of over.map((element) => element.getBoundingClientRect())) {
+      if (box.width > box.height) top = Math.max(top, box.bottom - map.top + CLEAR_PX);
+      else left = Math.max(left, box.right - map.left + CLEAR_PX);
+    }
+    return [Math.min(left, this.width / 2), Math.min(top, this.height / 2)];
+  }
+
+  // Shows the points clear of elements over the map; what the map can never show together with the last one is left out.
+  fit(points, over = []) {
     if (!points.length) return;
     const [x, y] = points.at(-1);
     const far = (0.4 * Math.min(this.width, this.height)) / SCALE_MIN;
@@ -93,7 +106,8 @@ export class LocalMap extends EventTarget {
     const bounds = L.latLngBounds(near.map((p) => place(p[0], p[1])));
     const { lat, lng } = bounds.getCenter();
     bounds.extend(place(lng - LEAST_M, lat - LEAST_M)).extend(place(lng + LEAST_M, lat + LEAST_M));
-    this.leaflet.fitBounds(bounds, { animate: false, padding: [this.width / 8, this.height / 8] });
+    const side = [this.width / 8, this.height / 8];
+    this.leaflet.fitBounds(bounds, { animate: false, paddingTopLeft: this.padding(over), paddingBottomRight: side });
   }
 
   setFollowing(on) {
