@@ -250,8 +250,8 @@ class Bridge:
             self._intakes.learn_frame(state)
         if state is not before:
             self._positions.observe(before, state, now)
-        if state.speaks_mavlink_1 is not before.speaks_mavlink_1:
-            self._report.protocol()
+        if state.heartbeats_1 != before.heartbeats_1:
+            self._report.protocol(before)
         if state.battery is not before.battery:
             self._observer.battery.observe(state, self.vehicle.profile, now)
         self._events.handle(now)

@@ -21,6 +21,7 @@ from mavlink_vehicle.events import (
 )
 from mavlink_vehicle.ranges import RangesRefused
 from mavlink_vehicle.state.status_text import StatusText
+from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge import notes
 from navigation_bridge.goals.active_goal import ActiveGoal
@@ -248,9 +249,12 @@ class Reporter:
         else:
             self.log(LogLevel.WARN, "The vehicle's position is no longer valid")
 
-    def protocol(self) -> None:
-        """Report whether the vehicle speaks MAVLink 1 only."""
-        if self._vehicle.state.speaks_mavlink_1:
+    def protocol(self, before: VehicleState) -> None:
+        """Report whether the vehicle speaks MAVLink 1 only, if it did not before, or no longer."""
+        speaks_mavlink_1 = self._vehicle.state.speaks_mavlink_1
+        if speaks_mavlink_1 is before.speaks_mavlink_1:
+            return
+        if speaks_mavlink_1:
             text = (
                 "The vehicle speaks MAVLink 1 only, and is answered so; its fence and rally points "
                 "cannot be read or written, and messages that MAVLink 1 lacks, of ground stations "
