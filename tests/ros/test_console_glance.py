@@ -222,8 +222,11 @@ def test_no_page_complained(browser: Browser) -> None:
 @pytest.mark.parametrize("width", [1400, 1024, 400])
 def test_fit_shows_a_route_clear_of_what_lies_over_the_map(page: Tab, width: int) -> None:
     places = ((-12.0, 12.0), (14.0, 12.0), (0.0, -12.0))
+    for _ in range(3):
+        page.click("zoom-out")
     for place in places:
         page.drag(on_map(page, *place))
+    page.wait("document.querySelectorAll('#waypoints li:not(.head)').length === 3")
     page.resize(width, 900)
     page.click("fit")
     covers = [page.box("glance")]

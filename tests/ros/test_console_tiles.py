@@ -190,8 +190,9 @@ def marks(
     red = seen[..., 0] - np.maximum(seen[..., 1], seen[..., 2])
     rows, columns = np.nonzero(red > 0.5 * red.max())
     x, y, scale = map(float, tab.value("document.getElementById('map').dataset.view").split())
-    east = x + (columns + 0.5 - width / 2) / scale
-    north = y - (rows + 0.5 - height / 2) / scale
+    # The map begins within a pixel of the picture.
+    east = x + (int(left) - left + columns + 0.5 - width / 2) / scale
+    north = y - (int(top) - top + rows + 0.5 - height / 2) / scale
     found = []
     for place in places:
         near = np.hypot(east - place[0], north - place[1]) < 20.0
@@ -226,7 +227,8 @@ def test_tiles_lie_where_the_firmware_puts_their_places(
             loaded(tab)
             scale = scale_of(tab)
             for found, place in zip(marks(tab, tmp_path / "seen.png"), PLACES, strict=True):
-                # A mark, a tile and the grid that may hide a part of the mark: each to a pixel.
+                # Drawn to a pixel each: a mark in its tile, the tiles on their level, the level on
+                # the map, and the grid that may hide a part of the mark.
                 assert found == pytest.approx(place, abs=2.5 / scale + 0.15), (theme, scale)
     finally:
         tab.close()
