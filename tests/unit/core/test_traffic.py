@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from navigation_core.geometry import Vector3, add, norm, subtract
+from navigation_core.geometry import KinematicState, Vector3, add, norm, subtract
 from navigation_core.limits import Limits
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.intents import Outcome
+from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.progress import Status
 from navigation_core.tasks.traffic.detours import DetourSearch
@@ -21,9 +22,11 @@ from navigation_core.tasks.traffic.entries import Ask, Claimant, Rank, TrafficWa
 from navigation_core.tasks.traffic.intruders import Intruder
 from navigation_core.tasks.traffic.negotiation import Negotiation
 from navigation_core.tasks.traffic.reservations import TrafficReservations
+from navigation_core.tasks.traffic.reserved_path import ReservedPath, RunOut
 from navigation_core.tasks.traffic.traffic_view import TrafficFrame, TrafficView
 from navigation_core.tasks.traffic.volumes import NOWHERE, Separation, Volume, densified
 from navigation_core.tasks.traits import Traits
+from navigation_core.trajectories.trajectory import plan_to
 from tests.support.models.point_mass import PointMass
 
 SEPARATION = Separation(5.0, 3.0, 2.0)
@@ -68,6 +71,53 @@ def test_a_path_longer_than_what_is_looked_at_is_held_as_far_as_that() -> None:
     grant = made.extend("b", ask(path, 401), path.part(0, 1), 0.0)
     assert grant.waiting is None
     assert 100 < grant.granted < 401
+
+
+def test_more_is_asked_for_less_often_while_nobody_is_near_the_path() -> None:
+    made = reservations("a", "b")
+    path, course = line((0.0, 0.0, 5.0), (40.0, 0.0, 5.0)), object()
+    wish = replace(ask(path, 20), course=course)
+    made.stand("a", line((20.0, 30.0, 5.0)), 0.0)
+    made.extend("b", wish, path.part(0, 1), 0.0)
+    assert made.is_settled("b", course, 0.5)
+    assert not made.is_settled("b", object(), 0.5)
+    made.stand("a", line((20.0, 6.5, 5.0)), 1.0)
+    made.extend("b", wish, path.part(0, 1), 1.0)
+    assert made.is_settled("b", course, 1.2)
+    assert not made.is_settled("b", course, 1.3)
+
+
+def test_what_is_left_of_a_path_has_its_corners() -> None:
+    path = line((0.0, 0.0, 5.0), (10.0, -7.0, 2.0), (-4.0, 3.0, 9.0))
+    for first in (0, 3, len(path) - 1, len(path)):
+        assert np.array_equal(path.rest(first).corners, path.part(first).corners)
+
+
+@pytest.mark.parametrize(
+    ("aside_m", "stays"), [((0.0, 0.0), True), ((0.2, 0.1), True), ((0.4, 0.0), False)]
+)
+def test_on_a_straight_path_nothing_more_is_held_for_a_vehicle_on_it(
+    aside_m: tuple[float, float], stays: bool
+) -> None:
+    made = reservations("a")
+    view = TrafficView(made, "a", TrafficFrame.level(), 1.0, 0.5)
+    trajectory = plan_to(KinematicState((0.0, 0.0, 5.0)), (200.0, 0.0, 5.0), Limits())
+    carrot = Carrot(trajectory, GotoConfig(), 0.0, 0.0, time_s=10.0)
+    path, run_out = ReservedPath(trajectory, view), RunOut(1.0, 1.2)
+    x, speed_m_s = carrot.state.position_enu_m[0], norm(carrot.state.velocity_enu_m_s)
+    first = path.reserve(view, carrot, (x - 1.0, 0.0, 5.0), speed_m_s, run_out, 1.0)
+    assert path.stay(view, carrot, (x - 1.0, 0.0, 5.0), 1.0) == first
+    held = made.entry("a").held
+    carrot.advance(0.2, None)
+    here = (x - 0.6, aside_m[0], 5.0 + aside_m[1])
+    within = path.stay(view, carrot, here, 1.2)
+    assert (within is not None) == stays
+    assert made.entry("a").held is held
+    if within is not None:
+        again = path.reserve(view, carrot, here, speed_m_s, run_out, 1.2)
+        assert within.room_m == pytest.approx(again.room_m)
+        assert len(held.pairs(view.volume(np.array([here])), SEPARATION)[0])
+    assert path.stay(view, carrot, here, 9.0) is None, "more must be asked for"
 
 
 def test_a_path_above_another_is_free() -> None:
