@@ -103,7 +103,7 @@ class CopterAuto(LegAuto):
         elif command == Cmd.RTL:
             self.task = ReturnHome(self, item)
         elif command in (Cmd.LAND, Cmd.VTOL_LAND):
-            self.task = LandAt(self, item, start, target, moves=bool(item.x or item.y))
+            self.task = LandAt(self, item, start, target, moves=item.has_place)
         elif command == Cmd.LOITER_TURNS:
             self.task = CircleTask(self, item, start, target)
         elif command == Cmd.SPLINE:
