@@ -13,7 +13,7 @@ from mavlink_sitl.geodesy import GeoPoint, LocalFrame
 from mavlink_sitl.links.faults import LinkFaults
 from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.simulation import Simulation
-from mavlink_sitl.truth import Estimate, Truth
+from mavlink_sitl.truth import Truth
 from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import WorldError, load_world, parse_world
 from mavlink_sitl.world.model import (
@@ -30,7 +30,6 @@ __all__ = [
     "DEFAULT_HOME",
     "BatteryModel",
     "ConfigurationError",
-    "Estimate",
     "FurtherBattery",
     "GeoPoint",
     "GpsQuality",

@@ -75,7 +75,6 @@ class Environment:
     ) -> None:
         self.world = world
         self.collided = np.zeros(physics.count, dtype=np.bool_)
-        self._excused = np.zeros(physics.count, dtype=np.bool_)
         self._physics = physics
         self._seed = seed
         self._rows = rows
@@ -182,9 +181,7 @@ class Environment:
         # On a roof one stands, one does not hit it.
         touching &= position[:, 2:3] > found.top_down_m + 1e-3
         hits = []
-        in_touch = touching.any(axis=1)
-        self._excused &= in_touch
-        for index in np.flatnonzero(in_touch & ~self.collided & ~self._excused):
+        for index in np.flatnonzero(touching.any(axis=1) & ~self.collided):
             which = int(np.argmin(np.where(touching[index], gaps[index], np.inf)))
             speed_m_s = float(np.linalg.norm(self.velocities()[index]))
             hits.append(Hit(int(index), found.names[which], speed_m_s))
@@ -194,18 +191,10 @@ class Environment:
 
     def wreck(self, index: int) -> None:
         """A vehicle has hit something: it stops at once and flies no more."""
-        self._mark(index, True)
-        self._physics.stop_dead(index)
-
-    def _mark(self, lane: int, collided: bool) -> None:
-        """Another array: snapshots of the truth keep the old one."""
+        # Another array: snapshots of the truth keep the old one.
         self.collided = self.collided.copy()
-        self.collided[lane] = collided
-
-    def recover(self, index: int) -> None:
-        """Somebody has mended the vehicle; what it still leans on does not count."""
-        self._mark(index, False)
-        self._excused[index] = True
+        self.collided[index] = True
+        self._physics.stop_dead(index)
 
     def clearance(self, index: int) -> TrueClearance:
         """The distance of one vehicle to its nearest obstacle."""

@@ -274,6 +274,13 @@ class Guidance:
             acceleration_down_m_s2=a_down,
         )
 
+    def exactly(
+        self, place_ned_m: Vector, velocity_ned_m_s: Vector, acceleration_ned_m_s2: Vector
+    ) -> Guidance:
+        """The same, but on a track: desired are exactly this place and motion."""
+        moving = self.at(place_ned_m).moving(velocity_ned_m_s, acceleration_ned_m_s2)
+        return replace(moving, unshaped=True)
+
 
 class NavigationReport(NamedTuple):
     """For NAV_CONTROLLER_OUTPUT; degrees clockwise from North, metres, m/s."""

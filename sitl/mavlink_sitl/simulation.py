@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -32,12 +31,12 @@ from mavlink_sitl.links.simulated_link import SimulatedLink
 from mavlink_sitl.links.tlog import TlogWriter
 from mavlink_sitl.physics.copter_pipeline import DT_S
 from mavlink_sitl.physics.fleets import make_fleets
-from mavlink_sitl.truth import Estimate, FleetState, Truth
+from mavlink_sitl.truth import FleetState, Truth
 from mavlink_sitl.vehicles.vehicle import SimulatedVehicle
 from mavlink_sitl.world.loader import load_world
 from mavlink_sitl.world.model import World
 
-__all__ = ["Estimate", "SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
+__all__ = ["SimulatedLink", "SimulatedVehicle", "Simulation", "Truth", "VehicleConfig"]
 
 TICK_US = round(DT_S * 1e6)
 ACTION_PERIOD_US = 50_000
@@ -53,7 +52,6 @@ class Simulation:
         vehicles: which; one ArduCopter when not given.
         seed: for all random numbers.
         tlog: where to record all traffic, both directions.
-        wind_ned_m_s: speed of the air; the world's when not given.
         world: what is around them, or the path of a world's file; a plain when not given.
         tick_s: 0.01, or up to 0.05 to save time where the motion need not be exact; a whole part of
             0.05.
@@ -72,7 +70,6 @@ class Simulation:
         vehicles: Sequence[VehicleConfig] | None = None,
         seed: int = 0,
         tlog: BinaryIO | None = None,
-        wind_ned_m_s: tuple[float, float, float] | None = None,
         world: World | str | Path | None = None,
         tick_s: float = DT_S,
         collisions: bool = False,
@@ -91,8 +88,9 @@ class Simulation:
         self._sensor_ticks = SENSOR_US // self._tick_us
         self._now_us = 0
         self._tick = 0
-        self.world = _world(world, wind_ned_m_s)
-        fleets = make_fleets(configs, seed, self.world.wind.velocity_ned_m_s, tick_s)
+        world = World() if world is None else world
+        self.world = world if isinstance(world, World) else load_world(world)
+        fleets = make_fleets(configs, seed, tick_s)
         fleet_of_row = {row: fleet for fleet in fleets for row in fleet.rows}
         log = None if tlog is None else TlogWriter(tlog)
         self.vehicles = [
@@ -134,16 +132,6 @@ class Simulation:
             for rows, physics, environment in self._kinds
         ]
         return Truth(fleets, [vehicle.offset_ned_m for vehicle in self.vehicles])
-
-    @property
-    def estimate(self) -> Estimate:
-        """The estimated state of the vehicles, in the same form; `collided` is still the truth."""
-        motions = np.array([vehicle.firmware.motion for vehicle in self.vehicles], dtype=np.float64)
-        offsets = np.array([vehicle.offset_ned_m for vehicle in self.vehicles])
-        landed = np.array([vehicle.firmware.landed for vehicle in self.vehicles], dtype=np.bool_)
-        return Estimate(
-            motions[:, 0:3] + offsets, motions[:, 3:6], motions[:, 8], landed, self.truth.collided
-        )
 
     def run_for(self, seconds: float) -> None:
         """Let simulated time pass.
@@ -228,12 +216,3 @@ class Simulation:
                 vehicle = self.vehicles[rows[lane]]
                 vehicle.now_us = self._now_us
                 vehicle.receive_gps(fix)
-
-
-def _world(
-    world: World | str | Path | None, wind_ned_m_s: tuple[float, float, float] | None
-) -> World:
-    loaded = world if isinstance(world, World) else World() if world is None else load_world(world)
-    if wind_ned_m_s is None:
-        return loaded
-    return replace(loaded, wind=replace(loaded.wind, velocity_ned_m_s=wind_ned_m_s))

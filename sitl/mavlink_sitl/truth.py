@@ -55,11 +55,6 @@ class Truth:
         self._collided: Flags | None = None
         self._rest: Floats | None = None
 
-    def __repr__(self) -> str:
-        """All arrays."""
-        names = ("position_ned_m", "velocity_ned_m_s", "yaw_rad", "on_ground", "collided")
-        return f"Truth({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
-
     @property
     def position_ned_m(self) -> Floats:
         """Shape (N, 3), from each vehicle's home."""
@@ -114,21 +109,3 @@ class Truth:
         for rows, body, unpack, _ in self._fleets:
             table[rows] = np.array([unpack(getattr(body, name)) for name in names]).T
         return table
-
-
-class Estimate(NamedTuple):
-    """The states that the vehicles' own estimators report, in the form of the truth.
-
-    Attributes:
-        position_ned_m: shape (N, 3), from each vehicle's home.
-        velocity_ned_m_s: shape (N, 3).
-        yaw_rad: shape (N,), clockwise from North.
-        on_ground: shape (N,), landed as they report it.
-        collided: shape (N,), the truth: nothing estimates it.
-    """
-
-    position_ned_m: Floats
-    velocity_ned_m_s: Floats
-    yaw_rad: Floats
-    on_ground: Flags
-    collided: Flags

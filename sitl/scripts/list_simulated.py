@@ -221,7 +221,7 @@ def messages_table(autopilot: str, kinds: Mapping[str, Personality]) -> str:
 def _never(build: Callable[..., Any], kind: Personality) -> bool:
     """Whether a builder is the one of a kind that never makes anything."""
     others = inspect.getclosurevars(build).nonlocals.get("others", {})
-    return bool(others.get(kind.kind, build).__name__ == "_never")
+    return bool(others.get(kind.kind, build).__name__ == "never")
 
 
 def heard(autopilot: str, kinds: Mapping[str, Personality]) -> str:

@@ -274,9 +274,6 @@ NAMES_RULED_OUT = {
     "told": "reported, commanded or sent",
 }
 _RULED_OUT = re.compile(rf"(?:^|_)(?:{'|'.join(NAMES_RULED_OUT)})s?(?:_|$)")
-STILL_NAMED = {"_told", "_pace", "commanded_pace"}
-"""Names in the traffic folders that are yet to be changed."""
-
 
 def _snake(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
@@ -307,8 +304,6 @@ def test_identifiers_are_the_terms_of_the_field() -> None:
     found = {}
     for file in PRODUCT:
         names = _ruled_out(_names_in(_parsed(file)) | {file.stem})
-        if "traffic" in _name(file) or file.stem in ("giving_way", "flight_detours"):
-            names -= STILL_NAMED
         if names:
             found[_name(file)] = names
     assert found == {}

@@ -38,7 +38,6 @@ class PhysicsStart(NamedTuple):
         pack: the battery that all have.
         remaining: each vehicle's charge, 0..1.
         seed: of the sensors.
-        wind_ned_m_s: speed of the air.
         dt_s: the step, s.
     """
 
@@ -46,7 +45,6 @@ class PhysicsStart(NamedTuple):
     pack: battery.BatteryModel
     remaining: list[float]
     seed: int
-    wind_ned_m_s: Vector
     dt_s: float = DT_S
 
 
@@ -76,8 +74,7 @@ class Physics:
         zero = o.full(0.0)
         self.sensor_model = sensors.SensorModel()
         self.pack = start.pack
-        north, east, down = map(o.full, start.wind_ned_m_s)
-        self.wind = (north, east, down)
+        self.wind: Lanes3 = (zero, zero, zero)
         self.ground_down_m = zero
         self.body = at_rest(self.state, o.pack(start.yaw_rad), o)
         self.error = sensors.no_error(o)

@@ -45,12 +45,7 @@ class Fleet(NamedTuple):
     physics: Physics
 
 
-def make_fleets(
-    configs: Sequence[VehicleConfig],
-    seed: int,
-    wind_ned_m_s: tuple[float, float, float],
-    dt_s: float = DT_S,
-) -> list[Fleet]:
+def make_fleets(configs: Sequence[VehicleConfig], seed: int, dt_s: float = DT_S) -> list[Fleet]:
     """Sort vehicles by kind, in the order in which the kinds first appear."""
     rows: dict[str, list[int]] = {}
     for row, config in enumerate(configs):
@@ -64,7 +59,6 @@ def make_fleets(
                     configs[places[0]].battery,
                     [configs[row].battery_remaining for row in places],
                     seed + 1_000_003 * number,  # each kind draws other noise
-                    wind_ned_m_s,
                     dt_s,
                 )
             ),

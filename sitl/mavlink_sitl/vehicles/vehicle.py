@@ -54,7 +54,7 @@ class SimulatedVehicle(VehicleBody):
         offset_ned_m: where its local origin is, from home.
         now_us: simulated time.
         wake_us: when it has something to send; before, `tick` is only needed to act.
-        damage: why it will not fly again before it is mended; None when it is whole.
+        damage: why it will not fly again; None when it is whole.
     """
 
     def __init__(
@@ -394,12 +394,6 @@ class SimulatedVehicle(VehicleBody):
         self._shut_down()
 
     # Its world.
-
-    def repair(self) -> None:
-        """Somebody mends it after a crash; it may fly again."""
-        self.damage = None
-        if self._environment is not None:
-            self._environment.recover(self._lane)
 
     def crash(self, obstacle: str, speed_m_s: float) -> None:
         """It has hit something: the flight is over, and it says so.

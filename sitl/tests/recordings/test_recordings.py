@@ -66,6 +66,8 @@ CLOSE = [
     ("copter_acks", 74.0, 84.0, 0.6),
     ("copter_lowbatt", 42.0, 112.0, 0.6),
     ("copter_gcsloss", 42.0, 106.0, 0.6),
+    ("copter_gcsloss", 63.0, 78.0, 0.3),  # the legs of RTL
+    ("copter_lowbatt", 64.5, 77.0, 0.4),
     ("copter_reboot", 42.0, 65.0, 0.6),
     ("copter_auto_cleared", 42.0, 78.0, 0.9),  # of May 2025; legs of AUTO are those of 2026
     ("copter_fence", 42.0, 170.0, 0.6),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mavlink_sitl import Simulation, VehicleConfig
+from mavlink_sitl import Simulation, VehicleConfig, Wind, World
 from sitl_support.ground_station import ACCEPTED, GroundStation
 
 ROVER_MANUAL, HOLD, ROVER_AUTO, ROVER_RTL, SMART_RTL, ROVER_GUIDED = 0, 4, 10, 11, 12, 15
@@ -12,13 +12,13 @@ FBWA, PLANE_AUTO, PLANE_RTL, LOITER, TAKEOFF, PLANE_GUIDED = 5, 10, 11, 12, 13, 
 def kind(
     vehicle: str,
     parameters: dict[str, float] | None = None,
-    wind: tuple[float, float, float] | None = None,
+    wind: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> GroundStation:
     """One that knows its position, disarmed, nose to the North."""
     config = VehicleConfig(
         vehicle=vehicle, ready_after_s=1.0, heading_deg=0.0, parameters=parameters or {}
     )
-    station = GroundStation(Simulation([config], seed=1, wind_ned_m_s=wind)).ready()
+    station = GroundStation(Simulation([config], seed=1, world=World(wind=Wind(wind)))).ready()
     station.run(1.0)
     return station
 
@@ -42,7 +42,7 @@ def rover(parameters: dict[str, float] | None = None, vehicle: str = "rover") ->
 
 
 def plane(
-    parameters: dict[str, float] | None = None, wind: tuple[float, float, float] | None = None
+    parameters: dict[str, float] | None = None, wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
 ) -> GroundStation:
     """A plane in GUIDED, round a point 50 m up and about 300 m North."""
     station = kind("plane", parameters, wind)

@@ -8,7 +8,7 @@ import struct
 
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import Simulation, VehicleConfig
+from mavlink_sitl import Simulation, VehicleConfig, Wind, World
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.config import DEFAULT_HOME
 from mavlink_sitl.geodesy import PX4, GeoPoint
@@ -134,7 +134,7 @@ def px4_copter(
     links: tuple[str, ...] = ("onboard",),
     parameters: dict[str, float] | None = None,
     vehicle: str = "copter",
-    wind_ned_m_s: tuple[float, float, float] | None = None,
+    wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Px4Station:
     """A PX4 that has just been switched on; a copter by default."""
     config = VehicleConfig(
@@ -146,7 +146,7 @@ def px4_copter(
         links=links,
         parameters=parameters or {},
     )
-    simulation = Simulation([config], seed=1, wind_ned_m_s=wind_ned_m_s)
+    simulation = Simulation([config], seed=1, world=World(wind=Wind(wind_ned_m_s)))
     return Px4Station(simulation, system=1, component=191)
 
 
@@ -154,7 +154,7 @@ def ready_px4(
     links: tuple[str, ...] = ("onboard",),
     parameters: dict[str, float] | None = None,
     vehicle: str = "copter",
-    wind_ned_m_s: tuple[float, float, float] | None = None,
+    wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Px4Station:
     """A PX4 that may be armed."""
     station = px4_copter(links, parameters, vehicle, wind_ned_m_s)

@@ -437,12 +437,9 @@ REFUSED = {
 }
 REFUSED_BY = {
     "copter": {},
-    "rover": {"DO_PAUSE_CONTINUE": "only copters have it"},
-    "boat": {"DO_PAUSE_CONTINUE": "only copters have it"},
-    "plane": {
-        "DO_PAUSE_CONTINUE": "only copters have it",
-        "NAV_TAKEOFF": "of quadplanes; FAILED in the recording",
-    },
+    "rover": {},
+    "boat": {},
+    "plane": {"NAV_TAKEOFF": "of quadplanes; FAILED in the recording"},
 }
 WITHOUT_EFFECT = {
     **dict.fromkeys(("DO_SET_RELAY", "DO_REPEAT_RELAY", "DO_REPEAT_SERVO"), "nothing is connected"),

@@ -11,7 +11,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import Simulation, VehicleConfig
+from mavlink_sitl import Simulation, VehicleConfig, Wind, World
 from sitl_support.ground_station import (
     ACCELERATION,
     ACCEPTED,
@@ -369,7 +369,7 @@ def test_land_stays_armed_for_half_a_second_on_the_ground() -> None:
 def test_land_without_a_position_sinks_level_and_controls_none_until_it_stands() -> None:
     """GUIDED_ENABLED of base_mode is gone, though the GPS comes back on the way down."""
     config = VehicleConfig(ready_after_s=1.0)
-    station = GroundStation(Simulation([config], seed=1, wind_ned_m_s=(0.0, 3.0, 0.0)))
+    station = GroundStation(Simulation([config], seed=1, world=World(wind=Wind((0.0, 3.0, 0.0)))))
     station.ready().take_off(15.0)
     station.interval(0, 10.0)
     station.run(1.0)

@@ -7,7 +7,7 @@ import math
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import Simulation, VehicleConfig
+from mavlink_sitl import Simulation, VehicleConfig, Wind, World
 from sitl_support.ground_station import ACCEPTED, GroundStation
 
 RAW = {"RAW_IMU", "SCALED_IMU2", "SCALED_IMU3", "SCALED_PRESSURE", "SCALED_PRESSURE2"}
@@ -43,10 +43,10 @@ UNASKED = {"HEARTBEAT", "TIMESYNC", "STATUSTEXT", "COMMAND_ACK"}
 MANUAL = 0
 
 
-def vehicle(kind: str, wind: tuple[float, float, float] | None = None) -> GroundStation:
+def vehicle(kind: str, wind: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> GroundStation:
     """One that knows its position and has been asked for nothing."""
     config = VehicleConfig(vehicle=kind, ready_after_s=1.0, heading_deg=0.0)
-    station = GroundStation(Simulation([config], seed=1, wind_ned_m_s=wind))
+    station = GroundStation(Simulation([config], seed=1, world=World(wind=Wind(wind))))
     station.run(4.0)
     return station
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import Simulation, VehicleConfig
+from mavlink_sitl import Simulation, VehicleConfig, Wind, World
 from mavlink_sitl.array_ops import ArrayOps, Ops
 from mavlink_sitl.autopilot.control import drive_controller, glide_controller
 from mavlink_sitl.command_line.options import parse
@@ -83,7 +83,7 @@ def test_a_kind_that_does_not_exist_is_rejected_with_a_sentence() -> None:
 
 def boat_in(wind: tuple[float, float, float]) -> GroundStation:
     config = VehicleConfig(vehicle="boat", ready_after_s=1.0, heading_deg=0.0)
-    station = GroundStation(Simulation([config], seed=1, wind_ned_m_s=wind)).ready()
+    station = GroundStation(Simulation([config], seed=1, world=World(wind=Wind(wind)))).ready()
     station.run(1.0)
     assert station.mode(15) == ACCEPTED
     assert station.arm() == ACCEPTED

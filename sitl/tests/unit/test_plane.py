@@ -24,13 +24,13 @@ ON_GROUND, IN_AIR, TAKING_OFF = 1, 2, 3
 
 
 def plane(
-    parameters: dict[str, float] | None = None, wind: tuple[float, float, float] | None = None
+    parameters: dict[str, float] | None = None, wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
 ) -> GroundStation:
     """A plane on the ground that knows its position, nose to the North."""
     return kind("plane", parameters, wind)
 
 
-def flying(wind: tuple[float, float, float] | None = None) -> GroundStation:
+def flying(wind: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> GroundStation:
     """A plane that circles 50 m up, in TAKEOFF."""
     station = plane(wind=wind)
     assert station.mode(TAKEOFF) == ACCEPTED

@@ -19,12 +19,14 @@ from sitl_support.ground_station import (
     UNSUPPORTED,
     Message,
 )
+from sitl_support.missions import take_off, upload, waypoint
 from sitl_support.px4_station import (
     HOME,
     NAN,
     Px4Station,
     bytewise,
     flying_px4,
+    near_home,
     px4_copter,
     ready_px4,
 )
@@ -794,3 +796,22 @@ def test_a_take_off_that_is_broken_off_is_not_landed_at_once_but_ends(
     ground.run(2.0)
     ground.mode(px4.LAND)
     ground.run_until(lambda: not ground.armed, 15.0)
+
+
+@pytest.mark.parametrize("mode", ["OFFBOARD", "AUTO.LOITER"])
+def test_a_mission_that_is_uploaded_or_cleared_in_another_mode_moves_nothing(mode: str) -> None:
+    station = flying_px4()
+    if mode == "AUTO.LOITER":
+        assert station.command_results(SET_MODE, 1, 4, 3) == [0, 0]
+        station.run(4.0)
+    number, place = station.last("HEARTBEAT").custom_mode, station.position
+    for mission in ([take_off(10.0), waypoint(40.0, 0.0)], []):
+        assert upload(station, near_home(mission)) == 0
+        if mode == "OFFBOARD":
+            station.stream_to(3.0, *place)
+        else:
+            station.run(3.0)
+        assert station.last("MISSION_CURRENT").mission_state in (1, 2), "not started"
+        assert station.last("HEARTBEAT").custom_mode == number
+        assert math.dist(station.position, place) < 1.0
+    assert not [text for text in station.texts() if "mission" in text.lower()]

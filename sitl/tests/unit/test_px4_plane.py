@@ -22,7 +22,7 @@ ALTITUDE_M = HOME.altitude_amsl_m
 
 def on_runway(
     parameters: dict[str, float] | None = None,
-    wind_ned_m_s: tuple[float, float, float] | None = None,
+    wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Px4Station:
     """Disarmed; texts are heard."""
     station = ready_px4(parameters=parameters, vehicle="plane", wind_ned_m_s=wind_ned_m_s).quiet()
@@ -34,7 +34,7 @@ def on_runway(
 def flying(
     height_m: float = 50.0,
     parameters: dict[str, float] | None = None,
-    wind_ned_m_s: tuple[float, float, float] | None = None,
+    wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Px4Station:
     """Circling in AUTO.LOITER after a take-off."""
     station = on_runway(parameters, wind_ned_m_s)

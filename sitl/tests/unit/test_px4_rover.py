@@ -28,7 +28,7 @@ WAYPOINT = mav.MAV_CMD_NAV_WAYPOINT
 def driving(
     vehicle: str = "rover",
     parameters: dict[str, float] | None = None,
-    wind_ned_m_s: tuple[float, float, float] | None = None,
+    wind_ned_m_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Px4Station:
     """Armed in AUTO.LOITER; texts are heard."""
     station = ready_px4(parameters=parameters, vehicle=vehicle, wind_ned_m_s=wind_ned_m_s)

@@ -10,10 +10,18 @@ import random
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl import ConfigurationError, GeoPoint, LinkFaults, Simulation, VehicleConfig
+from mavlink_sitl import (
+    ConfigurationError,
+    GeoPoint,
+    LinkFaults,
+    Simulation,
+    VehicleConfig,
+    Wind,
+    World,
+)
 from mavlink_sitl.dynamics.battery import BatteryModel
 from mavlink_sitl.links.tlog import read_records
-from mavlink_sitl.world.model import Obstacle, World
+from mavlink_sitl.world.model import Obstacle
 from sitl_support.ground_station import GUIDED, POSITION, GroundStation, copter
 
 Script = list[tuple[float, bytes]]
@@ -282,7 +290,9 @@ def test_impossible_faults_are_rejected(wrong: dict[str, float]) -> None:
 
 
 def test_wind_is_felt_and_held_against() -> None:
-    simulation = Simulation([VehicleConfig(ready_after_s=1.0)], wind_ned_m_s=(0.0, 6.0, 0.0))
+    simulation = Simulation(
+        [VehicleConfig(ready_after_s=1.0)], world=World(wind=Wind((0.0, 6.0, 0.0)))
+    )
     station = GroundStation(simulation).ready().take_off(10.0)
     station.interval(168, 5.0)
     station.run(10.0)

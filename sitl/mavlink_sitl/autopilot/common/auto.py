@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
     from mavlink_sitl.autopilot.personality import ModeSpec
 
-AMSL_FRAMES = (0, 2, 5)
 TAKE_OFFS = (Cmd.TAKEOFF, Cmd.VTOL_TAKEOFF)
 MOST_STEPS = 200
 """A mission of nothing but jumps ends after this many"""
@@ -183,6 +182,11 @@ class Auto(Mode):
             place += 1
         return found
 
+    def following_items(self) -> list[PlanItem]:
+        """The items after the one in force, up to the next that moves; uses up no jumps."""
+        plans = self.vehicle.plans
+        return [item for _, item in self._walk(plans.current + 1, dict(plans.jumps))]
+
     def next_moving(self, place: int) -> int | None:
         """The first item to fly to from a place on; None if the mission ends before it."""
         walked = self._walk(max(place, self._first), dict(self.vehicle.plans.jumps))
@@ -273,20 +277,17 @@ class Auto(Mode):
 
     def _point_of(self, item: PlanItem) -> GeoPoint | None:
         """Where an item is on earth; None for the vehicle's own place, which zeros mean."""
-        if not item.x and not item.y:
+        if not item.has_place:
             return None
         altitude_m = item.z
-        if item.frame not in AMSL_FRAMES:
+        if not item.is_amsl:
             altitude_m += (self.vehicle.navigator.home or self.vehicle.navigator.origin)[2]
         return GeoPoint(item.x / 1e7, item.y / 1e7, altitude_m)
 
     def place_of(self, item: PlanItem, instead: Vector) -> Vector:
         """Where an item is, NED metres; zeros in it mean `instead`."""
-        navigator = self.vehicle.navigator
-        point = GeoPoint(item.x / 1e7, item.y / 1e7, 0.0)
-        north, east, _ = navigator.frame.to_local(point)
-        if not item.x and not item.y:
-            north, east = instead[:2]
+        frame = self.vehicle.navigator.frame
+        north, east = item.level_m(frame) if item.has_place else instead[:2]
         if item.z == 0.0 and item.command not in TAKE_OFFS:
             return north, east, instead[2]
         return north, east, self._down_m(item)
@@ -294,7 +295,7 @@ class Auto(Mode):
     def _down_m(self, item: PlanItem) -> float:
         """The height in an item, NED."""
         navigator = self.vehicle.navigator
-        if item.frame in AMSL_FRAMES:
+        if item.is_amsl:
             return navigator.origin.altitude_amsl_m - item.z
         return navigator.home_ned_m()[2] - item.z
 
@@ -386,6 +387,9 @@ class Auto(Mode):
 class AutoTask:
     """An item in flight."""
 
+    _there_s: float | None = None
+    """When it was first there"""
+
     def __init__(self, auto: Auto, item: PlanItem) -> None:
         self.auto = auto
         self.vehicle = auto.vehicle
@@ -402,6 +406,13 @@ class AutoTask:
     def finished(self) -> bool:
         """Whether the next item's turn has come."""
         return False
+
+    def stayed(self, there: bool, seconds: float) -> bool:
+        """Whether a time has passed since it was first there, given whether it is there now."""
+        now_s = self.vehicle.now_s
+        if self._there_s is None and there:
+            self._there_s = now_s
+        return self._there_s is not None and now_s - self._there_s >= seconds
 
 
 class Delay(AutoTask):

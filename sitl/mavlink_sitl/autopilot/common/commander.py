@@ -52,7 +52,7 @@ class Body(Protocol):
     """The vehicle that a firmware runs in, as far as it reaches it without guidance.
 
     Attributes:
-        damage: why it will not fly again before it is mended; None when it is whole.
+        damage: why it will not fly again; None when it is whole.
     """
 
     damage: str | None
@@ -402,6 +402,11 @@ class Commander(ABC):
         result = self.arming.disarm(force)
         self._settle()
         return result
+
+    def stop_motors(self, stop: bool) -> None:
+        """The emergency stop: the motors stand at once, and the vehicle stays armed."""
+        self.motors_stopped = stop
+        self._settle()
 
     def reboot(self) -> Result:
         """PREFLIGHT_REBOOT_SHUTDOWN: not while armed."""

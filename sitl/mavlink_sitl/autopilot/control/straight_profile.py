@@ -57,6 +57,16 @@ class LineProfile:
         self.duration_s = 0.0
         self._add(zip(jerks, times, strict=True), 0.0, 0.0, 0.0)
 
+    @property
+    def speeds_up_until_s(self) -> float:
+        """When the acceleration ends, of a line whose speed was not changed."""
+        return self._phases[3][0]
+
+    @property
+    def brakes_from_s(self) -> float:
+        """When the last deceleration begins."""
+        return self._phases[-3][0]
+
     def _add(
         self, jerks: Iterable[tuple[float, float]], s: float, v: float, a: float
     ) -> tuple[float, float]:

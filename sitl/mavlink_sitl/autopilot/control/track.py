@@ -24,15 +24,20 @@ SNAP_S = 0.3
 """Time in which the jerk changes: twice ATC_INPUT_TC (calc_scurve_jerk_and_snap)"""
 MARGIN = 0.05
 """Share of its speed by which the vehicle may be slower than its track without delaying it"""
+CORNER = 2.0
+"""Acceleration in corners over WPNAV_ACCEL, where WPNAV_ACCEL_C is 0"""
+TINY_M_S2 = 1e-6
+"""Steady at its limit, an acceleration is not below it"""
 
 
 class SmoothProfile:
     """A `LineProfile` averaged over SNAP_S, which limits the change of its jerk."""
 
     def __init__(self, line: LineProfile) -> None:
-        self.length_m = line.length_m
         self._line = line
-        self.duration_s = self._line.duration_s + SNAP_S
+        self.duration_s = line.duration_s + SNAP_S
+        self.speeds_up_until_s = line.speeds_up_until_s + SNAP_S
+        self.brakes_from_s = line.brakes_from_s
 
     def change_speed(self, speed_m_s: float, time_s: float) -> None:
         """Another largest speed for the rest, if it does not brake for its end yet."""
@@ -40,6 +45,7 @@ class SmoothProfile:
         if line is not None:
             self._line = line
             self.duration_s = line.duration_s + SNAP_S
+            self.brakes_from_s = line.brakes_from_s
 
     def at(self, time_s: float) -> Vector:
         """Distance, speed and acceleration `time_s` after the start."""
@@ -74,7 +80,7 @@ class TrackLeg:
             )
         level = math.hypot(self.direction[0], self.direction[1])
         upright = abs(self.direction[2])
-        speed = self._speed_m_s()
+        speed = self.speed_m_s()
         acceleration = min(
             _share(limits.acceleration_xy_m_s2, level), _share(limits.acceleration_z_m_s2, upright)
         )
@@ -83,7 +89,7 @@ class TrackLeg:
         line = LineProfile(length, speed, acceleration, jerk_m_s3)
         self.profile = SmoothProfile(line)
 
-    def _speed_m_s(self) -> float:
+    def speed_m_s(self) -> float:
         """The largest speed along it."""
         level = math.hypot(self.direction[0], self.direction[1])
         climb = self.limits.speed_down_m_s if self.direction[2] > 0.0 else self.limits.speed_up_m_s
@@ -94,7 +100,7 @@ class TrackLeg:
         """Other speeds from a time after the start on."""
         self.limits = limits
         if self.start != self.end:
-            self.profile.change_speed(self._speed_m_s(), time_s)
+            self.profile.change_speed(self.speed_m_s(), time_s)
 
     def at(self, time_s: float) -> Motion3:
         """Position from `start`, velocity, acceleration."""
@@ -171,28 +177,26 @@ class LegTrack:
         return self._next is not None
 
     def offer(self, following: TrackLeg, radius_m: float, now_s: float) -> None:
-        """Begin with the following leg when the corner stays within its radius."""
-        if self._next is not None:
-            return
+        """Begin with the following leg when the corner stays within its radius and all limits.
+
+        As SCurve::advance_target_along_track: while this leg brakes and the following one speeds
+        up, by the motion in the middle of the corner.
+        """
         now_s -= self._late_s
-        left_s = self._remaining_s(now_s)
-        travelled = self.leg.profile.at(now_s - self._began_s)[0]
-        if left_s <= 0.0 or travelled < 0.5 * self.leg.profile.length_m:
+        left_s, elapsed_s = self._remaining_s(now_s), now_s - self._began_s
+        brakes = elapsed_s >= self.leg.profile.brakes_from_s
+        speeds_up = 0.0 < left_s <= following.profile.speeds_up_until_s
+        if self._next is not None or not (brakes and speeds_up):
             return
-        if left_s >= 0.5 * following.profile.duration_s:
-            return
-        # Where the corner is cut most: half of both motions still to come or gone.
-        rest = (
-            self.leg.profile.length_m - self.leg.profile.at(now_s - self._began_s + 0.5 * left_s)[0]
-        )
-        gone = following.profile.at(0.5 * left_s)[0]
-        n, e, d = (
-            b * gone - a * rest
-            for a, b in zip(self.leg.direction, following.direction, strict=True)
-        )
-        if math.hypot(n, e, d) < radius_m:
-            self._next = following
-            self._next_began_s = now_s
+        old, new = self.leg.at(elapsed_s + 0.5 * left_s), following.at(0.5 * left_s)
+        moved, velocity, push = (_add(a, b) for a, b in zip(old, new, strict=True))
+        beside_m = math.dist(moved, _subtract(self.leg.end, self.leg.start))
+        limits = self.leg.limits, following.limits
+        slow = math.hypot(*velocity) < min(leg.speed_m_s() for leg in (self.leg, following))
+        level = math.hypot(*push[:2]) < CORNER * self.leg.limits.acceleration_xy_m_s2
+        upright = abs(push[2]) < min(each.acceleration_z_m_s2 for each in limits) - TINY_M_S2
+        if beside_m < radius_m and slow and level and upright:
+            self._next, self._next_began_s = following, now_s
 
     def passed(self, now_s: float) -> bool:
         """Whether the leg's end is behind: reached, or its corner half rounded."""

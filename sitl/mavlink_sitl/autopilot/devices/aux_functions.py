@@ -75,11 +75,11 @@ def _obey_overrides(vehicle: Commander, position: int) -> None:
 
 def _stop_motors(vehicle: Commander, position: int) -> None:
     if position != MIDDLE:
-        vehicle.motors_stopped = position == HIGH
+        vehicle.stop_motors(position == HIGH)
 
 
 def _arm_or_stop(vehicle: Commander, position: int) -> None:
-    vehicle.motors_stopped = position == LOW
+    vehicle.stop_motors(position == LOW)
     if position == HIGH:
         vehicle.arm()
 

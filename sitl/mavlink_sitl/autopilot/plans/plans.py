@@ -9,6 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+
+AMSL_FRAMES = (0, 2, 5)
+
 
 class PlanType(IntEnum):
     """The numbers are MAV_MISSION_TYPE's."""
@@ -110,6 +114,20 @@ class PlanItem:
     y: int = 0
     z: float = 0.0
     autocontinue: int = 1
+
+    @property
+    def has_place(self) -> bool:
+        """Whether it names a place; zeros name none."""
+        return bool(self.x or self.y)
+
+    @property
+    def is_amsl(self) -> bool:
+        """Whether its altitude counts from sea level, not from home."""
+        return self.frame in AMSL_FRAMES
+
+    def level_m(self, frame: LocalFrame) -> tuple[float, float]:
+        """Its place in a local frame, north and east."""
+        return frame.to_local(GeoPoint(self.x / 1e7, self.y / 1e7, 0.0))[:2]
 
 
 class MissionState(IntEnum):

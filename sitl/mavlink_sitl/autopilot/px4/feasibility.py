@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.common.auto import AMSL_FRAMES
 from mavlink_sitl.autopilot.plans.plan_rules import PX4_DEVICES
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Severity
@@ -94,8 +93,8 @@ class Feasibility:
             return True
         home_down_m = vehicle.navigator.home_ned_m()[2]
         for number, item in enumerate(items, 1):
-            north, east, _ = vehicle.navigator.frame.to_local(_point(item))
-            place = (north, east, home_down_m - _height_m(item, home))
+            level = item.level_m(vehicle.navigator.frame)
+            place = (*level, home_down_m - _height_m(item, home))
             if item.command in WITH_POSITION and vehicle.fence.broken_at(place):
                 text = f"Geofence violation for waypoint {number}"
                 vehicle.say(Severity.CRITICAL, text)
@@ -126,10 +125,6 @@ class Feasibility:
         }.get(needs, True)
 
 
-def _point(item: PlanItem) -> GeoPoint:
-    return GeoPoint(item.x / 1e7, item.y / 1e7, 0.0)
-
-
 def _height_m(item: PlanItem, home: GeoPoint) -> float:
     """Above home."""
-    return item.z - (home.altitude_amsl_m if item.frame in AMSL_FRAMES else 0.0)
+    return item.z - (home.altitude_amsl_m if item.is_amsl else 0.0)

@@ -107,7 +107,9 @@ class Px4Mission(Px4Mode, Auto, ABC):
         self.vehicle.intend(RTL)
 
     def mission_changed(self) -> None:
-        """Another list: begin it, or loiter when there is none."""
+        """Another list, while it is flown: begin it, or loiter when there is none."""
+        if self.vehicle.mode is not self:
+            return
         if self.has_mission:
             self.start(self.vehicle.plans.current)
             return

@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.common.auto import AMSL_FRAMES
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
@@ -63,10 +61,18 @@ def _mission_landing(vehicle: Px4Vehicle) -> Place | None:
 
 def _place(vehicle: Px4Vehicle, item: PlanItem) -> Place:
     navigator = vehicle.navigator
-    north, east, _ = navigator.place_ned_m(GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))
-    if item.frame in AMSL_FRAMES:
-        return north, east, navigator.down_of_amsl(item.z)
-    return north, east, navigator.true_home_down_m() - item.z
+    from_home_m = navigator.true_home_down_m() - item.z
+    down_m = navigator.down_of_amsl(item.z) if item.is_amsl else from_home_m
+    return (*item.level_m(navigator.frame), down_m)
+
+
+def return_text(vehicle: Px4Vehicle, down_m: float, destination: Place) -> str:
+    """The text of a return of planes, rovers and boats that begins, to a height, NED."""
+    altitude_m = vehicle.navigator.origin.altitude_amsl_m - down_m
+    above_m = destination[2] - down_m
+    return (
+        f"RTL: start return at {math.ceil(altitude_m)} m ({math.ceil(above_m)} m above destination)"
+    )
 
 
 def return_down_m(vehicle: Px4Vehicle, destination: Place) -> float:

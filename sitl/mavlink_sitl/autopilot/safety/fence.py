@@ -15,7 +15,7 @@ from mavlink_sitl.autopilot.plans.plan_commands import CIRCLES, POLYGONS
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import Severity, Vector
-from mavlink_sitl.geodesy import GeoPoint, LocalFrame
+from mavlink_sitl.geodesy import LocalFrame
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
@@ -78,18 +78,13 @@ def areas_of(items: list[PlanItem], frame: LocalFrame) -> list[Area]:
         if item.command in POLYGONS:
             corners = max(int(item.params[0]), 1)
             group = items[place : place + corners]
-            areas.append(Area(inclusion, tuple(_place(i, frame) for i in group)))
+            areas.append(Area(inclusion, tuple(i.level_m(frame) for i in group)))
             place += corners
             continue
         if item.command in CIRCLES:
-            centre = _place(item, frame)
-            areas.append(Area(inclusion, centre=centre, radius_m=item.params[0]))
+            areas.append(Area(inclusion, centre=item.level_m(frame), radius_m=item.params[0]))
         place += 1
     return areas
-
-
-def _place(item: PlanItem, frame: LocalFrame) -> Point:
-    return frame.to_local(GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))[:2]
 
 
 def _names(kinds: int) -> str:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.geodesy import GeoPoint
-
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.common.commander import Commander
 
@@ -27,11 +25,10 @@ def nearest_rally_ned_m(vehicle: Commander) -> tuple[float, float, float] | None
         best_m = min(best_m, math.dist(here, home[:2]))
     best = None
     for item in vehicle.plans.rally.items:
-        point = GeoPoint(item.x / 1e7, item.y / 1e7, 0.0)
-        north, east, _ = vehicle.navigator.frame.to_local(point)
-        distance_m = math.dist(here, (north, east))
+        place = item.level_m(vehicle.navigator.frame)
+        distance_m = math.dist(here, place)
         if distance_m < best_m:
-            best, best_m = (north, east, home[2] - item.z), distance_m
+            best, best_m = (*place, home[2] - item.z), distance_m
     return best
 
 

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.messages import position_messages as position
 from mavlink_sitl.mavlink.messages.guided_target import global_target
-from mavlink_sitl.mavlink.messages.snapshot import (
-    Snapshot,
-    to_i16,
-    to_u16,
-)
-
-Builder = Callable[[Snapshot], Message | list[Message] | None]
+from mavlink_sitl.mavlink.messages.snapshot import Builder, Snapshot, never, to_i16, to_u16
+from mavlink_sitl.mavlink.messages.status_messages import servo_outputs
 
 
 def nav_controller_output(s: Snapshot) -> Message | None:
@@ -49,9 +42,7 @@ def servo_output_raw(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: steering on 1 and throttle on 3, or a plane's four surfaces."""
     own = dict(enumerate(s.instruments.servos_us(), 1))
     given = {**own, **s.vehicle.outputs.servos_us}
-    return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *(given.get(output, 0) for output in range(1, 17))
-    )
+    return servo_outputs(s, [given.get(output, 0) for output in range(1, 17)])
 
 
 def vfr_hud(s: Snapshot) -> Message:
@@ -68,21 +59,16 @@ def extended_sys_state(s: Snapshot) -> Message:
     )
 
 
-def _never(_: Snapshot) -> None:
-    """Accepted when asked for, and never sent."""
-    return
-
-
 _OWN: dict[int, Builder] = {
     36: servo_output_raw,
     62: nav_controller_output,
     74: vfr_hud,
-    85: _never,
+    85: never,
     87: position_target_global_int,
     245: extended_sys_state,
 }
 
-_DRIVEN = {**_OWN, 168: _never}
+_DRIVEN = {**_OWN, 168: never}
 """Without an airspeed there is no estimate of the wind"""
 
 BY_KIND: dict[str, dict[int, Builder]] = {"rover": _DRIVEN, "boat": _DRIVEN, "plane": _OWN}

@@ -78,9 +78,13 @@ def scaled_imu3(s: Snapshot) -> Message:
     return dialect.MAVLink_scaled_imu3_message(boot_ms(s), 0, 0, 0, 0, 0, 0, *_magnetic(s), 0)
 
 
+def pressure_hpa(altitude_amsl_m: float) -> float:
+    """The pressure of the standard atmosphere, up to 11 km."""
+    return SEA_LEVEL_HPA * math.pow(1.0 - LAPSE_1_M * min(altitude_amsl_m, 11_000.0), EXPONENT)
+
+
 def _pressure_hpa(s: Snapshot) -> float:
-    height_m = min(s.vehicle.navigator.here().altitude_amsl_m, 11_000.0)
-    return SEA_LEVEL_HPA * math.pow(1.0 - LAPSE_1_M * height_m, EXPONENT)
+    return pressure_hpa(s.vehicle.navigator.here().altitude_amsl_m)
 
 
 def _airspeed_pa(s: Snapshot) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from mavlink_sitl.autopilot.common.commander import Commander
@@ -15,6 +16,7 @@ from mavlink_sitl.exchange import (
     Vector,
 )
 from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.mavlink.codec import Message
 
 
 class Instruments(Protocol):
@@ -64,6 +66,15 @@ class Snapshot(NamedTuple):
     airspeed_m_s: float | None
     """Of who measures it"""
     instruments: Instruments
+
+
+Builder = Callable[[Snapshot], Message | list[Message] | None]
+"""Makes a message, or none where there is nothing to say"""
+
+
+def never(_: Snapshot) -> None:
+    """For messages that are accepted when asked for, and never sent."""
+    return
 
 
 def to_int(value: float, low: int, high: int) -> int:

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Sequence
 
 from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.common.commander import Commander
+from mavlink_sitl.autopilot.devices.outputs import OUTPUTS
 from mavlink_sitl.exchange import FurtherBattery
 from mavlink_sitl.mavlink.codec import Extended, Message, dialect
 from mavlink_sitl.mavlink.messages.snapshot import (
@@ -199,8 +201,14 @@ def servo_output_raw(s: Snapshot) -> Message:
     assert isinstance(vehicle, Copter)
     motors = vehicle.motor_test.outputs_us() if vehicle.motor_test.running else [min(raw, 2000)] * 4
     others = [vehicle.outputs.servos_us.get(output, 0) for output in range(5, 17)]
+    return servo_outputs(s, [*motors, *others])
+
+
+def servo_outputs(s: Snapshot, outputs_us: Sequence[int], rest_us: int = 0) -> Message:
+    """SERVO_OUTPUT_RAW of the first outputs; those behind them are at rest."""
+    rest = [rest_us] * (OUTPUTS - len(outputs_us))
     return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *motors, *others
+        s.time_boot_us & 0xFFFFFFFF, 0, *outputs_us, *rest
     )
 
 

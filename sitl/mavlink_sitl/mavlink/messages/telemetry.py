@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from mavlink_sitl.mavlink.codec import Message
 from mavlink_sitl.mavlink.messages import position_messages as position
 from mavlink_sitl.mavlink.messages import range_messages as ranges
 from mavlink_sitl.mavlink.messages import sensor_messages as sensors
@@ -14,9 +11,9 @@ from mavlink_sitl.mavlink.messages.guided_target import (
     position_target_local_ned,
 )
 from mavlink_sitl.mavlink.messages.kind_messages import for_kinds
-from mavlink_sitl.mavlink.messages.snapshot import Snapshot
+from mavlink_sitl.mavlink.messages.snapshot import Builder
 
-BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
+BUILDERS: dict[int, Builder] = {
     0: status.heartbeat,
     1: status.sys_status,
     2: status.system_time,

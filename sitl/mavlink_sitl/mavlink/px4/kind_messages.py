@@ -7,7 +7,6 @@ and POSITION_TARGET_LOCAL_NED can be asked for, and never come.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit
 from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint
@@ -15,12 +14,16 @@ from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
 from mavlink_sitl.autopilot.px4.plane.plane_modes import Hold, PlaneMode
 from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
 from mavlink_sitl.mavlink.codec import Message, dialect
-from mavlink_sitl.mavlink.messages import position_messages as position
-from mavlink_sitl.mavlink.messages.snapshot import Snapshot, boot_ms, place_e7
+from mavlink_sitl.mavlink.messages import status_messages as status
+from mavlink_sitl.mavlink.messages.snapshot import (
+    Builder,
+    Snapshot,
+    boot_ms,
+    never,
+    place_e7,
+)
 from mavlink_sitl.mavlink.px4 import messages
-
-Builder = Callable[[Snapshot], Message | list[Message] | None]
-DISARMED_US = 900
+from mavlink_sitl.mavlink.px4.messages import DISARMED_US
 
 
 def drive_outputs(s: Snapshot) -> Message:
@@ -29,9 +32,7 @@ def drive_outputs(s: Snapshot) -> Message:
     if s.vehicle.armed:
         steering, _, throttle, _ = s.instruments.servos_us()
         outputs = [steering, throttle]
-    return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *outputs, *[DISARMED_US] * 14
-    )
+    return status.servo_outputs(s, outputs, DISARMED_US)
 
 
 def drive_target(s: Snapshot) -> Message | None:
@@ -60,16 +61,12 @@ def surface_outputs(s: Snapshot) -> Message:
     outputs = [DISARMED_US] * 4
     if s.vehicle.armed:
         outputs = [aileron, elevator, rudder, throttle]
-    return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *outputs, *[DISARMED_US] * 12
-    )
+    return status.servo_outputs(s, outputs, DISARMED_US)
 
 
 def attitude_target(s: Snapshot) -> Message:
-    """ATTITUDE_TARGET: the attitude loop is fast, so it is where the vehicle is."""
-    return dialect.MAVLink_attitude_target_message(
-        boot_ms(s), 0, position.quaternion(s.motion), *s.motion[9:12], min(s.throttle_fraction, 1.0)
-    )
+    """ATTITUDE_TARGET of a plane."""
+    return messages.attitude_target(s, s.throttle_fraction)
 
 
 def path_target(s: Snapshot) -> Message | None:
@@ -134,8 +131,8 @@ def circle_status(s: Snapshot) -> Message | None:
 
 _DRIVE: dict[int, Builder] = {
     36: drive_outputs,
-    83: messages.never,
-    85: messages.never,
+    83: never,
+    85: never,
     87: drive_target,
 }
 _FLY: dict[int, Builder] = {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
@@ -13,12 +12,15 @@ from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import GRAVITY_M_S2, Motors
 from mavlink_sitl.mavlink.codec import Message, Raw, dialect
 from mavlink_sitl.mavlink.files import component_metadata
+from mavlink_sitl.mavlink.messages import kind_messages, telemetry
 from mavlink_sitl.mavlink.messages import position_messages as position
+from mavlink_sitl.mavlink.messages import sensor_messages as sensors
 from mavlink_sitl.mavlink.messages import status_messages as status
-from mavlink_sitl.mavlink.messages import telemetry
 from mavlink_sitl.mavlink.messages.snapshot import (
+    Builder,
     Snapshot,
     boot_ms,
+    never,
     place_e7,
     to_i32,
     to_int,
@@ -27,6 +29,7 @@ from mavlink_sitl.mavlink.messages.snapshot import (
 from mavlink_sitl.mavlink.px4 import remote_id
 
 NAN = math.nan
+DISARMED_US = 900
 HOVER_THRUST = 0.48
 """Thrust 0..1 in hover, of ATTITUDE_TARGET and VFR_HUD"""
 
@@ -127,11 +130,6 @@ def battery_status(s: Snapshot) -> Message:
     )
 
 
-def extended_sys_state(s: Snapshot) -> Message:
-    """EXTENDED_SYS_STATE: no VTOL."""
-    return dialect.MAVLink_extended_sys_state_message(0, int(s.vehicle.landed_state))
-
-
 def estimator_status(s: Snapshot) -> Message:
     """ESTIMATOR_STATUS."""
     vehicle = firmware_of(s)
@@ -148,9 +146,15 @@ def estimator_status(s: Snapshot) -> Message:
     )
 
 
-def attitude_target(s: Snapshot) -> Message:
-    """ATTITUDE_TARGET: the attitude loop is fast, so it is where the vehicle is."""
-    thrust = max(s.thrust_over_hover * HOVER_THRUST, 0.001)
+def attitude_target(s: Snapshot, thrust: float | None = None) -> Message:
+    """ATTITUDE_TARGET: the attitude loop is fast, so it is where the vehicle is.
+
+    Args:
+        s: the vehicle.
+        thrust: 0..1; that of a multicopter's motors if left out.
+    """
+    if thrust is None:
+        thrust = max(s.thrust_over_hover * HOVER_THRUST, 0.001)
     return dialect.MAVLink_attitude_target_message(
         boot_ms(s), 0, position.quaternion(s.motion), *s.motion[9:12], min(thrust, 1.0)
     )
@@ -239,7 +243,7 @@ def highres_imu(s: Snapshot) -> Message:
     flies = isinstance(s.vehicle, Px4Copter) and s.vehicle.guidance.motors is Motors.FLY
     lift = s.thrust_over_hover if flies else 1.0
     c, yaw = math.cos(m.pitch_rad), m.yaw_rad
-    pressure = 1013.25 * (1.0 - 2.25577e-5 * altitude) ** 5.25588
+    pressure = sensors.pressure_hpa(altitude)
     return dialect.MAVLink_highres_imu_message(
         s.time_boot_us,
         0.0,
@@ -300,12 +304,10 @@ def vfr_hud(s: Snapshot) -> Message:
 
 def servo_output_raw(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: 900 disarmed, near 1480 in hover."""
-    raw = 900
+    raw = DISARMED_US
     if s.vehicle.armed:
         raw = to_int(1000.0 + 480.0 * max(s.thrust_over_hover, 0.0), 1000, 2000)
-    return dialect.MAVLink_servo_output_raw_message(
-        s.time_boot_us & 0xFFFFFFFF, 0, *[raw] * 4, *[900] * 12
-    )
+    return status.servo_outputs(s, [raw] * 4, DISARMED_US)
 
 
 def scaled_pressure(s: Snapshot) -> Message:
@@ -356,12 +358,7 @@ def metadata(s: Snapshot) -> Message:
     return component_metadata.message(boot_ms(s), s.vehicle.parameters.table)
 
 
-def never(_: Snapshot) -> None:
-    """Accepted when asked for, and never sent."""
-    return
-
-
-BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
+BUILDERS: dict[int, Builder] = {
     0: heartbeat,
     1: sys_status,
     2: status.system_time,
@@ -389,7 +386,7 @@ BUILDERS: dict[int, Callable[[Snapshot], Message | list[Message] | None]] = {
     231: wind_cov,
     241: status.vibration,
     242: home_position,
-    245: extended_sys_state,
+    245: kind_messages.extended_sys_state,
     300: protocol_version,
     330: telemetry.BUILDERS.get(330, lambda _: None),
     331: odometry,

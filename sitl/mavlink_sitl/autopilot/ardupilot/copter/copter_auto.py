@@ -9,15 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.copter.copter_curves import (
-    CircleTask,
-    LoiterToAltitude,
-    Spline,
-)
 from mavlink_sitl.autopilot.ardupilot.copter.copter_tasks import (
+    CircleTask,
     FlyTo,
     LandAt,
     LegAuto,
+    LoiterToAltitude,
     ReturnHome,
     TakeOffTask,
 )
@@ -32,6 +29,8 @@ if TYPE_CHECKING:
 
 SPEEDS = {"WPNAV_SPEED": 1, "WPNAV_SPEED_UP": 2, "WPNAV_SPEED_DN": 3}
 """The parameters of the speeds, and SPEED_TYPE"""
+STRAIGHT = (Cmd.WAYPOINT, Cmd.SPLINE, Cmd.LOITER_TIME, Cmd.LOITER_UNLIM)
+"""The items that are flown to in a straight line, also a spline"""
 ROI = frozenset((Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE))
 
 
@@ -103,11 +102,9 @@ class CopterAuto(LegAuto):
         elif command == Cmd.RTL:
             self.task = ReturnHome(self, item)
         elif command in (Cmd.LAND, Cmd.VTOL_LAND):
-            self.task = LandAt(self, item, start, target, moves=bool(item.x or item.y))
+            self.task = LandAt(self, item, start, target, moves=item.has_place)
         elif command == Cmd.LOITER_TURNS:
             self.task = CircleTask(self, item, start, target)
-        elif command == Cmd.SPLINE:
-            self.task = Spline(self, item, start, target, self._next_place(target))
         elif command == Cmd.LOITER_TO_ALT:
             self.task = LoiterToAltitude(self, item, start, target)
         else:
@@ -117,27 +114,15 @@ class CopterAuto(LegAuto):
 
     def _start_point(self) -> Vector:
         """Where the next leg begins: at the end of the last, or where the vehicle can stop."""
-        if isinstance(self.task, (FlyTo, TakeOffTask, Spline)):
+        if isinstance(self.task, (FlyTo, TakeOffTask)):
             return self.task.target
         return stopping_point(self.vehicle)
 
-    def _next_item(self) -> PlanItem | None:
-        """The item after this one, if it is one to fly to without stopping here."""
-        place = self.vehicle.plans.current
-        # A look ahead must not use up jumps.
-        for _, item in self._walk(place + 1, dict(self.vehicle.plans.jumps)):
-            if item.command in (Cmd.WAYPOINT, Cmd.SPLINE, Cmd.LOITER_TIME, Cmd.LOITER_UNLIM):
-                return item
-        return None
-
-    def _next_place(self, instead: Vector) -> Vector | None:
-        item = self._next_item()
-        return None if item is None else self.place_of(item, instead)
-
     def following_leg(self) -> FlyTo | None:
-        """The leg to the next item, if that is flown straight and without stopping here."""
-        item = self._next_item()
-        if item is None or item.command == Cmd.SPLINE:
+        """The leg to the next item, if that is flown to without stopping here."""
+        straight = (i for i in self.following_items() if i.command in STRAIGHT)
+        item = next(straight, None)
+        if item is None:
             return None
         return FlyTo(self, item, self._target, self.place_of(item, self._target))
 

@@ -12,8 +12,13 @@ from mavlink_sitl.autopilot.ardupilot.copter.guided import (
     TAKEOFF_MARGIN_M,
     TAKEOFF_SPEED_M_S,
 )
-from mavlink_sitl.autopilot.ardupilot.copter.rtl import ReturnToLaunch, stopping_point
+from mavlink_sitl.autopilot.ardupilot.copter.rtl import (
+    ReturnToLaunch,
+    stopping_point,
+    wpnav_jerk_m_s3,
+)
 from mavlink_sitl.autopilot.common.auto import Auto, AutoTask
+from mavlink_sitl.autopilot.control.circle import Orbit, circle_radius_m, circle_rate_rad_s
 from mavlink_sitl.autopilot.control.track import LegTrack, TrackLeg
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.exchange import Vector, YawMode
@@ -23,6 +28,7 @@ LEAST_CLIMB_M = 1.0
 """Of a take-off from the ground"""
 ALLOW_TAKEOFF = 2
 """Bit of AUTO_OPTIONS: no raised throttle needed for the take-off"""
+HEIGHT_REACHED_M = 0.05
 
 
 class LegAuto(Auto):
@@ -40,16 +46,9 @@ class CopterTask(AutoTask):
 
     def follow(self, place: Vector, velocity: Vector, acceleration: Vector, begins: bool) -> None:
         """Hand on a moving reference, NED; the nose looks where it goes."""
-        guidance = self.auto.hold_guidance().at(place).moving(velocity, acceleration)
-        self.auto.guide(
-            replace(
-                guidance,
-                restart_xy=begins,
-                restart_z=begins,
-                unshaped=True,
-                yaw_mode=YawMode.LOOK_AHEAD,
-            )
-        )
+        guidance = self.auto.hold_guidance().exactly(place, velocity, acceleration)
+        ahead = YawMode.LOOK_AHEAD
+        self.auto.guide(replace(guidance, restart_xy=begins, restart_z=begins, yaw_mode=ahead))
 
 
 class TakeOffTask(CopterTask):
@@ -107,17 +106,15 @@ class FlyTo(CopterTask):
         self.leg = self._leg_from(start)
         self.track = LegTrack(self.leg, self.vehicle.now_s)
         self.following: FlyTo | None = None
-        self._arrived_s: float | None = None
         self._restarted = True
         self.stay_s = max(item.params[0], 0.0)
         if item.command == Cmd.LOITER_UNLIM:
             self.stay_s = math.inf
 
-    def _jerk_m_s3(self) -> float:
-        return max(self.vehicle.parameters["WPNAV_JERK"], 0.1)
-
     def _leg_from(self, start: Vector) -> TrackLeg:
-        return TrackLeg(start, self.target, self.vehicle.navigator.limits(), self._jerk_m_s3())
+        return TrackLeg(
+            start, self.target, self.vehicle.navigator.limits(), wpnav_jerk_m_s3(self.vehicle)
+        )
 
     def continue_from(self, old: FlyTo) -> None:
         """Round the corner from the leg before."""
@@ -158,7 +155,9 @@ class FlyTo(CopterTask):
             if self.following is not None:
                 radius = copter.parameters["WPNAV_RADIUS"] / 100.0
                 self.track.offer(self.following.leg, radius, copter.now_s)
-        self.track.advance(copter.now_s, self.auto.paused, copter.motion, self._jerk_m_s3())
+        self.track.advance(
+            copter.now_s, self.auto.paused, copter.motion, wpnav_jerk_m_s3(self.vehicle)
+        )
         position, velocity, acceleration = self.track.at(copter.now_s)
         self.follow(position, velocity, acceleration, begins=self._restarted)
         self._restarted = False
@@ -170,13 +169,60 @@ class FlyTo(CopterTask):
             return False
         if self.stay_s == 0.0 and self.following is not None:
             return True
-        if self._arrived_s is None:
-            motion = copter.motion
-            radius = copter.parameters["WPNAV_RADIUS"] / 100.0
-            if math.dist(motion[:3], self.target) > radius:
-                return False
-            self._arrived_s = copter.now_s
-        return copter.now_s - self._arrived_s >= self.stay_s
+        radius = copter.parameters["WPNAV_RADIUS"] / 100.0
+        return self.stayed(math.dist(copter.motion[:3], self.target) <= radius, self.stay_s)
+
+
+class CircleTask(CopterTask):
+    """Round a place, a number of turns; first to the nearest point of the circle.
+
+    Args:
+        item: the item: param1 turns, param3 radius (negative: against the clock).
+        start: where the way begins, NED metres.
+        centre: NED metres.
+    """
+
+    def __init__(self, auto: LegAuto, item: PlanItem, start: Vector, centre: Vector) -> None:
+        super().__init__(auto, item)
+        rate = math.copysign(abs(circle_rate_rad_s(self.vehicle)), item.params[2])
+        radius_m = abs(item.params[2]) or circle_radius_m(self.vehicle)
+        angle = math.atan2(start[1] - centre[1], start[0] - centre[0])
+        self._orbit = Orbit(self.vehicle, centre, radius_m, rate, angle)
+        way = replace(item, command=Cmd.LOITER_UNLIM)
+        self._way = FlyTo(auto, way, start, self._orbit.point())
+        self._round = False
+
+    def update(self) -> None:
+        """To the edge, then round."""
+        if not self._round:
+            self._way.update()
+            self._round = self._way.track.passed(self.vehicle.now_s)
+            self._orbit.begin()
+            return
+        self.auto.guide(self._orbit.go_on(self.auto.hold_guidance()))
+
+    def finished(self) -> bool:
+        """When all turns are done."""
+        return self._orbit.turned_rad >= max(self.item.params[0], 0.0) * math.tau
+
+
+class LoiterToAltitude(FlyTo):
+    """To a place, and there to a height: ends as soon as that is passed or met."""
+
+    _above: bool | None = None
+
+    def __init__(self, auto: LegAuto, item: PlanItem, start: Vector, target: Vector) -> None:
+        super().__init__(auto, item, start, target)
+        self.stay_s = math.inf
+
+    def finished(self) -> bool:
+        """There, and at the height."""
+        if not self.track.passed(self.vehicle.now_s):
+            return False
+        above_m = self.target[2] - self.vehicle.motion.down_m
+        passed = self._above is not None and self._above != (above_m > 0.0)
+        self._above = above_m > 0.0
+        return passed or abs(above_m) < HEIGHT_REACHED_M
 
 
 class ReturnHome(CopterTask):

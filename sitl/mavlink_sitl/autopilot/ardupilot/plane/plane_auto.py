@@ -75,8 +75,7 @@ class GlideAuto(ItemAuto):
         self.vehicle.say(Severity.INFO, "Mission complete, changing mode to RTL")
 
     def _begin(self, item: PlanItem) -> None:
-        m, command = self.vehicle.motion, item.command
-        here = (m.north_m, m.east_m, m.down_m)
+        here, command = self.vehicle.motion[:3], item.command
         start = self._leg_end or here
         target = self.place_of(item, here)
         self._leg_end = target if command in PLACED else None
@@ -96,11 +95,9 @@ class GlideAuto(ItemAuto):
 
     def _place_after(self) -> Vector | None:
         """Where the item after the one in force is, if it has a place."""
-        plans, m = self.vehicle.plans, self.vehicle.motion
-        # A look ahead must not use up jumps.
-        for _, item in self._walk(plans.current + 1, dict(plans.jumps)):
-            if item.command in PLACED and (item.x or item.y):
-                return self.place_of(item, (m.north_m, m.east_m, m.down_m))
+        for item in self.following_items():
+            if item.command in PLACED and item.has_place:
+                return self.place_of(item, self.vehicle.motion[:3])
         return None
 
     def jump_to(self, place: int) -> None:
@@ -111,7 +108,7 @@ class GlideAuto(ItemAuto):
     def place_of(self, item: PlanItem, instead: Vector) -> Vector:
         """See `Auto`; where a waypoint or a landing is given, a height of 0 is meant."""
         north, east, down = Auto.place_of(self, item, instead)
-        if item.command in (Cmd.WAYPOINT, Cmd.LAND) and (item.x or item.y):
+        if item.command in (Cmd.WAYPOINT, Cmd.LAND) and item.has_place:
             down = self._down_m(item)
         return north, east, down
 
@@ -125,8 +122,8 @@ class GlideAuto(ItemAuto):
             if place < self._first or item.command != Cmd.LAND_START:
                 continue
             where = item
-            if not (item.x or item.y):
-                following = (i for i in items[place:] if i.command in PLACED and (i.x or i.y))
+            if not item.has_place:
+                following = (i for i in items[place:] if i.command in PLACED and i.has_place)
                 where = next(following, item)
                 if where is item:
                     continue

@@ -9,7 +9,6 @@ from mavlink_sitl.autopilot.plans.plans import Cmd
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
 from mavlink_sitl.autopilot.safety.fence import Fence, areas_of
 from mavlink_sitl.exchange import Severity, Vector
-from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
@@ -199,7 +198,7 @@ class PlaneFence(Fence):
         frame = self._vehicle.navigator.frame
         for item in items:
             if item.command == Cmd.FENCE_RETURN_POINT:
-                return frame.to_local(GeoPoint(item.x / 1e7, item.y / 1e7, 0.0))[:2]
+                return item.level_m(frame)
         for area in areas_of(items, frame):
             if area.inclusion and area.corners:
                 norths, easts = zip(*area.corners, strict=True)

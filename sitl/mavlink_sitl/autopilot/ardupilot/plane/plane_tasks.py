@@ -205,7 +205,6 @@ class GoRound(GlideTask):
         usual = abs(self.vehicle.parameters["WP_LOITER_RAD"])
         keeps_usual = item.command == Cmd.LOITER_TIME or abs(given) <= 1.0
         self._radius_m = math.copysign(usual if keeps_usual else abs(given), given)
-        self._there_s: float | None = None
         self._turned_rad = self._bearing = 0.0
         self._leaving = False
 

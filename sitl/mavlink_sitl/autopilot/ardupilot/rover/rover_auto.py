@@ -44,7 +44,6 @@ class DriveTo(AutoTask):
         self._wait_s = max(item.params[0], 0.0) if waits else 0.0
         self._stops = last or self._wait_s > 0.0
         self._endless = item.command == Cmd.LOITER_UNLIM
-        self._there_since_s: float | None = None
         self.begin(speed_m_s)
 
     def begin(self, speed_m_s: float) -> None:
@@ -66,11 +65,7 @@ class DriveTo(AutoTask):
 
     def finished(self) -> bool:
         """Whether it is there, and has waited."""
-        if not self.route.reached or self._endless:
-            return False
-        if self._there_since_s is None:
-            self._there_since_s = self.vehicle.now_s
-        return self.vehicle.now_s - self._there_since_s >= self._wait_s
+        return not self._endless and self.stayed(self.route.reached, self._wait_s)
 
 
 class Obey(AutoTask):
@@ -145,10 +140,6 @@ class DriveAuto(DriveMode, Auto):
             self._bounds = (max(item.params[0], 0.0), max(item.params[3], 0.0))
         return super()._do(item, begins)
 
-    def _speed(self) -> float:
-        m = self.vehicle.motion
-        return m.speed_m_s
-
     def _say_reached(self, place: int, item: PlanItem) -> None:
         if item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME):
             self.vehicle.say(Severity.INFO, f"Reached waypoint #{place}")
@@ -159,7 +150,7 @@ class DriveAuto(DriveMode, Auto):
         self.vehicle.say(Severity.NOTICE, "Mission Complete")
 
     def _begin(self, item: PlanItem) -> None:
-        m, rover = self.vehicle.motion, self.vehicle
+        rover, here = self.vehicle, self.vehicle.motion[:3]
         on_the_way = isinstance(self.task, DriveTo)
         if item.command == Cmd.DELAY:
             self.task = Delay(self, item)
@@ -167,13 +158,11 @@ class DriveAuto(DriveMode, Auto):
         if item.command == Cmd.GUIDED_ENABLE:
             self.task = Obey(self, item, *self._bounds)
             return
-        here = (m.north_m, m.east_m, m.down_m)
         target = here
         if item.command == Cmd.RTL:
             target = rover.navigator.home_ned_m()
         elif item.command not in (Cmd.TAKEOFF, Cmd.LAND):
             target = self.place_of(item, here)
-        plans = rover.plans
-        following = self._walk(plans.current + 1, dict(plans.jumps))
-        last = not any(i.command in self.moving for _, i in following)
-        self.task = DriveTo(self, item, target, last, self._speed() if on_the_way else 0.0)
+        last = not any(i.command in self.moving for i in self.following_items())
+        speed_m_s = rover.motion.speed_m_s if on_the_way else 0.0
+        self.task = DriveTo(self, item, target, last, speed_m_s)

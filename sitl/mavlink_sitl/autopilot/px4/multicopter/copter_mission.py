@@ -85,7 +85,6 @@ class GoTo(Px4Task):
         super().__init__(mission, item)
         self.target = target
         self._turning_since_s = self.vehicle.now_s if turn_first else None
-        self._arrived_s: float | None = None
         self._stay_s = max(item.params[0], 0.0) if math.isfinite(item.params[0]) else 0.0
         if item.command == Cmd.LOITER_UNLIM:
             self._stay_s = math.inf
@@ -128,11 +127,7 @@ class GoTo(Px4Task):
 
     def finished(self) -> bool:
         """There, for long enough."""
-        if not self.vehicle.in_flight:
-            return False
-        if self._arrived_s is None and self._near():
-            self._arrived_s = self.vehicle.now_s
-        return self._arrived_s is not None and self.vehicle.now_s - self._arrived_s >= self._stay_s
+        return self.vehicle.in_flight and self.stayed(self._near(), self._stay_s)
 
 
 class ClimbTo(GoTo):

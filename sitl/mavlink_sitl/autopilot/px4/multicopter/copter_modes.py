@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.px4.mode import HoldMode, Px4Mode, TakeoffMode
 from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
+from mavlink_sitl.autopilot.state.setpoint import turned
 from mavlink_sitl.exchange import ZERO, Guidance, Severity, Vector, YawMode
 
 if TYPE_CHECKING:
@@ -298,8 +299,7 @@ class Manual(CopterMode):
         right = sticks.roll * p["MPC_VEL_MANUAL"]
         up = (sticks.throttle - 0.5) * 2.0
         up *= p["MPC_Z_VEL_MAX_UP"] if up > 0.0 else p["MPC_Z_VEL_MAX_DN"]
-        c, s = math.cos(yaw), math.sin(yaw)
-        return (forward * c - right * s, forward * s + right * c, -up), sticks.yaw
+        return turned((forward, right, -up), yaw), sticks.yaw
 
     def wants_to_lift(self) -> bool:
         """With the throttle above the centre."""

@@ -94,7 +94,7 @@ class Px4Plane(Px4Vehicle):
         return all(
             approach_is_good(self, before, auto.place_of(before, here), auto.place_of(item, here))
             for before, item in pairwise(items)
-            if item.command == Cmd.LAND and (before.x or before.y)
+            if item.command == Cmd.LAND and before.has_place
         )
 
     def takeoff_m_s(self) -> float:

@@ -10,7 +10,7 @@ from mavlink_sitl.autopilot.px4.navigation import within
 from mavlink_sitl.autopilot.px4.plane import path_guidance
 from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint, Point
 from mavlink_sitl.autopilot.px4.plane.plane_modes import PlaneMode
-from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m
+from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_text
 from mavlink_sitl.exchange import Motors, Severity, Vector
 from mavlink_sitl.guidance import GlideGuidance
 
@@ -134,13 +134,7 @@ class Return(PlaneMode):
         self._since_s = math.inf
         self._descent: Descent | None = None
         if plane.in_flight:
-            altitude = plane.navigator.origin.altitude_amsl_m - self._down_m
-            above = self._goal[2] - self._down_m
-            plane.say(
-                Severity.INFO,
-                f"RTL: start return at {math.ceil(altitude)} m "
-                f"({math.ceil(above)} m above destination)",
-            )
+            plane.say(Severity.INFO, return_text(plane, self._down_m, self._goal))
         self.update()
 
     def _landing_entrance(self) -> Vector | None:
@@ -154,7 +148,7 @@ class Return(PlaneMode):
             if item.command == Cmd.LAND and before is not None:
                 landing = auto.place_of(item, self._goal)
                 return before if math.dist(landing[:2], self._goal[:2]) < 1.0 else None
-            if item.command in auto.moving and (item.x or item.y):
+            if item.command in auto.moving and item.has_place:
                 before = auto.place_of(item, self._goal)
         return None
 

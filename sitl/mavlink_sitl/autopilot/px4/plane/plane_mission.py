@@ -63,8 +63,6 @@ class FlyOver(PlaneTask):
 class CircleTask(PlaneTask):
     """Round a place: forever, for a time, or until a height is reached."""
 
-    _since_s: float | None = None
-
     def _radius_m(self) -> float:
         given = self.item.params[1 if self.item.command == Cmd.LOITER_TO_ALT else 2]
         usable = math.isfinite(given) and given != 0.0
@@ -84,9 +82,7 @@ class CircleTask(PlaneTask):
     def finished(self) -> bool:
         """There for long enough."""
         reached = self.auto.near_circle(self.target[:2], self._radius_m())
-        if self._since_s is None and reached and self.auto.at_height(self.target[2]):
-            self._since_s = self.vehicle.now_s
-        return self._since_s is not None and self.vehicle.now_s - self._since_s >= self._lasts_s()
+        return self.stayed(reached and self.auto.at_height(self.target[2]), self._lasts_s())
 
 
 class ClimbOut(PlaneTask):

@@ -52,7 +52,6 @@ class DriveTo(AutoTask):
         self.target = target
         wait = item.params[0] if item.command in _WAITING else 0.0
         self._wait_s = max(wait, 0.0) if math.isfinite(wait) else 0.0
-        self._there_s: float | None = None
         rover, arrival, accept = self.vehicle, 0.0, self.vehicle.accept_m()
         if after is not None and self._wait_s == 0.0 and item.command not in _ENDLESS:
             angle = corner_rad(start, target, after)
@@ -70,9 +69,7 @@ class DriveTo(AutoTask):
         if way is None or not self.vehicle.in_flight or self.item.command in _ENDLESS:
             return False
         near = math.dist(self.vehicle.motion[:2], self.target) <= way.accept_m
-        if self._there_s is None and near:
-            self._there_s = self.vehicle.now_s
-        return self._there_s is not None and self.vehicle.now_s - self._there_s >= self._wait_s
+        return self.stayed(near, self._wait_s)
 
 
 def corner_radius_m(rover: Px4Rover, angle_rad: float) -> float:
@@ -123,10 +120,7 @@ class RoverMission(DriveMode, Px4Mission):
     def _begin_moving(self, item: PlanItem) -> None:
         start = self.task.target if isinstance(self.task, DriveTo) else self.level()
         target = self._place(item, start)
-        plans = self.vehicle.plans
-        following = self._walk(plans.current + 1, dict(plans.jumps))
-        places = (
-            self._place(i, target) for _, i in following if i.command in self.moving - {Cmd.RTL}
-        )
-        after = next(places, None)
+        goes_to = self.moving - {Cmd.RTL}
+        following = (i for i in self.following_items() if i.command in goes_to)
+        after = next((self._place(i, target) for i in following), None)
         self.task = DriveTo(self, item, start, target, None if after == target else after)

@@ -14,7 +14,11 @@ from mavlink_sitl.autopilot.px4.mode import (
     given,
 )
 from mavlink_sitl.autopilot.px4.rover.pursuit import PurePursuit
-from mavlink_sitl.autopilot.px4.safe_points import destination_ned_m, return_down_m
+from mavlink_sitl.autopilot.px4.safe_points import (
+    destination_ned_m,
+    return_down_m,
+    return_text,
+)
 from mavlink_sitl.exchange import Motors, Severity, Vector, YawMode
 from mavlink_sitl.guidance import DriveGuidance
 
@@ -126,14 +130,8 @@ class Return(DriveMode):
         self.way = PurePursuit(rover, place[:2], self.level())
         if not rover.armed:
             return
-        down = return_down_m(rover, place)
-        height, altitude = place[2] - down, rover.navigator.origin.altitude_amsl_m - down
         rover.say(Severity.INFO, "RTL: land at destination")
-        rover.say(
-            Severity.INFO,
-            f"RTL: start return at {math.ceil(altitude)} m "
-            f"({math.ceil(height)} m above destination)",
-        )
+        rover.say(Severity.INFO, return_text(rover, return_down_m(rover, place), place))
 
 
 class Manual(DriveMode):
