@@ -1,45 +1,61 @@
 """Start the navigation server: ``ros2 launch drone_navigation navigation_server.launch.py``.
 
-``nav2:=true`` also starts `navigation_nav2`, for clients of Nav2.
+``ros2 launch drone_navigation navigation_server.launch.py --show-args`` lists the arguments.
 """
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.conditions import IfCondition, UnlessCondition
-from launch.substitutions import EqualsSubstitution, LaunchConfiguration
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+RESPAWN_DELAY_S = 2.0
+SWITCH = ("false", "true")
+LEVELS = ("debug", "info", "warn", "error", "fatal")
+ARGUMENTS = (
+    ("config", "", None, "ROS parameter file; without it and link, the simulator's set-up"),
+    ("link", "", None, "URL of the link to the vehicle, instead of the file's"),
+    ("namespace", "", None, "namespace of all nodes; the parameter file must name it, or use /**"),
+    ("nav2", "false", SWITCH, "serve clients of Nav2, too"),
+    ("console", "false", SWITCH, "serve the page for browsers, too; its address is logged"),
+    ("respawn", "false", SWITCH, "start a node again that has ended; no goal is resumed"),
+    ("log_level", "info", LEVELS, "least severe messages to log"),
+    ("use_sim_time", "false", SWITCH, "stamp messages by /clock"),
+)
+"""Name, default, choices and description"""
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the server with a parameter file, or with the simulator's set-up without one."""
-    config = LaunchConfiguration("config")
-    without = EqualsSubstitution(config, "")
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument(
-                "config", default_value="", description="ROS parameter file of the server"
-            ),
-            DeclareLaunchArgument(
-                "nav2", default_value="false", description="serve clients of Nav2, too"
-            ),
-            Node(
-                package="drone_navigation",
-                executable="navigation_nav2",
-                output="screen",
-                condition=IfCondition(LaunchConfiguration("nav2")),
-            ),
-            Node(
-                package="drone_navigation",
-                executable="navigation_server",
-                output="screen",
-                condition=IfCondition(without),
-            ),
-            Node(
-                package="drone_navigation",
-                executable="navigation_server",
-                output="screen",
-                parameters=[config],
-                condition=UnlessCondition(without),
-            ),
-        ]
-    )
+    """Return the server with its arguments, and the nodes beside it that are asked for."""
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, choices=choices, description=text)
+        for name, default, choices, text in ARGUMENTS
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=_nodes)])
+
+
+def _nodes(context: LaunchContext) -> list[Node]:
+    value = {name: LaunchConfiguration(name).perform(context) for name, *_ in ARGUMENTS}
+    of_ros = ["--log-level", value["log_level"]]
+    if value["use_sim_time"] == "true":
+        of_ros += ["-p", "use_sim_time:=true"]
+    server = [
+        word for name in ("config", "link") if value[name] for word in (f"--{name}", value[name])
+    ]
+    wanted = [("navigation_server", server)]
+    if value["nav2"] == "true":
+        wanted.append(("navigation_nav2", []))
+    if value["console"] == "true":
+        wanted.append(("navigation_console", ["--no-browser"]))
+    return [
+        Node(
+            package="drone_navigation",
+            executable=executable,
+            namespace=value["namespace"],
+            arguments=arguments,
+            ros_arguments=of_ros,
+            respawn=value["respawn"] == "true",
+            respawn_delay=RESPAWN_DELAY_S,
+            output="screen",
+        )
+        for executable, arguments in wanted
+    ]
