@@ -275,6 +275,7 @@ NAMES_RULED_OUT = {
 }
 _RULED_OUT = re.compile(rf"(?:^|_)(?:{'|'.join(NAMES_RULED_OUT)})s?(?:_|$)")
 
+
 def _snake(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
 
