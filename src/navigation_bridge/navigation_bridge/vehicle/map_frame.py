@@ -9,7 +9,7 @@ from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
 from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
 from mavlink_vehicle.profiles import profile_for
 from mavlink_vehicle.state.reducer import VehicleState
-from mavlink_vehicle.state.telemetry import GlobalPosition, Home
+from mavlink_vehicle.state.telemetry import GlobalPosition, Home, Origin
 from navigation_core.geometry import Vector3
 
 # MAV_TYPE_GROUND_ROVER and MAV_TYPE_SURFACE_BOAT (minimal.xml).
@@ -41,6 +41,7 @@ class MapFrame:
         """Start without an origin."""
         self._finder = FrameFinder(None)
         self._vehicle: tuple[int, int] | None = None
+        self._reported: Origin | None = None
         self.frame: LocalFrame | None = None
         self._posed: tuple[VehicleState, LocalFrame | None, MapPose | None] | None = None
         self._home: tuple[Home, LocalFrame, Vector3] | None = None
@@ -59,10 +60,11 @@ class MapFrame:
         """Update from a new state; reset if the autopilot restarted or is identified."""
         vehicle = state.boot_count, state.autopilot
         if vehicle != self._vehicle:
-            self._vehicle = vehicle
+            self._vehicle, self._reported = vehicle, None
             self._finder = FrameFinder(profile_for(state.autopilot, state.vehicle_type).projection)
-        if state.origin is not None:
-            origin = state.origin
+        origin = state.origin
+        if origin is not None and origin is not self._reported:
+            self._reported = origin
             self._finder.take_origin(
                 (origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m)
             )
