@@ -264,10 +264,12 @@ class Bridge:
     def handle_timer(self, now: float) -> None:
         """Do what is due."""
         is_flown = self._engine.goal is not None and self.vehicle.heartbeats.alive
-        self.vehicle.answers.expect(is_flown, now)
+        if is_flown is not self.vehicle.answers.expected:
+            self.vehicle.answers.expect(is_flown, now)
         self.vehicle.handle_timer(now)
         self._events.handle(now)
-        self._parking.handle_timer(now)
+        if self._parking.deadline_s is not None:
+            self._parking.handle_timer(now)
         self._engine.turn(now)
         self.front.update(now)
 
@@ -275,7 +277,7 @@ class Bridge:
         """Return the time of the next call of :meth:`handle_timer`."""
         deadlines = (
             self.vehicle.next_deadline(),
-            self._parking.next_deadline(),
+            self._parking.deadline_s,
             self._engine.next_deadline(),
             self.front.next_deadline(),
         )

@@ -2,8 +2,8 @@
 
 A turn makes a :class:`Snapshot`, asks the rules (:mod:`navigation_bridge.rules.goal_rules`) in
 their order, then the task, and carries out the answer (:mod:`navigation_bridge.effects`). A goal
-begins in :meth:`Engine.begin` and ends in
-:meth:`Engine.end`, with the vehicle still under our control, or in :meth:`Engine.abandon`.
+begins in :meth:`Engine.begin` and ends in :meth:`Engine.end`, with the vehicle still under our
+control, or in :meth:`Engine.abandon`.
 """
 
 from __future__ import annotations
@@ -99,8 +99,7 @@ class Engine:
 
     def turn(self, now: float) -> None:
         """Do what is due: the task's replanning, its step, the features, feedback."""
-        snapshot: Snapshot | None = None
-        goal = self.goal
+        goal, snapshot = self.goal, None
         if goal is not None and now >= goal.times.replan_s:
             goal.times.replan_begins()
             goal.task.replan(self.look(now, goal), now)
@@ -196,7 +195,8 @@ class Engine:
     def _step_task(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         now = snapshot.time_s
         intent = goal.task.step(snapshot, now)
-        goal.operation.known()
+        if goal.operation.report is not None:
+            goal.operation.known()
         ended: Outcome | None = None
         if isinstance(intent, Outcome):
             ended = own_share(intent, snapshot.late_s)
@@ -218,7 +218,8 @@ class Engine:
             self.end(goal, ended, now)
             return
         self._show_status(goal, snapshot)
-        self._report.plan(goal, goal.task.path_enu_m)
+        if (path_enu_m := goal.task.path_enu_m) is not goal.path_enu_m:
+            self._report.plan(goal, path_enu_m)
 
     # --- its beginning and its end ----------------------------------------------------------
 
@@ -274,8 +275,7 @@ class Engine:
     # --- progress ------------------------------------------------------------------------
 
     def _progress(self, goal: ActiveGoal, snapshot: Snapshot) -> Progress:
-        progress = goal.task.progress(snapshot, snapshot.time_s)
-        progress = self._features.progress(progress)
+        progress = self._features.progress(goal.task.progress(snapshot, snapshot.time_s))
         goal.progressed(progress)
         if not snapshot.connected:
             return replace(progress, status=Status.LINK_LOST)
@@ -290,7 +290,9 @@ class Engine:
 
     def _show_status(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         """Report a status that is new, with feedback: a short one would pass between two."""
-        if self._report.status(goal, self._progress(goal, snapshot)):
+        progress = self._progress(goal, snapshot)
+        if progress.status is not goal.status:
+            self._report.status(goal, progress)
             self._give_feedback(goal, snapshot)
 
     def _give_feedback(self, goal: ActiveGoal, snapshot: Snapshot) -> None:

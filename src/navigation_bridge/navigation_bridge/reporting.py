@@ -125,15 +125,13 @@ class Reporter:
             self.remark(goal, warning)
             self.log(LogLevel.WARN, f"Goal {goal.short_id}: {warning}")
 
-    def status(self, goal: ActiveGoal, progress: Progress) -> bool:
-        """Report the status of a goal if it is new; return whether it is."""
-        if not goal.show(progress.status):
-            return False
+    def status(self, goal: ActiveGoal, progress: Progress) -> None:
+        """Report the new status of a goal."""
+        goal.show(progress.status)
         self._happened(goal.goal_id, "STATUS", progress.status.value, progress.blocked)
         text = f"{goal.short_id} {progress.status.value}"
         why = f": {progress.blocked}" if progress.blocked else ""
         self.log(LogLevel.INFO, f"Goal {text}{why}")
-        return True
 
     def feedback(self, goal: ActiveGoal, progress: Progress, snapshot: Snapshot) -> None:
         """Report the progress of a goal."""
@@ -156,11 +154,11 @@ class Reporter:
         self._outputs.append(partial(notes.progress, progress, snapshot.time_s))
 
     def plan(self, goal: ActiveGoal, path_enu_m: tuple[Vector3, ...]) -> None:
-        """Report the planned path if it has changed."""
-        if goal.show_path(path_enu_m):
-            self._outputs.append(PlanChanged(path_enu_m))
-            for message in notes.plan(path_enu_m):
-                self.note(message)
+        """Report a planned path that has changed."""
+        goal.show_path(path_enu_m)
+        self._outputs.append(PlanChanged(path_enu_m))
+        for message in notes.plan(path_enu_m):
+            self.note(message)
 
     def _happened(
         self,

@@ -263,7 +263,7 @@ class Observer:
         frame, pose = self._map_frame.frame, self._map_frame.pose(state)
         place = state.global_position
         ground_enu_m = ground_z_enu_m(state, frame)
-        around, standing = obstacles.look(), obstacles.standing
+        around, standing, heard_s = obstacles.look(), obstacles.standing, obstacles.heard_s
         items, one_way = vehicle.stored_lists.fence, vehicle.answers.one_way
         mode_name, mode = self._named_mode(profile, state.custom_mode)
         kind: type[Snapshot] = Snapshot
@@ -296,7 +296,7 @@ class Observer:
             mission=mission,
             obstacles=around.obstacles,
             obstacles_seen=around.seen,
-            obstacles_age_s=obstacles.age_s(now),
+            obstacles_age_s=0.0 if heard_s is None else now - heard_s,
             obstacles_reach_m=obstacles.reach_m,
             moving=obstacles.moving,
             late_s=late_s,
@@ -317,11 +317,11 @@ class Observer:
             mode_requested=mode_requested,
             mode_unclear=mode_unclear,
             fault=fault,
-            areas=self._areas.of(items, frame, self._map_frame.enu),
+            areas=self._areas.of(items, frame, self._map_frame.enu) if items else (),
             areas_known=items is not None,
             known_obstacles=standing.known_by_name,
             sensed_obstacles=around.sensed,
-            has_sensor=obstacles.has_sensor,
+            has_sensor=heard_s is not None,
             battery=self.battery,
             config=self._config,
             searcher=self._searcher,

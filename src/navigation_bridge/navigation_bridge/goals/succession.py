@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from navigation_bridge.goals.active_goal import ActiveGoal, PositionDoubt
+from navigation_bridge.goals.active_goal import ActiveGoal, GoalTimes, PositionDoubt
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.goal_operation import GoalOperation
-from navigation_bridge.goals.goal_times import GoalTimes
 from navigation_bridge.goals.lifecycle import GoalEvent
 from navigation_core.tasks.intents import Handover
 from navigation_core.tasks.observation import TaskOperation, VehicleMode

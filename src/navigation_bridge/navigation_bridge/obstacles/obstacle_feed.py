@@ -104,6 +104,8 @@ class ObstacleFeed:
     Attributes:
         standing: static obstacles: the known ones, and the limits of the flight.
         reach_m: range of the sensor that reported last; infinite if unknown.
+        moving: moving obstacles among the sensed ones.
+        heard_s: when the kind of sensor with the longest silence was heard; None without sensors.
     """
 
     def __init__(self, vehicle: Vehicle, map_frame: MapFrame, config: ObstacleConfig) -> None:
@@ -119,6 +121,8 @@ class ObstacleFeed:
         self._taken_s: dict[str, float] = {}
         self._scans_until_s = -math.inf
         self.reach_m = math.inf
+        self.moving: tuple[Moving, ...] = ()
+        self.heard_s: float | None = None
         self._assumed = NOTHING
         self._around = _NONE_AROUND
 
@@ -129,7 +133,7 @@ class ObstacleFeed:
             (self._config.points_topic, POINT_CLOUD),
         ):
             if topic:
-                self._heard_s.setdefault(kind, now)
+                self._hear_of(kind, self._heard_s.get(kind, now))
 
     def configure(self, config: ObstacleConfig) -> None:
         """Apply other settings; size and cells of the map stay as they are."""
@@ -173,14 +177,9 @@ class ObstacleFeed:
         return self.look().obstacles
 
     @property
-    def moving(self) -> tuple[Moving, ...]:
-        """Moving obstacles among the sensed ones."""
-        return self._map.moving
-
-    @property
     def has_sensor(self) -> bool:
         """True if a sensor has ever reported, or is configured."""
-        return bool(self._heard_s)
+        return self.heard_s is not None
 
     @property
     def map_size_and_cell_m(self) -> tuple[float, float]:
@@ -208,7 +207,7 @@ class ObstacleFeed:
 
     def age_s(self, now: float) -> float:
         """Return the longest silence of any kind of sensor; 0 without sensors."""
-        return now - min(self._heard_s.values(), default=now)
+        return 0.0 if self.heard_s is None else now - self.heard_s
 
     # --- sensor readings -------------------------------------------------------------
 
@@ -243,6 +242,7 @@ class ObstacleFeed:
     def _integrate(self, scan: RayScan, now: float) -> None:
         self.reach_m = scan.range_max_m
         self._map.integrate(scan, self._ground_m(), now)
+        self.moving = self._map.moving
 
     def take_scan(self, scan: SensorScan, now: float) -> None:
         """Process a scan from ROS, unless it follows another within 0.08 s."""
@@ -277,6 +277,7 @@ class ObstacleFeed:
             ground_m = carrier.position_enu_m[2]
             points = points[points[:, 2] < ground_m + HEADROOM_M]
         self._map.integrate_points(origin, points, ground_m, now)
+        self.moving = self._map.moving
 
     def _is_soon(self, kind: str, now: float) -> bool:
         taken_s = self._taken_s.get(kind, -math.inf)
@@ -290,7 +291,7 @@ class ObstacleFeed:
 
         From the first reading on, only readings that can be placed count as heard.
         """
-        self._heard_s.setdefault(kind, now)
+        self._hear_of(kind, self._heard_s.get(kind, now))
         state, origin = self._vehicle.state, self._map_frame.origin
         carrier = carrier_at(state, self._map_frame, drives(self._vehicle.profile), now)
         if carrier is None or origin is None:
@@ -298,13 +299,18 @@ class ObstacleFeed:
         before = self._origin or origin
         if origin != before and math.hypot(*self._map_frame.enu(before)) > _ORIGIN_MOVED_M:
             self._map.clear()
+            self.moving = ()
             self._stood_m = None
         self._origin = origin
-        self._heard_s[kind] = now
+        self._hear_of(kind, now)
         if state.landed_state is LandedState.ON_GROUND:
             self._stood_m = carrier.height_m
         self._map.recentre(carrier.position_enu_m)
         return carrier
+
+    def _hear_of(self, kind: str, heard_s: float) -> None:
+        self._heard_s[kind] = heard_s
+        self.heard_s = min(self._heard_s.values())
 
     def _mounted(self, carrier: Carrier) -> tuple[Vector3, Array]:
         """Return position of the topics' sensor, and rotation from its axes to the map's."""

@@ -110,9 +110,10 @@ def check_position(trust: PositionTrust, now: float) -> tuple[Rejection | None, 
 
 def position_fault(trust: PositionTrust, jumps_ned_m: tuple[float, float]) -> PositionFault | None:
     """Return why the position is in doubt for a goal that began after some jumps, or None."""
-    jump_m = trust.jump_m(jumps_ned_m)
-    if jump_m > JUMP_MAX_M:
-        reason = f"the position has jumped by {jump_m:.1f} m"
-        return PositionFault(GlobalPosition, reason)
+    if trust.jump_ned_m != jumps_ned_m:
+        jump_m = trust.jump_m(jumps_ned_m)
+        if jump_m > JUMP_MAX_M:
+            reason = f"the position has jumped by {jump_m:.1f} m"
+            return PositionFault(GlobalPosition, reason)
     found = trust.fault
     return None if found is None else PositionFault(*found)

@@ -25,6 +25,7 @@ class Parking:
 
     Attributes:
         operation_id: the pending request to hold, or None.
+        deadline_s: time of the next call of :meth:`handle_timer`; None without a setpoint to send.
     """
 
     def __init__(self, vehicle: Vehicle, period_s: float) -> None:
@@ -33,7 +34,7 @@ class Parking:
         self._period_s = period_s
         self._setpoint: SetpointNed | None = None
         self.operation_id: int | None = None
-        self._next_s = 0.0
+        self.deadline_s: float | None = None
 
     @property
     def needed(self) -> bool:
@@ -47,14 +48,14 @@ class Parking:
         if not (self.needed and vehicle.setpoints.is_open and vehicle.in_control_mode):
             return False
         self._setpoint = setpoint
-        self._next_s = now
+        self.deadline_s = now
         self.operation_id = vehicle.hold(now)
         return True
 
     def change_over(self, now: float) -> None:
         """Switch the vehicle to its hold mode first, without a stream."""
         self._vehicle.setpoints.close()
-        self._setpoint = None
+        self._setpoint = self.deadline_s = None
         self.operation_id = self._vehicle.hold(now)
 
     def keep_streaming(self, now: float) -> None:
@@ -65,7 +66,7 @@ class Parking:
 
     def give_up(self) -> None:
         """Release the vehicle; the stream stays as it is."""
-        self._setpoint = self.operation_id = None
+        self._setpoint = self.operation_id = self.deadline_s = None
 
     def finish(self, event: OperationFinished) -> bool:
         """Process the end of an operation; True if it was this one's."""
@@ -75,15 +76,11 @@ class Parking:
         self._vehicle.setpoints.close()
         return True
 
-    def next_deadline(self) -> float | None:
-        """Return the time of the next call of :meth:`handle_timer`."""
-        return None if self._setpoint is None else self._next_s
-
     def handle_timer(self, now: float) -> None:
         """Send the setpoint that is due."""
-        if self._setpoint is None or now < self._next_s:
+        if self._setpoint is None or self.deadline_s is None or now < self.deadline_s:
             return
-        self._next_s = max(self._next_s + self._period_s, now)
+        self.deadline_s = max(self.deadline_s + self._period_s, now)
         if not self._vehicle.setpoints.is_open:
             self.give_up()  # the vehicle has left the mode
             return
@@ -93,7 +90,7 @@ class Parking:
         try:
             self._vehicle.send_setpoint(setpoint, now)
         except SetpointError:
-            self._setpoint = None
+            self._setpoint = self.deadline_s = None
 
 
 def hold_setpoint_ned(vehicle: Vehicle, yaw_enu_rad: float | None) -> SetpointNed:

@@ -46,6 +46,7 @@ class AnswerWatch(VehicleService):
 
     Attributes:
         one_way: whether the vehicle is heard, but does not hear us.
+        expected: whether answers are expected, and asked for.
     """
 
     handles = (_COMMAND_ACK, mavlink.MAVLink_timesync_message)
@@ -71,7 +72,7 @@ class AnswerWatch(VehicleService):
         self._heard_s = heard_s
         self._order = order
         self.one_way = False
-        self._expected = False
+        self.expected = False
         self._acks = self._commands = 0
         self._share = _SHARE_MAX
         self._arrival_usual = 1.0
@@ -81,9 +82,9 @@ class AnswerWatch(VehicleService):
 
     def expect(self, expected: bool, now: float) -> None:
         """Begin to ask, or stop: while there is a goal."""
-        if expected == self._expected:
+        if expected == self.expected:
             return
-        self._expected = expected
+        self.expected = expected
         self._begin(now)
         self._ran_s = now
         if expected and self.deadline_s is None:
@@ -146,7 +147,7 @@ class AnswerWatch(VehicleService):
 
     def _on_deadline(self, now: float) -> None:
         """Ask, and judge."""
-        if not (self._expected or self.one_way):
+        if not (self.expected or self.one_way):
             self.deadline_s = None
             return
         late, self._ran_s = now - self._ran_s > _STOOD_STILL_S, now
