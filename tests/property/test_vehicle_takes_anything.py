@@ -116,7 +116,7 @@ def test_anything_may_come_at_any_time(
 
 
 def check_attributes(vehicle: Vehicle) -> None:
-    """What is due, waits or has happened in a service shows in its attributes."""
+    """A service hides no deadline of its part, no message and no event from its attributes."""
     for service in vehicle.services:
         part = service.pending
         if isinstance(part, Timed) and part.deadline_s is not None:

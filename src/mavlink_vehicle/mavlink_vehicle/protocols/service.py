@@ -62,8 +62,8 @@ class SendingPart(Protocol):
 class VehicleService(TimedOutbox):
     """One service, sans I/O; what it does not care about it leaves as it is here.
 
-    Attributes show what is due, waits to be sent or has happened, so that a turn calls only
-    the services that have something to do.
+    Its deadline, its waiting messages and its events are attributes, so that a turn calls only the
+    services that have something to do.
 
     Attributes:
         rank: when its messages go out among those of others.
