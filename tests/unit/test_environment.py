@@ -152,8 +152,8 @@ def test_a_lock_can_be_installed_on_arm64(
     text = (ROOT / f"requirements/{kind}.txt").read_text("utf-8")
     lock = tmp_path / "lock.txt"
     lock.write_text(re.sub(r"(?m)^ros-.*(\n +.*)*\n?", "", text), "utf-8")
-    _, variables = setup_environment.installer()
-    command = ["uv", "--no-config", "--system-certs", "pip", "install", "--dry-run"]
+    uv, variables = setup_environment.installer()
+    command = [str(uv), "--no-config", "--system-certs", "pip", "install", "--dry-run"]
     command += [*setup_environment.options_of_lock(lock), "--target", str(tmp_path / "target")]
     command += ["--python-platform", "aarch64-manylinux_2_35", "-r", str(lock)]
     for version in ("3.10", "3.11", "3.12"):
