@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from tests.support.logs.recordings import ROOT, recording
+from tests.support.processes import HANGS_AFTER_S
 
 TESTS = ROOT / "sitl/tests"
 pytestmark = pytest.mark.wide
@@ -24,7 +25,7 @@ pytestmark = pytest.mark.wide
 def test_recordings_that_are_not_compared_say_why(name: str, reason: str) -> None:
     command = [sys.executable, "-m", "comparison", str(recording(name))]
     done = subprocess.run(
-        command, cwd=TESTS, capture_output=True, text=True, timeout=60, check=False
+        command, cwd=TESTS, capture_output=True, text=True, timeout=HANGS_AFTER_S, check=False
     )
     assert done.returncode == 2
     assert reason in done.stderr

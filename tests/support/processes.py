@@ -8,6 +8,9 @@ _PATIENCE = 10.0
 """How much longer a machine with eight busy loops may take than an idle one"""
 _LONGEST_S = 600.0
 """A test ends by its own timeout after 900 s"""
+HANGS_AFTER_S = 300.0
+"""Of a process that a test starts and that only computes. `make test-all` runs such tests at the
+lowest priority: what takes 3 s of CPU took more than 55 s there."""
 STARVED = ("The control loop is", "The server was suspended")
 """The server tells so that it did not get the processor"""
 

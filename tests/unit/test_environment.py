@@ -18,6 +18,8 @@ from types import ModuleType
 
 import pytest
 
+from tests.support.processes import HANGS_AFTER_S
+
 ROOT = Path(__file__).resolve().parents[2]
 ROS_KIND = (ROOT / "install/environment.bash").read_text("utf-8").split(None, 3)[2]
 
@@ -33,7 +35,7 @@ def bash(
         env={**environment, **(variables or {})},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=HANGS_AFTER_S,
         check=False,
     )
 
@@ -159,7 +161,7 @@ def test_a_lock_can_be_installed_on_arm64(
     for version in ("3.10", "3.11", "3.12"):
         done = subprocess.run(
             [*command, "--python-version", version], env=variables, capture_output=True, text=True,
-            timeout=300, check=False,
+            timeout=HANGS_AFTER_S, check=False,
         )  # fmt: skip
         if re.search("Failed to fetch|error sending request", done.stderr):
             pytest.skip(f"no package index was reached: {done.stderr.strip().splitlines()[-1]}")
@@ -276,7 +278,9 @@ def test_a_package_that_cannot_be_fetched_is_named_and_the_environment_stays(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     venv, lock = tmp_path / ".venv", tmp_path / "extras.txt"
-    subprocess.run([BASE_PYTHON, "-m", "venv", "--without-pip", venv], check=True, timeout=30)
+    subprocess.run(
+        [BASE_PYTHON, "-m", "venv", "--without-pip", venv], check=True, timeout=HANGS_AFTER_S
+    )
     uv = shutil.which("uv")
     assert uv is not None, "it is one of the packages for development"
     (venv / "bin/uv").symlink_to(uv)

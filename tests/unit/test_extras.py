@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.processes import HANGS_AFTER_S
+
 ROOT = Path(__file__).resolve().parents[2]
 EXTRAS = ("imageio_ffmpeg", "mcap", "mcap_ros2", "pmtiles", "pyarrow", "pyulog")
 LOG = ROOT / "tests/data/rover_guided.tlog"
@@ -19,7 +21,7 @@ def without_extras(script: str, folder: Path) -> subprocess.CompletedProcess[str
     hidden = f"import sys; sys.modules.update(dict.fromkeys({EXTRAS!r}))\n"
     command = [sys.executable, "-c", hidden + script]
     return subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, timeout=100, check=False
+        command, cwd=folder, capture_output=True, text=True, timeout=HANGS_AFTER_S, check=False
     )
 
 

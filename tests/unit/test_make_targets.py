@@ -17,6 +17,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.processes import HANGS_AFTER_S
+
 ROOT = Path(__file__).resolve().parents[2]
 MAKEFILE = (ROOT / "Makefile").read_text("utf-8")
 TARGETS = re.findall(r"^([a-z0-9-]+):", MAKEFILE, re.MULTILINE)
@@ -175,7 +177,7 @@ def started(copy: Path, request: pytest.FixtureRequest) -> Iterator[subprocess.P
     finally:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
-        process.communicate(timeout=10.0)
+        process.communicate(timeout=HANGS_AFTER_S)
 
 
 @pytest.mark.parametrize(
@@ -198,7 +200,7 @@ def test_a_target_that_flies_starts_and_can_be_interrupted(
         pytest.fail(f"make {target} ended without '{sign}':\n{''.join(printed)}")
     os.killpg(started.pid, signal.SIGINT)
     begun_s = time.monotonic()
-    started.wait(60.0)
+    started.wait(HANGS_AFTER_S)
     print(f"make {target} ended after {time.monotonic() - begun_s:.1f} s")
 
 
@@ -206,7 +208,7 @@ def test_a_target_that_flies_starts_and_can_be_interrupted(
 def test_a_target_that_is_not_run_has_commands(target: str) -> None:
     done = subprocess.run(
         ["make", "-n", target], cwd=ROOT, env=environment(), capture_output=True, text=True,
-        timeout=60, check=False,
+        timeout=HANGS_AFTER_S, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "scripts/setup.sh" in done.stdout

@@ -17,6 +17,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from custom_interfaces.action import Navigate
+from tests.support.processes import HANGS_AFTER_S
 
 pytestmark = pytest.mark.wide_but_first
 
@@ -129,7 +130,9 @@ def test_simulator_installs_on_its_own(tmp_path: Path) -> None:
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
     offline = ["--no-index", "--no-deps", "--no-build-isolation"]
     target = tmp_path / "target"
-    subprocess.run([*pip, *offline, "--target", target, tmp_path / "sitl"], check=True, timeout=50)
+    subprocess.run(
+        [*pip, *offline, "--target", target, tmp_path / "sitl"], check=True, timeout=HANGS_AFTER_S
+    )
     [installed] = importlib.metadata.distributions(path=[str(target)])
     needs = {canonicalize_name(Requirement(line).name) for line in installed.requires or ()}
     assert needs == {"fastcrc", "jsonschema", "numpy", "pymavlink", "pyyaml"}
@@ -253,7 +256,9 @@ def test_the_newest_changes_are_those_of_the_version() -> None:
 )
 def test_every_command_reports_its_version(command: str, package: str) -> None:
     words = [*command.split(), "--version"]
-    said = subprocess.run(words, capture_output=True, text=True, check=True, timeout=50).stdout
+    said = subprocess.run(
+        words, capture_output=True, text=True, check=True, timeout=HANGS_AFTER_S
+    ).stdout
     assert said.split()[-1] == importlib.metadata.version(package)
     assert said.startswith((command, package))
 

@@ -15,6 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.processes import HANGS_AFTER_S
+
 ROOT = Path(__file__).resolve().parents[2]
 TESTS = (
     "tests/unit/test_sitl_documentation.py",
@@ -23,7 +25,6 @@ TESTS = (
     "tests/unit/test_state.py",
     "tests/recordings/test_elsewhere.py",
 )
-LIMIT_S = 300.0
 pytestmark = [pytest.mark.wide, pytest.mark.timeout(900)]
 
 
@@ -39,7 +40,7 @@ def environment(python: Path) -> dict[str, str]:
 def run(python: Path, folder: Path, *words: str | Path) -> str:
     done = subprocess.run(
         words, cwd=folder, env=environment(python), capture_output=True, text=True,
-        timeout=LIMIT_S, check=False,
+        timeout=HANGS_AFTER_S, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

@@ -22,6 +22,8 @@ from zipfile import ZipFile
 
 import pytest
 
+from tests.support.processes import HANGS_AFTER_S
+
 pytestmark = pytest.mark.wide
 
 
@@ -35,7 +37,6 @@ DEPENDENCIES = (
     "fastcrc", "jsonschema", "numpy", "pyarrow", "pymavlink", "pytest", "pyulog", "rich",
     "serial", "yaml",
 )  # fmt: skip
-STARTS_IN_S = 30.0
 
 
 interpreters: Callable[[], list[str]] = runpy.run_path(str(ROOT / "scripts/make_wheels.py"))[
@@ -51,7 +52,13 @@ def outside() -> dict[str, str]:
 
 def run(*words: str | Path, folder: Path | None = None) -> str:
     done = subprocess.run(
-        words, cwd=folder, env=outside(), capture_output=True, text=True, timeout=55, check=False
+        words,
+        cwd=folder,
+        env=outside(),
+        capture_output=True,
+        text=True,
+        timeout=HANGS_AFTER_S,
+        check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -61,7 +68,7 @@ def run(*words: str | Path, folder: Path | None = None) -> str:
 def wheels(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("dist")
     build = [sys.executable, str(ROOT / "scripts/make_wheels.py"), "--out", str(folder)]
-    subprocess.run(build, check=True, timeout=55)
+    subprocess.run(build, check=True, timeout=HANGS_AFTER_S)
     return folder
 
 
@@ -110,7 +117,7 @@ def test_the_command_reports_its_version(python: Path) -> None:
 def test_the_command_runs_a_vehicle(python: Path) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground:
         ground.bind(("127.0.0.1", 0))
-        ground.settimeout(STARTS_IN_S)
+        ground.settimeout(HANGS_AFTER_S)
         link = f"udpout://127.0.0.1:{ground.getsockname()[1]}"
         command = [
             str(python.parent / "mavlink-sitl"),
@@ -124,7 +131,7 @@ def test_the_command_runs_a_vehicle(python: Path) -> None:
         try:
             assert ground.recv(300)[0] == 0xFD
             program.send_signal(signal.SIGTERM)
-            assert program.wait(STARTS_IN_S) == 0
+            assert program.wait(HANGS_AFTER_S) == 0
         finally:
             program.kill()
             program.wait()

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.support.processes import HANGS_AFTER_S
 from tests.worth import measure, table
 
 CONFTEST = Path(__file__).resolve().parents[1] / "conftest.py"
@@ -56,7 +57,12 @@ def test_marks_choose_between_now_by_day_and_by_night(tmp_path: Path) -> None:
 def chosen(folder: Path, marks: str) -> set[str]:
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider"]
     done = subprocess.run(
-        [*command, "-m", marks], cwd=folder, capture_output=True, text=True, check=True, timeout=300
+        [*command, "-m", marks],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=HANGS_AFTER_S,
     )
     return {line.partition("::")[2] for line in done.stdout.splitlines() if "::" in line}
 

@@ -6,7 +6,7 @@ import pytest
 
 from mavlink_sitl.command_line.options import parse
 from mavlink_sitl.geodesy import ARDUPILOT
-from sitl_support.programs import client, running
+from sitl_support.programs import WAIT_S, client, running
 
 
 def test_vehicles_stand_apart_with_ids_in_a_row() -> None:
@@ -37,10 +37,10 @@ def test_each_answers_for_itself_on_one_port() -> None:
             ground.mav.heartbeat_send(6, 8, 0, 0, 4)
             seen: set[int] = set()
             while seen != {1, 2, 3}:
-                message = ground.recv_match(type="HEARTBEAT", blocking=True, timeout=20.0)
+                message = ground.recv_match(type="HEARTBEAT", blocking=True, timeout=WAIT_S)
                 assert message is not None
                 seen.add(message.get_srcSystem())
             ground.mav.command_long_send(2, 1, 31999, 0, 0, 0, 0, 0, 0, 0, 0)
-            answer = ground.recv_match(type="COMMAND_ACK", blocking=True, timeout=20.0)
+            answer = ground.recv_match(type="COMMAND_ACK", blocking=True, timeout=WAIT_S)
             assert (answer.get_srcSystem(), answer.result) == (2, 3)
         program.end()

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from sitl_support.programs import WAIT_S
+
 SITL = Path(__file__).parents[2]
 PAGE = (SITL / "docs/sitl.md").read_text(encoding="utf-8")
 
@@ -50,7 +52,7 @@ from pymavlink.dialects.v20 import all as mav
 def test_socket(sitl_udp_copter):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
         sock.bind(("127.0.0.1", sitl_udp_copter.port))
-        sock.settimeout(20)
+        sock.settimeout(200)
         message = mav.MAVLink(None).parse_buffer(sock.recv(300))[0]
     assert message.get_srcSystem() == 1
 """
@@ -70,7 +72,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the metadata that an installation of the package would have."""
     base = tmp_path_factory.mktemp("metadata")
     command = [sys.executable, "setup.py", "--quiet", "egg_info", "--egg-base", str(base)]
-    subprocess.run(command, cwd=SITL, check=True, timeout=60, capture_output=True)
+    subprocess.run(command, cwd=SITL, check=True, timeout=WAIT_S, capture_output=True)
     return base
 
 
@@ -86,7 +88,7 @@ def run(tests: dict[str, str], installed: Path, folder: Path) -> str:
         [*command, "-p", "no:launch_testing", "-p", "no:launch_ros", "."],
         cwd=folder,
         env=environment,
-        timeout=60,
+        timeout=WAIT_S,
         capture_output=True,
         text=True,
         check=False,

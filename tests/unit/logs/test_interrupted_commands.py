@@ -11,18 +11,18 @@ from threading import Thread
 
 import pytest
 
+from tests.support.processes import HANGS_AFTER_S
+
 pytestmark = pytest.mark.wide
 
 _FLIGHT = Path(__file__).resolve().parents[2] / "data/copter_lowbatt.tlog"
-_STARTED_S = 60.0
-_ENDED_S = 30.0
 
 
 def interrupt(process: subprocess.Popen[str]) -> str:
     """Send SIGINT and return what the process printed, after it ended."""
     try:
         process.send_signal(signal.SIGINT)
-        return process.communicate(timeout=_ENDED_S)[0]
+        return process.communicate(timeout=HANGS_AFTER_S)[0]
     finally:
         process.kill()
         process.wait()
@@ -51,7 +51,7 @@ def test_while_the_log_is_read(tmp_path: Path, command: str, arguments: list[str
     opening = Thread(target=lambda: opened.append(os.open(log, os.O_WRONLY)), daemon=True)
     opened: list[int] = []
     opening.start()
-    opening.join(_STARTED_S)
+    opening.join(HANGS_AFTER_S)
     text = interrupt(process)
     assert opened, text
     os.close(opened[0])

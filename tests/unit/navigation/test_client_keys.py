@@ -20,6 +20,7 @@ from drone_navigation.client.terminal.keys import (
     Keys,
     Pressed,
 )
+from tests.support.processes import HANGS_AFTER_S
 
 
 def fed(keys: Keys, *reads: str) -> list[Pressed]:
@@ -107,7 +108,7 @@ def test_the_terminal_delivers_keys_until_it_is_restored(terminal: tuple[int, in
         start_new_session=True,
     )
     os.write(ours, b"p")
-    printed, _ = child.communicate(timeout=20.0)
+    printed, _ = child.communicate(timeout=HANGS_AFTER_S)
     assert printed.strip() == "[False, True, False, True] 'p' ''"
     assert termios.tcgetattr(theirs) == before
 

@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from drone_navigation.processes import Process, ProcessGroup, free_domain
-from tests.support.processes import patient_s
+from tests.support.processes import HANGS_AFTER_S, patient_s
 
 _START = "import subprocess; c = subprocess.Popen(['sleep', '50']); print(c.pid, flush=True)"
 _DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
@@ -56,7 +56,7 @@ def test_a_process_ends_though_what_it_left_behind_holds_its_output() -> None:
     process = Process("parent", ["python", "-c", _START])
     child = int(process.wait_for("", 20.0))
     try:
-        assert process.wait(20.0) == 0
+        assert process.wait(HANGS_AFTER_S) == 0
         assert _is_running(child), "it waited for the output to be closed"
     finally:
         os.kill(child, signal.SIGKILL)

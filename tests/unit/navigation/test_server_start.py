@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.support.processes import HANGS_AFTER_S
+
 ROOT = Path(__file__).resolve().parents[3]
 
 # Each takes a share of the start that only some runs need, or needs it not before a flight.
@@ -23,7 +25,9 @@ print(json.dumps([name for name in sys.modules]))
 def loaded_after(statements: str) -> set[str]:
     """Return the modules that a new process has loaded after some statements."""
     command = [sys.executable, "-c", LOADED.format(statements)]
-    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True, timeout=50)
+    done = subprocess.run(
+        command, cwd=ROOT, check=True, capture_output=True, text=True, timeout=HANGS_AFTER_S
+    )
     return set(json.loads(done.stdout))
 
 

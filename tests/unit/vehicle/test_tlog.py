@@ -17,7 +17,7 @@ from mavlink_vehicle.codec import Codec, make
 from mavlink_vehicle.errors import LinkError
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
 from mavlink_vehicle.io.tlog_thread import ThreadedTlogWriter
-from tests.support.processes import patient_s
+from tests.support.processes import HANGS_AFTER_S, patient_s
 
 FRAMES = [Codec(1, 1).encode(make("ATTITUDE", roll=float(n), yawspeed=1.0)) for n in range(5)]
 TIMES_S = [1_700_000_000.25 + n for n in range(5)]
@@ -59,7 +59,7 @@ def test_a_killed_process_leaves_what_it_flushed(tmp_path: Path) -> None:
         "os.kill(os.getpid(), 9)\n"
     )
     command = [sys.executable, "-c", program, str(path), FRAMES[0].hex()]
-    assert subprocess.run(command, timeout=30.0, check=False).returncode == -9
+    assert subprocess.run(command, timeout=HANGS_AFTER_S, check=False).returncode == -9
     assert [packet for _, packet in TlogReader(path)][:1] == [FRAMES[0]]
 
 
