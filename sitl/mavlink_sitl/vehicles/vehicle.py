@@ -342,7 +342,6 @@ class SimulatedVehicle(VehicleBody):
             thrust_over_hover=thrust / GRAVITY_M_S2,
             throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
             airspeed_m_s=physics.airspeed_m_s(index),
-            instruments=self,
         )
 
     # Values that few messages contain, computed when asked for.
@@ -381,7 +380,7 @@ class SimulatedVehicle(VehicleBody):
 
     def pilot_throttle(self, raw_us: int) -> None:
         """The pilot moves the throttle stick: 1000 (lowest) to 2000."""
-        self.firmware.pilot.throttle_us = raw_us
+        self.firmware.pilot.receive((0, 0, raw_us))
 
     def silence_streams(self) -> None:
         """Stop all streams until the next start, except the ones that cannot be stopped."""
@@ -430,5 +429,4 @@ class SimulatedVehicle(VehicleBody):
 
     def lose_radio(self, lost: bool, throttle_low: bool = False) -> None:
         """The pilot's radio goes silent or only lowers the throttle, or it comes back."""
-        self.firmware.pilot.lost = lost and not throttle_low
-        self.firmware.pilot.throttle_failed = throttle_low
+        self.firmware.pilot.fail(lost and not throttle_low, throttle_low)

@@ -102,7 +102,7 @@ class Rover(Commander):
         self.trail = Trail(self, coordinates=2)
         self.backwards = False
         self.motor_test = RoverMotorTest(self)
-        self.pilot.throttle_us = CENTRED_US
+        self.pilot.receive((0, 0, CENTRED_US))
         self.mode.enter()
 
     def watch(self, observation: Observation) -> None:
