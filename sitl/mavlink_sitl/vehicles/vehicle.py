@@ -6,6 +6,9 @@ lanes of `physics`.
 
 from __future__ import annotations
 
+import struct
+from typing import BinaryIO
+
 from mavlink_sitl.autopilot.common.commander import PowerUp
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans.plans import Plans
@@ -25,7 +28,6 @@ from mavlink_sitl.exchange import (
     Vector,
 )
 from mavlink_sitl.links.simulated_link import SimulatedLink
-from mavlink_sitl.links.tlog import TlogWriter
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
@@ -64,7 +66,7 @@ class SimulatedVehicle(VehicleBody):
         system_id: int,
         fleet: Fleet,
         seed: int,
-        log: TlogWriter | None,
+        log: BinaryIO | None,
         epoch_us: int,
     ) -> None:
         super().__init__(index, config, fleet)
@@ -243,8 +245,9 @@ class SimulatedVehicle(VehicleBody):
                     link.deliver(frame)
 
     def _record(self, frame: bytes) -> None:
+        """Into the telemetry log: big-endian microseconds since 1970, then the raw frame."""
         if self._log is not None:
-            self._log.write(self._epoch_us + self.now_us, frame)
+            self._log.write(struct.pack(">Q", self._epoch_us + self.now_us) + frame)
 
     def _pass_guidance(self) -> None:
         if self.firmware.revision != self._revision:
