@@ -1,4 +1,4 @@
-"""What the installed nav2_msgs defines is filled in, in any of its forms."""
+"""Results and feedback have all that the installed nav2_msgs defines, in any of its forms."""
 
 from __future__ import annotations
 

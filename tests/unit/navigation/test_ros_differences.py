@@ -10,11 +10,11 @@ import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.task import Task
 
-from drone_navigation.ros_differences import executes_tasks
+from drone_navigation.server.ros_differences import executes_tasks
 from tests.support.processes import patient_s
 
 
-class LaterExecutor(SingleThreadedExecutor):
+class LaterExecutor(SingleThreadedExecutor):  # type: ignore[misc]
     """Keeps its tasks as the executors since ros2/rclpy pull request 1469."""
 
     def __init__(self, context: rclpy.Context) -> None:

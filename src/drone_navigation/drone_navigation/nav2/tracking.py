@@ -1,4 +1,4 @@
-"""How far a vehicle is beside the path that it follows. No ROS."""
+"""Distance of a vehicle from the path that it follows, and the yaw of the path there. No ROS."""
 
 from __future__ import annotations
 

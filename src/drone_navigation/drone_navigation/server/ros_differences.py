@@ -1,7 +1,8 @@
-"""What differs between the versions of rclpy, from Humble's 3.3 on.
+"""Differences between the versions of rclpy, from Humble's 3.3 on.
 
 Each is found by asking whether the thing is there, never by a version or by the name of a
-distribution. What differs between the versions of nav2_msgs is in `nav2/forms.py`.
+distribution. What differs between the versions of nav2_msgs is in
+`nav2/forms.py`.
 """
 
 from __future__ import annotations
