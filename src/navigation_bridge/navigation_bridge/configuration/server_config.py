@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from mavlink_vehicle.events import LogMeans
+from mavlink_vehicle.io.tlog_series import FILES_MIN
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
 from navigation_bridge.configuration.declarations import (
     also,
@@ -103,6 +104,23 @@ class ServerConfig:
         "Path of a telemetry log of all MAVLink traffic in both directions; its folder must exist. "
         "Empty: no recording.",
         read=_read_path,
+        fixed=True,
+        server_wide=True,
+    )
+    record_tlog_file_mb: int = parameter(
+        "record_tlog_file_mb",
+        0,
+        "Size in MB at which the recording goes on in [another file](logs.md#many-flights). "
+        "0: one file, begun again at each start.",
+        (0, 100_000),
+        fixed=True,
+        server_wide=True,
+    )
+    record_tlog_files: int = parameter(
+        "record_tlog_files",
+        20,
+        "Most files of that recording on the disk; the oldest are deleted, the newest two never.",
+        (FILES_MIN, 10_000),
         fixed=True,
         server_wide=True,
     )
