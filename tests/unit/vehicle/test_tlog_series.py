@@ -62,7 +62,7 @@ def test_each_start_has_a_file_of_its_own(tmp_path: Path) -> None:
     assert [packet for _, packet in TlogReader(first)] == [FRAME]
 
 
-def test_a_long_flight_goes_on_in_other_files_of_bounded_size(tmp_path: Path) -> None:
+def test_a_long_flight_continues_in_other_files_of_bounded_size(tmp_path: Path) -> None:
     writer = opened(tmp_path, files=10)
     count = 3 * RECORDS_PER_MB + 5
     for number in range(count):

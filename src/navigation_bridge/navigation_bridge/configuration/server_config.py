@@ -110,7 +110,7 @@ class ServerConfig:
     record_tlog_file_mb: int = parameter(
         "record_tlog_file_mb",
         0,
-        "Size in MB at which the recording goes on in [another file](logs.md#many-flights). "
+        "Size in MB at which the recording continues in [another file](logs.md#many-flights). "
         "0: one file, begun again at each start.",
         (0, 100_000),
         fixed=True,
@@ -143,6 +143,15 @@ class ServerConfig:
         "",
         "Topic (nav_msgs/Odometry) of a [position](navigate.md#without-gps) for the autopilot's "
         "estimator, from a camera or motion capture. Empty: none.",
+        fixed=True,
+    )
+    sends_computer_status: bool = parameter(
+        "onboard_computer_status",
+        "disabled",
+        "Whether the vehicle gets the "
+        "[status of this computer](on_board.md#status-for-the-autopilot) once a second "
+        "(ONBOARD_COMPUTER_STATUS): `enabled` or `disabled`.",
+        words=SWITCH,
         fixed=True,
     )
     vehicle: VehicleConfig = group(
