@@ -20,6 +20,7 @@ import pytest
 import yaml
 
 from custom_interfaces.action import FollowVelocity
+from drone_navigation.check.this_computer import ROW_HEAD
 from drone_navigation.processes import Process, free_udp_port, ros_environment
 from tests.support.logs.firmware_logs import ardupilot_log
 from tests.support.logs.recordings import SMALL
@@ -189,6 +190,11 @@ def server(place: Place, *words: str) -> None:
     if "--check" in words:  # no vehicle is there
         _, text = place.run(*words, "--timeout", "1")
         assert "No vehicle was found" in text, text
+        assert ("This computer" in text) is ("--no-computer" not in words), text
+    elif "--computer-row" in words:
+        code, text = place.run(*words)
+        assert code == 0, text
+        assert ROW_HEAD in text
     elif "--shadow-goals" in words:
         code, text = place.run(*words)
         assert code != USAGE, text
