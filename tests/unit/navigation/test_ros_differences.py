@@ -10,7 +10,7 @@ import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.task import Task
 
-from drone_navigation.server.ros_differences import executes_tasks
+from drone_navigation.process_control.ros_differences import executes_tasks
 from tests.support.processes import patient_s
 
 

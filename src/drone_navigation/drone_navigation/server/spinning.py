@@ -7,7 +7,7 @@ import threading
 from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.node import Node
 
-from drone_navigation.server.ros_differences import executes_tasks
+from drone_navigation.process_control.ros_differences import executes_tasks
 
 
 class Spinner:
