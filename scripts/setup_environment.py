@@ -790,6 +790,14 @@ def is_provided(name: str, environment: Environment) -> bool:
     return any(Path(prefix, "share", name).is_dir() for prefix in prefixes)
 
 
+def lacks_discovery_range(environment: Environment) -> bool:
+    """Whether rcl knows no ROS_AUTOMATIC_DISCOVERY_RANGE, as Humble's: its headers say so."""
+    prefixes = environment["AMENT_PREFIX_PATH"].split(":")
+    folders = [Path(prefix, "include/rcl/rcl") for prefix in prefixes]
+    found = [folder for folder in folders if (folder / "init_options.h").is_file()]
+    return bool(found) and not any((folder / "discovery_options.h").is_file() for folder in found)
+
+
 def settings_of(package: Path) -> ConfigParser:
     """Return the settings in a package's setup.cfg; those of its pyproject.toml count, too.
 
@@ -935,6 +943,8 @@ def record_environment(ros: str) -> None:
         # For shells that have not sourced this ROS.
         before = without_folders(before, before["AMENT_PREFIX_PATH"].split(":"))
         lines.append(f"export ROS_DISTRO={after['ROS_DISTRO']} ROS_VERSION=2 ROS_PYTHON_VERSION=3")
+        if lacks_discovery_range(after):
+            lines.append("export ROS_LOCALHOST_ONLY=1")
     else:
         lines.append(f"unset {' '.join(FOREIGN)}")
         lines.append("export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1")

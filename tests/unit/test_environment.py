@@ -192,6 +192,34 @@ def test_a_lock_can_be_installed_on_each_python(
         assert "Would install" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("headers", "lacks"),
+    [
+        (("init_options.h",), True),
+        (("init_options.h", "discovery_options.h"), False),
+        ((), False),
+    ],
+)
+def test_a_ros_without_discovery_range_is_kept_on_this_machine_otherwise(
+    setup_environment: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    headers: tuple[str, ...],
+    lacks: bool,
+) -> None:
+    folder = tmp_path / "ros/include/rcl/rcl"
+    folder.mkdir(parents=True)
+    for name in headers:
+        (folder / name).touch()
+    for name, value in sourced(tmp_path / "ros", "humble").items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(setup_environment, "ENVIRONMENT_FILE", tmp_path / "environment.bash")
+    setup_environment.record_environment("system")
+    recorded = (tmp_path / "environment.bash").read_text("utf-8")
+    assert "export ROS_DISTRO=humble" in recorded
+    assert ("export ROS_LOCALHOST_ONLY=1\n" in recorded) == lacks
+
+
 def test_missing_headers_are_named(
     setup_environment: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -616,6 +644,29 @@ def test_environment_of_a_fresh_clone_names_the_command_to_run(fresh_clone: Path
     result = bash("source ./setup.bash", {"MAVBRIDGE_ROS": "wheels"}, fresh_clone)
     assert result.returncode == 1
     assert "run 'make setup'" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("variables", "enters"),
+    [
+        ({}, True),
+        # A container's image names its distribution, sourced or not.
+        ({"ROS_DISTRO": "jazzy"}, True),
+        ({"AMENT_PREFIX_PATH": "/other/clone/.venv"}, True),
+        ({"MAVBRIDGE_ROS": "wheels"}, False),
+        ({"MAVBRIDGE_ROS": "system"}, False),
+        ({"ROS_DISTRO": "jazzy", "AMENT_PREFIX_PATH": "/nothing/there"}, False),
+    ],
+)
+def test_environment_of_a_sourced_ros_is_entered_from_shells_without_it(
+    fresh_clone: Path, variables: dict[str, str], enters: bool
+) -> None:
+    shutil.copy(ROOT / "setup.bash", fresh_clone)
+    (fresh_clone / "install").mkdir()
+    (fresh_clone / "install/environment.bash").write_text("# for system\necho entered\n")
+    result = bash("set -euo pipefail; source ./setup.bash", variables, fresh_clone)
+    assert result.stdout == ("entered\n" if enters else "")
+    assert len(result.stderr.splitlines()) == (0 if enters else 1)
 
 
 def test_other_ros_does_not_reach_an_environment_made_from_wheels() -> None:
