@@ -88,7 +88,7 @@ test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a 
 test-arm64: setup-dev ## Try the packages that need no ROS on ARM64, by emulation (ARGS=tests/unit/core)
 	@$(ENTER) python scripts/try_arm64.py $(ARGS)
 
-test-kilted: ## Run the tests that need ROS on ROS 2 Kilted, in out/kilted (ARGS="-m wide tests/ros")
+test-kilted: ## Run the tests that need ROS on ROS 2 Kilted, in out/kilted (ARGS="-k velocity tests/ros")
 	@scripts/try_kilted.sh $(ARGS)
 
 test-night: test-all test-arm64 test-kilted ## And those with all their parameters (an hour), and both before

