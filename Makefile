@@ -62,6 +62,9 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 PYTEST := env -u PYTHONDONTWRITEBYTECODE \
 	python -m pytest --dist loadgroup --max-worker-restart 0
 
+# What takes long is seen before it adds up.
+SLOWEST := --durations 40 --durations-min 8
+
 TESTS := tests sitl/tests
 IN_REAL_TIME := tests/bench tests/interop sitl/tests/interop tests/ros \
 	tests/unit/test_make_targets.py \
@@ -76,8 +79,8 @@ test: setup-dev ## Run the tests, all but the slow and broad ones
 test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a quarter of an hour)
 	@$(ENTER) mkdir -p out; computed=out/test_all_computed.txt; status=0; \
 	env --default-signal=INT nice -n 19 $(PYTEST) -n 2 -m "wide and not night" \
-		$(TESTS) $(IN_REAL_TIME:%=--ignore=%) >$$computed 2>&1 & \
-	$(PYTEST) -n 5 -m "wide and not night" $(IN_REAL_TIME) || status=$$?; \
+		$(SLOWEST) $(TESTS) $(IN_REAL_TIME:%=--ignore=%) >$$computed 2>&1 & \
+	$(PYTEST) -n 5 -m "wide and not night" $(SLOWEST) $(IN_REAL_TIME) || status=$$?; \
 	wait $$! || status=$$?; \
 	cat $$computed; \
 	exit $$status
