@@ -13,7 +13,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
-from mavlink_sitl.mavlink.px4.kind_commands import BY_KIND
+from mavlink_sitl.mavlink.px4.commands import BY_KIND
 from sitl_support.ground_station import ACCEPTED
 from sitl_support.missions import take_off, upload, waypoint
 from sitl_support.px4_station import HOME, NAN, Px4Station, at, near_home, ready_px4
