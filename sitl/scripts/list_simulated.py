@@ -26,7 +26,7 @@ from mavlink_sitl.exchange import Result
 from mavlink_sitl.mavlink import commands, kind_commands
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.messages import known_messages
-from mavlink_sitl.mavlink.px4 import kind_commands as px4_commands
+from mavlink_sitl.mavlink.px4 import commands as px4_commands
 from mavlink_sitl.mavlink.px4 import rates as px4_messages
 
 ROOT = Path(__file__).resolve().parents[1]

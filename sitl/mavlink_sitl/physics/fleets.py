@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from mavlink_sitl.config import VehicleConfig
-from mavlink_sitl.physics.copter_pipeline import DT_S, Physics, PhysicsStart
-from mavlink_sitl.physics.px4_copter_pipeline import Px4Physics
+from mavlink_sitl.physics.copter_pipeline import DT_S, Physics, PhysicsStart, Px4Physics
 from mavlink_sitl.physics.traveller_pipeline import (
     BoatPhysics,
     PlanePhysics,

@@ -10,7 +10,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl.autopilot.personality import px4
-from mavlink_sitl.mavlink.px4 import kind_messages
+from mavlink_sitl.mavlink.px4 import messages
 from mavlink_sitl.mavlink.px4.commands import HANDLERS
 from sitl_support.ground_station import alive
 from sitl_support.hostile_frames import extreme_setpoints, frames
@@ -95,7 +95,7 @@ def sane(station: Px4Station) -> None:
     assert math.hypot(*station.velocity) < 80.0
     assert all(math.isfinite(x) for x in (*station.position, *station.velocity))
     snapshot = station.vehicle.snapshot()
-    for build in kind_messages.BUILDERS[station.vehicle.firmware.personality.kind].values():
+    for build in messages.BUILDERS[station.vehicle.firmware.personality.kind].values():
         build(snapshot)
 
 

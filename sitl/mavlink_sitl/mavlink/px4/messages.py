@@ -7,7 +7,11 @@ import struct
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
+from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit
+from mavlink_sitl.autopilot.px4.plane.path_guidance import PathPoint
 from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
+from mavlink_sitl.autopilot.px4.plane.plane_modes import Hold, PlaneMode
+from mavlink_sitl.autopilot.px4.rover.rover_modes import DriveMode
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import GRAVITY_M_S2, Motors
 from mavlink_sitl.mavlink.codec import Message, Raw, dialect
@@ -318,7 +322,7 @@ def metadata(s: Snapshot) -> Message:
     return component_metadata.message(boot_ms(s), s.vehicle.parameters.table)
 
 
-BUILDERS: dict[int, Builder] = {
+_EVERY_KIND: dict[int, Builder] = {
     0: heartbeat,
     1: sys_status,
     2: status.system_time,
@@ -356,3 +360,119 @@ BUILDERS: dict[int, Builder] = {
     remote_id.SYSTEM: remote_id.system,
 }
 """By message id: what can be streamed and requested; PING and AVAILABLE_MODES aside."""
+
+
+def drive_outputs(s: Snapshot) -> Message:
+    """SERVO_OUTPUT_RAW: steering on 1 and throttle on 2."""
+    outputs = [DISARMED_US] * 2
+    if s.vehicle.armed:
+        steering, _, throttle, _ = s.vehicle.body.servos_us()
+        outputs = [steering, throttle]
+    return status.servo_outputs(s, outputs, DISARMED_US)
+
+
+def drive_target(s: Snapshot) -> Message | None:
+    """POSITION_TARGET_GLOBAL_INT: where an AUTO mode drives to; no velocities."""
+    vehicle = firmware_of(s)
+    mode = vehicle.mode
+    if not (isinstance(mode, DriveMode) and mode.way and vehicle.armed):
+        return None
+    return _global_target(s, (*mode.way.target, s.motion.down_m), 0.0)
+
+
+def _plane_mode(s: Snapshot) -> PlaneMode:
+    mode = firmware_of(s).mode
+    assert isinstance(mode, PlaneMode)
+    return mode
+
+
+def _flying_path(s: Snapshot) -> PathPoint | None:
+    """The path that an armed plane follows; None while disarmed or without a path."""
+    return _plane_mode(s).path if s.vehicle.armed else None
+
+
+def surface_outputs(s: Snapshot) -> Message:
+    """SERVO_OUTPUT_RAW: aileron, elevator, rudder, throttle."""
+    aileron, elevator, throttle, rudder = s.vehicle.body.servos_us()
+    outputs = [DISARMED_US] * 4
+    if s.vehicle.armed:
+        outputs = [aileron, elevator, rudder, throttle]
+    return status.servo_outputs(s, outputs, DISARMED_US)
+
+
+def plane_attitude_target(s: Snapshot) -> Message:
+    """ATTITUDE_TARGET of a plane."""
+    return attitude_target(s, s.throttle_fraction)
+
+
+def path_target(s: Snapshot) -> Message | None:
+    """POSITION_TARGET_LOCAL_NED: the nearest place of the path, at the height to reach."""
+    path = _flying_path(s)
+    if path is None:
+        return None
+    nans = [NAN] * 8
+    return dialect.MAVLink_position_target_local_ned_message(
+        boot_ms(s), 1, 0, *path.nearest, _plane_mode(s).place[2], *nans
+    )
+
+
+def place_target(s: Snapshot) -> Message | None:
+    """POSITION_TARGET_GLOBAL_INT: where an AUTO mode flies to; velocities are not given."""
+    mode = _plane_mode(s)
+    if mode.path is None or not s.vehicle.armed or not mode.spec.name.startswith("AUTO."):
+        return None
+    return _global_target(s, mode.place, NAN)
+
+
+def _global_target(s: Snapshot, place: tuple[float, float, float], rest: float) -> Message:
+    point = s.vehicle.navigator.frame.to_geodetic(*place)
+    return dialect.MAVLink_position_target_global_int_message(
+        boot_ms(s), 5, 0, *place_e7(point), point.altitude_amsl_m, *[rest] * 8,
+    )  # fmt: skip
+
+
+def _orbit_status(s: Snapshot, radius_m: float, centre: tuple[float, float, float]) -> Message:
+    point = s.vehicle.navigator.frame.to_geodetic(*centre)
+    return dialect.MAVLink_orbit_execution_status_message(
+        s.time_boot_us, radius_m, dialect.MAV_FRAME_GLOBAL, *place_e7(point), point.altitude_amsl_m,
+    )  # fmt: skip
+
+
+def orbit_status(s: Snapshot) -> Message | None:
+    """ORBIT_EXECUTION_STATUS of a multicopter: in its mode, also on the way to the circle."""
+    mode = firmware_of(s).mode
+    if not isinstance(mode, Orbit) or mode.centre is None or not s.vehicle.armed:
+        return None
+    return _orbit_status(s, math.copysign(mode.radius_m, mode.speed_m_s), mode.centre)
+
+
+def circle_status(s: Snapshot) -> Message | None:
+    """ORBIT_EXECUTION_STATUS of a plane: in AUTO.LOITER."""
+    plane, mode = s.vehicle, _plane_mode(s)
+    assert isinstance(plane, Px4Plane)
+    if not isinstance(mode, Hold) or mode.target is None or plane.circling is None:
+        return None
+    (north, east), radius_m = plane.circling
+    return _orbit_status(s, radius_m, (north, east, mode.target[2]))
+
+
+_DRIVE: dict[int, Builder] = {
+    36: drive_outputs,
+    83: never,
+    85: never,
+    87: drive_target,
+}
+_FLY: dict[int, Builder] = {
+    36: surface_outputs,
+    83: plane_attitude_target,
+    85: path_target,
+    87: place_target,
+    360: circle_status,
+}
+BUILDERS: dict[str, dict[int, Builder]] = {
+    "px4copter": {**_EVERY_KIND, 360: orbit_status},
+    "px4rover": {**_EVERY_KIND, **_DRIVE},
+    "px4boat": {**_EVERY_KIND, **_DRIVE},
+    "px4plane": {**_EVERY_KIND, **_FLY},
+}
+"""By vehicle type and message id"""

@@ -35,8 +35,6 @@ from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.px4 import (
     commands,
-    kind_commands,
-    kind_messages,
     messages,
     rates,
     setpoints,
@@ -132,7 +130,7 @@ class Px4Server(MavlinkServer):
 
     def make_builders(self, kind: str) -> Mapping[int, Builder]:
         """See `MavlinkServer`."""
-        return {**kind_messages.BUILDERS[kind], _CURRENT_MODE: self._current_mode}
+        return {**messages.BUILDERS[kind], _CURRENT_MODE: self._current_mode}
 
     def make_traffic(self) -> TrafficQueue:
         """Each link sends each report once."""
@@ -312,7 +310,7 @@ class Px4Server(MavlinkServer):
 
     def _on_command(self, message: Message) -> None:
         self._decide()
-        result = kind_commands.handle(self, from_message(message))
+        result = commands.handle(self, from_message(message))
         # Texts come before the acknowledgement.
         later, self._later = self._later, []
         self.flush_events()

@@ -9,6 +9,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
 from mavlink_sitl.autopilot.ardupilot.rover.pilot_modes import Acro, Manual, Steering
 from mavlink_sitl.autopilot.ardupilot.rover.rover_auto import DriveAuto, Obey
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
+    Circle,
     DriveMode,
     Guided,
     Hold,
@@ -83,6 +84,7 @@ class Rover(Commander):
             "steering": Steering,
             "hold": Hold,
             "loiter": Loiter,
+            "circle": Circle,
             "auto": DriveAuto,
             "rtl": ReturnToLaunch,
             "smart_rtl": SmartReturn,

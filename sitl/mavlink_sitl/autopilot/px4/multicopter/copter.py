@@ -7,7 +7,6 @@ from mavlink_sitl.autopilot.px4.multicopter import copter_modes as modes
 from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
 from mavlink_sitl.autopilot.px4.multicopter.copter_navigation import CopterNavigator
 from mavlink_sitl.autopilot.px4.multicopter.follow_target import FollowTarget
-from mavlink_sitl.autopilot.px4.multicopter.offboard import Offboard
 from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit, OrbitRequest
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
 from mavlink_sitl.exchange import Result, Severity, Vector
@@ -36,7 +35,7 @@ class Px4Copter(Px4Vehicle):
             "px4_position": modes.Manual,
             "px4_mission": Mission,
             "px4_return": modes.Return,
-            "px4_offboard": Offboard,
+            "px4_offboard": modes.Offboard,
             "px4_takeoff": modes.Takeoff,
             "px4_land": modes.Land,
             "px4_orbit": Orbit,
