@@ -186,7 +186,7 @@ def forms_of_nav2() -> list[str]:
     return [form for form, mark in marks.items() if (folder / mark).is_file()]
 
 
-@pytest.mark.parametrize("name", sorted({*HASHES, *LATER["1.4"], *LATER["1.5"]}))
+@pytest.mark.parametrize("name", sorted(HASHES.keys() | LATER["1.4"].keys() | LATER["1.5"].keys()))
 def test_a_type_is_that_of_ros(name: str) -> None:
     package, kind, own = name.split("/")
     wanted = HASHES.get(name)
