@@ -96,7 +96,7 @@ HASHES = {
     ),
 }
 
-LATER = {
+LATER: dict[str, dict[str, str | None]] = {
     "1.4": {
         "nav2_msgs/action/BackUp": (
             "RIHS01_cc8889ed926f2e6956d1a3d0459e8e610289ed689efdcf8bcff3e4a349cea741"

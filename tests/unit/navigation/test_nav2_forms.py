@@ -9,12 +9,13 @@ import pytest
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 
+from custom_interfaces.action import Navigate
 from custom_interfaces.msg import GoalCode
 from drone_navigation.nav2.outcomes import SUCCEEDED, Nav2Outcome, aborted, result
 
 pytest.importorskip("nav2_msgs", reason="nav2_msgs is not built: run make setup-nav2")
 
-from nav2_msgs import action
+from nav2_msgs import action, srv
 
 from drone_navigation.nav2 import forms
 from tests.support.ros.nav2_client import route
@@ -34,6 +35,20 @@ def poses(count: int = 3) -> list[PoseStamped]:
 
 def test_the_installed_form_is_served() -> None:
     assert forms.too_old() is None
+
+
+def test_results_without_room_for_a_reason_are_not_served(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As those of all actions of nav2_msgs 1.1, and of `compute_route` in 1.3."""
+    monkeypatch.setattr(forms.action, "ComputeRoute", Navigate, raising=False)
+    assert forms.optional_actions(["ComputeRoute", "Spin"]) == {"Spin": action.Spin}
+    monkeypatch.setattr(forms.action, "NavigateToPose", Navigate)
+    assert "older than 1.3 (ROS 2 Jazzy)" in (forms.too_old() or "")
+
+
+def test_what_is_not_defined_is_left_out() -> None:
+    assert forms.optional_actions(["Hover"]) == {}
+    known = ["ClearEntireCostmap", "ClearCostmapAroundHouse"]
+    assert forms.optional_services(known) == {"ClearEntireCostmap": srv.ClearEntireCostmap}
 
 
 def test_poses_of_a_route_are_those_that_were_sent() -> None:
