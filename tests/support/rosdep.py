@@ -46,24 +46,24 @@ class Rosdep:
         sources = folder / "sources"
         sources.mkdir()
         (sources / "20-default.list").write_text(f"yaml {(DATA / 'python.yaml').as_uri()}\n")
+        # What is in these is there already.
+        there = ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH")
         self._environment = {
-            **os.environ,
+            **{name: value for name, value in os.environ.items() if name not in there},
             "HOME": str(folder),
             "ROS_HOME": str(folder / "ros"),
             "ROSDEP_SOURCE_PATH": str(sources),
             "ROSDISTRO_INDEX_URL": (DATA / "index-v4.yaml").as_uri(),
             "ROS_PYTHON_VERSION": "3",
-            "ROS_DISTRO": "jazzy",
-            # What is in these is there already.
-            "AMENT_PREFIX_PATH": "",
-            "CMAKE_PREFIX_PATH": "",
         }
         done = self._run("update", "--rosdistro", "jazzy")
         assert done.returncode == 0, done.stdout + done.stderr
 
     def install(self, *folders: Path) -> subprocess.CompletedProcess[str]:
         """Run `rosdep install --from-paths FOLDERS --ignore-src`, which installs nothing here."""
-        options = ("--ignore-src", "--simulate", "-y", "--os=ubuntu:noble", "--rosdistro=jazzy")
+        options = ["--ignore-src", "--simulate", "-y", "--os=ubuntu:noble", "--rosdistro=jazzy"]
+        # Else it leaves out what this machine happens to have.
+        options.append("--reinstall")
         return self._run("install", "--from-paths", *map(str, folders), *options)
 
     def _run(self, *words: str) -> subprocess.CompletedProcess[str]:

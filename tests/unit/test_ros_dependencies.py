@@ -73,7 +73,7 @@ def test_rosdep_installs_every_dependency(tmp_path: Path) -> None:
     done = Rosdep(tmp_path).install(ROOT / "src", ROOT / "sitl")
     assert done.returncode == 0, done.stdout + done.stderr
     apt = set(re.findall(r"apt-get install -y (\S+)", done.stdout))
-    pip = set(re.findall(r"pip3 install -U (\S+)", done.stdout))
+    pip = set(re.findall(r"pip3 install -U -I (\S+)", done.stdout))
     needed = set().union(*map(named_in, [*BUILT, ROOT / "sitl"])) - set(map(name_of, BUILT))
     assert pip == {"mcap-ros2-support", "pymavlink"}
     keys = {KEY_OF["mcap"], KEY_OF["pymavlink"]}
