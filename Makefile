@@ -125,9 +125,7 @@ lock: setup-dev ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgra
 		$(LOCK) $$running $$light -c $$at-dev.txt -o $$at.txt; \
 		$(LOCK) --group build --group ros-$$ros --group ros-$$ros-build -c $$at-dev.txt \
 			-o $$at-build.txt; \
-	done; \
-	$(LOCK) --group colcon -c requirements/wheels-build.txt -c requirements/wheels-dev.txt \
-		-o requirements/colcon.txt
+	done
 
 pages: setup-dev ## Write the pages of parameters and simulated firmwares, the schema, and the types of messages
 	@$(ENTER) python scripts/list_parameters.py

@@ -47,15 +47,17 @@ class _Server(Protocol):
 Answering = Callable[[str, Headers], Awaitable["Answer | None"]]
 """Takes the path, with the query, and the headers of a GET; None opens the socket"""
 
+broadcast: Callable[[Iterable[Any], str], None]
+"""Sends a text to all of some connections, without waiting for one"""
+_newer: Any = None
 try:
     from websockets.asyncio import server as _newer
 
-    broadcast: Callable[[Iterable[Any], str], None] = _newer.broadcast
+    broadcast = _newer.broadcast
 except ModuleNotFoundError:
-    _newer = None  # type: ignore[assignment]
-    from websockets.legacy import protocol as _older_protocol
+    from websockets.legacy import protocol as _older
 
-    broadcast = _older_protocol.broadcast
+    broadcast = _older.broadcast
 
 
 def serve(
@@ -85,10 +87,10 @@ def serve(
         "close_timeout": 1.0,
     }
     if _newer is None:
-        from websockets.legacy import server as older  # noqa: PLC0415 - deprecated in the newer
+        from websockets.legacy.server import serve as older  # noqa: PLC0415 - deprecated
 
         # It takes the answer as it is.
-        return older.serve(talk, host, port, process_request=answer, **options)
+        return older(talk, host, port, process_request=answer, **options)
 
     async def process(_: object, request: Any) -> Any:
         from websockets.http11 import Response  # noqa: PLC0415

@@ -149,8 +149,8 @@ def plan_straight(
     axis = unit_between(state.position_enu_m, goal_enu_m) or EAST
     axis_limits = limits.along(axis)
     profile = _SOLVER.to_position(
-        *_along((axis,), state.velocity_enu_m_s),
-        *_along((axis,), state.acceleration_enu_m_s2),
+        _along((axis,), state.velocity_enu_m_s)[0],
+        _along((axis,), state.acceleration_enu_m_s2)[0],
         distance(state.position_enu_m, goal_enu_m),
         min(end_speed_m_s, axis_limits.speed_forward_m_s),
         axis_limits,

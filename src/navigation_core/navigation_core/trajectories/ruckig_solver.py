@@ -54,7 +54,7 @@ def _solve(
     request.current_acceleration = acceleration_m_s2
     request.max_acceleration = [limit.acceleration_m_s2 for limit in limits]
     request.max_jerk = [limit.jerk_m_s3 for limit in limits]
-    profile = ruckig.Trajectory(len(limits))
+    profile: Profile = ruckig.Trajectory(len(limits))
     try:
         result = ruckig.Ruckig(len(limits)).calculate(request, profile)
     # A ValueError: the Python binding lacks names for some of the results, such as -101, a
