@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from navigation_core.limits import AxisLimits
 from navigation_core.trajectories import python_solver, ruckig_solver
-from navigation_core.trajectories.profiles import Profile
+from navigation_core.trajectories.profiles import MotionProfile
 from tests.support.hidden_packages import beside, hide
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -30,7 +30,7 @@ beyond = st.one_of(st.just(0.0), st.floats(-1.3, 1.3))
 lengths_m = st.floats(-3.0, 3.0).map(lambda exponent: 10.0**exponent)
 
 
-def assert_same(ours: Profile, theirs: Profile) -> None:
+def assert_same(ours: MotionProfile, theirs: MotionProfile) -> None:
     assert ours.duration == pytest.approx(theirs.duration, rel=1e-7, abs=1e-7)
     for k in range(11):
         t_s = theirs.duration * k / 10.0

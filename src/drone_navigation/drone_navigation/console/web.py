@@ -16,10 +16,7 @@ from urllib.parse import urlsplit
 from drone_navigation.console.access import Access
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.messages import SIZE_MAX_BYTES
-from drone_navigation.console.session import Page, Rules
-from drone_navigation.console.shown_values import ShownValues
-from drone_navigation.console.tiles.folder import Tiles, media_type, tile_of
-from drone_navigation.console.web_sockets import (
+from drone_navigation.console.serving.web_sockets import (
     Answer,
     Connection,
     ConnectionClosed,
@@ -27,6 +24,9 @@ from drone_navigation.console.web_sockets import (
     broadcast,
     serve,
 )
+from drone_navigation.console.session import Page, Rules
+from drone_navigation.console.shown_values import ShownValues
+from drone_navigation.console.tiles.folder import Tiles, media_type, tile_of
 
 __all__ = ["Web"]
 

@@ -29,7 +29,7 @@ from navigation_core.geometry import (
     unit_between,
 )
 from navigation_core.limits import Limits
-from navigation_core.trajectories.profiles import Profile, installed_solver
+from navigation_core.trajectories.profiles import MotionProfile, installed_solver
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ class MotionPiece:
 
     origin_enu_m: Vector3
     axes_enu: tuple[Vector3, ...]
-    profile: Profile
+    profile: MotionProfile
     duration_s: float
     limits: Limits
     begin_s: float = 0.0

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from navigation_core.limits import AxisLimits
 
-__all__ = ["Profile", "Solver", "TrajectoryError", "installed_solver"]
+__all__ = ["MotionProfile", "Solver", "TrajectoryError", "installed_solver"]
 
 
 class TrajectoryError(RuntimeError):
@@ -62,7 +62,7 @@ class Extrema(Protocol):
     def max(self) -> float: ...
 
 
-class Profile(Protocol):
+class MotionProfile(Protocol):
     """A motion on one or several axes."""
 
     @property
@@ -100,7 +100,7 @@ class Solver(Protocol):
         acceleration_m_s2: list[float],
         target_m_s: list[float],
         limits: list[AxisLimits],
-    ) -> Profile:
+    ) -> MotionProfile:
         """Reach a velocity on each axis as fast as it goes, wherever that ends.
 
         Raises:
@@ -115,7 +115,7 @@ class Solver(Protocol):
         target_m: float,
         target_m_s: float,
         limits: AxisLimits,
-    ) -> Profile:
+    ) -> MotionProfile:
         """Reach a position with a velocity, on one axis.
 
         Raises:

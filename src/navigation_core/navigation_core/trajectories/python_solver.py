@@ -70,8 +70,8 @@ class _Extrema:
     max: float
 
 
-class _Profile:
-    """See `profiles.Profile`."""
+class _MotionProfile:
+    """See `profiles.MotionProfile`."""
 
     def __init__(self, axes: list[_AxisProfile]) -> None:
         """Keep the motion on each axis."""
@@ -79,7 +79,7 @@ class _Profile:
         self.duration = max(axis.duration_s for axis in axes)
 
     def at_time(self, t_s: float, /) -> tuple[list[float], list[float], list[float]]:
-        """See `profiles.Profile`."""
+        """See `profiles.MotionProfile`."""
         positions, velocities, accelerations = [], [], []
         for axis in self.profiles[0]:
             position, velocity, acceleration = axis.at_time(t_s)
@@ -90,7 +90,7 @@ class _Profile:
 
     @property
     def position_extrema(self) -> list[_Extrema]:
-        """See `profiles.Profile`."""
+        """See `profiles.MotionProfile`."""
         return [_Extrema(max(_extreme_positions(axis))) for axis in self.profiles[0]]
 
 
@@ -99,10 +99,10 @@ def to_velocity(
     acceleration_m_s2: list[float],
     target_m_s: list[float],
     limits: list[AxisLimits],
-) -> _Profile:
+) -> _MotionProfile:
     """See `profiles.Solver`."""
     starts = zip(velocity_m_s, acceleration_m_s2, target_m_s, limits, strict=True)
-    return _Profile(
+    return _MotionProfile(
         [_profile(v, a, _change(v, a, target, limit)) for v, a, target, limit in starts]
     )
 
@@ -113,7 +113,7 @@ def to_position(
     target_m: float,
     target_m_s: float,
     limits: AxisLimits,
-) -> _Profile:
+) -> _MotionProfile:
     """See `profiles.Solver`."""
 
     def by_way_of(speed_m_s: float) -> tuple[_Steps, _Steps]:
@@ -145,7 +145,9 @@ def to_position(
         speed = upper = lower
     first, second = by_way_of(speed)
     kept_s = max(remaining_m(speed) / speed, 0.0) if speed in (low, high) else 0.0
-    return _Profile([_profile(velocity_m_s, acceleration_m_s2, [*first, (0.0, kept_s), *second])])
+    return _MotionProfile(
+        [_profile(velocity_m_s, acceleration_m_s2, [*first, (0.0, kept_s), *second])]
+    )
 
 
 def _change(velocity: float, acceleration: float, target: float, limits: AxisLimits) -> _Steps:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ruckig
 
 from navigation_core.limits import AxisLimits
-from navigation_core.trajectories.profiles import Profile, TrajectoryError
+from navigation_core.trajectories.profiles import MotionProfile, TrajectoryError
 
 __all__ = ["NOTE", "to_position", "to_velocity"]
 
@@ -17,7 +17,7 @@ def to_velocity(
     acceleration_m_s2: list[float],
     target_m_s: list[float],
     limits: list[AxisLimits],
-) -> Profile:
+) -> MotionProfile:
     """See `profiles.Solver`."""
     request = ruckig.InputParameter(len(limits))
     request.control_interface = ruckig.ControlInterface.Velocity
@@ -32,7 +32,7 @@ def to_position(
     target_m: float,
     target_m_s: float,
     limits: AxisLimits,
-) -> Profile:
+) -> MotionProfile:
     """See `profiles.Solver`."""
     request = ruckig.InputParameter(1)
     request.target_position = [target_m]
@@ -47,14 +47,14 @@ def _solve(
     velocity_m_s: list[float],
     acceleration_m_s2: list[float],
     limits: list[AxisLimits],
-) -> Profile:
+) -> MotionProfile:
     """Fill in start and limits and let Ruckig calculate."""
     request.current_position = [0.0] * len(limits)
     request.current_velocity = velocity_m_s
     request.current_acceleration = acceleration_m_s2
     request.max_acceleration = [limit.acceleration_m_s2 for limit in limits]
     request.max_jerk = [limit.jerk_m_s3 for limit in limits]
-    profile: Profile = ruckig.Trajectory(len(limits))
+    profile: MotionProfile = ruckig.Trajectory(len(limits))
     try:
         result = ruckig.Ruckig(len(limits)).calculate(request, profile)
     # A ValueError: the Python binding lacks names for some of the results, such as -101, a

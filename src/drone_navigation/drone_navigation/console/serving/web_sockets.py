@@ -100,4 +100,7 @@ def serve(
             return None
         return Response(given.status.value, given.status.phrase, given.headers, given.content)
 
-    return _newer.serve(talk, host, port, process_request=process, **options)
+    server: AbstractAsyncContextManager[_Server] = _newer.serve(
+        talk, host, port, process_request=process, **options
+    )
+    return server
