@@ -29,7 +29,7 @@ from navigation_bridge.configuration.parameter_file import (
     read_parameter_file,
 )
 from navigation_bridge.names import SERVER_NODE_NAME
-from navigation_core.trajectories.profiles import installed_solver
+from navigation_core.trajectories.solver import installed_solver
 
 EXIT_OK = 0
 EXIT_FAILED = 1

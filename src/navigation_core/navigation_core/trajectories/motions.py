@@ -29,7 +29,8 @@ from navigation_core.geometry import (
     unit_between,
 )
 from navigation_core.limits import Limits
-from navigation_core.trajectories.profiles import MotionProfile, installed_solver
+from navigation_core.trajectories.profiles import MotionProfile
+from navigation_core.trajectories.solver import installed_solver
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from navigation_core.limits import AxisLimits
 
-__all__ = ["MotionProfile", "Solver", "TrajectoryError", "installed_solver"]
+__all__ = ["MotionProfile", "Solver", "TrajectoryError"]
 
 
 class TrajectoryError(RuntimeError):
@@ -122,14 +122,3 @@ class Solver(Protocol):
             TrajectoryError: there is no solution.
         """
         ...
-
-
-def installed_solver() -> Solver:
-    """Return Ruckig, or what takes its place where it is not installed."""
-    try:
-        from navigation_core.trajectories import ruckig_solver  # noqa: PLC0415 - may be missing
-    except ModuleNotFoundError:
-        from navigation_core.trajectories import python_solver  # noqa: PLC0415
-
-        return python_solver
-    return ruckig_solver
