@@ -214,9 +214,13 @@ def update(ros: str) -> bool:
     if not interfaces_due and read(WORKSPACE_STAMP) == workspace_key:
         return False
     wheel = fitting_wheel() if ros == "wheels" and interfaces_due else None
+    unfit = given_wheels() if ros == "wheels" and interfaces_due and wheel is None else []
     check_prerequisites(ros, packages_due, compiles=interfaces_due and wheel is None)
     where = f"ROS 2 {WHEELS[ros]} from pinned wheels" if ros in WHEELS else sourced_ros()
     print(f"Setting up with Python {platform.python_version()} and {where}.", flush=True)
+    if unfit:
+        reasons = "; ".join(map(misfit, unfit))
+        print(f"  The interfaces are built, for no wheel of them fits: {reasons}.", flush=True)
     if sys.version_info >= UNTRIED:
         print("  No test has run on this version of Python; all packages exist for it.", flush=True)
     WORKSPACE_STAMP.unlink(missing_ok=True)
@@ -397,8 +401,8 @@ def check_prerequisites(ros: str, packages: bool = True, compiles: bool = True) 
     text = ", ".join(missing)
     if text:
         text = f"{text[0].upper()}{text[1:]}: sudo apt install {' '.join(dict.fromkeys(names))}"
-        if compiles and (given := [path.name for path in given_wheels()]):
-            text += f", or use a wheel of the interfaces that fits: {', '.join(given)} does not"
+        if compiles and ros == "wheels" and (reasons := "; ".join(map(misfit, given_wheels()))):
+            text += f", or use a wheel of the interfaces that fits: {reasons}"
     for shortage in short_disks() if packages else ():
         text += f"; also, {shortage}" if text else shortage
     if text:
@@ -719,6 +723,22 @@ def fitting_wheel() -> Path | None:
         if found and kind == "glibc" and int(found[1]) <= int(version):
             return path
     return None
+
+
+def misfit(wheel: Path) -> str:
+    """Why a wheel is none of these interfaces for this machine, as a sentence without its end."""
+    about = re.fullmatch(r"[^-]+-([^-]+)-([^-]+)-[^-]+-(\w+?_\d+_\d+)_(\w+)\.whl", wheel.name)
+    if about is None:
+        return f"{wheel.name} is not named as such a wheel is"
+    version, tag, library, machine = about.groups()
+    if machine != "x86_64" or platform.machine() != "x86_64":
+        return f"{wheel.name} is for {machine}, and this is {platform.machine()}"
+    if tag != python_tag():
+        return f"{wheel.name} is for another Python, and this is {python_tag()}"
+    if version != wheel_version():
+        return f"{wheel.name} was made of other interfaces than {wheel_version()}"
+    have = os.confstr("CS_GNU_LIBC_VERSION") or "no glibc"
+    return f"{wheel.name} needs {library}, and this has {have}"
 
 
 def given_wheels() -> list[Path]:

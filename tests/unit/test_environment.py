@@ -492,18 +492,54 @@ def test_with_a_wheel_no_compiler_is_needed(
     setup_environment.check_prerequisites("system", compiles=False)
 
 
-def test_a_wheel_that_does_not_fit_is_named_where_there_is_no_compiler(
-    setup_environment: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("version", "tag", "platform", "reason"),
+    [
+        ("", "", "manylinux_2_17_aarch64", "is for aarch64, and this is x86_64"),
+        ("", "cp39", "manylinux_2_17_x86_64", "is for another Python, and this is cp3"),
+        ("0.1.0+0", "", "manylinux_2_17_x86_64", "was made of other interfaces than "),
+        ("", "", "manylinux_2_99_x86_64", "needs manylinux_2_99, and this has "),
+        ("", "", "any", "is not named as such a wheel is"),
+    ],
+)
+def test_why_a_wheel_does_not_fit_is_said_where_there_is_no_compiler(
+    setup_environment: ModuleType,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    version: str,
+    tag: str,
+    platform: str,
+    reason: str,
 ) -> None:
-    name = "mavbridge_interfaces-0.1.0+000000000000-cp311-cp311-manylinux_2_17_x86_64.whl"
-    (tmp_path / name).touch()
+    python = tag or setup_environment.python_tag()
+    name = f"{version or setup_environment.wheel_version()}-{python}-{python}-{platform}.whl"
+    (tmp_path / f"mavbridge_interfaces-{name}").touch()
+    monkeypatch.setattr("platform.machine", lambda: "x86_64")
     monkeypatch.setenv("MAVBRIDGE_WHEELS", str(tmp_path))
     monkeypatch.setenv("CC", "no-such-compiler")
-    with pytest.raises(
-        setup_environment.SetupError, match="wheel of the interfaces that fits"
-    ) as e:
-        setup_environment.check_prerequisites("system")
-    assert str(e.value).endswith(f"{name} does not")
+    with pytest.raises(setup_environment.SetupError) as e:
+        setup_environment.check_prerequisites("wheels", packages=False)
+    said = str(e.value)
+    assert f"wheel of the interfaces that fits: mavbridge_interfaces-{name} {reason}" in said
+    assert len(said.splitlines()) == 1
+    # Beside a sourced ROS none is used.
+    with pytest.raises(setup_environment.SetupError) as e:
+        setup_environment.check_prerequisites("system", packages=False)
+    assert "wheel" not in str(e.value)
+
+
+def test_arm64_without_a_compiler_is_one_sentence(
+    setup_environment: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("platform.machine", lambda: "aarch64")
+    monkeypatch.setenv("CC", "no-such-compiler")
+    monkeypatch.setenv("CXX", "no-such-compiler")
+    with pytest.raises(setup_environment.SetupError) as e:
+        setup_environment.check_prerequisites("system", packages=False)
+    assert str(e.value) == (
+        "There is no no-such-compiler (the C compiler), there is no no-such-compiler (the C++ "
+        "compiler): sudo apt install build-essential"
+    )
 
 
 @pytest.mark.parametrize(

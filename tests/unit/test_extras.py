@@ -59,13 +59,13 @@ def test_a_missing_package_is_one_sentence(package: str, script: str, tmp_path: 
     assert not list(tmp_path.glob("a.mcap*"))
 
 
-def test_websockets_of_an_older_system_is_one_sentence(tmp_path: Path) -> None:
-    older = "import sys; sys.modules['websockets.asyncio'] = None\n"
+def test_a_console_without_websockets_says_so_in_one_sentence(tmp_path: Path) -> None:
+    older = "import sys; sys.modules['websockets'] = None\n"
     console = "from drone_navigation.navigation_console import main\nsys.exit(main([]))\n"
     done = without_extras(older + console, tmp_path)
     assert done.returncode == 1
     (said,) = done.stderr.strip().splitlines()
-    assert said.startswith("The console needs websockets 13 or newer")
+    assert said.startswith("The console needs the package websockets")
 
 
 def test_only_what_needs_an_extra_imports_it() -> None:

@@ -11,27 +11,16 @@ from xml.etree import ElementTree
 
 import pytest
 
+from tests.support.rosdep import DATA, KEY_OF, PYPI_ONLY, Rosdep
+
 ROOT = Path(__file__).resolve().parents[2]
 IN_SRC = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
 PACKAGES = [*IN_SRC, ROOT / "sitl"]
 PYTHON = [folder for folder in PACKAGES if (folder / "setup.cfg").is_file()]
-KEYS = {
-    line
-    for line in (ROOT / "tests/data/rosdep_keys.txt").read_text("utf-8").splitlines()
-    if not line.startswith("#")
-}
-KEY_OF = {
-    "PIL": "python3-pil", "jsonschema": "python3-jsonschema", "matplotlib": "python3-matplotlib",
-    "mcap": "mcap-ros2-support", "numpy": "python3-numpy", "pymavlink": "python3-pymavlink-pip",
-    "pytest": "python3-pytest", "rich": "python3-rich", "scipy": "python3-scipy",
-    "serial": "python3-serial", "websockets": "python3-websockets", "yaml": "python3-yaml",
-}  # fmt: skip
-"""rosdep's key by the name of a Python module; those of ROS packages are the same"""
-PYPI_ONLY = {
-    "fastcrc": "fastcrc", "imageio_ffmpeg": "imageio-ffmpeg", "pmtiles": "pmtiles",
-    "pyarrow": "pyarrow", "pyulog": "pyulog", "ruckig": "ruckig", "shtab": "shtab",
-}  # fmt: skip
-"""Name on the package index by the name of the module; docs/on_board.md says what each is for"""
+# ROS packages that ROS may lack as wheels, built from definitions of ours. colcon and rosdep are to
+# take those of ROS.
+STAND_INS = [path for path in IN_SRC if (path / "COLCON_IGNORE").is_file()]
+BUILT = {path for path in IN_SRC if path not in STAND_INS}
 
 
 def named_in(package: Path) -> set[str]:
@@ -66,12 +55,6 @@ def imported_by(package: Path) -> set[str]:
     return tops
 
 
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_rosdep_resolves_every_dependency(package: Path) -> None:
-    """With `--from-paths src --ignore-src`, so the simulator's folder is not looked into."""
-    assert named_in(package) - KEYS - {name_of(path) for path in IN_SRC} == set()
-
-
 @pytest.mark.parametrize("package", PYTHON, ids=lambda path: path.name)
 def test_every_import_is_a_dependency_or_on_the_package_index_alone(package: Path) -> None:
     wanted = {KEY_OF.get(name, name) for name in imported_by(package) - PYPI_ONLY.keys()}
@@ -81,14 +64,43 @@ def test_every_import_is_a_dependency_or_on_the_package_index_alone(package: Pat
     assert modules - wanted - {"python3-pytest"} == set()
 
 
-def test_the_list_of_keys_has_those_that_are_named_and_no_others() -> None:
-    assert set().union(*map(named_in, PACKAGES)) - {name_of(path) for path in IN_SRC} == KEYS
+def test_definitions_of_ours_do_not_hide_those_of_ros() -> None:
+    assert [path.name for path in STAND_INS] == ["geographic_msgs", "nav2_msgs", "tf2_msgs"]
+
+
+@pytest.mark.wide
+def test_rosdep_installs_every_dependency(tmp_path: Path) -> None:
+    done = Rosdep(tmp_path).install(ROOT / "src", ROOT / "sitl")
+    assert done.returncode == 0, done.stdout + done.stderr
+    apt = set(re.findall(r"apt-get install -y (\S+)", done.stdout))
+    pip = set(re.findall(r"pip3 install -U -I (\S+)", done.stdout))
+    needed = set().union(*map(named_in, [*BUILT, ROOT / "sitl"])) - set(map(name_of, BUILT))
+    assert pip == {"mcap-ros2-support", "pymavlink"}
+    keys = {KEY_OF["mcap"], KEY_OF["pymavlink"]}
+    keys |= {name.removeprefix("ros-jazzy-").replace("-", "_") for name in apt if "ros-" in name}
+    keys |= {name for name in apt if name.startswith("python3-")}
+    # Exactly these: the data name no key that nothing needs.
+    assert keys == needed
+    named = {line.split(":")[0] for line in (DATA / "python.yaml").read_text("utf-8").splitlines()}
+    listed = re.findall(r"^ +- (\w+)$", (DATA / "jazzy.yaml").read_text("utf-8"), re.MULTILINE)
+    assert needed == {name for name in named if not name.startswith("#")} | set(listed)
+
+
+@pytest.mark.wide
+def test_rosdep_names_a_key_that_it_does_not_know(tmp_path: Path) -> None:
+    package = tmp_path / "src/flight_logs"
+    package.mkdir(parents=True)
+    text = (ROOT / "src/flight_logs/package.xml").read_text("utf-8")
+    (package / "package.xml").write_text(text.replace("python3-rich", "python3-pyulog"), "utf-8")
+    done = Rosdep(tmp_path).install(tmp_path / "src")
+    assert done.returncode != 0
+    assert "python3-pyulog" in done.stderr
 
 
 def test_what_is_on_the_package_index_alone_is_documented_with_its_loss() -> None:
     page = (ROOT / "docs/on_board.md").read_text("utf-8")
-    section = page.split("## As a package of a ROS workspace\n", 1)[1].split("\n## ")[0]
-    rows = dict(re.findall(r"^\| `([\w-]+)` \| (.+) \|$", section, re.MULTILINE))
+    page = page.partition("## Installed by rosdep")[2].partition("\n## ")[0]
+    rows = dict(re.findall(r"^\| `([\w-]+)` \| (.+) \|$", page, re.MULTILINE))
     assert rows.keys() == set(PYPI_ONLY.values())
     imported = set().union(*map(imported_by, PYTHON))
     assert imported >= PYPI_ONLY.keys()

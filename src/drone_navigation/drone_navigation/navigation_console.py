@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 _REDIRECT = '<!doctype html><meta http-equiv="refresh" content="0; url={address}">\n'
 _NO_WEBSOCKETS = (
-    "The console needs websockets 13 or newer, and Debian's python3-websockets may be older "
-    "({error}): pip install 'websockets>=13'."
+    "The console needs the package websockets ({error}): sudo apt install python3-websockets, or "
+    "'pip install websockets'."
 )
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -65,7 +65,7 @@ def _serve_until(
     signals: StopSignals, argv: list[str], options: Namespace, token: str, tiles: Tiles | None
 ) -> int:
     try:
-        from drone_navigation.console.web import Web  # noqa: PLC0415 - apt's may be too old
+        from drone_navigation.console.web import Web  # noqa: PLC0415 - may be missing
     except ModuleNotFoundError as error:
         print(_NO_WEBSOCKETS.format(error=error), file=sys.stderr)
         return EXIT_FAILED

@@ -29,6 +29,7 @@ from navigation_bridge.configuration.parameter_file import (
     read_parameter_file,
 )
 from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_core.trajectories.solver import installed_solver
 
 EXIT_OK = 0
 EXIT_FAILED = 1
@@ -154,6 +155,8 @@ def _run(
             root.get_logger().fatal(str(error))
             return EXIT_USAGE
         server.start()
+        if note := installed_solver().NOTE:
+            root.get_logger().info(note)
         started_s = clock.now()
         second = ""
         while not signals.wait(_WATCH_PERIOD_S) and server.running:

@@ -13,14 +13,17 @@ from http import HTTPStatus
 from importlib.resources import files
 from urllib.parse import urlsplit
 
-from websockets.asyncio.server import Server, ServerConnection, broadcast, serve
-from websockets.datastructures import Headers
-from websockets.exceptions import ConnectionClosed
-from websockets.http11 import Request, Response
-
 from drone_navigation.console.access import Access
 from drone_navigation.console.fleet import Fleet
 from drone_navigation.console.messages import SIZE_MAX_BYTES
+from drone_navigation.console.serving.web_sockets import (
+    Answer,
+    Connection,
+    ConnectionClosed,
+    Headers,
+    broadcast,
+    serve,
+)
 from drone_navigation.console.session import Page, Rules
 from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.console.tiles.folder import Tiles, media_type, tile_of
@@ -62,7 +65,7 @@ class Web:
         self._board = board
         self._token = token
         self._rules = Rules(fleet, board)
-        self._pages: dict[ServerConnection, Page] = {}
+        self._pages: dict[Connection, Page] = {}
         self._numbers = itertools.count(1)
         self._files = {
             f"/{file.name}": file.read_bytes()
@@ -91,20 +94,8 @@ class Web:
         Raises:
             OSError: it cannot be opened.
         """
-        async with serve(
-            self._talk,
-            host,
-            port,
-            process_request=self._serve,
-            compression=None,
-            max_size=SIZE_MAX_BYTES,
-            server_header=None,
-            logger=_SILENT,
-            ping_interval=10.0,
-            ping_timeout=10.0,
-            close_timeout=1.0,
-        ) as server:
-            port = _port(server)
+        async with serve(self._talk, self._serve, (host, port), SIZE_MAX_BYTES, _SILENT) as server:
+            port = next(iter(server.sockets)).getsockname()[1]
             self._access = Access(self._token, host, port)
             ready(port)
             pusher = asyncio.create_task(self._push())
@@ -115,14 +106,14 @@ class Web:
 
     # --- HTTP -------------------------------------------------------------------------------
 
-    async def _serve(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def _serve(self, target: str, headers: Headers) -> Answer | None:
         """Return a file or a rejection, None to open the socket. Only GET gets here."""
         assert self._access is not None
-        path = urlsplit(request.path).path
+        path = urlsplit(target).path
         denied = self._access.check(
-            request.path,
-            request.headers.get_all("Host"),
-            request.headers.get_all("Origin"),
+            target,
+            headers.get_all("Host"),
+            headers.get_all("Origin"),
             token=path in ("/", _SOCKET) or path.startswith("/tile/"),
             origin=path == _SOCKET,
         )
@@ -140,11 +131,11 @@ class Web:
         if content is None:
             return _response(HTTPStatus.NOT_FOUND, b"There is no such file.")
         kind = "html" if path == "/" else path.rpartition(".")[2]
-        socket = f"ws://{request.headers['Host']}"
+        socket = f"ws://{headers['Host']}"
         return _response(HTTPStatus.OK, content, _TYPES[kind], socket)
 
     @staticmethod
-    async def _serve_tile(tiles: Tiles, zoom: int, x: int, y: int) -> Response:
+    async def _serve_tile(tiles: Tiles, zoom: int, x: int, y: int) -> Answer:
         content = await asyncio.to_thread(tiles.read, zoom, x, y)
         kind = None if content is None else media_type(content)
         if content is None or kind is None:
@@ -154,7 +145,7 @@ class Web:
 
     # --- the socket -------------------------------------------------------------------------
 
-    async def _talk(self, connection: ServerConnection) -> None:
+    async def _talk(self, connection: Connection) -> None:
         loop = asyncio.get_running_loop()
 
         def tell(message: dict[str, object]) -> None:
@@ -224,18 +215,13 @@ class Web:
                     connection.transport.abort()
 
 
-def _send(connection: ServerConnection, message: dict[str, object]) -> None:
+def _send(connection: Connection, message: dict[str, object]) -> None:
     broadcast([connection], json.dumps(message, allow_nan=False))
-
-
-def _port(server: Server) -> int:
-    port: int = next(iter(server.sockets)).getsockname()[1]
-    return port
 
 
 def _response(
     status: HTTPStatus, content: bytes, kind: str = "text/plain; charset=utf-8", socket: str = ""
-) -> Response:
+) -> Answer:
     """Return a response that the browser neither keeps nor lets others use."""
     connections = socket or "'none'"
     policy = (
@@ -256,4 +242,4 @@ def _response(
             "Connection": "close",
         }
     )
-    return Response(status.value, status.phrase, headers, content)
+    return Answer(status, headers, content)

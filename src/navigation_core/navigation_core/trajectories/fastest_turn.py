@@ -21,13 +21,13 @@ from navigation_core.trajectories.motions import (
     TINY_M_S,
     TINY_M_S2,
     MotionPiece,
-    TrajectoryError,
     change_velocity,
     plan_straight,
     relax,
     relaxed_velocity,
 )
 from navigation_core.trajectories.overlaps import Piece
+from navigation_core.trajectories.profiles import TrajectoryError
 
 # Shares of the maximum speed at which a turn may end.
 _TURN_FRACTIONS = (1.0, 0.85, 0.7, 0.55, 0.4, 0.28, 0.18, 0.1, 0.05, 0.0)

@@ -1,7 +1,8 @@
-"""Motions that Ruckig calculates: along a line, and from one velocity to another.
+"""Motions along a line, and from one velocity to another, each calculated by Ruckig.
 
-Each is one Ruckig profile on axes that are chosen so that the norm of the horizontal
-velocity is known, because Ruckig itself limits every axis on its own.
+Each is one profile on axes that are chosen so that the norm of the horizontal velocity is
+known, because Ruckig itself limits every axis on its own. `profiles` says what takes its place
+where it is not installed.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-import ruckig
 from numpy.typing import NDArray
 
 from navigation_core.geometry import (
@@ -29,6 +29,8 @@ from navigation_core.geometry import (
     unit_between,
 )
 from navigation_core.limits import Limits
+from navigation_core.trajectories.profiles import MotionProfile
+from navigation_core.trajectories.solver import installed_solver
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -46,20 +48,17 @@ TINY_S = 1e-6
 _ABOUT_REST_M_S = 0.3
 # Ruckig 0.19 finds no solution from an acceleration such as 1e-159 m/s2.
 _NOTHING = 1e-12
-
-
-class TrajectoryError(RuntimeError):
-    """No trajectory could be calculated from the given state; the vehicle should hold."""
+_SOLVER = installed_solver()
 
 
 @dataclass(frozen=True)
 class MotionPiece:
-    """One Ruckig profile along fixed axes of the map frame.
+    """One profile along fixed axes of the map frame.
 
     Attributes:
         origin_enu_m: where the profile's zero lies.
         axes_enu: unit vectors, one for each degree of freedom.
-        profile: what Ruckig calculated.
+        profile: what was calculated.
         duration_s: its duration.
         limits: what it was planned with.
         begin_s: where in the profile it begins.
@@ -67,7 +66,7 @@ class MotionPiece:
 
     origin_enu_m: Vector3
     axes_enu: tuple[Vector3, ...]
-    profile: ruckig.Trajectory
+    profile: MotionProfile
     duration_s: float
     limits: Limits
     begin_s: float = 0.0
@@ -150,12 +149,14 @@ def plan_straight(
     """Plan along the line to the goal, from a state that moves along it, to a speed there."""
     axis = unit_between(state.position_enu_m, goal_enu_m) or EAST
     axis_limits = limits.along(axis)
-    request = ruckig.InputParameter(1)
-    request.target_position = [distance(state.position_enu_m, goal_enu_m)]
-    request.target_velocity = [min(end_speed_m_s, axis_limits.speed_forward_m_s)]
-    request.max_velocity = [axis_limits.speed_forward_m_s]
-    request.min_velocity = [-axis_limits.speed_backward_m_s]
-    return _solve(request, state, (axis,), limits)
+    profile = _SOLVER.to_position(
+        _along((axis,), state.velocity_enu_m_s)[0],
+        _along((axis,), state.acceleration_enu_m_s2)[0],
+        distance(state.position_enu_m, goal_enu_m),
+        min(end_speed_m_s, axis_limits.speed_forward_m_s),
+        axis_limits,
+    )
+    return MotionPiece(state.position_enu_m, (axis,), profile, profile.duration, limits)
 
 
 def change_velocity(state: KinematicState, target_m_s: Vector3, limits: Limits) -> MotionPiece:
@@ -192,11 +193,13 @@ def _reach(
     state: KinematicState, target_m_s: Vector3, axes: tuple[Vector3, ...], limits: Limits
 ) -> MotionPiece:
     """Reach a velocity on each axis as fast as it goes."""
-    request = ruckig.InputParameter(len(axes))
-    request.control_interface = ruckig.ControlInterface.Velocity
-    request.synchronization = ruckig.Synchronization.No
-    request.target_velocity = _along(axes, target_m_s)
-    return _solve(request, state, axes, limits)
+    profile = _SOLVER.to_velocity(
+        _along(axes, state.velocity_enu_m_s),
+        _along(axes, state.acceleration_enu_m_s2),
+        _along(axes, target_m_s),
+        [limits.along(axis) for axis in axes],
+    )
+    return MotionPiece(state.position_enu_m, axes, profile, profile.duration, limits)
 
 
 def _turn_axes(state: KinematicState, change_m_s: Vector3) -> tuple[Vector3, ...]:
@@ -212,35 +215,6 @@ def _turn_axes(state: KinematicState, change_m_s: Vector3) -> tuple[Vector3, ...
         return (chord,) if side is None else (chord, side)
     level = unit_between(ZERO, (change_m_s[0], change_m_s[1], 0.0)) or EAST
     return (level, (-level[1], level[0], 0.0), UP)
-
-
-def _solve(
-    request: ruckig.InputParameter,
-    state: KinematicState,
-    axes: tuple[Vector3, ...],
-    limits: Limits,
-) -> MotionPiece:
-    """Fill in start and limits and let Ruckig calculate.
-
-    Raises:
-        TrajectoryError: Ruckig finds no solution.
-    """
-    axis_limits = [limits.along(axis) for axis in axes]
-    request.current_position = [0.0] * len(axes)
-    request.current_velocity = _along(axes, state.velocity_enu_m_s)
-    request.current_acceleration = _along(axes, state.acceleration_enu_m_s2)
-    request.max_acceleration = [limit.acceleration_m_s2 for limit in axis_limits]
-    request.max_jerk = [limit.jerk_m_s3 for limit in axis_limits]
-    profile = ruckig.Trajectory(len(axes))
-    try:
-        result = ruckig.Ruckig(len(axes)).calculate(request, profile)
-    # A ValueError: the Python binding lacks names for some of the results, such as -101, a
-    # duration beyond what Ruckig allows (seen in 0.19).
-    except (ruckig.RuckigError, ValueError) as error:
-        raise TrajectoryError(f"Ruckig rejects {request}: {error}") from error
-    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
-        raise TrajectoryError(f"Ruckig finds no trajectory ({result}) for {request}")
-    return MotionPiece(state.position_enu_m, axes, profile, profile.duration, limits)
 
 
 def _along(axes: tuple[Vector3, ...], vector: Vector3) -> list[float]:

@@ -40,9 +40,9 @@ from navigation_core.trajectories.motions import (
     speed_change_m,
 )
 from navigation_core.trajectories.overlaps import in_a_row, overlap_s
+from navigation_core.trajectories.profiles import TrajectoryError
 from navigation_core.trajectories.trajectory import (
     Trajectory,
-    TrajectoryError,
     assemble,
     check_finite,
     lead_in,

@@ -43,12 +43,12 @@ from navigation_core.trajectories.motions import (
     TINY_M_S2,
     Array,
     MotionPiece,
-    TrajectoryError,
     change_velocity,
     plan_straight,
     relaxed_velocity,
 )
 from navigation_core.trajectories.overlaps import Piece
+from navigation_core.trajectories.profiles import TrajectoryError
 
 __all__ = ["Limits", "LimitsError", "Trajectory", "TrajectoryError", "plan_stop", "plan_to"]
 
