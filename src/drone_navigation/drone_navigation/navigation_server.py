@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from drone_navigation.process_control.ros_arguments import own_arguments
 from drone_navigation.process_control.stop_signals import EXIT_HUNG, StopSignals
-from drone_navigation.server.lateness_trace import LatenessTrace
+from drone_navigation.server.lateness.lateness_trace import LatenessTrace
 from drone_navigation.server.options import CHECK_TIMEOUT_S, make_parser, overrides
 from drone_navigation.server.server import NavigationServer
 from mavlink_vehicle.errors import DriverError, LinkError
@@ -171,8 +171,10 @@ def _run(
 def _log_trace(node: Node, trace: LatenessTrace | None, ended: bool) -> None:
     """Log what a trace has found since the last call."""
     if trace is not None:
-        for line in (*trace.lines(), *((trace.summary,) if ended else ())):
-            node.get_logger().info(line)
+        for turn in trace.turns():
+            node.get_logger().info(turn.sentence)
+        if ended:
+            node.get_logger().info(trace.summary)
 
 
 def _given(options: argparse.Namespace) -> list[Parameter]:

@@ -15,14 +15,14 @@ from rclpy.parameter import Parameter
 
 from drone_navigation.presence import duplicate
 from drone_navigation.server.features import SHARED_FEATURES, SharedFeature
-from drone_navigation.server.lateness_trace import LatenessTrace
+from drone_navigation.server.lateness.lateness_trace import LatenessTrace
+from drone_navigation.server.lateness.short_collections import ShortCollections
 from drone_navigation.server.parameters import (
     declare_parameters,
     declare_vehicle_parameters,
     refuse_changes,
 )
 from drone_navigation.server.replay_node import ReplayFleet, ReplayNetwork, ReplayNode, recording_of
-from drone_navigation.server.short_collections import ShortCollections
 from drone_navigation.server.spinning import Spinner
 from drone_navigation.server.vehicle_node import VehicleNode
 from mavlink_vehicle.io.clock import Clock

@@ -147,9 +147,9 @@ class LatenessTrace:
         """Time the turns of a driver that has not been started."""
         driver.wait = self._around(driver.wait)
 
-    def lines(self) -> list[str]:
-        """Return and forget the long turns since the last call, as sentences."""
-        return [self._long.popleft().sentence for _ in range(len(self._long))]
+    def turns(self) -> list[LongTurn]:
+        """Return and forget the long turns since the last call."""
+        return [self._long.popleft() for _ in range(len(self._long))]
 
     @property
     def summary(self) -> str:
@@ -157,7 +157,8 @@ class LatenessTrace:
         causes = ", ".join(f"{cause} {count}" for cause, count in self._causes.most_common())
         return (
             f"{self._turns} turns, {self._causes.total()} above {LONG_MS:g} ms, the longest of "
-            f"{self._longest_ms:.1f} ms" + (f"; causes: {causes}" if causes else "")
+            f"{self._longest_ms:.1f} ms; {gc.get_freeze_count()} objects frozen"
+            + (f"; causes: {causes}" if causes else "")
         )
 
     # --- on the driver's thread ------------------------------------------------------------
