@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev setup-extras build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-arm64 test-night explore bench shape lint lock pages wheels version clean distclean
+.PHONY: help setup setup-dev setup-extras build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-arm64 test-kilted test-night explore bench shape lint lock pages wheels version clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -62,6 +62,9 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 PYTEST := env -u PYTHONDONTWRITEBYTECODE \
 	python -m pytest --dist loadgroup --max-worker-restart 0
 
+# What takes long is seen before it adds up.
+SLOWEST := --durations 40 --durations-min 8
+
 TESTS := tests sitl/tests
 IN_REAL_TIME := tests/bench tests/interop sitl/tests/interop tests/ros \
 	tests/unit/test_make_targets.py \
@@ -76,8 +79,8 @@ test: setup-dev ## Run the tests, all but the slow and broad ones
 test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a quarter of an hour)
 	@$(ENTER) mkdir -p out; computed=out/test_all_computed.txt; status=0; \
 	env --default-signal=INT nice -n 19 $(PYTEST) -n 2 -m "wide and not night" \
-		$(TESTS) $(IN_REAL_TIME:%=--ignore=%) >$$computed 2>&1 & \
-	$(PYTEST) -n 5 -m "wide and not night" $(IN_REAL_TIME) || status=$$?; \
+		$(SLOWEST) $(TESTS) $(IN_REAL_TIME:%=--ignore=%) >$$computed 2>&1 & \
+	$(PYTEST) -n 5 -m "wide and not night" $(SLOWEST) $(IN_REAL_TIME) || status=$$?; \
 	wait $$! || status=$$?; \
 	cat $$computed; \
 	exit $$status
@@ -85,7 +88,10 @@ test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a 
 test-arm64: setup-dev ## Try the packages that need no ROS on ARM64, by emulation (ARGS=tests/unit/core)
 	@$(ENTER) python scripts/try_arm64.py $(ARGS)
 
-test-night: test-all test-arm64 ## And those with all their parameters (an hour), and make test-arm64
+test-kilted: ## Run the tests that need ROS on ROS 2 Kilted, in out/kilted (ARGS="-k velocity tests/ros")
+	@scripts/try_kilted.sh $(ARGS)
+
+test-night: test-all test-arm64 test-kilted ## And those with all their parameters (an hour), and both before
 	@$(ENTER) $(PYTEST) -n 4 -m night $(TESTS)
 
 SEEDS ?= 200
@@ -115,7 +121,7 @@ LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-
 	--no-emit-index-url --no-annotate --quiet --system-certs $(UPGRADE)
 
 lock: setup-dev ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgrade takes the newest)
-	@$(ENTER) for ros in wheels system; do \
+	@$(ENTER) for ros in wheels kilted system; do \
 		running="--group runtime --group ros-$$ros --no-emit-package empy"; \
 		light="--no-emit-package lxml --no-emit-package setuptools"; \
 		extras="--group extras --group ros-$$ros-extras"; \

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import yaml
@@ -11,6 +12,7 @@ from rich.console import Console
 
 from drone_navigation.check.command import look
 from drone_navigation.check.report_output import show
+from drone_navigation.check.trial_flight import tried_section
 from drone_navigation.processes import Process, free_udp_port
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.names import SERVER_NODE_NAME
@@ -32,6 +34,8 @@ def main() -> None:
         report = look({"": config}, _LIMIT_S, Console(stderr=True))[""]
     finally:
         simulator.stop()
+    computer = tried_section([values], print)
+    report = replace(report, sections=(*report.sections, computer))
     console = Console(record=True, force_terminal=True, width=88, file=io.StringIO())
     show(report, console)
     save_svg(console, "navigation_server --check", PICTURE)

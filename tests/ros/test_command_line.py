@@ -50,6 +50,8 @@ def test_help_and_usage(command: list[str]) -> None:
         (["--ros-args", "-p", "setpoint_rate_hz:=fast"], "setpoint_rate_hz"),
         (["--tlog", "no/such/a.tlog"], "the folder no/such does not exist; create it first."),
         (["--timeout", "3"], "--timeout is for --check"),
+        (["--no-computer"], "--no-computer is for --check"),
+        (["--check", "--computer-row"], "one of --check, --computer-row and --shadow-goals"),
     ],
     ids=[
         "link",
@@ -64,6 +66,8 @@ def test_help_and_usage(command: list[str]) -> None:
         "type",
         "folder",
         "timeout",
+        "no computer",
+        "two commands",
     ],
 )
 def test_a_bad_set_up_is_one_sentence_and_exit_code_2(arguments: list[str], sentence: str) -> None:
@@ -290,7 +294,7 @@ def test_where_the_server_listens_is_said() -> None:
         server.wait_for("ready on", 30.0)
     finally:
         server.stop()
-    check = ["--link", f"udp://:{port}", "--check", "--timeout", "0.5"]
+    check = ["--link", f"udp://:{port}", "--check", "--no-computer", "--timeout", "0.5"]
     looked = Process("check", [*SERVER, *check], ros_environment(new_domain()))
     assert looked.wait(30.0) == 2
     assert f"write udpin://0.0.0.0:{port}." in " ".join(looked.text.split())

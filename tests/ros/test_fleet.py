@@ -172,8 +172,8 @@ def test_each_of_several_vehicles_is_checked(fleet: FleetFlight) -> None:
         "--system-id", "11", "--ready-after", "1", "--quiet",
     )  # fmt: skip
     check = fleet.run(
-        "drone_navigation.navigation_server", "--check", "--json", "--timeout", "40",
-        "--config", str(path),
+        "drone_navigation.navigation_server", "--check", "--no-computer", "--json",
+        "--timeout", "40", "--config", str(path),
     )  # fmt: skip
     assert check.wait(80.0) == 0, check.text
     reports = json.loads(check.text[check.text.index("{\n") :])

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 import signal
 import socket
 from contextlib import ExitStack
 from pathlib import Path
 
+import psutil
 import pytest
 import rclpy
 from rclpy.node import Node
@@ -17,7 +19,7 @@ from drone_navigation.navigation_server import main
 from drone_navigation.processes import free_udp_port, ros_environment
 from drone_navigation.server.parameters import declare_parameters
 from navigation_bridge.configuration.make_config import make_config
-from tests.support.processes import Process
+from tests.support.processes import Process, patient_s
 from tests.support.ros.ros_flight import new_domain
 
 pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_set_ups")]
@@ -76,7 +78,7 @@ def test_a_vehicle_of_each_kind_is_checked_with_its_set_up() -> None:
                 stack, "check", "drone_navigation.navigation_server", "--check",
                 "--config", str(CONFIG / f"{name}.yaml"), "--timeout", "40",
                 "--link", f"{ours}://127.0.0.1:{port}",
-                *(["--json"] if name.startswith("real/") else []),
+                "--json" if name.startswith("real/") else "--no-computer",
             )  # fmt: skip
             looks.append((kind, look))
         for kind, look in looks:
@@ -88,6 +90,10 @@ def test_a_vehicle_of_each_kind_is_checked_with_its_set_up() -> None:
         document = json.loads(look.text[look.text.index("{\n") :])
         assert document["verdict"] == 0
         assert "manually" in document["yours"][0]  # a real one is armed by its pilot
+        computer = document["sections"][-1]
+        assert computer["title"] == "This computer"
+        assert computer["lines"][0]["name"] == "fast enough"
+        assert computer["lines"][0]["value"] in {"yes", "marginal", "no"}
 
 
 @pytest.mark.parametrize(
@@ -104,7 +110,7 @@ def test_a_vehicle_of_each_kind_is_checked_with_its_set_up() -> None:
 def test_no_vehicle_or_a_bad_set_up_is_exit_code_2(
     arguments: str, sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["--check", *shlex.split(arguments)]) == 2
+    assert main(["--check", "--no-computer", *shlex.split(arguments)]) == 2
     printed = capsys.readouterr()
     assert sentence in printed.out + printed.err
 
@@ -126,3 +132,36 @@ def test_a_check_that_is_interrupted_ends_without_a_traceback() -> None:
         look.signal(signal.SIGINT)
         assert look.wait(10.0) == 1
         assert "Traceback" not in look.text
+
+
+@pytest.mark.parametrize(
+    ("option", "number", "code"),
+    [
+        ("--check", signal.SIGINT, 1),
+        ("--check", signal.SIGTERM, -15),
+        ("--computer-row", signal.SIGINT, 1),
+    ],
+)
+def test_a_trial_of_this_computer_ends_with_the_command(
+    option: str, number: signal.Signals, code: int
+) -> None:
+    with ExitStack() as stack:
+        words = ["--timeout", "0.2"] if option == "--check" else []
+        look = start(stack, "check", "drone_navigation.navigation_server", option, *words)
+        look.wait_for("s left, trying this computer", 60.0)
+        (child,) = psutil.Process(look.pid).children()
+        look.signal(number)
+        assert look.wait(10.0) == code
+        assert "Traceback" not in look.text
+        assert psutil.wait_procs([child], patient_s(5.0))[1] == []
+
+
+def test_a_check_without_a_vehicle_tries_this_computer() -> None:
+    with ExitStack() as stack:
+        look = start(
+            stack, "check", "drone_navigation.navigation_server", "--check", "--timeout", "0.2"
+        )
+        assert look.wait(60.0) == 2
+        assert "This computer:" in look.text
+        assert re.search(r"fast enough: (yes|marginal|no)\n", look.text)
+        assert "No vehicle was found" in look.text

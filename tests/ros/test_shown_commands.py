@@ -20,6 +20,7 @@ import pytest
 import yaml
 
 from custom_interfaces.action import FollowVelocity
+from drone_navigation.check.this_computer import ROW_HEAD
 from drone_navigation.processes import Process, free_udp_port, ros_environment
 from tests.support.logs.firmware_logs import ardupilot_log
 from tests.support.logs.recordings import SMALL
@@ -44,8 +45,14 @@ pytestmark = [
 ]
 
 NOT_RUN = {
+    "(cd /opt": "it would change this machine",
     ". /opt/ros": "it needs a full ROS 2 installation",
+    "cp -a . /opt": "it would change this machine",
+    "docker ": "it needs a Docker daemon",
     "git clone": "it needs the network",
+    "journalctl": "it needs systemd",
+    "ls -l /dev/autopilot": "it needs an autopilot",
+    "navigation_server --config /etc": "it needs a vehicle that is set up",
     "mkdir wheels": "it needs a wheel of a release",
     "python3 -m venv old": "it installs from the network",
     "python3 -m pip install": "it installs from the network",
@@ -55,7 +62,7 @@ NOT_RUN = {
     "ros2 launch": "it needs a full ROS 2 installation",
     "ros2 run teleop_twist_keyboard": "it needs a full ROS 2 installation",
     "rviz2": "it needs a full ROS 2 installation",
-    "sudo apt install": "it would change this machine",
+    "sudo ": "it would change this machine",
 }
 """Commands that are not run, and why."""
 
@@ -189,6 +196,11 @@ def server(place: Place, *words: str) -> None:
     if "--check" in words:  # no vehicle is there
         _, text = place.run(*words, "--timeout", "1")
         assert "No vehicle was found" in text, text
+        assert ("This computer" in text) is ("--no-computer" not in words), text
+    elif "--computer-row" in words:
+        code, text = place.run(*words)
+        assert code == 0, text
+        assert ROW_HEAD in text
     elif "--shadow-goals" in words:
         code, text = place.run(*words)
         assert code != USAGE, text

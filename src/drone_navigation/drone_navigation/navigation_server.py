@@ -58,14 +58,14 @@ def _main(argv: list[str]) -> int:
     options = parser.parse_args(own)
     _check_options(parser, options)
     try:
-        if options.check or options.shadow_goals:
+        if options.check or options.computer_row or options.shadow_goals:
             if ros_arguments:
-                flag = "--check" if options.check else "--shadow-goals"
+                flag = _without_ros(options)
                 raise ConfigurationError(f"{flag} takes --config and --link, not --ros-args.")
             file = ParameterFile({})
             if options.config is not None:
                 file = read_parameter_file(Path(options.config), SERVER_NODE_NAME)
-            return (_check if options.check else _shadow_goals)(options, file)
+            return (_shadow_goals if options.shadow_goals else _check)(options, file)
         if options.config is not None:
             argv = [*argv, "--ros-args", "--params-file", options.config]
             check_parameter_files(argv, SERVER_NODE_NAME)
@@ -93,16 +93,25 @@ def _check_options(parser: argparse.ArgumentParser, options: argparse.Namespace)
         parser.error("--timeout is for --check")
     if options.json and not (options.check or options.shadow_goals):
         parser.error("--json is for --check and --shadow-goals")
-    if options.check and options.shadow_goals:
-        parser.error("give either --check or --shadow-goals, not both")
-    if options.trace_lateness and (options.check or options.shadow_goals):
+    if bool(options.check) + bool(options.computer_row) + bool(options.shadow_goals) > 1:
+        parser.error("give one of --check, --computer-row and --shadow-goals")
+    if options.no_computer and not options.check:
+        parser.error("--no-computer is for --check")
+    if options.trace_lateness and (options.check or options.computer_row or options.shadow_goals):
         parser.error("--trace-lateness is for a server that flies")
 
 
+def _without_ros(options: argparse.Namespace) -> str:
+    """Return the option that runs without ROS."""
+    if options.shadow_goals:
+        return "--shadow-goals"
+    return "--check" if options.check else "--computer-row"
+
+
 def _check(options: argparse.Namespace, file: ParameterFile) -> int:
-    """Run ``--check`` without ROS."""
+    """Run ``--check`` or ``--computer-row`` without ROS."""
     # A server that flies does not load the tables and bars of a terminal.
-    from drone_navigation.check.command import run_check  # noqa: PLC0415
+    from drone_navigation.check.command import print_computer_row, run_check  # noqa: PLC0415
 
     given = overrides(options)
     values = {**file.server, **given}
@@ -111,10 +120,16 @@ def _check(options: argparse.Namespace, file: ParameterFile) -> int:
     configs = {"": make_config(values)}
     for name, own in file.vehicles.items():
         check_server_wide(name, own, file.server)
+    tried = [values]
     if file.vehicles:
-        configs = make_vehicle_configs({name: own | given for name, own in file.vehicles.items()})
+        of_vehicles = {name: own | given for name, own in file.vehicles.items()}
+        configs = make_vehicle_configs(of_vehicles)
+        tried = list(of_vehicles.values())
+    if options.computer_row:
+        return print_computer_row(tried)
     set_up = "" if options.config is None else Path(options.config).stem
-    return run_check(configs, options.timeout or CHECK_TIMEOUT_S, options.json, set_up)
+    limit_s = options.timeout or CHECK_TIMEOUT_S
+    return run_check(configs, limit_s, options.json, set_up, () if options.no_computer else tried)
 
 
 def _shadow_goals(options: argparse.Namespace, file: ParameterFile) -> int:

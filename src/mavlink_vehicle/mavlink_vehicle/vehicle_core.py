@@ -35,6 +35,7 @@ from mavlink_vehicle.protocols.parameters import ParameterReader
 from mavlink_vehicle.protocols.sequence import ModeOrder
 from mavlink_vehicle.protocols.service import Services, VehicleService
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
+from mavlink_vehicle.protocols.streams.computer_status import ComputerStatusSender
 from mavlink_vehicle.protocols.streams.external_position import ExternalPositionSender
 from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
@@ -89,6 +90,7 @@ class VehicleCore(KnownVehicle):
         logs: transfers of its own logs.
         rtcm: corrections for its GNSS receiver.
         external_position: poses from outside for its estimator.
+        computer_status: the status of this computer for it.
         list_jobs: the transfer of a fence or of rally points; `Vehicle.storage` begins it.
         parameter_jobs: the job on parameters; `Vehicle.storage` begins it.
         services: all of them.
@@ -131,6 +133,7 @@ class VehicleCore(KnownVehicle):
         self.logs = LogTransfer(lambda: self.address, config.log_means)
         self.rtcm = RtcmSender()
         self.external_position = ExternalPositionSender(config.external_origin)
+        self.computer_status = ComputerStatusSender()
         self._direct = DirectMeasurements(
             self.live,
             self._order,
@@ -163,6 +166,7 @@ class VehicleCore(KnownVehicle):
                 self.logs,
                 self.rtcm,
                 self.external_position,
+                self.computer_status,
                 *further,
             )
         )

@@ -12,10 +12,13 @@ from mavlink_vehicle.io.links import Link, LinkUrl, Report, open_link, parse_url
 from mavlink_vehicle.io.router import Router
 from mavlink_vehicle.io.signing_key import open_signing
 from mavlink_vehicle.io.tlog import TlogWriter
+from mavlink_vehicle.io.tlog_series import SeriesTlogWriter, TlogSeries
 from mavlink_vehicle.io.tlog_thread import ThreadedTlogWriter
 from navigation_bridge.configuration.make_config import ServerConfig
 
 __all__ = ["Network", "open_network"]
+
+_MB = 1_000_000
 
 
 class Network:
@@ -72,9 +75,26 @@ def open_network(
     for link in (*links.values(), *stations):
         if link.note is not None:
             report(link.note)
-    recorder = None if config.record_tlog is None else ThreadedTlogWriter(config.record_tlog)
+    recorder = _recorder(config, report)
     source = (config.vehicle.source_system or 1, config.vehicle.source_component)
     router = Router(
         list(links.values()), lambda: Codec(*source, signing), stations, recorder, len(vehicles)
     )
     return Network(router, recorder, links)
+
+
+def _recorder(config: ServerConfig, report: Report) -> TlogWriter | None:
+    """Return what records; None where nothing is recorded.
+
+    Raises:
+        LinkError: the file cannot be written.
+    """
+    path, file_mb = config.record_tlog, config.record_tlog_file_mb
+    if path is None:
+        return None
+    if not file_mb:
+        return ThreadedTlogWriter(path)
+    series = TlogSeries(path, file_mb * _MB, config.record_tlog_files)
+    recorder = SeriesTlogWriter(series, path)
+    report(f"Recording to {recorder.path}")
+    return recorder

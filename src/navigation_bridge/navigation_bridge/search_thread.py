@@ -18,7 +18,7 @@ from typing import Generic, TypeVar
 
 from navigation_core.searches import IsWanted, Search
 
-__all__ = ["SearchThread"]
+__all__ = ["LEAD_MAX_S", "SearchThread"]
 
 ResultT = TypeVar("ResultT")
 
@@ -29,7 +29,7 @@ SWITCH_INTERVAL_S = 0.001
 _LOADED_BEFOREHAND = ("scipy.sparse.csgraph", "scipy.spatial", "scipy.ndimage")
 
 # Lead time of a path's start: slightly more than the last searches took.
-_LEAD_MIN_S, _LEAD_MAX_S, _LEAD_FACTOR, _REMEMBERED = 0.1, 0.6, 1.3, 5
+_LEAD_MIN_S, LEAD_MAX_S, _LEAD_FACTOR, _REMEMBERED = 0.1, 0.6, 1.3, 5
 
 
 class _ThreadSearch(Generic[ResultT]):
@@ -73,7 +73,7 @@ class SearchThread:
     def lead_s(self) -> float:
         """Expected duration of a search."""
         longest_s = max(self._took_s, default=0.0)
-        return min(max(_LEAD_FACTOR * longest_s, _LEAD_MIN_S), _LEAD_MAX_S)
+        return min(max(_LEAD_FACTOR * longest_s, _LEAD_MIN_S), LEAD_MAX_S)
 
     def begin(self, work: Callable[[IsWanted], ResultT]) -> Search[ResultT]:
         """Start a search."""

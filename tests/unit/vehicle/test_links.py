@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import select
 import socket
@@ -379,9 +380,28 @@ def test_an_unplugged_serial_port_is_reported_and_tried_again(
     link.poll(0.0)
     os.close(master)
     until(lambda: not (link.receive() or link.is_open), link)
-    assert warnings[-1].endswith("retrying.")
+    assert warnings == [f"serial://{name}:115200: the device is gone (cable, power); retrying."]
     assert link.filenos() == ()
     assert link.poll(50.0) is not None or link.is_open
+
+
+def test_a_device_that_may_not_be_opened_is_one_sentence(
+    opened: Callable[..., Link], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Root, who may run the tests, may open everything."""
+    device = tmp_path / "ttyACM0"
+    device.touch()
+
+    def denied(path: str, *_: object) -> int:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
+
+    monkeypatch.setattr("serial.serialposix.os.open", denied)
+    reports: list[str] = []
+    link = opened(f"serial://{device}:57600", reports.append)
+    assert link.poll(0.0) == 1.0
+    assert reports == [
+        f"serial://{device}:57600: no permission (is the user in the group dialout?); retrying."
+    ]
 
 
 def test_a_missing_device_is_waited_for(opened: Callable[..., Link], tmp_path: Path) -> None:

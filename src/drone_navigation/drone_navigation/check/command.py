@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -14,6 +14,13 @@ from drone_navigation.check.examination import Checker
 from drone_navigation.check.other_links import links_with_mavlink, serial_devices
 from drone_navigation.check.report import Missing, Report, make_report
 from drone_navigation.check.report_output import as_json, show
+from drone_navigation.check.this_computer import ROW_HEAD, table_row
+from drone_navigation.check.trial_flight import (
+    TrialFailedError,
+    Values,
+    tried_section,
+    try_computer,
+)
 from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.links import LinkKind, LinkUrl, parse_url
 from navigation_bridge.configuration.make_config import ServerConfig
@@ -35,16 +42,22 @@ _LINK_ADVICE = {
 
 
 def run_check(
-    configs: Mapping[str, ServerConfig], limit_s: float, json_output: bool, set_up: str = ""
+    configs: Mapping[str, ServerConfig],
+    limit_s: float,
+    json_output: bool,
+    set_up: str = "",
+    tried: Sequence[Values] = (),
 ) -> int:
     """Check the vehicles and print the findings; return the worst exit code.
 
     Args:
         configs: the settings of each vehicle by its name; empty for one without a name.
         limit_s: longest time to look; vehicles that are ready are done with sooner.
-        set_up: name of the configuration file without its suffix, empty without one.
         json_output: print the report as JSON (of several vehicles, an object with a report for
             each), and nothing else on standard output.
+        set_up: name of the configuration file without its suffix, empty without one.
+        tried: the parameters of each vehicle, to try this computer with them; empty: it is not
+            tried. The exit code does not depend on it.
 
     Raises:
         LinkError: a link cannot be opened.
@@ -59,6 +72,11 @@ def run_check(
             name: replace(report, missing=(*report.missing, *elsewhere))
             for name, report in reports.items()
         }
+    if tried:
+        # The links are closed by now: neither disturbs the other.
+        section = tried_section(tried, partial(_say, progress))
+        name, report = next(iter(reports.items()))
+        reports[name] = replace(report, sections=(*report.sections, section))
     if json_output:
         print(as_json(reports))
     else:
@@ -68,6 +86,23 @@ def run_check(
                 _say(console, f"--- Vehicle {name}")
             show(report, console)
     return max(int(report.verdict) for report in reports.values())
+
+
+def print_computer_row(tried: Sequence[Values]) -> int:
+    """Try this computer and print its row for the table in docs/on_board.md; return 0 or 1.
+
+    Args:
+        tried: the parameters of each vehicle.
+    """
+    progress = Console(stderr=True)
+    try:
+        computer = try_computer(tried, partial(_say, progress))
+    except TrialFailedError as error:
+        _say(progress, f"This computer was not tried: {error}.")
+        return 1
+    _say(progress, ROW_HEAD)
+    print(table_row(computer))
+    return 0
 
 
 def look(

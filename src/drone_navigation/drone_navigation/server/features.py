@@ -8,6 +8,7 @@ from typing import Protocol
 from rclpy.node import Node
 
 from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.computer_status import ComputerStatusTimer
 from drone_navigation.server.logs.log_servers import LogServers
 from drone_navigation.server.storage.list_servers import ListServers
 from drone_navigation.server.storage.parameter_servers import ParameterServers
@@ -31,6 +32,7 @@ FEATURE_SERVERS: tuple[Callable[[BridgeAccess], object], ...] = (
     ExternalOdometry,
     SensorTopics,
     VelocityTopic,
+    ComputerStatusTimer,
 )
 
 

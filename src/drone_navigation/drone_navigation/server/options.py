@@ -41,7 +41,7 @@ def make_parser(parameters: Sequence[ParameterSpec] = PARAMETERS) -> argparse.Ar
     parser.add_argument(
         "--check",
         action="store_true",
-        help="check vehicle and link, report the findings, and exit: 0 "
+        help="check vehicle, link and this computer, report the findings, and exit: 0 "
         "ready, 1 not ready, 2 no vehicle or invalid configuration; moves nothing",
     )
     parser.add_argument(
@@ -49,6 +49,17 @@ def make_parser(parameters: Sequence[ParameterSpec] = PARAMETERS) -> argparse.Ar
         metavar="S",
         type=_seconds,
         help=f"timeout of --check in seconds (default: {CHECK_TIMEOUT_S:g})",
+    )
+    parser.add_argument(
+        "--no-computer",
+        action="store_true",
+        help="leave out of --check the trial of this computer, which takes 12 seconds",
+    )
+    parser.add_argument(
+        "--computer-row",
+        action="store_true",
+        help="try this computer as --check does, print its row for the table in docs/on_board.md, "
+        "and exit",
     )
     parser.add_argument(
         "--shadow-goals",

@@ -10,10 +10,12 @@ import struct
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from mavlink_vehicle.errors import LinkError
 
 _STAMP = struct.Struct(">Q")
+STAMP_BYTES = _STAMP.size
 _MAGIC_1, _MAGIC_2 = 0xFE, 0xFD
 _MAGIC = re.compile(b"[\xfd\xfe]")
 _SIGNED = 0x01
@@ -49,7 +51,7 @@ class TlogWriter:
         self._failure: LinkError | None = None
         self._dirty = False
         try:
-            self._file = self.path.open("wb")
+            self._file = self._open()
         except FileNotFoundError as error:
             folder = self.path.parent
             raise LinkError(
@@ -57,6 +59,9 @@ class TlogWriter:
             ) from error
         except OSError as error:
             raise LinkError(f"Cannot record to {path}: {error.strerror or error}.") from error
+
+    def _open(self) -> BinaryIO:
+        return self.path.open("wb")
 
     @property
     def failure(self) -> LinkError | None:

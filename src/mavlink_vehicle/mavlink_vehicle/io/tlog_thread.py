@@ -20,6 +20,8 @@ __all__ = ["ThreadedTlogWriter"]
 _PERIOD_S = 0.1
 # At 50 kB/s these are twenty minutes.
 _WAITING_MAX_BYTES = 64_000_000
+# Written at once, at most.
+_PIECE_BYTES = 1_000_000
 # A server stops within 5 s.
 _CLOSED_WITHIN_S = 2.0
 
@@ -77,13 +79,25 @@ class ThreadedTlogWriter(TlogWriter):
         closing = False
         while not closing:
             closing = self._closing.wait(_PERIOD_S)
-            count = len(self._waiting)
-            taken = b"".join(self._waiting.popleft() for _ in range(count))
-            if taken and self.failure is None:
-                self._try(partial(self._put, taken))
-            self._taken_bytes += len(taken)
-        super().close()
+            while self._waiting:
+                taken = self._take()
+                if self.failure is None:
+                    self._try(partial(self._put, taken))
+                self._taken_bytes += len(taken)
+        self._finish()
+
+    def _take(self) -> bytes:
+        """Return whole records that wait, of at most `_PIECE_BYTES`."""
+        taken = [self._waiting.popleft()]
+        size = len(taken[0])
+        while self._waiting and size + len(self._waiting[0]) <= _PIECE_BYTES:
+            taken.append(self._waiting.popleft())
+            size += len(taken[-1])
+        return b"".join(taken)
 
     def _put(self, taken: bytes) -> None:
         self._file.write(taken)
         self._file.flush()
+
+    def _finish(self) -> None:
+        super().close()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from mavlink_vehicle.events import LogMeans
+from mavlink_vehicle.io.tlog_series import FILES_MIN
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
 from navigation_bridge.configuration.declarations import (
     also,
@@ -106,6 +107,23 @@ class ServerConfig:
         fixed=True,
         server_wide=True,
     )
+    record_tlog_file_mb: int = parameter(
+        "record_tlog_file_mb",
+        0,
+        "Size in MB at which the recording continues in [another file](logs.md#many-flights). "
+        "0: one file, begun again at each start.",
+        (0, 100_000),
+        fixed=True,
+        server_wide=True,
+    )
+    record_tlog_files: int = parameter(
+        "record_tlog_files",
+        20,
+        "Most files of that recording on the disk; the oldest are deleted, the newest two never.",
+        (FILES_MIN, 10_000),
+        fixed=True,
+        server_wide=True,
+    )
     log_directory: str = parameter(
         "log_directory",
         "autopilot_logs",
@@ -125,6 +143,15 @@ class ServerConfig:
         "",
         "Topic (nav_msgs/Odometry) of a [position](navigate.md#without-gps) for the autopilot's "
         "estimator, from a camera or motion capture. Empty: none.",
+        fixed=True,
+    )
+    sends_computer_status: bool = parameter(
+        "onboard_computer_status",
+        "disabled",
+        "Whether the vehicle gets the "
+        "[status of this computer](on_board.md#status-for-the-autopilot) once a second "
+        "(ONBOARD_COMPUTER_STATUS): `enabled` or `disabled`.",
+        words=SWITCH,
         fixed=True,
     )
     vehicle: VehicleConfig = group(

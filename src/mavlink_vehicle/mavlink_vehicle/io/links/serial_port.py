@@ -128,4 +128,6 @@ def _why(error: Exception) -> str:
         return "no such device"
     if "lock" in text:
         return "another program uses it"
+    if "returned no data" in text or "Input/output error" in text or "Errno 5]" in text:
+        return "the device is gone (cable, power)"
     return text

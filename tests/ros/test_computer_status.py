@@ -1,0 +1,39 @@
+"""The status of this computer on the vehicle's link, once a second, when it is enabled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.support.ros.ros_flight import Flight
+
+pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_computer_status")]
+
+
+@pytest.fixture(scope="module", params=["enabled", "disabled"])
+def flight(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Flight, bool]]:
+    parameter = f"onboard_computer_status:={request.param}"
+    flight = Flight(tmp_path_factory.mktemp("computer"), "--ros-args", "-p", parameter, "--")
+    yield flight, request.param == "enabled"
+    flight.close()
+
+
+def test_it_reaches_the_link_where_it_is_enabled(flight: tuple[Flight, bool]) -> None:
+    flown, is_enabled = flight
+
+    def heartbeats() -> int:
+        return len(flown.relay.from_server("HEARTBEAT"))
+
+    before = heartbeats()
+    flown.wait(lambda: heartbeats() >= before + 4, 30.0, "four HEARTBEATs, one a second")
+    statuses = flown.relay.from_server("ONBOARD_COMPUTER_STATUS")
+    if not is_enabled:
+        assert statuses == []
+        return
+    assert len(statuses) >= 2
+    assert statuses[-1].uptime > statuses[0].uptime > 0
+    assert 0 < statuses[-1].ram_usage < statuses[-1].ram_total
+    assert any(load <= 100 for load in statuses[-1].cpu_cores)
