@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.support.processes import HANGS_AFTER_S
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -74,6 +76,9 @@ def printed(statements: str) -> Any:
     return json.loads(done.stdout)
 
 
+@pytest.mark.skipif(
+    sys.version_info >= (3, 14), reason="Python 3.14 collects the oldest generation in increments"
+)
 def test_no_collection_walks_through_more_than_what_is_new_however_much_is_allocated() -> None:
     frozen, walked = printed(ALLOCATES_MUCH.format(settled=True))
     assert frozen > 300_000
