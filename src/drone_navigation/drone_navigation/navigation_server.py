@@ -17,6 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from drone_navigation.process_control.ros_arguments import own_arguments
 from drone_navigation.process_control.stop_signals import EXIT_HUNG, StopSignals
+from drone_navigation.server.lateness.lateness_trace import LatenessTrace
 from drone_navigation.server.options import CHECK_TIMEOUT_S, make_parser, overrides
 from drone_navigation.server.server import NavigationServer
 from mavlink_vehicle.errors import DriverError, LinkError
@@ -97,6 +98,8 @@ def _check_options(parser: argparse.ArgumentParser, options: argparse.Namespace)
         parser.error("give one of --check, --computer-row and --shadow-goals")
     if options.no_computer and not options.check:
         parser.error("--no-computer is for --check")
+    if options.trace_lateness and (options.check or options.computer_row or options.shadow_goals):
+        parser.error("--trace-lateness is for a server that flies")
 
 
 def _without_ros(options: argparse.Namespace) -> str:
@@ -149,18 +152,22 @@ def _run(
     with ExitStack() as on_exit:
         root = Node(SERVER_NODE_NAME, parameter_overrides=_given(options))
         on_exit.callback(root.destroy_node)
+        trace = None
+        if options.trace_lateness:
+            trace = on_exit.enter_context(LatenessTrace().installed())
         try:
             server = NavigationServer(root, _given(options), argv, simulator, clock, on_exit)
         except (ConfigurationError, LinkError, OSError) as error:
             root.get_logger().fatal(str(error))
             return EXIT_USAGE
-        server.start()
         if note := installed_solver().NOTE:
             root.get_logger().info(note)
+        server.start(trace)
         started_s = clock.now()
         second = ""
         while not signals.wait(_WATCH_PERIOD_S) and server.running:
             server.check_links()
+            _log_trace(root, trace, ended=False)
             if clock.now() - started_s < _NEW_S and (second := server.duplicate):
                 root.get_logger().fatal(second)
                 break
@@ -173,9 +180,19 @@ def _run(
         except DriverError as error:
             root.get_logger().fatal(f"{error} The vehicle's own failsafe decides what it does.")
             return EXIT_HUNG
+        _log_trace(root, trace, ended=True)
         if second:
             return EXIT_USAGE
         return EXIT_FAILED if gave_up else EXIT_OK
+
+
+def _log_trace(node: Node, trace: LatenessTrace | None, ended: bool) -> None:
+    """Log what a trace has found since the last call."""
+    if trace is not None:
+        for turn in trace.turns():
+            node.get_logger().info(turn.sentence)
+        if ended:
+            node.get_logger().info(trace.summary)
 
 
 def _given(options: argparse.Namespace) -> list[Parameter]:

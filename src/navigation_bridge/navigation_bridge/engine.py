@@ -101,8 +101,7 @@ class Engine:
         """Do what is due: the task's replanning, its step, the features, feedback."""
         goal, snapshot = self.goal, None
         if goal is not None and now >= goal.times.replan_s:
-            goal.times.replan_begins()
-            goal.task.replan(self.look(now, goal), now)
+            self._replan(goal, now)
         if goal is not None and now >= goal.times.next_step_s:
             self._parts.lateness.note_step(now - goal.times.next_step_s, now)
             goal.times.step_begins(self.config.setpoint_period_s, now)
@@ -114,6 +113,10 @@ class Engine:
             self._features.update(goal, snapshot)
         if goal is not None and now >= self._feedback_deadline(goal):
             self._give_feedback(goal, snapshot or self.look(now, goal))
+
+    def _replan(self, goal: ActiveGoal, now: float) -> None:
+        goal.times.replan_begins()
+        goal.task.replan(self.look(now, goal), now)
 
     def next_deadline(self) -> float | None:
         """Return the time of the next turn."""

@@ -54,16 +54,20 @@ class SearchThread:
         self._took_s: deque[float] = deque(maxlen=_REMEMBERED)
         sys.setswitchinterval(SWITCH_INTERVAL_S)
 
-    def warm_up(self) -> None:
+    def warm_up(self, then: Callable[[], object] = lambda: None) -> None:
         """Load SciPy beside the flight, before the first search.
 
         It takes half a second, so the server does not load it to get ready. Nor may it be loaded
         by its first use, which is in flight, on the driver thread. Call this when the server is
         ready and no vehicle is under control. The driver thread gets its turns meanwhile, as
         during a search. A goal that avoids obstacles does not move before: its search waits here.
+
+        Args:
+            then: called in the thread once it is loaded.
         """
         for name in _LOADED_BEFOREHAND:
             self._pool.submit(importlib.import_module, name)
+        self._pool.submit(then)
 
     @property
     def lead_s(self) -> float:

@@ -68,6 +68,12 @@ def make_parser(parameters: Sequence[ParameterSpec] = PARAMETERS) -> argparse.Ar
         "their results, and exit: 0 all succeed, 1 not all, 2 invalid file; sends "
         "nothing",
     )
+    parser.add_argument(
+        "--trace-lateness",
+        action="store_true",
+        help="log each turn of the driver thread above 20 ms with its cause, and all at the end "
+        "(docs/scaling.md)",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON (--check, --shadow-goals)")
     return parser
 

@@ -15,6 +15,8 @@ from rclpy.parameter import Parameter
 
 from drone_navigation.presence import duplicate
 from drone_navigation.server.features import SHARED_FEATURES, SharedFeature
+from drone_navigation.server.lateness.lateness_trace import LatenessTrace
+from drone_navigation.server.lateness.short_collections import ShortCollections
 from drone_navigation.server.parameters import (
     declare_parameters,
     declare_vehicle_parameters,
@@ -106,6 +108,8 @@ class NavigationServer:
         if recording is None:
             searcher = self._searches = SearchThread()
             on_exit.callback(self._searches.close)
+        self._collections = ShortCollections()
+        on_exit.callback(self._collections.close)
         self._network = network
         self._shared: list[SharedFeature] = []
         if recording is None:
@@ -145,8 +149,14 @@ class NavigationServer:
                 return duplicate(vehicle.node)
         return ""
 
-    def start(self) -> None:
-        """Start communication with the vehicles and accept requests."""
+    def start(self, trace: LatenessTrace | None = None) -> None:
+        """Start communication with the vehicles and accept requests.
+
+        Args:
+            trace: times the turns of the driver, unless a recording is played.
+        """
+        if trace is not None and isinstance(self._driver, Driver):
+            trace.follow(self._driver)
         self._driver.start()
         # A peer or a device that is there is connected to by then.
         _wait(lambda: all(map(self._is_open, self._vehicles)), _LINK_GRACE_S)
@@ -155,10 +165,11 @@ class NavigationServer:
         if self._spinner is not None:
             self._spinner.start()
         if self._searches is not None:
-            self._searches.warm_up()
+            self._searches.warm_up(self._collections.settle)
 
     def check_links(self) -> None:
-        """Log newly opened links, and look for other servers; call periodically."""
+        """Log newly opened links, look for other servers, free memory; call periodically."""
+        self._collections.tend(all(vehicle.is_at_rest for vehicle in self._vehicles))
         for vehicle in self._vehicles:
             vehicle.presence.look()
             if not vehicle.ready_logged and self._is_open(vehicle):

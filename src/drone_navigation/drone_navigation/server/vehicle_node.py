@@ -177,6 +177,11 @@ class VehicleNode:
             return False
         return self._server is None or self._server.is_idle()
 
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the vehicle is disarmed, or unknown, and has no goal."""
+        return not self._bridge.vehicle.live.known.armed and self.is_idle()
+
     def abandon(self) -> None:
         """End the goals still open."""
         if self._server is not None:

@@ -112,7 +112,11 @@ def _log_error(error: Exception) -> None:
 
 
 class Driver(Mailbox):
-    """Runs an application on a router in a thread of its own."""
+    """Runs an application on a router in a thread of its own.
+
+    Attributes:
+        wait: waits for the links, for at most a number of ms; a trace of the turns replaces it.
+    """
 
     def __init__(
         self,
@@ -144,6 +148,7 @@ class Driver(Mailbox):
         # Not epoll: it forgets a descriptor that a link closes and opens again under the same
         # number, without a sign. And not a selector: that takes three times as long.
         self._poll = select.poll()
+        self.wait: Callable[[float], object] = self._poll.poll
         self._registered: tuple[int, ...] = ()
         self._wake_lock = threading.Lock()
         self._awake = False
@@ -201,7 +206,7 @@ class Driver(Mailbox):
         link_deadline = self._router.poll(now)
         deadline = self._application_deadline(now)
         self._register()
-        self._poll.poll(self._wait_ms(now, link_deadline, deadline))
+        self.wait(self._wait_ms(now, link_deadline, deadline))
         if self._awake:
             self._drain_wake_ups()
         for _ in range(min(len(self.works), _MAX_POSTS)):

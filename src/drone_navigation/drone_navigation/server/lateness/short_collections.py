@@ -1,0 +1,67 @@
+"""Keeps Python's garbage collections short while vehicles fly.
+
+A collection of the oldest generation walks through every object that may be part of a cycle, on
+whichever thread happens to allocate, while all other threads wait: 51 ms with the 96,000 objects
+that a server has once it is ready. So these objects are frozen: collections pass them by. What
+survives a collection of the oldest generation later is frozen, too, so that the next one walks only
+through what came in between. Frozen garbage is collected when nothing flies.
+"""
+
+from __future__ import annotations
+
+import gc
+from typing import Any
+
+# The oldest generation is collected after two of the middle one instead of ten: at most some
+# 20,000 objects are new by then, which take 10 ms.
+_THRESHOLDS = (700, 10, 2)
+# As many more frozen objects are worth a collection at rest, and make one necessary in flight.
+_SOME, _MOST = 10_000, 200_000
+
+
+class ShortCollections:
+    """Freezes what survives collections, and collects all while the vehicles are at rest."""
+
+    def __init__(self) -> None:
+        """Begin without a collection; :meth:`settle` makes the first."""
+        self._settled = 0
+        self._survived = False
+        self._before = gc.get_threshold()
+
+    def settle(self) -> None:
+        """Collect all garbage, which takes 0.1 s, and freeze the rest; the vehicles are at rest."""
+        if self._collected not in gc.callbacks:
+            gc.set_threshold(*_THRESHOLDS)
+            gc.callbacks.append(self._collected)
+        gc.unfreeze()
+        gc.collect()
+        # Python waits with the next one until a quarter of what this one found has been added.
+        gc.collect()
+        self._settled, self._survived = gc.get_freeze_count(), False
+
+    def tend(self, at_rest: bool) -> None:
+        """Collect frozen garbage if there may be much; call periodically.
+
+        Args:
+            at_rest: whether no vehicle is armed or has a goal.
+        """
+        if not self._survived:
+            return
+        self._survived = False
+        grown = gc.get_freeze_count() - self._settled
+        if grown > (_SOME if at_rest else _MOST):
+            self.settle()
+        elif grown > _SOME:
+            self._survived = True  # for when they are at rest
+
+    def close(self) -> None:
+        """Let Python collect as before."""
+        if self._collected in gc.callbacks:
+            gc.callbacks.remove(self._collected)
+            gc.set_threshold(*self._before)
+            gc.unfreeze()
+
+    def _collected(self, phase: str, about: dict[str, Any]) -> None:
+        if phase == "stop" and about["generation"] == 2:
+            gc.freeze()
+            self._survived = True
