@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev setup-extras build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-arm64 test-night explore bench shape lint lock pages wheels version clean distclean
+.PHONY: help setup setup-dev setup-extras build setup-nav2 demo demo-rover demo-fleet demo-nav2 demo-video console plot report test test-all test-arm64 test-kilted test-night explore bench shape lint lock pages wheels version clean distclean
 
 # Prefix of commands that need the environment.
 ENTER := source ./setup.bash &&
@@ -88,7 +88,10 @@ test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a 
 test-arm64: setup-dev ## Try the packages that need no ROS on ARM64, by emulation (ARGS=tests/unit/core)
 	@$(ENTER) python scripts/try_arm64.py $(ARGS)
 
-test-night: test-all test-arm64 ## And those with all their parameters (an hour), and make test-arm64
+test-kilted: ## Run the tests that need ROS on ROS 2 Kilted, in out/kilted (ARGS="-k velocity tests/ros")
+	@scripts/try_kilted.sh $(ARGS)
+
+test-night: test-all test-arm64 test-kilted ## And those with all their parameters (an hour), and both before
 	@$(ENTER) $(PYTEST) -n 4 -m night $(TESTS)
 
 SEEDS ?= 200
@@ -118,7 +121,7 @@ LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-
 	--no-emit-index-url --no-annotate --quiet --system-certs $(UPGRADE)
 
 lock: setup-dev ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgrade takes the newest)
-	@$(ENTER) for ros in wheels system; do \
+	@$(ENTER) for ros in wheels kilted system; do \
 		running="--group runtime --group ros-$$ros --no-emit-package empy"; \
 		light="--no-emit-package lxml --no-emit-package setuptools"; \
 		extras="--group extras --group ros-$$ros-extras"; \

@@ -18,13 +18,18 @@ _mavbridge_enter() {
     root=$(readlink -f "${BASH_SOURCE[0]}") || return 1
     root=${root%/*}
     . "$root/scripts/ros_kind.sh"
-    kind=$(mavbridge_ros_kind) || return 1
     if ! { read -r _ _ made_for <"$root/install/environment.bash"; } 2>/dev/null; then
         echo "Nothing is set up here yet: run 'make setup' in $root." >&2
         return 1
     fi
-    # Made for a sourced ROS, it brings that ROS along, so an empty shell will do.
-    if [ "$made_for" != "$kind" ] && [ "$made_for$kind${MAVBRIDGE_ROS:-}" != systemwheels ]; then
+    # Made for a sourced ROS, it brings that ROS along, so a shell without any will do.
+    if [ "$made_for${MAVBRIDGE_ROS:-}" = system ] &&
+        [[ -z "${ROS_DISTRO:-}" || -z "${AMENT_PREFIX_PATH:-}" ]]; then
+        kind=system
+    else
+        kind=$(mavbridge_ros_kind) || return 1
+    fi
+    if [ "$made_for" != "$kind" ]; then
         echo "This is set up for ROS of the kind '$made_for', but this shell calls for '$kind':" \
             "run 'make setup' here, or set MAVBRIDGE_ROS=$made_for." >&2
         return 1

@@ -25,7 +25,7 @@ PACKAGES = (
     ROOT / "src" / "flight_logs",
 )
 """Pure Python. `flight_logs` needs `mavlink_vehicle`, whose codec it reads messages with"""
-VERSIONS = ("3.10", "3.11", "3.12", "3.13")
+VERSIONS = ("3.10", "3.11", "3.12", "3.13", "3.14")
 """Of Python, that the set-up supports"""
 OF_ROS = ("options.data_files", "develop", "install")
 NOT_COPIED = shutil.ignore_patterns("build", "dist", "docs", "tests", "*.egg-info", "__pycache__")
@@ -40,7 +40,7 @@ def main() -> int:
     parser.add_argument(
         "--interfaces",
         action="store_true",
-        help="also the interfaces, for each Python 3.10 to 3.13 that is found; WHEEL_PYTHONS names "
+        help="also the interfaces, for each Python 3.10 to 3.14 that is found; WHEEL_PYTHONS names "
         "more interpreters, separated by colons",
     )
     options = parser.parse_args()

@@ -6,8 +6,10 @@
 #
 #   scripts/setup.sh --with nav2_msgs   also builds the interfaces of Nav2, which take a minute
 #
-#   PYTHON=python3.12             use this interpreter (3.10 to 3.13)
-#   MAVBRIDGE_ROS=wheels|system   ROS 2 from pinned wheels, or the sourced Jazzy
+#   PYTHON=python3.12       use this interpreter (3.10 to 3.14)
+#   MAVBRIDGE_ROS=wheels    ROS 2 Jazzy from pinned wheels (also: jazzy)
+#   MAVBRIDGE_ROS=kilted    ROS 2 Kilted from pinned wheels
+#   MAVBRIDGE_ROS=system    the sourced ROS 2
 set -u
 
 script=$(readlink -f "${BASH_SOURCE[0]}") || exit 1
@@ -22,16 +24,32 @@ import os, sys
 version = sys.version_info[:2]
 rclpy = [p for p in os.environ.get("PYTHONPATH", "").split(":") if os.path.isdir(p + "/rclpy")]
 made_for_it = not rclpy or "/python%d.%d/" % version in rclpy[0] + "/"
-sys.exit(not ((3, 10) <= version <= (3, 13) and (sys.argv[1] == "wheels" or made_for_it)))
+sys.exit(not ((3, 10) <= version <= (3, 14) and (sys.argv[1] != "system" or made_for_it)))
 '
 
 fits() {
     command -v "$1" >/dev/null && "$1" -I -S -c "$fits" "$kind" >/dev/null 2>&1
 }
 
+# Prints the version of Python that the sourced ROS was made for, if its folder names one.
+ros_python() {
+    local folder folders
+    IFS=: read -r -a folders <<<"${PYTHONPATH:-}"
+    for folder in "${folders[@]}"; do
+        if [ -d "$folder/rclpy" ] && [[ "$folder/" =~ /python(3\.[0-9]+)/ ]]; then
+            echo "${BASH_REMATCH[1]}"
+            return
+        fi
+    done
+}
+
 find_python() {
-    local candidate wanted="Python 3.10 to 3.13"
-    [ "$kind" = wheels ] || wanted="$wanted of the version that the sourced ROS was made for"
+    local candidate wanted="Python 3.10 to 3.14" package=python3 version
+    if [ "$kind" = system ]; then
+        version=$(ros_python)
+        package=python${version:-3}
+        wanted="Python ${version:-3.10 to 3.14} (the sourced ROS was made for it)"
+    fi
     if [ -n "${PYTHON:-}" ]; then
         if fits "$PYTHON"; then
             echo "$PYTHON"
@@ -40,13 +58,13 @@ find_python() {
         echo "PYTHON is '$PYTHON', which is not a working $wanted." >&2
         return 1
     fi
-    for candidate in "$root/.venv/bin/python" python3 python3.12 python3.11 python3.13 python3.10; do
+    for candidate in "$root/.venv/bin/python" python3 python3.12 python3.11 python3.13 python3.10 python3.14; do
         if fits "$candidate"; then
             echo "$candidate"
             return 0
         fi
     done
-    echo "No $wanted was found: sudo apt install python3 python3-dev python3-venv," \
+    echo "No $wanted was found: sudo apt install $package $package-dev $package-venv," \
         "or name one with PYTHON=/path/to/python3." >&2
     return 1
 }

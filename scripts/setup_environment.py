@@ -66,6 +66,10 @@ STAND_IN_COMMANDS = ("ros2",)
 # Packages that are compiled where none of their wheels fits: empy has none, ruckig none for ARM64.
 # All others are wheels.
 COMPILED = ("empy", "ruckig")
+# ROS 2 as wheels, by the name of its locks: the distribution.
+WHEELS = {"wheels": "Jazzy", "kilted": "Kilted"}
+# Pythons that the locks are for, but that no machine of the tests has.
+UNTRIED = (3, 14)
 # Packages on top of those for running, each with a lock of its own. "dev" contains "extras".
 LAYERS = ("extras", "dev")
 # Free disk that the set-up needs: .venv, the tools of the build, and packages as downloaded; of
@@ -142,7 +146,7 @@ def main() -> int:
         0 when it is, 1 after an error, 130 when interrupted.
     """
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--ros", choices=("wheels", "system"), required=True)
+    parser.add_argument("--ros", choices=(*WHEELS, "system"), required=True)
     parser.add_argument(
         "--with",
         dest="wanted",
@@ -151,6 +155,12 @@ def main() -> int:
         default=[],
         help="also build these interfaces, unless the sourced ROS has them; or also install what "
         "single commands (extras) or development (dev) need",
+    )
+    parser.add_argument(
+        "--nav2-form",
+        default="",
+        metavar="1.5",
+        help="form of nav2_msgs to build, instead of that of ROS: 1.3, 1.4 or 1.5 (for tests)",
     )
     parser.add_argument(
         "--wheel", type=Path, metavar="DIR", help="only build the wheel of the interfaces into DIR"
@@ -168,8 +178,10 @@ def main() -> int:
                 put_back(before)
             changed = update(options.ros)
             for name in options.wanted:
-                add = add_layer if name in LAYERS else add_interfaces
-                changed = add(options.ros, name) or changed
+                if name in LAYERS:
+                    changed = add_layer(options.ros, name) or changed
+                else:
+                    changed = add_interfaces(options.ros, name, options.nav2_form) or changed
     except SetupError as error:
         print(f"Set-up failed: {error}", file=sys.stderr)
         return 1
@@ -188,7 +200,7 @@ def update(ros: str) -> bool:
     """Runs the steps that are due.
 
     Args:
-        ros: "wheels" or "system".
+        ros: one of WHEELS, or "system".
 
     Returns:
         Whether there was anything to do.
@@ -196,15 +208,17 @@ def update(ros: str) -> bool:
     packages_key = key_of_packages(ros)
     packages_due = read(PACKAGES_STAMP) != packages_key
     names = ("custom_interfaces", *STAND_INS)
-    interfaces_key = f"{packages_key}\n{hash_of_interfaces(names)}"
+    interfaces_key = f"{packages_key}\n{hash_of_interfaces(ros, names)}"
     interfaces_due = packages_due or read(INTERFACES_STAMP) != interfaces_key
     workspace_key = f"{interfaces_key}\n{hash_of(workspace_inputs())}"
     if not interfaces_due and read(WORKSPACE_STAMP) == workspace_key:
         return False
     wheel = fitting_wheel() if ros == "wheels" and interfaces_due else None
     check_prerequisites(ros, packages_due, compiles=interfaces_due and wheel is None)
-    where = "the sourced ROS 2 Jazzy" if ros == "system" else "ROS 2 Jazzy from pinned wheels"
+    where = f"ROS 2 {WHEELS[ros]} from pinned wheels" if ros in WHEELS else sourced_ros()
     print(f"Setting up with Python {platform.python_version()} and {where}.", flush=True)
+    if sys.version_info >= UNTRIED:
+        print("  No test has run on this version of Python; all packages exist for it.", flush=True)
     WORKSPACE_STAMP.unlink(missing_ok=True)
     if packages_due:
         with replacing(VENV):
@@ -299,11 +313,16 @@ def python_packages() -> list[Path]:
     return [path.parent for path in files]
 
 
-def hash_of_interfaces(names: Iterable[str]) -> str:
+def sourced_ros() -> str:
+    """The ROS that is sourced, as people call it."""
+    return f"the sourced ROS 2 {os.environ.get('ROS_DISTRO', '').capitalize()}"
+
+
+def hash_of_interfaces(ros: str, names: Iterable[str]) -> str:
     """A digest of all that compiled interfaces depend on, but for the interpreter."""
     folders = [*(ROOT / "src" / name for name in names), INTERFACES_BUILD]
     files = (path for folder in folders for path in sorted(folder.rglob("*")))
-    return hash_of([*files, lock_of("wheels", "build")])
+    return hash_of([*files, lock_of(ros, "build")])
 
 
 def hash_of(paths: Iterable[Path]) -> str:
@@ -343,18 +362,19 @@ def check_prerequisites(ros: str, packages: bool = True, compiles: bool = True) 
     """Looks for what a package manager has to provide.
 
     Args:
-        ros: "wheels" or "system".
+        ros: one of WHEELS, or "system".
         packages: whether packages are to be installed into .venv.
         compiles: whether interfaces are to be compiled.
 
     Raises:
         SetupError: something is missing; names all of it, with the Debian or Ubuntu packages.
     """
-    if ros == "wheels" and platform.machine() != "x86_64":
+    if ros in WHEELS and platform.machine() != "x86_64":
+        name = WHEELS[ros].lower()
         raise SetupError(
             f"ROS 2 exists as wheels for x86-64 only, and this is {platform.machine()}: install "
-            "ROS 2 Jazzy (on Ubuntu 24.04: sudo apt install ros-jazzy-ros-base), run "
-            "'. /opt/ros/jazzy/setup.bash' and then this again, without MAVBRIDGE_ROS=wheels."
+            f"ROS 2 {WHEELS[ros]} (on Ubuntu 24.04: sudo apt install ros-{name}-ros-base), run "
+            f"'. /opt/ros/{name}/setup.bash' and then this again, without MAVBRIDGE_ROS={ros}."
         )
     missing, names = [], []
     compilers = (("CC", "cc", "the C compiler"), ("CXX", "c++", "the C++ compiler"))
@@ -416,7 +436,7 @@ def add_layer(ros: str, layer: str) -> bool:
     """Installs packages on top of those that running needs.
 
     Args:
-        ros: "wheels" or "system".
+        ros: one of WHEELS, or "system".
         layer: one of LAYERS.
 
     Returns:
@@ -530,13 +550,14 @@ def blocks_of(lock: Path, *names: str) -> str:
     return "\n".join(b for b in blocks if b.split("==", 1)[0] in names) + "\n"
 
 
-def build_interfaces(ros: str, names: Sequence[str], *prefixes: Path) -> None:
+def build_interfaces(ros: str, names: Sequence[str], *prefixes: Path, form: str = "") -> None:
     """Compiles packages of interfaces, but for those that ROS has.
 
     Args:
-        ros: "wheels" or "system".
+        ros: one of WHEELS, or "system".
         names: of the packages, in src.
         prefixes: the folder to install into, and others with interfaces that these need.
+        form: of nav2_msgs; empty for that of ROS.
     """
     prefix = prefixes[0]
     with build_tools(ros) as (python, environment):
@@ -555,6 +576,7 @@ def build_interfaces(ros: str, names: Sequence[str], *prefixes: Path) -> None:
             command += [f"-DCMAKE_INSTALL_PREFIX={prefix}", f"-DPython3_EXECUTABLE={python}"]
             command += [f"-DPACKAGES={';'.join(str(ROOT / 'src' / name) for name in group)}"]
             command += [f"-DCMAKE_PROJECT_INCLUDE={INTERFACES_BUILD / 'one_unit.cmake'}"]
+            command += [f"-DNAV2_MSGS_FORM={form}"]
             run(title, f"Building {', '.join(group)}", command, environment)
 
 
@@ -570,7 +592,7 @@ def build_tools(ros: str) -> Iterator[tuple[Path, dict[str, str]]]:
         command: list[str | Path] = [base_interpreter(), "-m", "venv", "--without-pip", tools]
         run("venv", "Making an environment for the build", command, outside("wheels"))
         install_lock(lock_of(ros, "build"), tools)
-        if ros == "wheels":
+        if ros in WHEELS:
             mend_cmake_files(tools)
             leave_out_generator(tools, "rosidl_typesupport_introspection_cpp")
             keep_parsed_definitions(tools)
@@ -680,7 +702,7 @@ def python_tag() -> str:
 
 def wheel_version() -> str:
     """The version of a wheel of interfaces, with a digest of what it was built from."""
-    digest = hash_of_interfaces(("custom_interfaces", *STAND_INS, *ON_DEMAND))
+    digest = hash_of_interfaces("wheels", ("custom_interfaces", *STAND_INS, *ON_DEMAND))
     return f"{(ROOT / 'VERSION').read_text().strip()}+{digest[:12]}"
 
 
@@ -742,7 +764,7 @@ def outside(ros: str) -> dict[str, str]:
     With ROS from wheels, without any other ROS, too.
     """
     result = without_folders(os.environ, OURS)
-    if ros == "wheels":
+    if ros in WHEELS:
         result = {k: v for k, v in result.items() if k not in FOREIGN}
     return result
 
@@ -750,7 +772,7 @@ def outside(ros: str) -> dict[str, str]:
 def base_environment(ros: str, venv: Path = VENV) -> dict[str, str]:
     """The base of the workspace: ROS and a virtual environment, entered."""
     environment = outside(ros)
-    if ros == "wheels":
+    if ros in WHEELS:
         environment["AMENT_PREFIX_PATH"] = str(venv)
         # The start-up hook of the wheels would set these by starting the interpreter twice.
         libraries = [venv / "lib", *sorted(site_packages(venv).glob("ros_*.libs"))]
@@ -766,6 +788,14 @@ def is_provided(name: str, environment: Environment) -> bool:
     """Whether the ROS below the workspace has a package."""
     prefixes = environment["AMENT_PREFIX_PATH"].split(":")
     return any(Path(prefix, "share", name).is_dir() for prefix in prefixes)
+
+
+def lacks_discovery_range(environment: Environment) -> bool:
+    """Whether rcl knows no ROS_AUTOMATIC_DISCOVERY_RANGE, as Humble's: its headers say so."""
+    prefixes = environment["AMENT_PREFIX_PATH"].split(":")
+    folders = [Path(prefix, "include/rcl/rcl") for prefix in prefixes]
+    found = [folder for folder in folders if (folder / "init_options.h").is_file()]
+    return bool(found) and not any((folder / "discovery_options.h").is_file() for folder in found)
 
 
 def settings_of(package: Path) -> ConfigParser:
@@ -863,23 +893,24 @@ def prepare_start(ros: str) -> None:
     run("completion", "Preparing the first start", ["bash", "-c", script], environment)
 
 
-def add_interfaces(ros: str, name: str) -> bool:
+def add_interfaces(ros: str, name: str, form: str = "") -> bool:
     """Builds interfaces that the workspace does without, and that a rebuild of it keeps.
 
     Args:
-        ros: "wheels" or "system".
+        ros: one of WHEELS, or "system".
         name: of the package.
+        form: of the definitions; empty for that of ROS.
 
     Returns:
         Whether there was anything to do.
     """
     stamp = INSTALL / name / "interfaces.stamp"
-    key = f"{read(PACKAGES_STAMP)}\n{hash_of_interfaces((name, *STAND_INS))}"
+    key = f"{read(PACKAGES_STAMP)}\n{hash_of_interfaces(ros, (name, *STAND_INS))}\n{form}"
     if is_provided(name, workspace_environment(ros, INTERFACES)) or read(stamp) == key:
         return False
     check_prerequisites(ros, packages=False)
     with replacing(INSTALL / name):
-        build_interfaces(ros, (name,), INSTALL / name, INTERFACES)
+        build_interfaces(ros, (name,), INSTALL / name, INTERFACES, form=form)
         stamp.write_text(key)
     record_environment(ros)
     return True
@@ -912,6 +943,8 @@ def record_environment(ros: str) -> None:
         # For shells that have not sourced this ROS.
         before = without_folders(before, before["AMENT_PREFIX_PATH"].split(":"))
         lines.append(f"export ROS_DISTRO={after['ROS_DISTRO']} ROS_VERSION=2 ROS_PYTHON_VERSION=3")
+        if lacks_discovery_range(after):
+            lines.append("export ROS_LOCALHOST_ONLY=1")
     else:
         lines.append(f"unset {' '.join(FOREIGN)}")
         lines.append("export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1")

@@ -28,7 +28,6 @@ from mavlink_sitl.config import ConfigurationError, VehicleConfig
 from mavlink_sitl.encounters import Encounters
 from mavlink_sitl.environment import Environment
 from mavlink_sitl.links.simulated_link import SimulatedLink
-from mavlink_sitl.links.tlog import TlogWriter
 from mavlink_sitl.physics.copter_pipeline import DT_S
 from mavlink_sitl.physics.fleets import make_fleets
 from mavlink_sitl.truth import FleetState, Truth
@@ -92,9 +91,8 @@ class Simulation:
         self.world = world if isinstance(world, World) else load_world(world)
         fleets = make_fleets(configs, seed, tick_s)
         fleet_of_row = {row: fleet for fleet in fleets for row in fleet.rows}
-        log = None if tlog is None else TlogWriter(tlog)
         self.vehicles = [
-            SimulatedVehicle(i, config, ids[i], fleet_of_row[i], seed, log, EPOCH_US)
+            SimulatedVehicle(i, config, ids[i], fleet_of_row[i], seed, tlog, EPOCH_US)
             for i, config in enumerate(configs)
         ]
         frames = [vehicle.frame for vehicle in self.vehicles]

@@ -18,6 +18,8 @@ from typing import Any
 from mavlink_sitl import Simulation, VehicleConfig
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.personality.parameters import whole_list
+from mavlink_sitl.autopilot.plans.plan_commands import NAMES
+from mavlink_sitl.autopilot.plans.plan_rules import PX4_DEVICES
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanType
 from mavlink_sitl.config import PERSONALITIES
 from mavlink_sitl.exchange import Result
@@ -235,7 +237,7 @@ def items_table(kinds: Mapping[str, Personality]) -> str:
     """The items that the lists of a firmware take; the same for all its vehicles."""
     (rules,) = {id(kind.plan_rules): kind.plan_rules for kind in kinds.values()}.values()
 
-    def taken(item: Cmd, plan: PlanType) -> bool:
+    def taken(item: int, plan: PlanType) -> bool:
         if rules.by_frame is not None:
             return any(item in items for items in rules.by_frame.values())
         return item in rules.commands[plan]
@@ -243,7 +245,7 @@ def items_table(kinds: Mapping[str, Personality]) -> str:
     rows = [
         [f"{int(item)} {name_of('MAV_CMD', item)}", "taken" if any(
             taken(item, plan) for plan in PlanType) else ABSENT]
-        for item in sorted(Cmd)
+        for item in sorted({*Cmd, *NAMES, *PX4_DEVICES})
     ]  # fmt: skip
     return table(("Item", "mission, fence or rally points"), rows)
 

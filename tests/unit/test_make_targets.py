@@ -59,6 +59,7 @@ INTERRUPTED = {
 PRINTED = {
     "lock": "it needs the network",
     "test-arm64": "it downloads another Debian",
+    "test-kilted": "it sets a copy up on other wheels",
     "lint": "mypy takes minutes for all packages",
     **{
         target: "it would change the environment that the tests run in"

@@ -82,7 +82,7 @@ def check_server_words(words: list[str]) -> None:
     assert options.tlog == "flight.tlog"
     of_ros = words[words.index("--ros-args") + 1 :]
     set_names = [each.partition(":=")[0] for before, each in pairwise(of_ros) if before == "-p"]
-    assert "record_tlog_file_mb" in set_names
+    assert {"record_tlog_file_mb", "record_tlog_files"} <= set(set_names)
     assert set(set_names) <= set(SPECS)
 
 

@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PYPROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 ROS_KIND = (ROOT / "install/environment.bash").read_text("utf-8").split(None, 3)[2]
 LAYERS = ("", "-extras", "-dev", "-build")
-LOCKS = [f"{ros}{layer}" for ros in ("wheels", "system") for layer in LAYERS]
+LOCKS = [f"{ros}{layer}" for ros in ("wheels", "kilted", "system") for layer in LAYERS]
 
 
 def lock_entries(kind: str) -> list[str]:
@@ -73,7 +73,7 @@ def test_lock_holds_every_declared_dependency(kind: str) -> None:
         assert declared <= locked
 
 
-@pytest.mark.parametrize("ros", ["wheels", "system"])
+@pytest.mark.parametrize("ros", ["wheels", "kilted", "system"])
 def test_all_locks_have_the_same_versions(ros: str) -> None:
     versions = {
         entry.split(maxsplit=1)[0] for layer in LAYERS for entry in lock_entries(f"{ros}{layer}")

@@ -51,10 +51,6 @@ def _switch(server: MavlinkServer, command: ReceivedCommand) -> Result:
     return Result.ACCEPTED if known else Result.FAILED
 
 
-def _set_servo(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    return server.vehicle.outputs.set_servo(int(command.params[0]), command.params[1])
-
-
 def _reset_battery(server: MavlinkServer, command: ReceivedCommand) -> Result:
     """BATTERY_RESET: the monitor of the first battery counts from another charge."""
     vehicle, mask = server.vehicle, int(command.params[0])
@@ -76,10 +72,6 @@ def _always(result: Result) -> Handler:
     return lambda *_: result
 
 
-def _source_set(_: MavlinkServer, command: ReceivedCommand) -> Result:
-    return Result.ACCEPTED if command.params[0] in (1.0, 2.0, 3.0) else Result.DENIED
-
-
 def _look_at(_: MavlinkServer, command: ReceivedCommand) -> Result:
     """DO_SET_ROI: taken for a camera that is not there."""
     given = all(map(math.isfinite, (command.x, command.y, command.z)))
@@ -87,7 +79,10 @@ def _look_at(_: MavlinkServer, command: ReceivedCommand) -> Result:
 
 
 GROUND_COMMANDS: dict[int, tuple[Handler, int]] = {
-    dialect.MAV_CMD_DO_SET_SERVO: (_set_servo, 2),
+    dialect.MAV_CMD_DO_SET_SERVO: (
+        lambda s, c: s.vehicle.outputs.set_servo(int(c.params[0]), c.params[1]),
+        2,
+    ),
     dialect.MAV_CMD_PREFLIGHT_CALIBRATION: (_calibrate, 4),
     dialect.MAV_CMD_DO_AUX_FUNCTION: (_switch, 2),
     dialect.MAV_CMD_BATTERY_RESET: (_reset_battery, 2),
@@ -107,6 +102,9 @@ GROUND_COMMANDS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_START_MAG_CAL: (_always(Result.ACCEPTED), 4),
     dialect.MAV_CMD_DO_ACCEPT_MAG_CAL: (_always(Result.ACCEPTED), 1),
     dialect.MAV_CMD_DO_CANCEL_MAG_CAL: (_always(Result.ACCEPTED), 1),
-    dialect.MAV_CMD_SET_EKF_SOURCE_SET: (_source_set, 1),
+    dialect.MAV_CMD_SET_EKF_SOURCE_SET: (
+        lambda _, c: Result.ACCEPTED if c.params[0] in (1.0, 2.0, 3.0) else Result.DENIED,
+        1,
+    ),
 }
 """By MAV_CMD: what carries it out, and how many of param1..4 count"""

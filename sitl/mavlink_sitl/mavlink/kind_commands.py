@@ -104,20 +104,13 @@ def _condition_yaw(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 
 def _look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    """DO_SET_ROI and DO_SET_ROI_LOCATION: keep the nose towards a place; zeros end that."""
-    copter = _copter(server)
-    if not (command.x or command.y or command.z):
-        return _look_at_nothing(server, command)
-    place = setpoints.place_of(copter, command, command.frame)
-    if place is None:
-        return Result.DENIED
+    """DO_SET_ROI, _LOCATION and _NONE: keep the nose towards a place; zeros end that, too."""
+    copter, place = _copter(server), None
+    if command.id != dialect.MAV_CMD_DO_SET_ROI_NONE and (command.x or command.y or command.z):
+        place = setpoints.place_of(copter, command, command.frame)
+        if place is None:
+            return Result.DENIED
     copter.yaw.look_at(place)
-    return Result.ACCEPTED
-
-
-def _look_at_nothing(server: MavlinkServer, _: ReceivedCommand) -> Result:
-    """DO_SET_ROI_NONE."""
-    _copter(server).yaw.look_at(None)
     return Result.ACCEPTED
 
 
@@ -133,16 +126,6 @@ def _motor_test(server: MavlinkServer, command: ReceivedCommand) -> Result:
 def _as_plane(server: MavlinkServer) -> plane.Plane:
     assert isinstance(server.vehicle, plane.Plane)
     return server.vehicle
-
-
-def _start_landing(server: MavlinkServer, _: ReceivedCommand) -> Result:
-    """DO_LAND_START: to the nearest one in the mission."""
-    return Result.ACCEPTED if _as_plane(server).start_landing() else Result.FAILED
-
-
-def _go_around(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    """DO_GO_AROUND: only while landing."""
-    return Result.ACCEPTED if _as_plane(server).go_around(command.params[0]) else Result.FAILED
 
 
 def _set_reverse(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -190,7 +173,7 @@ _COPTER: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_CONDITION_YAW: (_condition_yaw, 4),
     dialect.MAV_CMD_DO_SET_ROI: (_look_at, 0),
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
-    dialect.MAV_CMD_DO_SET_ROI_NONE: (_look_at_nothing, 0),
+    dialect.MAV_CMD_DO_SET_ROI_NONE: (_look_at, 0),
     dialect.MAV_CMD_DO_MOTOR_TEST: (_motor_test, 4),
     dialect.MAV_CMD_DO_LAND_START: (lambda s, _: _copter(s).start_landing_sequence(), 0),
     dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(5), 0),
@@ -207,8 +190,8 @@ _ROVER: dict[int, tuple[Handler, int]] = {
 }
 
 _PLANE: dict[int, tuple[Handler, int]] = {
-    dialect.MAV_CMD_DO_LAND_START: (_start_landing, 0),
-    dialect.MAV_CMD_DO_GO_AROUND: (_go_around, 1),
+    dialect.MAV_CMD_DO_LAND_START: (lambda s, _: _as_plane(s).start_landing(), 0),
+    dialect.MAV_CMD_DO_GO_AROUND: (lambda s, c: _as_plane(s).go_around(c.params[0]), 1),
     dialect.MAV_CMD_DO_CHANGE_SPEED: (_change_speed, 2),
     dialect.MAV_CMD_GUIDED_CHANGE_SPEED: (_guided_change_speed, 2),
     dialect.MAV_CMD_NAV_TAKEOFF: (lambda *_: Result.FAILED, 0),

@@ -71,9 +71,6 @@ class ParameterServer:
     def _value(self, name: str, index: int) -> Message:
         spec = self._parameters.specs[name]
         return dialect.MAVLink_param_value_message(
-            name.encode("ascii"),
-            self._parameters[name],
-            int(spec.type),
-            len(self._parameters),
+            name.encode("ascii"), self._parameters[name], int(spec.type), len(self._parameters),
             index,
-        )
+        )  # fmt: skip

@@ -10,7 +10,7 @@ for somebody goes where that one was heard last, and what others say is handed o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
@@ -33,7 +33,7 @@ from mavlink_sitl.mavlink.files.ftp_server import FtpServer
 from mavlink_sitl.mavlink.logs.log_server import LogServer
 from mavlink_sitl.mavlink.logs.logbook import Logbook
 from mavlink_sitl.mavlink.messages import telemetry
-from mavlink_sitl.mavlink.messages.snapshot import Snapshot
+from mavlink_sitl.mavlink.messages.snapshot import Builder, Snapshot
 from mavlink_sitl.mavlink.messages.status_messages import heartbeat
 from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US, StreamSchedule
@@ -97,12 +97,13 @@ class MavlinkServer:
     logs_class: type[LogServer] = LogServer
     steady: frozenset[int] = frozenset({0, _OBSTACLE_DISTANCE})
     """Messages that come whatever anybody asks for: HEARTBEAT, a companion's scan"""
-    builders = telemetry.BUILDERS
+    builders: Mapping[int, Builder]
     """By message id: what can be streamed and requested"""
 
     def __init__(self, served: PoweredUp, encoders: Sequence[Encoder]) -> None:
         vehicle, system_id, now_us, snapshot, logbook = served
         self.vehicle = vehicle
+        self.builders = self.make_builders(vehicle.personality.kind)
         self.system_id = system_id
         self.now_us = now_us
         self.streams = StreamSchedule()
@@ -151,6 +152,10 @@ class MavlinkServer:
             "FILE_TRANSFER_PROTOCOL": self._now(self._files.receive),
             **self.external_class(vehicle).handlers,
         }
+
+    def make_builders(self, kind: str) -> Mapping[int, Builder]:
+        """By message id, of a kind of vehicle."""
+        return telemetry.BUILDERS[kind]
 
     def make_traffic(self) -> TrafficList | TrafficQueue:
         """How this firmware passes on the aircraft that it hears."""

@@ -6,6 +6,9 @@ lanes of `physics`.
 
 from __future__ import annotations
 
+import struct
+from typing import BinaryIO
+
 from mavlink_sitl.autopilot.common.commander import PowerUp
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.plans.plans import Plans
@@ -25,7 +28,6 @@ from mavlink_sitl.exchange import (
     Vector,
 )
 from mavlink_sitl.links.simulated_link import SimulatedLink
-from mavlink_sitl.links.tlog import TlogWriter
 from mavlink_sitl.mavlink.codec import Encoder
 from mavlink_sitl.mavlink.messages.snapshot import Snapshot
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
@@ -64,7 +66,7 @@ class SimulatedVehicle(VehicleBody):
         system_id: int,
         fleet: Fleet,
         seed: int,
-        log: TlogWriter | None,
+        log: BinaryIO | None,
         epoch_us: int,
     ) -> None:
         super().__init__(index, config, fleet)
@@ -243,8 +245,9 @@ class SimulatedVehicle(VehicleBody):
                     link.deliver(frame)
 
     def _record(self, frame: bytes) -> None:
+        """Into the telemetry log: big-endian microseconds since 1970, then the raw frame."""
         if self._log is not None:
-            self._log.write(self._epoch_us + self.now_us, frame)
+            self._log.write(struct.pack(">Q", self._epoch_us + self.now_us) + frame)
 
     def _pass_guidance(self) -> None:
         if self.firmware.revision != self._revision:
@@ -342,7 +345,6 @@ class SimulatedVehicle(VehicleBody):
             thrust_over_hover=thrust / GRAVITY_M_S2,
             throttle_fraction=thrust / physics.body_model.max_thrust_m_s2,
             airspeed_m_s=physics.airspeed_m_s(index),
-            instruments=self,
         )
 
     # Values that few messages contain, computed when asked for.
@@ -381,7 +383,7 @@ class SimulatedVehicle(VehicleBody):
 
     def pilot_throttle(self, raw_us: int) -> None:
         """The pilot moves the throttle stick: 1000 (lowest) to 2000."""
-        self.firmware.pilot.throttle_us = raw_us
+        self.firmware.pilot.receive((0, 0, raw_us))
 
     def silence_streams(self) -> None:
         """Stop all streams until the next start, except the ones that cannot be stopped."""
@@ -430,5 +432,4 @@ class SimulatedVehicle(VehicleBody):
 
     def lose_radio(self, lost: bool, throttle_low: bool = False) -> None:
         """The pilot's radio goes silent or only lowers the throttle, or it comes back."""
-        self.firmware.pilot.lost = lost and not throttle_low
-        self.firmware.pilot.throttle_failed = throttle_low
+        self.firmware.pilot.fail(lost and not throttle_low, throttle_low)

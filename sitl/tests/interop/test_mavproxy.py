@@ -19,9 +19,9 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import all as mav
 
-from mavlink_sitl.links.tlog import read_records
 from pytest_mavlink_sitl import simulator_process
 from sitl_support.programs import environment
+from sitl_support.tlogs import read_records
 
 pytestmark = pytest.mark.wide
 

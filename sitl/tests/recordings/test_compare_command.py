@@ -11,8 +11,8 @@ import pytest
 from comparison.__main__ import main
 from comparison.recording import read
 from comparison.start import start_of
-from mavlink_sitl.links.tlog import read_records
 from sitl_support.recorded_flights import DATA
+from sitl_support.tlogs import read_records
 
 pytestmark = pytest.mark.wide
 

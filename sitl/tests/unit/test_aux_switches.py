@@ -143,7 +143,7 @@ def test_what_the_pilot_holds_has_the_same_stamp_until_something_moves() -> None
     assert not changed()
     now_s += copter_.parameters["RC_OVERRIDE_TIME"] + 0.1
     assert changed(), "the override has run out"
-    pilot.lost = True
+    pilot.fail(lost=True)
     assert changed()
     copter_.parameters.set("RC7_OPTION", 18.0)
     assert changed()
@@ -172,6 +172,6 @@ def test_an_override_time_of_0_has_overrides_not_count_until_it_is_changed_back(
     pilot, now_s, usual_s = copter_.pilot, copter_.now_s, 3.0
     pilot.override([0, 1700], now_s)
     assert [pilot.channels(now_s, t)[1] for t in (usual_s, 0.0, usual_s)] == [1700, 1500, 1700]
-    pilot.lost = True
+    pilot.fail(lost=True)
     assert [pilot.heard(now_s, t) for t in (usual_s, 0.0, usual_s)] == [True, False, True]
     assert pilot.channels(now_s + 3.1, usual_s)[1] == 1500

@@ -37,7 +37,7 @@ def moving(kind: str) -> GroundStation:
 def check(station: GroundStation, furthest_m: float = 5000.0) -> None:
     """Every message can be made, and the vehicle is where a vehicle can be."""
     snapshot = station.vehicle.snapshot()
-    for build in BUILDERS.values():
+    for build in BUILDERS[station.vehicle.config.vehicle].values():
         build(snapshot)
     values = [*station.position, *station.velocity]
     assert all(math.isfinite(value) for value in values)

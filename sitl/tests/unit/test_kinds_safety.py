@@ -42,7 +42,7 @@ pytestmark = pytest.mark.wide
 LOW = {"BATT_LOW_VOLT": 10.5, "BATT_CRT_VOLT": 9.8, "BATT_LOW_TIMER": 1.0}
 CIRCLE, CRITICAL = 1, 5
 WP_RADIUS_M = 2.0
-RETURN_POINT, INCLUSION = 5000, 5001
+INCLUSION = 5001
 
 
 def said(station: GroundStation, text: str) -> bool:
@@ -333,32 +333,6 @@ def test_a_plane_is_not_sent_beyond_its_fence() -> None:
     for north_m, answer in ((3000.0, DENIED), (1000.0, ACCEPTED)):
         x = HOME[0] + round(north_m * METRE)
         assert station.command_int(reposition, 6, -1, 1, x=x, y=HOME[1], z=60.0) == answer
-
-
-@pytest.mark.parametrize("uploaded", [False, True])
-def test_guided_takes_it_to_the_return_point_half_way_between_the_heights(uploaded: bool) -> None:
-    station = climbing({"FENCE_ACTION": 6.0, "FENCE_ALT_MIN": 30.0}) if not uploaded else None
-    if station is None:
-        station = plane({**HIGH, "FENCE_ACTION": 6.0, "FENCE_ALT_MIN": 30.0})
-        point = [item(RETURN_POINT, 100, 400, mission_type=1)]
-        assert upload(station, point, 1) == 0
-        station.setpoint(POSITION, (0.0, 0.0, -60.0), frame=mav.MAV_FRAME_LOCAL_OFFSET_NED)
-        station.run_until(lambda: said(station, "Max Alt fence breached"), 60.0)
-    assert mode_of(station) == PLANE_GUIDED
-    station.run(60.0)
-    place = (100.0, 400.0) if uploaded else (0.0, 0.0)
-    assert 60.0 < math.dist(station.position[:2], place) < 110.0
-    assert -station.position[2] == pytest.approx(50.0, abs=3.0)
-
-
-def test_guided_may_take_it_to_a_rally_point() -> None:
-    station = plane({**HIGH, "FENCE_ACTION": 6.0, "FENCE_RET_RALLY": 1.0})
-    assert upload(station, [item(5100, -200, 300, 40, mission_type=2)], 2) == 0
-    station.setpoint(POSITION, (0.0, 0.0, -60.0), frame=mav.MAV_FRAME_LOCAL_OFFSET_NED)
-    station.run_until(lambda: said(station, "Max Alt fence breached"), 60.0)
-    station.run(70.0)
-    assert 60.0 < math.dist(station.position[:2], (-200.0, 300.0)) < 110.0
-    assert -station.position[2] == pytest.approx(40.0, abs=3.0)
 
 
 def test_the_floor_counts_once_it_was_above_it() -> None:

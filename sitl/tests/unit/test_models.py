@@ -21,8 +21,8 @@ from mavlink_sitl.autopilot.parameters import (
 from mavlink_sitl.dynamics import at_rest, battery, quadrotor
 from mavlink_sitl.exchange import GRAVITY_M_S2
 from mavlink_sitl.geodesy import ARDUPILOT, PX4, GeoPoint, LocalFrame, Projection
-from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.mavlink.messages.streams import NEVER_US, StreamSchedule
+from sitl_support.tlogs import read_records
 
 SCALAR = Ops()
 MODEL = quadrotor.QuadrotorModel()

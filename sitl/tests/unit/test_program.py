@@ -15,9 +15,9 @@ from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation
 from mavlink_sitl.command_line.options import parse
-from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.simulation import EPOCH_US
 from sitl_support.programs import WAIT_S, client, free_udp_port, running
+from sitl_support.tlogs import read_records
 
 TRIES = 5
 

@@ -121,7 +121,7 @@ def test_available_modes_are_all_modes_or_one(station: GroundStation) -> None:
     assert station.command(512, 435, 99) == 4
 
 
-@pytest.mark.parametrize("message_id", sorted(BY_KIND["copter"] & set(BUILDERS)))
+@pytest.mark.parametrize("message_id", sorted(BY_KIND["copter"] & set(BUILDERS["copter"])))
 def test_every_message_can_be_requested(message_id: int) -> None:
     """Accepted; and it comes, unless the vehicle has nothing to say."""
     station = copter(parameters={"FENCE_ENABLE": 1.0}).ready()

@@ -20,9 +20,9 @@ from mavlink_sitl import (
     World,
 )
 from mavlink_sitl.dynamics.battery import BatteryModel
-from mavlink_sitl.links.tlog import read_records
 from mavlink_sitl.world.model import Obstacle
 from sitl_support.ground_station import GUIDED, POSITION, GroundStation, copter
+from sitl_support.tlogs import read_records
 
 Script = list[tuple[float, bytes]]
 

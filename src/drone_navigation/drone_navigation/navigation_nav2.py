@@ -50,11 +50,16 @@ def _main(argv: list[str]) -> int:
     if importlib.util.find_spec("nav2_msgs") is None:
         print(
             "nav2_msgs is not built: run scripts/setup.sh --with nav2_msgs, or install "
-            "ros-jazzy-nav2-msgs.",
+            "ros-$ROS_DISTRO-nav2-msgs.",
             file=sys.stderr,
         )
         return EXIT_FAILED
-    # Imported here because it imports nav2_msgs, whose absence is reported above.
+    # Imported here because they import nav2_msgs, whose absence is reported above.
+    from drone_navigation.nav2.forms import too_old  # noqa: PLC0415
+
+    if reason := too_old():
+        print(reason, file=sys.stderr)
+        return EXIT_FAILED
     from drone_navigation.nav2.node import StartError, run  # noqa: PLC0415
 
     signals = StopSignals("navigation_nav2")

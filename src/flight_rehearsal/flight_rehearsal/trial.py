@@ -9,7 +9,7 @@ __all__ = ["Trial"]
 
 @dataclass(frozen=True)
 class Trial:
-    """What was measured.
+    """The measurements.
 
     Attributes:
         seconds: how long it flew.

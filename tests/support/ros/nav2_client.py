@@ -1,4 +1,7 @@
-"""A client that makes the calls of Nav2's BasicNavigator (nav2_simple_commander of Jazzy)."""
+"""A client that makes the calls of Nav2's BasicNavigator (nav2_simple_commander).
+
+What nav2_msgs defines since 1.4 or 1.5 only is used where the installed one has it.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import time
 from functools import partial
 from typing import Any
 
+import nav_msgs.msg
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from lifecycle_msgs.srv import GetState
@@ -16,7 +20,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import FLIGHT_TIMEOUT_S, READY_TIMEOUT_S, Flight, GoalRecord
 
-__all__ = ["Nav2Client", "pose"]
+__all__ = ["Nav2Client", "pose", "route"]
 
 SUCCEEDED = GoalStatus.STATUS_SUCCEEDED
 CANCELED = GoalStatus.STATUS_CANCELED
@@ -38,19 +42,27 @@ ACTIONS = {
     action.DockRobot: "dock_robot",
     action.UndockRobot: "undock_robot",
 }
+for kind, name in (
+    ("ComputeRoute", "compute_route"),
+    ("ComputeAndTrackRoute", "compute_and_track_route"),
+    ("FollowObject", "follow_object"),
+):
+    if hasattr(action, kind):
+        ACTIONS[getattr(action, kind)] = name
 SERVICES = {
     "map_server/load_map": srv.LoadMap,
     "global_costmap/clear_entirely_global_costmap": srv.ClearEntireCostmap,
     "local_costmap/clear_entirely_local_costmap": srv.ClearEntireCostmap,
     "local_costmap/clear_costmap_except_region": srv.ClearCostmapExceptRegion,
     "local_costmap/clear_costmap_around_robot": srv.ClearCostmapAroundRobot,
-    "local_costmap/clear_costmap_around_pose": srv.ClearCostmapAroundPose,
     "global_costmap/get_costmap": srv.GetCostmap,
     "local_costmap/get_costmap": srv.GetCostmap,
     "amcl/get_state": GetState,
     "bt_navigator/get_state": GetState,
     "lifecycle_manager_navigation/manage_nodes": srv.ManageLifecycleNodes,
 }
+if hasattr(srv, "ClearCostmapAroundPose"):
+    SERVICES["local_costmap/clear_costmap_around_pose"] = srv.ClearCostmapAroundPose
 _AMCL_QOS = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
     reliability=ReliabilityPolicy.RELIABLE,
@@ -166,6 +178,12 @@ class Nav2Client:
     def close(self) -> None:
         """Stop navigation_nav2."""
         self.process.stop(20.0)
+
+
+def route(poses: list[PoseStamped]) -> Any:
+    """Return poses as the routes of the installed nav2_msgs."""
+    field = action.NavigateThroughPoses.Goal.get_fields_and_field_types()["poses"]
+    return nav_msgs.msg.Goals(goals=poses) if field == "nav_msgs/Goals" else poses
 
 
 def pose(x: float, y: float, z: float = 0.0) -> PoseStamped:

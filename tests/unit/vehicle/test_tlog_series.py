@@ -16,14 +16,8 @@ import pytest
 
 from mavlink_vehicle.codec import Codec, make
 from mavlink_vehicle.errors import LinkError
-from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.tlog import TlogReader
 from mavlink_vehicle.io.tlog_series import SeriesTlogWriter, TlogSeries
-from mavlink_vehicle.vehicle import Vehicle
-from navigation_bridge.bridge import Bridge
-from navigation_bridge.configuration.make_config import make_config
-from navigation_bridge.fleet import FleetApplication, Member
-from navigation_bridge.network import open_network
 from tests.support.processes import HANGS_AFTER_S, patient_s
 
 FRAME = Codec(1, 1).encode(make("GPS_RTCM_DATA", flags=0, len=180, data=[7] * 180))
@@ -212,19 +206,3 @@ def test_a_folder_that_may_not_be_written_is_one_sentence(tmp_path: Path) -> Non
 def test_a_missing_folder_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(LinkError, match=r"the folder .*flihgts does not exist; create it first"):
         opened(tmp_path / "flihgts")
-
-
-@pytest.mark.parametrize("file_mb", [0, 1])
-def test_the_parameters_choose_it(tmp_path: Path, file_mb: int) -> None:
-    path, said = tmp_path / "flight.tlog", list[str]()
-    values = {"link_url": "udpin://127.0.0.1:0", "record_tlog": str(path)}
-    config = make_config({**values, "record_tlog_file_mb": file_mb})
-    network = open_network(config, [config], said.append)
-    assert network.recorder is not None
-    network.recorder.write(FRAME)
-    clock = MonotonicClock()
-    bridge = Bridge(Vehicle(config.vehicle), config.bridge)
-    network.drive(FleetApplication([Member("", 0, bridge)], clock), clock).stop()
-    expected = tmp_path / "flight-000001.tlog" if file_mb else path
-    assert list(TlogReader(expected))
-    assert (f"Recording to {expected}" in said) is bool(file_mb)

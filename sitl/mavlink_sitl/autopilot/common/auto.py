@@ -43,7 +43,7 @@ class Auto(Mode):
     """
 
     moving = MOVING
-    untold: frozenset[Cmd] = UNTOLD
+    untold: frozenset[int] = UNTOLD
 
     def __init__(self, vehicle: Commander, spec: ModeSpec) -> None:
         super().__init__(vehicle, spec)
@@ -208,8 +208,7 @@ class Auto(Mode):
         return target
 
     def _say(self, seq: int, item: PlanItem) -> None:
-        name = NAMES.get(Cmd(item.command), "") if item.command in NAMES else str(item.command)
-        self.vehicle.say(Severity.INFO, f"Mission: {seq} {name}")
+        self.vehicle.say(Severity.INFO, f"Mission: {seq} {NAMES.get(item.command, item.command)}")
 
     def _complete(self) -> None:
         """After the last item: hover, or rest on the ground."""

@@ -20,6 +20,7 @@ from mavlink_sitl.autopilot.devices.outputs import Outputs
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.plans.plans import PlanItem, Plans
+from mavlink_sitl.autopilot.safety.fence import Fence
 from mavlink_sitl.autopilot.safety.saved_parameters import Saved
 from mavlink_sitl.autopilot.state.estimator import Estimator, ExternalEstimator
 from mavlink_sitl.autopilot.state.mode import Mode
@@ -29,6 +30,8 @@ from mavlink_sitl.autopilot.state.radio import Radio
 from mavlink_sitl.autopilot.state.setpoint import Setpoint, SetpointFrame
 from mavlink_sitl.exchange import (
     Event,
+    FurtherBattery,
+    GpsReading,
     Guidance,
     HomeChanged,
     LandedState,
@@ -36,6 +39,7 @@ from mavlink_sitl.exchange import (
     Motion,
     Motors,
     Observation,
+    RangeReading,
     RebootRequested,
     Result,
     Severity,
@@ -49,13 +53,35 @@ M = TypeVar("M", bound=Mode)
 
 
 class Body(Protocol):
-    """The vehicle that a firmware runs in, as far as it reaches it without guidance.
+    """The vehicle that a firmware and its messages belong to, as far as they reach it.
 
     Attributes:
         damage: why it will not fly again; None when it is whole.
     """
 
     damage: str | None
+
+    @property
+    def wind_ned_m_s(self) -> Vector:
+        """The wind where it is."""
+
+    def gps_reading(self) -> GpsReading | None:
+        """The reading of the receiver; None before it is found."""
+
+    def truth(self) -> Motion:
+        """The true position of the vehicle."""
+
+    def truth_point(self) -> GeoPoint:
+        """The same on earth."""
+
+    def servos_us(self) -> tuple[int, ...]:
+        """Servo outputs of vehicles other than those with four equal motors."""
+
+    def next_battery(self) -> FurtherBattery | None:
+        """The battery to report next in BATTERY_STATUS; None for the first one."""
+
+    def measure_ranges(self) -> RangeReading | None:
+        """The range sensors; None when there are none."""
 
     def moving_target(self) -> Vector:
         """Where the controllers' moving target is, NED metres."""
@@ -121,8 +147,8 @@ class Commander(ABC):
         personality, observation = start.personality, start.observation
         self.personality = personality
         self.parameters = start.parameters
-        self.plans = start.plans
-        self.body = start.body
+        self.plans: Plans = start.plans
+        self.body: Body = start.body
         frame = LocalFrame(start.origin, personality.projection)
         self.navigator: Navigator = self.table.navigator(frame, start.parameters)
         self.observation = observation
@@ -146,9 +172,9 @@ class Commander(ABC):
             spec.number: self.table.modes[spec.behaviour](self, spec)
             for spec in personality.modes.values()
         }
-        self.auto = self.mode_of(Auto)
+        self.auto: Auto = self.mode_of(Auto)
         self.mode: Mode = self._modes[self.first_mode()]
-        self.fence = self.table.fence(self)
+        self.fence: Fence = self.table.fence(self)
         self.failsafe = self.table.failsafes(self)
         self.mode.enter()
 

@@ -49,23 +49,14 @@ WITHOUT_EFFECT: dict[str, frozenset[int]] = {
 WITHOUT_EFFECT["boat"] = WITHOUT_EFFECT["rover"]
 
 
-def _fence(vehicle: Commander, position: int) -> None:
-    vehicle.fence.enable(position == HIGH)
+def _at_top(act: Callable[[Commander], object]) -> Callable[[Commander, int], None]:
+    """Only the highest position does something."""
 
+    def run_it(vehicle: Commander, position: int) -> None:
+        if position == HIGH:
+            act(vehicle)
 
-def _reset_mission(vehicle: Commander, position: int) -> None:
-    if position == HIGH:
-        vehicle.plans.rewind()
-
-
-def _clear_mission(vehicle: Commander, position: int) -> None:
-    if position == HIGH:
-        vehicle.auto.clear()
-
-
-def _save_waypoint(vehicle: Commander, position: int) -> None:
-    if position == HIGH:
-        vehicle.save_waypoint()
+    return run_it
 
 
 def _obey_overrides(vehicle: Commander, position: int) -> None:
@@ -91,29 +82,16 @@ def _arm(vehicle: Commander, position: int) -> None:
         vehicle.disarm()
 
 
-def _disarm(vehicle: Commander, position: int) -> None:
-    if position == HIGH:
-        vehicle.disarm()
-
-
-def _disable_gps(vehicle: Commander, position: int) -> None:
-    vehicle.body.inject_failure(GPS_UNIT, OFF if position == HIGH else WELL, 0)
-
-
-def _choose_source(vehicle: Commander, position: int) -> None:
-    vehicle.say(Severity.INFO, f"Using EKF Source Set {position + 1}")
-
-
-FUNCTIONS: dict[int, Callable[[Commander, int], None]] = {
-    7: _save_waypoint,
-    11: _fence,
-    24: _reset_mission,
+FUNCTIONS: dict[int, Callable[[Commander, int], object]] = {
+    7: _at_top(lambda v: v.save_waypoint()),
+    11: lambda v, position: v.fence.enable(position == HIGH),
+    24: _at_top(lambda v: v.plans.rewind()),
     31: _stop_motors,
     46: _obey_overrides,
-    58: _clear_mission,
-    65: _disable_gps,
-    81: _disarm,
-    90: _choose_source,
+    58: _at_top(lambda v: v.auto.clear()),
+    65: lambda v, position: v.body.inject_failure(GPS_UNIT, OFF if position == HIGH else WELL, 0),
+    81: _at_top(lambda v: v.disarm()),
+    90: lambda v, position: v.say(Severity.INFO, f"Using EKF Source Set {position + 1}"),
     153: _arm,
     165: _arm_or_stop,
 }

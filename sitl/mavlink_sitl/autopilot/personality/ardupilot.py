@@ -150,7 +150,6 @@ _ROVER_MODES = (
     _driven_at_rates(3, "STEERING", "steering"),
     ModeSpec(4, "HOLD", "hold", armable=True, base_flags=0),
     _drives_itself(5, "LOITER", "loiter"),
-    _drives_itself(9, "CIRCLE", "circle"),
     _drives_itself(10, "AUTO", "auto"),
     _drives_itself(11, "RTL", "rtl", armable=False),
     _drives_itself(12, "SMART_RTL", "smart_rtl", armable=False),

@@ -5,81 +5,26 @@ from __future__ import annotations
 from mavlink_sitl.autopilot.plans.plans import Cmd
 
 NAMES = {
-    Cmd.WAYPOINT: "WP",
-    Cmd.LOITER_UNLIM: "LoitUnlim",
-    Cmd.LOITER_TURNS: "LoitTurns",
-    Cmd.LOITER_TIME: "LoitTime",
-    Cmd.RTL: "RTL",
-    Cmd.LAND: "Land",
-    Cmd.TAKEOFF: "Takeoff",
-    Cmd.LOITER_TO_ALT: "LoitAltitude",
-    Cmd.SPLINE: "SplineWP",
-    Cmd.SET_REVERSE: "SetReverse",
-    Cmd.DELAY: "Delay",
-    Cmd.CONDITION_DELAY: "CondDelay",
-    Cmd.CONDITION_DISTANCE: "CondDist",
-    Cmd.CONDITION_YAW: "CondYaw",
-    Cmd.JUMP: "Jump",
-    Cmd.CHANGE_SPEED: "ChangeSpeed",
-    Cmd.SET_HOME: "SetHome",
-    Cmd.SET_SERVO: "SetServo",
-    Cmd.SET_RELAY: "SetRelay",
-    Cmd.REPEAT_SERVO: "RepeatServo",
-    Cmd.REPEAT_RELAY: "RepeatRelay",
-    Cmd.AUX_FUNCTION: "AuxFunction",
-    Cmd.LAND_START: "LandStart",
-    Cmd.SET_ROI: "SetROI",
-    Cmd.SET_ROI_LOCATION: "SetROI",
-    Cmd.SET_ROI_NONE: "SetROI",
-    Cmd.DIGICAM_CONTROL: "DigiCamCtrl",
-    Cmd.MOUNT_CONTROL: "MountControl",
-    Cmd.CAMERA_DISTANCE: "SetCamTrigDst",
-    Cmd.FENCE_ENABLE: "FenceEnable",
-    Cmd.GRIPPER: "Gripper",
-    Cmd.GUIDED_ENABLE: "GuidedEnable",
-    Cmd.GUIDED_LIMITS: "GuidedLimits",
-    Cmd.PAUSE_CONTINUE: "PauseContinue",
-    Cmd.PAYLOAD_PLACE: "PayloadPlace",
-    Cmd.RETURN_PATH_START: "ReturnPathStart",
-    Cmd.SEND_SCRIPT_MESSAGE: "Scripting",
-    Cmd.SET_YAW_SPEED: "SetYawSpd",
-    Cmd.VTOL_LAND: "VTOLLand",
-    Cmd.VTOL_TAKEOFF: "VTOLTakeoff",
-    Cmd.JUMP_TAG: "Tag",
-    Cmd.DO_JUMP_TAG: "JumpToTag",
-}
-"""As 'Mission: 2 WP' says them"""
+    16: "WP", 17: "LoitUnlim", 18: "LoitTurns", 19: "LoitTime", 20: "RTL", 21: "Land",
+    22: "Takeoff", 31: "LoitAltitude", 82: "SplineWP", 84: "VTOLTakeoff", 85: "VTOLLand",
+    92: "GuidedEnable", 93: "Delay", 94: "PayloadPlace", 112: "CondDelay", 114: "CondDist",
+    115: "CondYaw", 177: "Jump", 178: "ChangeSpeed", 179: "SetHome", 181: "SetRelay",
+    182: "RepeatRelay", 183: "SetServo", 184: "RepeatServo", 188: "ReturnPathStart",
+    189: "LandStart", 193: "PauseContinue", 194: "SetReverse", 195: "SetROI", 197: "SetROI",
+    201: "SetROI", 203: "DigiCamCtrl", 205: "MountControl", 206: "SetCamTrigDst",
+    207: "FenceEnable", 211: "Gripper", 213: "SetYawSpd", 217: "Scripting", 218: "AuxFunction",
+    222: "GuidedLimits", 600: "Tag", 601: "JumpToTag",
+}  # fmt: skip
+"""As 'Mission: 2 WP' says them: the items that an ArduPilot of any kind accepts (uploads in
+`copter_mission_misc` and `rover_mission`); it passes over those that it cannot do"""
 
-MOVING = frozenset(
-    (
-        Cmd.WAYPOINT,
-        Cmd.LOITER_UNLIM,
-        Cmd.LOITER_TURNS,
-        Cmd.LOITER_TIME,
-        Cmd.RTL,
-        Cmd.LAND,
-        Cmd.TAKEOFF,
-        Cmd.LOITER_TO_ALT,
-        Cmd.SPLINE,
-        Cmd.DELAY,
-    )
-)
+MOVING = frozenset((
+    Cmd.WAYPOINT, Cmd.LOITER_UNLIM, Cmd.LOITER_TURNS, Cmd.LOITER_TIME, Cmd.RTL, Cmd.LAND,
+    Cmd.TAKEOFF, Cmd.LOITER_TO_ALT, Cmd.SPLINE, Cmd.DELAY,
+))  # fmt: skip
 CONDITIONS = frozenset((Cmd.CONDITION_DELAY, Cmd.CONDITION_DISTANCE, Cmd.CONDITION_YAW))
 """Hold up what is to be done after them on the same way"""
-UNTOLD = frozenset(
-    (
-        Cmd.SET_SERVO,
-        Cmd.SET_RELAY,
-        Cmd.REPEAT_SERVO,
-        Cmd.REPEAT_RELAY,
-        Cmd.AUX_FUNCTION,
-        Cmd.DIGICAM_CONTROL,
-        Cmd.CAMERA_DISTANCE,
-        Cmd.GRIPPER,
-        Cmd.JUMP_TAG,
-        Cmd.SEND_SCRIPT_MESSAGE,
-    )
-)
+UNTOLD = frozenset((181, 182, 183, 184, 203, 206, 211, 217, 218, 600))
 """Done by ArduPilot's mission library itself, which does not report them (seen in `plane_auto`)"""
 WITH_HEADING = MOVING - {Cmd.RTL, Cmd.DELAY} | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND}
 """Items at a place, whose param4 is a heading: NaN is none"""

@@ -8,35 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mavlink_sitl.autopilot.plans.plan_commands import FENCE, WITH_HEADING
+from mavlink_sitl.autopilot.plans.plan_commands import FENCE, NAMES, WITH_HEADING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanType
 
-PX4_DEVICES = frozenset(
-    (
-        Cmd.MOUNT_CONFIGURE,
-        Cmd.CAMERA_INTERVAL,
-        Cmd.IMAGE_START,
-        Cmd.IMAGE_STOP,
-        Cmd.VIDEO_START,
-        Cmd.VIDEO_STOP,
-        Cmd.VTOL_TRANSITION,
-        Cmd.SET_ACTUATOR,
-        Cmd.SET_ROI_NEXT,
-        Cmd.CONTROL_VIDEO,
-        Cmd.OBLIQUE_SURVEY,
-        Cmd.CAMERA_MODE,
-        Cmd.CAMERA_ZOOM,
-        Cmd.CAMERA_FOCUS,
-        Cmd.GIMBAL_PITCH_YAW,
-        Cmd.GIMBAL_CONFIGURE,
-        Cmd.TRIGGER_CONTROL,
-        Cmd.WINCH,
-    )
-)
+PX4_DEVICES = frozenset((
+    187, 196, 200, 203, 204, 205, 206, 211, 214, 260, 530, 531, 532, 1000, 1001, 2000, 2001, 2003,
+    2500, 2501, 3000, 42600,
+))  # fmt: skip
 """Items for devices on a vehicle: PX4 takes them, and passes them without effect here"""
-_ARDUPILOT = frozenset(Cmd) - FENCE - {Cmd.RALLY_POINT} - PX4_DEVICES
-"""The items that ArduPilot accepts for every kind of vehicle, which passes over those that it
-cannot do (uploads in `copter_mission_misc` and `rover_mission`)"""
 
 
 @dataclass(frozen=True)
@@ -84,15 +63,15 @@ class PlanRules:
     received_text: str = "Flight plan received"
     bad_item_text: str = ""
     not_in_list_text: str = ""
-    commands: dict[PlanType, frozenset[Cmd]] = field(
+    commands: dict[PlanType, frozenset[int]] = field(
         default_factory=lambda: {
-            PlanType.MISSION: _ARDUPILOT,
+            PlanType.MISSION: frozenset(NAMES),
             PlanType.FENCE: FENCE,
             PlanType.RALLY: frozenset((Cmd.RALLY_POINT,)),
         }
     )
     frames: frozenset[int] = frozenset((0, 2, 3, 5, 6, 10, 11))
-    by_frame: dict[int, frozenset[Cmd]] | None = None
+    by_frame: dict[int, frozenset[int]] | None = None
     stored_frames: dict[int, int] = field(default_factory=lambda: {5: 0, 6: 3, 11: 10})
     keeps_nan: bool = False
 
@@ -105,21 +84,9 @@ _PX4_PLACES = (
     | {Cmd.SET_ROI, Cmd.SET_ROI_LOCATION, Cmd.RALLY_POINT}
 )
 _PX4_DEEDS = PX4_DEVICES | {
-    Cmd.RTL,
-    Cmd.DELAY,
-    Cmd.CONDITION_DELAY,
-    Cmd.CONDITION_DISTANCE,
-    Cmd.JUMP,
-    Cmd.CHANGE_SPEED,
-    Cmd.SET_HOME,
-    Cmd.LAND_START,
-    Cmd.SET_ROI_NONE,
-    Cmd.SET_ROI,
-    Cmd.DIGICAM_CONTROL,
-    Cmd.MOUNT_CONTROL,
-    Cmd.CAMERA_DISTANCE,
-    Cmd.GRIPPER,
-}
+    Cmd.RTL, Cmd.DELAY, Cmd.CONDITION_DELAY, Cmd.CONDITION_DISTANCE, Cmd.JUMP, Cmd.CHANGE_SPEED,
+    Cmd.SET_HOME, Cmd.LAND_START, Cmd.SET_ROI_NONE, Cmd.SET_ROI,
+}  # fmt: skip
 """PX4's items with a place, in a global frame, and those without, in the frame MISSION. An
 upload of most was seen, the others are read in the firmware; LOITER_TURNS, splines, CONDITION_YAW
 and DO_SET_SERVO are rejected."""

@@ -30,6 +30,8 @@ class Pilot:
 
     Attributes:
         revision: grows when a channel moves, or the radio is lost or comes back.
+        lost: no pulses come from the receiver; overrides stand in for them.
+        throttle_failed: it has lost its transmitter, and says so by a low throttle.
         obeys_overrides: else they are not taken.
     """
 
@@ -37,48 +39,22 @@ class Pilot:
         """Sticks centred, throttle low, and the switches as the firmware's simulator has them."""
         self.revision = 0
         self.obeys_overrides = True
-        self._lost = False
-        self._throttle_failed = False
+        self.lost = self.throttle_failed = False
         self._received = [CENTRE_US, CENTRE_US, THROTTLE_LOW_US, CENTRE_US, 1800, 1000, 1000, 1800]
         self._received += [0] * (CHANNELS - RECEIVED_AT_FIRST)
         self._overrides: dict[int, tuple[int, float]] = {}
         self.count = RECEIVED_AT_FIRST
         """How many channels the receiver has, for RC_CHANNELS"""
 
-    @property
-    def lost(self) -> bool:
-        """Whether no pulses come from the receiver; overrides stand in for them."""
-        return self._lost
-
-    @lost.setter
-    def lost(self, lost: bool) -> None:
-        self._lost = lost
-        self.revision += 1
-
-    @property
-    def throttle_failed(self) -> bool:
-        """Whether the receiver has lost its transmitter, and says so by a low throttle."""
-        return self._throttle_failed
-
-    @throttle_failed.setter
-    def throttle_failed(self, failed: bool) -> None:
-        self._throttle_failed = failed
+    def fail(self, lost: bool, throttle_failed: bool = False) -> None:
+        """The receiver falls silent, or only lowers the throttle, or is well again."""
+        self.lost, self.throttle_failed = lost, throttle_failed
         self.revision += 1
 
     @property
     def overridden(self) -> bool:
         """Whether a ground station holds a channel."""
         return bool(self._overrides)
-
-    @property
-    def throttle_us(self) -> int:
-        """The position of the throttle stick when nothing overrides it."""
-        return self._received[THROTTLE]
-
-    @throttle_us.setter
-    def throttle_us(self, raw_us: int) -> None:
-        self._received[THROTTLE] = raw_us
-        self.revision += 1
 
     def receive(self, channels: Sequence[int]) -> None:
         """Pulses of the receiver, microseconds, from channel 1 on; 0 leaves a channel as it was."""
@@ -109,7 +85,7 @@ class Pilot:
             timeout_s: RC_OVERRIDE_TIME: 0 for no overrides, negative for those without an end.
         """
         seen = list(self._received)
-        if self._throttle_failed:
+        if self.throttle_failed:
             seen[0], seen[THROTTLE] = CENTRE_US, FAILED_THROTTLE_US
         if self._overrides and timeout_s:
             self.forget(now_s, timeout_s)
@@ -119,7 +95,7 @@ class Pilot:
 
     def heard(self, now_s: float, timeout_s: float) -> bool:
         """Whether pulses or overrides reach the vehicle."""
-        if not self._lost:
+        if not self.lost:
             return True
         self.forget(now_s, timeout_s)
         return bool(self._overrides and timeout_s)

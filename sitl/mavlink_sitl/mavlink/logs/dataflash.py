@@ -79,22 +79,9 @@ class DataFlashLog(FlightLog):
         text = f"{name} V{major}.{minor}.{patch} ({git})"
         self.text(s.time_boot_us, StatusText(Severity.INFO, text))
         self._add(
-            "VER",
-            s.time_boot_us,
-            3,
-            0xFFFF,
-            major,
-            minor,
-            patch,
-            kind,
-            int(git, 16),
-            text.encode("ascii")[:64],
-            0,
-            build,
-            0,
-            0,
-            0,
-        )
+            "VER", s.time_boot_us, 3, 0xFFFF, major, minor, patch, kind, int(git, 16),
+            text.encode("ascii")[:64], 0, build, 0, 0, 0,
+        )  # fmt: skip
 
     def sample(self, s: Snapshot, count: int) -> None:
         """Add ATT and POS, and now and then GPS and BAT; MODE and ARM when they change."""
@@ -121,28 +108,17 @@ class DataFlashLog(FlightLog):
             self._add("BAT", time_us, 0, battery.voltage_v, 0.0, *drawn, 0, 0.0, percent, 1, 0)
 
     def _add_gps(self, s: Snapshot) -> None:
-        gps = s.instruments.gps_reading()
+        gps = s.vehicle.body.gps_reading()
         if gps is None or not s.unix_time_us:
             return
         week_s = s.unix_time_us / 1e6 - _GPS_EPOCH_UNIX_S + _LEAP_S
         week = int(week_s // _WEEK_S)
         self._add(
-            "GPS",
-            s.time_boot_us,
-            0,
-            gps.fix_type,
-            round((week_s - week * _WEEK_S) * 1000.0),
-            week,
-            gps.satellites,
-            min(gps.eph, 32767),
-            *place_e7(gps.point),
-            to_i32(gps.point.altitude_amsl_m * 100.0),
-            gps.speed_m_s,
-            gps.course_deg,
-            s.motion.velocity_down_m_s,
-            0.0,
-            1,
-        )
+            "GPS", s.time_boot_us, 0, gps.fix_type, round((week_s - week * _WEEK_S) * 1000.0), week,
+            gps.satellites, min(gps.eph, 32767), *place_e7(gps.point),
+            to_i32(gps.point.altitude_amsl_m * 100.0), gps.speed_m_s, gps.course_deg,
+            s.motion.velocity_down_m_s, 0.0, 1,
+        )  # fmt: skip
 
     def text(self, time_boot_us: int, text: StatusText) -> None:
         """Add MSG: 64 bytes of it."""

@@ -99,7 +99,7 @@ class ULog(FlightLog):
             here = vehicle.navigator.here()
             place = (here.latitude_deg, here.longitude_deg, here.altitude_amsl_m)
             self._log("vehicle_global_position", time_us, *place)
-        gps = s.instruments.gps_reading() if count % _EVERY_GPS == 0 else None
+        gps = s.vehicle.body.gps_reading() if count % _EVERY_GPS == 0 else None
         if gps is not None:
             point = gps.point
             place = (point.latitude_deg, point.longitude_deg, point.altitude_amsl_m)

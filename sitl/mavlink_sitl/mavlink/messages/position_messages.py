@@ -31,14 +31,10 @@ def global_position_int(s: Snapshot) -> Message:
         return dialect.MAVLink_global_position_int_message(boot_ms(s), 0, 0, 0, 0, 0, 0, 0, 0)
     here = s.vehicle.navigator.here()
     return dialect.MAVLink_global_position_int_message(
-        boot_ms(s),
-        *place_mm(here),
-        to_i32(s.vehicle.navigator.height_above_home_m() * 1000.0),
-        to_i16(m.velocity_north_m_s * 100.0),
-        to_i16(m.velocity_east_m_s * 100.0),
-        to_i16(m.velocity_down_m_s * 100.0),
-        to_int(heading_deg(m.yaw_rad) * 100.0, 0, 35999),
-    )
+        boot_ms(s), *place_mm(here), to_i32(s.vehicle.navigator.height_above_home_m() * 1000.0),
+        to_i16(m.velocity_north_m_s * 100.0), to_i16(m.velocity_east_m_s * 100.0),
+        to_i16(m.velocity_down_m_s * 100.0), to_int(heading_deg(m.yaw_rad) * 100.0, 0, 35999),
+    )  # fmt: skip
 
 
 def local_position_ned(s: Snapshot) -> Message | None:
@@ -74,7 +70,7 @@ def quaternion(m: Motion) -> list[float]:
 
 def gps_raw_int(s: Snapshot) -> Message:
     """GPS_RAW_INT: after a loss the position continues and only the time stands still."""
-    gps = s.instruments.gps_reading()
+    gps = s.vehicle.body.gps_reading()
     if gps is None:
         return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)
     accuracy_mm = to_int(gps.horizontal_accuracy_m * 1000.0, 0, 2**32 - 1)
@@ -87,16 +83,10 @@ def gps_raw(
     """GPS_RAW_INT of a reading: eph and epv, and h_acc, v_acc, ... as the firmware says them."""
     place = place_mm(gps.point)
     return dialect.MAVLink_gps_raw_int_message(
-        to_int(gps.time_s * 1e6, 0, 2**63),
-        fix_type,
-        *place,
-        *dilution,
-        to_u16(gps.speed_m_s * 100.0),
-        to_int(gps.course_deg * 100.0, 0, 35999),
-        gps.satellites,
-        place[2],
-        *accuracy,
-    )
+        to_int(gps.time_s * 1e6, 0, 2**63), fix_type, *place, *dilution,
+        to_u16(gps.speed_m_s * 100.0), to_int(gps.course_deg * 100.0, 0, 35999), gps.satellites,
+        place[2], *accuracy,
+    )  # fmt: skip
 
 
 def home_position(s: Snapshot, attitude: Sequence[float] = (math.nan,) * 4) -> Message | None:
@@ -105,12 +95,9 @@ def home_position(s: Snapshot, attitude: Sequence[float] = (math.nan,) * 4) -> M
     if home is None:
         return None
     return dialect.MAVLink_home_position_message(
-        *place_mm(home),
-        *s.vehicle.navigator.home_ned_m(),
-        list(attitude),
-        *[0.0] * 3,
+        *place_mm(home), *s.vehicle.navigator.home_ned_m(), list(attitude), *[0.0] * 3,
         s.time_boot_us,
-    )
+    )  # fmt: skip
 
 
 def gps_global_origin(s: Snapshot) -> Message | None:
@@ -136,13 +123,10 @@ def hud(s: Snapshot, airspeed_m_s: float, throttle: float, always: bool = False)
     m = s.motion
     known = always or s.vehicle.estimator.gps_started
     return dialect.MAVLink_vfr_hud_message(
-        airspeed_m_s,
-        m.speed_m_s,
-        to_int(heading_deg(m.yaw_rad), 0, 359),
+        airspeed_m_s, m.speed_m_s, to_int(heading_deg(m.yaw_rad), 0, 359),
         to_int(throttle * 100.0, 0, 100),
-        s.vehicle.navigator.here().altitude_amsl_m if known else 0.0,
-        -m.velocity_down_m_s,
-    )
+        s.vehicle.navigator.here().altitude_amsl_m if known else 0.0, -m.velocity_down_m_s,
+    )  # fmt: skip
 
 
 def nav_controller_output(s: Snapshot) -> Message:
@@ -156,15 +140,9 @@ def nav_controller_output(s: Snapshot) -> Message:
         bearing = math.degrees(math.atan2(east, north))
         climb = m.down_m - down
     return dialect.MAVLink_nav_controller_output_message(
-        math.degrees(m.roll_rad),
-        math.degrees(m.pitch_rad),
-        to_i16(bearing),
-        to_i16(bearing),
-        to_u16(distance),
-        climb,
-        0.0,
-        0.0,
-    )
+        math.degrees(m.roll_rad), math.degrees(m.pitch_rad), to_i16(bearing), to_i16(bearing),
+        to_u16(distance), climb, 0.0, 0.0,
+    )  # fmt: skip
 
 
 TERRAIN_SPACING_M, CACHED, PENDING = 100, 56, 504
@@ -189,19 +167,14 @@ def terrain_report(s: Snapshot) -> Message | None:
 
 def simstate(s: Snapshot) -> Message:
     """SIMSTATE: the truth, where the rest is the estimate."""
-    t, place = s.instruments.truth(), s.instruments.truth_point()
+    t, place = s.vehicle.body.truth(), s.vehicle.body.truth_point()
     return dialect.MAVLink_simstate_message(
-        *t[6:9],
-        0.0,
-        0.0,
-        -GRAVITY_M_S2,
-        *t[9:12],
-        *place_e7(place),
-    )
+        *t[6:9], 0.0, 0.0, -GRAVITY_M_S2, *t[9:12], *place_e7(place),
+    )  # fmt: skip
 
 
 def wind(s: Snapshot) -> Message:
     """WIND: where it comes from."""
-    north, east, down = s.instruments.wind_ned_m_s
+    north, east, down = s.vehicle.body.wind_ned_m_s
     direction = math.degrees(math.atan2(-east, -north))
     return dialect.MAVLink_wind_message(direction, math.hypot(north, east), down)

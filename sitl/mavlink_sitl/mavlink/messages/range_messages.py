@@ -18,7 +18,7 @@ def obstacle_distance(s: Snapshot) -> Message | None:
 
     max_distance + 1 means that nothing is within reach, as the message's definition says.
     """
-    seen = s.instruments.measure_ranges()
+    seen = s.vehicle.body.measure_ranges()
     if seen is None:
         return None
     reach_cm = to_int(seen.reach_m * 100.0, 0, 65533)
@@ -27,16 +27,9 @@ def obstacle_distance(s: Snapshot) -> Message | None:
         for d in seen.sectors_m
     ]
     return dialect.MAVLink_obstacle_distance_message(
-        s.time_boot_us,
-        dialect.MAV_DISTANCE_SENSOR_LASER,
-        distances,
-        360 // SECTORS,
-        LEAST_CM,
-        reach_cm,
-        360.0 / SECTORS,
-        0.0,
-        dialect.MAV_FRAME_BODY_FRD,
-    )
+        s.time_boot_us, dialect.MAV_DISTANCE_SENSOR_LASER, distances, 360 // SECTORS, LEAST_CM,
+        reach_cm, 360.0 / SECTORS, 0.0, dialect.MAV_FRAME_BODY_FRD,
+    )  # fmt: skip
 
 
 def distance_sensor(s: Snapshot) -> list[Message] | None:
@@ -44,7 +37,7 @@ def distance_sensor(s: Snapshot) -> list[Message] | None:
 
     Nothing within reach: the reach itself, with signal quality 1 ("invalid").
     """
-    seen = s.instruments.measure_ranges()
+    seen = s.vehicle.body.measure_ranges()
     if seen is None:
         return None
     ahead_m = min(*seen.sectors_m[: _BESIDE + 1], *seen.sectors_m[-_BESIDE:])
@@ -58,16 +51,7 @@ def _beam(s: Snapshot, number: int, orientation: int, distance_m: float, reach_m
     valid = math.isfinite(distance_m)
     reach_cm = to_int(reach_m * 100.0, 0, 65534)
     return dialect.MAVLink_distance_sensor_message(
-        boot_ms(s),
-        LEAST_CM,
-        reach_cm,
-        to_int(distance_m * 100.0, 0, 65535) if valid else reach_cm,
-        dialect.MAV_DISTANCE_SENSOR_LASER,
-        number,
-        orientation,
-        255,
-        0.0,
-        0.0,
-        [0.0] * 4,
+        boot_ms(s), LEAST_CM, reach_cm, to_int(distance_m * 100.0, 0, 65535) if valid else reach_cm,
+        dialect.MAV_DISTANCE_SENSOR_LASER, number, orientation, 255, 0.0, 0.0, [0.0] * 4,
         100 if valid else 1,
-    )
+    )  # fmt: skip

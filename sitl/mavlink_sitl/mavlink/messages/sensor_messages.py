@@ -118,7 +118,7 @@ def aoa_ssa(s: Snapshot) -> Message | None:
     """AOA_SSA: the angles of the airflow; None without an airspeed sensor."""
     if s.airspeed_m_s is None:
         return None
-    wind = s.instruments.wind_ned_m_s
+    wind = s.vehicle.body.wind_ned_m_s
     m = s.motion
     through = (
         m.velocity_north_m_s - wind[0],
@@ -159,6 +159,6 @@ def rc_channels_scaled(s: Snapshot) -> Message | None:
     if not isinstance(s.vehicle, Rover):
         return None
     scaled = [
-        to_i16((us - 1500) / 500.0 * SCALED_FULL) if us else 0 for us in s.instruments.servos_us()
+        to_i16((us - 1500) / 500.0 * SCALED_FULL) if us else 0 for us in s.vehicle.body.servos_us()
     ]
     return dialect.MAVLink_rc_channels_scaled_message(boot_ms(s), 0, *scaled[:4], 0, 0, 0, 0, 255)

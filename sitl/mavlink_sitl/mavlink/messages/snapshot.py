@@ -4,52 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from mavlink_sitl.autopilot.common.commander import Commander
-from mavlink_sitl.exchange import (
-    BatteryReading,
-    FurtherBattery,
-    GpsReading,
-    Motion,
-    RangeReading,
-    Vector,
-)
+from mavlink_sitl.exchange import BatteryReading, Motion
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import Message
-
-
-class Instruments(Protocol):
-    """Values that few messages contain and that are costly: computed only when asked for."""
-
-    def gps_reading(self) -> GpsReading | None:
-        """The reading of the receiver; None before it is found."""
-        ...
-
-    def truth(self) -> Motion:
-        """The true position of the vehicle."""
-        ...
-
-    def truth_point(self) -> GeoPoint:
-        """The same on earth."""
-        ...
-
-    @property
-    def wind_ned_m_s(self) -> Vector:
-        """The wind where it is."""
-        ...
-
-    def servos_us(self) -> tuple[int, ...]:
-        """Servo outputs of vehicles other than those with four equal motors."""
-        ...
-
-    def next_battery(self) -> FurtherBattery | None:
-        """The battery to report next in BATTERY_STATUS; None for the first one."""
-        ...
-
-    def measure_ranges(self) -> RangeReading | None:
-        """The range sensors; None when there are none."""
-        ...
 
 
 class Snapshot(NamedTuple):
@@ -65,7 +25,6 @@ class Snapshot(NamedTuple):
     throttle_fraction: float
     airspeed_m_s: float | None
     """Of who measures it"""
-    instruments: Instruments
 
 
 Builder = Callable[[Snapshot], Message | list[Message] | None]

@@ -43,13 +43,9 @@ def heartbeat(s: Snapshot, was_position_controlled: bool = False) -> Message:
     if not vehicle.started and personality.boot_mode is not None:
         number = personality.boot_mode
     return dialect.MAVLink_heartbeat_message(
-        personality.mav_type,
-        personality.mav_autopilot,
-        base_mode,
-        number,
-        int(vehicle.system_status),
-        3,
-    )
+        personality.mav_type, personality.mav_autopilot, base_mode, number,
+        int(vehicle.system_status), 3,
+    )  # fmt: skip
 
 
 # Bits of SYS_STATUS.
@@ -112,7 +108,7 @@ def sys_status(s: Snapshot) -> Message:
 def battery_status(s: Snapshot) -> Message:
     """BATTERY_STATUS: the whole pack's voltage in the first cell's place, as recorded."""
     vehicle, battery = s.vehicle, s.battery
-    further = s.instruments.next_battery()
+    further = s.vehicle.body.next_battery()
     if further is not None:
         return further_battery_status(further)
     known = vehicle.battery_known
@@ -122,35 +118,20 @@ def battery_status(s: Snapshot) -> Message:
         voltages[0] = to_int(battery.voltage_v * 1000.0, 0, MAX_VOLTAGE_MV)
         charge_state = dialect.MAV_BATTERY_CHARGE_STATE_OK + vehicle.failsafe.battery_level
     return dialect.MAVLink_battery_status_message(
-        0,
-        0,
-        0,
-        32767,
-        voltages,
-        to_i16(battery.current_a * 100.0) if known else 0,
+        0, 0, 0, 32767, voltages, to_i16(battery.current_a * 100.0) if known else 0,
         to_i32(battery.consumed_mah) if known else 0,
         to_i32(battery.consumed_wh * 36.0) if known else 0,
-        to_int(battery.remaining_percent, 0, 100) if known else -1,
-        0,
-        charge_state,
-    )
+        to_int(battery.remaining_percent, 0, 100) if known else -1, 0, charge_state,
+    )  # fmt: skip
 
 
 def further_battery_status(battery: FurtherBattery) -> Message:
     """BATTERY_STATUS of a battery beside the first."""
     return dialect.MAVLink_battery_status_message(
-        battery.number,
-        battery.function,
-        0,
-        32767,
-        [to_int(battery.voltage_v * 1000.0, 0, 65534), *[65535] * 9],
-        -1,
-        -1,
-        -1,
-        battery.remaining_percent,
-        0,
-        battery.charge_state,
-    )
+        battery.number, battery.function, 0, 32767,
+        [to_int(battery.voltage_v * 1000.0, 0, 65534), *[65535] * 9], -1, -1, -1,
+        battery.remaining_percent, 0, battery.charge_state,
+    )  # fmt: skip
 
 
 def extended_sys_state(s: Snapshot) -> Message:
@@ -169,18 +150,10 @@ def autopilot_version(s: Snapshot) -> Message:
     """AUTOPILOT_VERSION."""
     p = s.vehicle.personality
     return dialect.MAVLink_autopilot_version_message(
-        p.capabilities,
-        p.flight_sw_version,
+        p.capabilities, p.flight_sw_version, 0, 0, 0,
+        list(p.flight_custom_version.encode("ascii")[:8].ljust(8, b"\0")), [0] * 8, [0] * 8, 0, 0,
         0,
-        0,
-        0,
-        list(p.flight_custom_version.encode("ascii")[:8].ljust(8, b"\0")),
-        [0] * 8,
-        [0] * 8,
-        0,
-        0,
-        0,
-    )
+    )  # fmt: skip
 
 
 def ekf_status_report(s: Snapshot) -> Message:
@@ -257,12 +230,9 @@ def fence_status(s: Snapshot) -> Message | None:
         return None
     at_ms = round((fence.breached_at_s - s.vehicle.boot_s) * 1000.0) if fence.count else 0
     return dialect.MAVLink_fence_status_message(
-        int(fence.breached != 0),
-        min(fence.count, 65535),
-        _BREACHES.get(fence.last_breached, 3),
-        max(at_ms, 0),
-        1,
-    )
+        int(fence.breached != 0), min(fence.count, 65535), _BREACHES.get(fence.last_breached, 3),
+        max(at_ms, 0), 1,
+    )  # fmt: skip
 
 
 def power_status(_: Snapshot) -> Message:

@@ -6,14 +6,10 @@ from mavlink_sitl.mavlink.messages import position_messages as position
 from mavlink_sitl.mavlink.messages import range_messages as ranges
 from mavlink_sitl.mavlink.messages import sensor_messages as sensors
 from mavlink_sitl.mavlink.messages import status_messages as status
-from mavlink_sitl.mavlink.messages.guided_target import (
-    position_target_global_int,
-    position_target_local_ned,
-)
-from mavlink_sitl.mavlink.messages.kind_messages import for_kinds
+from mavlink_sitl.mavlink.messages.kind_messages import OWN
 from mavlink_sitl.mavlink.messages.snapshot import Builder
 
-BUILDERS: dict[int, Builder] = {
+_EVERY_KIND: dict[int, Builder] = {
     0: status.heartbeat,
     1: status.sys_status,
     2: status.system_time,
@@ -31,8 +27,6 @@ BUILDERS: dict[int, Builder] = {
     62: position.nav_controller_output,
     65: status.rc_channels,
     74: position.vfr_hud,
-    85: position_target_local_ned,
-    87: position_target_global_int,
     116: sensors.scaled_imu2,
     125: status.power_status,
     129: sensors.scaled_imu3,
@@ -55,5 +49,5 @@ BUILDERS: dict[int, Builder] = {
     330: ranges.obstacle_distance,
     11020: sensors.aoa_ssa,
 }
-"""By message id: what can be streamed and requested."""
-BUILDERS = {message_id: for_kinds(message_id, build) for message_id, build in BUILDERS.items()}
+BUILDERS = {kind: {**_EVERY_KIND, **own} for kind, own in OWN.items()}
+"""By vehicle type and message id: what can be streamed and requested"""

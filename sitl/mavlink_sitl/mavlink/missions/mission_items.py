@@ -71,7 +71,7 @@ def _fault_of_numbers(item: PlanItem, rules: PlanRules) -> int:
 
 
 def _fault_by_frame(
-    item: PlanItem, plan_type: PlanType, by_frame: Mapping[int, frozenset[Cmd]]
+    item: PlanItem, plan_type: PlanType, by_frame: Mapping[int, frozenset[int]]
 ) -> int:
     """PX4's checks, seen in uploads of nearly every item: its numbers are not looked at.
 

@@ -1,6 +1,6 @@
 """Commands of PX4 that only some kinds of vehicle have, and the table of each kind.
 
-Read in the firmware: DO_ORBIT is a mode of multicopters; planes circle in AUTO.LOITER.
+Read in the firmware: DO_ORBIT is a mode of multicopters.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
 from mavlink_sitl.autopilot.px4.multicopter.orbit import OrbitRequest
-from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.px4.commands import HANDLERS, Handler, place_of
@@ -56,18 +55,6 @@ def orbit(server: Px4Server, command: ReceivedCommand) -> Result:
     )
 
 
-def circle(server: Px4Server, command: ReceivedCommand) -> Result:
-    """DO_ORBIT of a plane: AUTO.LOITER with a radius of its own."""
-    assert isinstance(server.vehicle, Px4Plane)
-    radius = _given(command.params[0])
-    return server.vehicle.orbit(place_of(command), _given(command.z), radius)
-
-
-def figure_eight(server: Px4Server, command: ReceivedCommand) -> Result:
-    """DO_FIGURE_EIGHT: a circle here."""
-    return server.vehicle.reposition(place_of(command), _given(command.z), None)
-
-
 def no_figure_eight(server: Px4Server, _: ReceivedCommand) -> None:
     """DO_FIGURE_EIGHT to a copter, rover or boat: a text and no COMMAND_ACK."""
     text = "Figure 8 command only available for fixed wing and vtol vehicles."
@@ -80,6 +67,6 @@ BY_KIND: dict[str, dict[int, tuple[Handler, int]]] = {
     "px4copter": {**_WITHOUT, _ORBIT: (orbit, 0)},
     "px4rover": _WITHOUT,
     "px4boat": _WITHOUT,
-    "px4plane": {**HANDLERS, _ORBIT: (circle, 0), FIGURE_EIGHT: (figure_eight, 0)},
+    "px4plane": HANDLERS,
 }
 """By vehicle type and MAV_CMD; see `HANDLERS`"""

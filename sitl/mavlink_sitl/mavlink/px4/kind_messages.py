@@ -30,7 +30,7 @@ def drive_outputs(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: steering on 1 and throttle on 2."""
     outputs = [DISARMED_US] * 2
     if s.vehicle.armed:
-        steering, _, throttle, _ = s.instruments.servos_us()
+        steering, _, throttle, _ = s.vehicle.body.servos_us()
         outputs = [steering, throttle]
     return status.servo_outputs(s, outputs, DISARMED_US)
 
@@ -57,7 +57,7 @@ def _flying_path(s: Snapshot) -> PathPoint | None:
 
 def surface_outputs(s: Snapshot) -> Message:
     """SERVO_OUTPUT_RAW: aileron, elevator, rudder, throttle."""
-    aileron, elevator, throttle, rudder = s.instruments.servos_us()
+    aileron, elevator, throttle, rudder = s.vehicle.body.servos_us()
     outputs = [DISARMED_US] * 4
     if s.vehicle.armed:
         outputs = [aileron, elevator, rudder, throttle]
@@ -91,24 +91,15 @@ def place_target(s: Snapshot) -> Message | None:
 def _global_target(s: Snapshot, place: tuple[float, float, float], rest: float) -> Message:
     point = s.vehicle.navigator.frame.to_geodetic(*place)
     return dialect.MAVLink_position_target_global_int_message(
-        boot_ms(s),
-        5,
-        0,
-        *place_e7(point),
-        point.altitude_amsl_m,
-        *[rest] * 8,
-    )
+        boot_ms(s), 5, 0, *place_e7(point), point.altitude_amsl_m, *[rest] * 8,
+    )  # fmt: skip
 
 
 def _orbit_status(s: Snapshot, radius_m: float, centre: tuple[float, float, float]) -> Message:
     point = s.vehicle.navigator.frame.to_geodetic(*centre)
     return dialect.MAVLink_orbit_execution_status_message(
-        s.time_boot_us,
-        radius_m,
-        dialect.MAV_FRAME_GLOBAL,
-        *place_e7(point),
-        point.altitude_amsl_m,
-    )
+        s.time_boot_us, radius_m, dialect.MAV_FRAME_GLOBAL, *place_e7(point), point.altitude_amsl_m,
+    )  # fmt: skip
 
 
 def orbit_status(s: Snapshot) -> Message | None:

@@ -12,8 +12,9 @@ from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle
 from mavlink_sitl.exchange import GRAVITY_M_S2, Motors
 from mavlink_sitl.mavlink.codec import Message, Raw, dialect
 from mavlink_sitl.mavlink.files import component_metadata
-from mavlink_sitl.mavlink.messages import kind_messages, telemetry
+from mavlink_sitl.mavlink.messages import kind_messages
 from mavlink_sitl.mavlink.messages import position_messages as position
+from mavlink_sitl.mavlink.messages import range_messages as ranges
 from mavlink_sitl.mavlink.messages import sensor_messages as sensors
 from mavlink_sitl.mavlink.messages import status_messages as status
 from mavlink_sitl.mavlink.messages.snapshot import (
@@ -55,13 +56,9 @@ def heartbeat(s: Snapshot) -> Message:
         base_mode |= dialect.MAV_MODE_FLAG_SAFETY_ARMED
     personality = vehicle.personality
     return dialect.MAVLink_heartbeat_message(
-        personality.mav_type,
-        personality.mav_autopilot,
-        base_mode,
-        vehicle.mode.spec.number,
-        int(vehicle.system_status),
-        3,
-    )
+        personality.mav_type, personality.mav_autopilot, base_mode, vehicle.mode.spec.number,
+        int(vehicle.system_status), 3,
+    )  # fmt: skip
 
 
 def current_mode(s: Snapshot) -> Message:
@@ -112,22 +109,14 @@ def sys_status(s: Snapshot) -> Message:
 
 def battery_status(s: Snapshot) -> Message:
     """BATTERY_STATUS: the pack's voltage in the first place, a current of -1 A, rounded charge."""
-    battery, further = firmware_of(s).battery, s.instruments.next_battery()
+    battery, further = firmware_of(s).battery, s.vehicle.body.next_battery()
     if further is not None:
         return status.further_battery_status(further)
     return dialect.MAVLink_battery_status_message(
-        0,
-        1,
-        1,
-        32767,
-        [to_int(battery.voltage_v * 1000.0, 0, 65534), *[65535] * 9],
-        -100,
-        to_i32(battery.consumed_mah),
-        -1,
-        to_int(battery.remaining * 100.0, 0, 100),
-        0,
+        0, 1, 1, 32767, [to_int(battery.voltage_v * 1000.0, 0, 65534), *[65535] * 9], -100,
+        to_i32(battery.consumed_mah), -1, to_int(battery.remaining * 100.0, 0, 100), 0,
         1 + min(s.vehicle.failsafe.battery_level, 3),
-    )
+    )  # fmt: skip
 
 
 def estimator_status(s: Snapshot) -> Message:
@@ -177,21 +166,13 @@ def position_target_local_ned(s: Snapshot) -> Message:
     speed_d = g.velocity_down_m_s + g.track_position_z * (down - m.down_m)
     scale = limits.speed_xy_m_s / max(math.hypot(speed_n, speed_e), limits.speed_xy_m_s)
     return dialect.MAVLink_position_target_local_ned_message(
-        boot_ms(s),
-        1,
-        0,
-        north if g.track_position_xy else m.north_m,
-        east if g.track_position_xy else m.east_m,
-        down if g.track_position_z else m.down_m,
-        speed_n * scale,
-        speed_e * scale,
-        min(max(speed_d, -limits.speed_up_m_s), limits.speed_down_m_s),
-        g.acceleration_north_m_s2,
-        g.acceleration_east_m_s2,
-        g.acceleration_down_m_s2,
-        g.yaw_rad if g.yaw_mode == 1 else yaw,
+        boot_ms(s), 1, 0, north if g.track_position_xy else m.north_m,
+        east if g.track_position_xy else m.east_m, down if g.track_position_z else m.down_m,
+        speed_n * scale, speed_e * scale,
+        min(max(speed_d, -limits.speed_up_m_s), limits.speed_down_m_s), g.acceleration_north_m_s2,
+        g.acceleration_east_m_s2, g.acceleration_down_m_s2, g.yaw_rad if g.yaw_mode == 1 else yaw,
         g.yaw_rate_rad_s,
-    )
+    )  # fmt: skip
 
 
 def position_target_global_int(s: Snapshot) -> Message | None:
@@ -205,20 +186,9 @@ def position_target_global_int(s: Snapshot) -> Message | None:
     altitude = 0.0 if number == px4.LAND else point.altitude_amsl_m
     local = position_target_local_ned(s)
     return dialect.MAVLink_position_target_global_int_message(
-        boot_ms(s),
-        5,
-        0,
-        *place_e7(point),
-        altitude,
-        local.vx,
-        local.vy,
-        local.vz,
-        local.afx,
-        local.afy,
-        local.afz,
-        local.yaw,
-        0.0,
-    )
+        boot_ms(s), 5, 0, *place_e7(point), altitude, local.vx, local.vy, local.vz, local.afx,
+        local.afy, local.afz, local.yaw, 0.0,
+    )  # fmt: skip
 
 
 _POSE = [0.042, *[NAN] * 5, 0.042, *[NAN] * 4, 0.01, *[NAN] * 3, 3e-4, NAN, NAN, 6e-5, NAN, 3e-4]
@@ -239,33 +209,23 @@ def odometry(s: Snapshot) -> Message:
 def highres_imu(s: Snapshot) -> Message:
     """HIGHRES_IMU: what an accelerometer in the middle feels, and standard air."""
     m = s.motion
-    altitude = s.instruments.truth_point().altitude_amsl_m
+    altitude = s.vehicle.body.truth_point().altitude_amsl_m
     flies = isinstance(s.vehicle, Px4Copter) and s.vehicle.guidance.motors is Motors.FLY
     lift = s.thrust_over_hover if flies else 1.0
     c, yaw = math.cos(m.pitch_rad), m.yaw_rad
     pressure = sensors.pressure_hpa(altitude)
     return dialect.MAVLink_highres_imu_message(
-        s.time_boot_us,
-        0.0,
-        0.0,
-        -GRAVITY_M_S2 * max(lift, 0.0),
-        *m[9:12],
-        0.21 * c * math.cos(yaw),
-        -0.21 * c * math.sin(yaw),
-        0.43,
-        pressure,
-        0.0,
-        altitude,
-        15.0,
+        s.time_boot_us, 0.0, 0.0, -GRAVITY_M_S2 * max(lift, 0.0), *m[9:12],
+        0.21 * c * math.cos(yaw), -0.21 * c * math.sin(yaw), 0.43, pressure, 0.0, altitude, 15.0,
         0x1DFF,
-    )
+    )  # fmt: skip
 
 
 def altitude(s: Snapshot) -> Message:
     """ALTITUDE."""
     amsl = s.vehicle.navigator.here().altitude_amsl_m
     relative = s.vehicle.navigator.height_above_home_m()
-    above = -s.instruments.truth().down_m
+    above = -s.vehicle.body.truth().down_m
     return dialect.MAVLink_altitude_message(
         s.time_boot_us, amsl, amsl, -s.motion.down_m, relative, -s.motion.down_m - above, above
     )
@@ -273,8 +233,8 @@ def altitude(s: Snapshot) -> Message:
 
 def distance_sensor(s: Snapshot) -> Message:
     """DISTANCE_SENSOR: the simulated vehicle looks down."""
-    seen = s.instruments.measure_ranges()
-    height = max(-s.instruments.truth().down_m, 0.0) if seen is None else min(seen.down_m, 100.0)
+    seen = s.vehicle.body.measure_ranges()
+    height = max(-s.vehicle.body.truth().down_m, 0.0) if seen is None else min(seen.down_m, 100.0)
     return dialect.MAVLink_distance_sensor_message(
         boot_ms(s), 0, 10000, to_u16(height * 100.0), 0, 0, 25, 0
     )
@@ -282,7 +242,7 @@ def distance_sensor(s: Snapshot) -> Message:
 
 def gps_raw_int(s: Snapshot) -> Message:
     """GPS_RAW_INT: a fix in three dimensions, ten satellites."""
-    gps = s.instruments.gps_reading()
+    gps = s.vehicle.body.gps_reading()
     if gps is None:
         return dialect.MAVLink_gps_raw_int_message(0, 0, 0, 0, 0, 65535, 65535, 0, 0, 0)
     return position.gps_raw(gps, 3 if gps.fix_type >= 3 else 0, (70, 110), (900, 1780, 400))
@@ -320,7 +280,7 @@ def wind_cov(s: Snapshot) -> Message | None:
     """WIND_COV: the wind that blows; of planes only, others do not estimate it."""
     if not isinstance(s.vehicle, Px4Plane):
         return None
-    north, east, down = s.instruments.wind_ned_m_s
+    north, east, down = s.vehicle.body.wind_ned_m_s
     altitude_m = s.vehicle.navigator.here().altitude_amsl_m
     return dialect.MAVLink_wind_cov_message(
         s.time_boot_us, north, east, down, 0.1, 0.1, altitude_m, 0.5, NAN
@@ -388,7 +348,7 @@ BUILDERS: dict[int, Builder] = {
     242: home_position,
     245: kind_messages.extended_sys_state,
     300: protocol_version,
-    330: telemetry.BUILDERS.get(330, lambda _: None),
+    330: ranges.obstacle_distance,
     331: odometry,
     component_metadata.NUMBER: metadata,
     436: current_mode,

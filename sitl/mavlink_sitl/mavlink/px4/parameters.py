@@ -87,9 +87,6 @@ class Px4ParameterServer(ParameterServer):
 
     def _hash(self) -> Message:
         return dialect.MAVLink_param_value_message(
-            HASH_CHECK.encode("ascii"),
-            as_float(parameter_hash(self._parameters), "I"),
-            dialect.MAV_PARAM_TYPE_UINT32,
-            len(self._parameters),
-            ECHO_INDEX,
-        )
+            HASH_CHECK.encode("ascii"), as_float(parameter_hash(self._parameters), "I"),
+            dialect.MAV_PARAM_TYPE_UINT32, len(self._parameters), ECHO_INDEX,
+        )  # fmt: skip

@@ -8,7 +8,7 @@ others; commands are answered for component 0 and 1, others are met with silence
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
@@ -30,7 +30,7 @@ from mavlink_sitl.mavlink.corrections import Px4Corrections
 from mavlink_sitl.mavlink.external_position import Px4ExternalPositionReceiver
 from mavlink_sitl.mavlink.files.ftp_server import Px4FtpServer
 from mavlink_sitl.mavlink.logs.log_server import Px4LogServer
-from mavlink_sitl.mavlink.messages.snapshot import Snapshot
+from mavlink_sitl.mavlink.messages.snapshot import Builder, Snapshot
 from mavlink_sitl.mavlink.messages.statustext import StatusTextEncoder
 from mavlink_sitl.mavlink.messages.streams import NEVER_US
 from mavlink_sitl.mavlink.px4 import (
@@ -96,10 +96,6 @@ class Px4Server(MavlinkServer):
     """HEARTBEAT, and MISSION_CURRENT of the mission service"""
 
     def __init__(self, served: PoweredUp, vehicle: Px4Vehicle, encoder: Encoder, role: str) -> None:
-        self.builders = {
-            **kind_messages.BUILDERS[vehicle.personality.kind],
-            _CURRENT_MODE: self._current_mode,
-        }
         super().__init__(served, (encoder,))
         self.vehicle = vehicle
         self.role = role
@@ -133,6 +129,10 @@ class Px4Server(MavlinkServer):
         )
         for unheard in ("REQUEST_DATA_STREAM", "RC_CHANNELS_OVERRIDE"):
             del self._handlers[unheard]
+
+    def make_builders(self, kind: str) -> Mapping[int, Builder]:
+        """See `MavlinkServer`."""
+        return {**kind_messages.BUILDERS[kind], _CURRENT_MODE: self._current_mode}
 
     def make_traffic(self) -> TrafficQueue:
         """Each link sends each report once."""

@@ -139,8 +139,10 @@ class Behaviours:
         started_s: float,
         tell: Callable[[Telemetry], None],
     ) -> Nav2Outcome:
+        # Since nav2_msgs 1.4.
+        checks = not getattr(handle.request, "disable_collision_checks", False)
         client_goal = point_client_goal(
-            target, speed_m_s, avoid_obstacles=self._preferences.avoid_obstacles
+            target, speed_m_s, avoid_obstacles=checks and self._preferences.avoid_obstacles
         )
         allowed = handle.request.time_allowance
         allowance_s = allowed.sec + 1e-9 * allowed.nanosec

@@ -15,7 +15,6 @@ from nav2_msgs.action import (
     NavigateThroughPoses,
     NavigateToPose,
 )
-from nav2_msgs.msg import MissedWaypoint
 from rclpy.action import ActionClient
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
@@ -26,6 +25,7 @@ from custom_interfaces.msg import Waypoint
 from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Telemetry
 from drone_navigation.nav2.flights import FlightRequest, Flights
+from drone_navigation.nav2.forms import add_missed, poses_of, show_tracking, show_waypoints
 from drone_navigation.nav2.outcomes import Nav2Outcome, aborted, result
 from drone_navigation.nav2.served import GoalEnd, duration, serve
 from drone_navigation.nav2.server_state import ServerState
@@ -159,24 +159,33 @@ class Navigators:
         if math.isfinite(telemetry.time_left_s):
             message.estimated_time_remaining = duration(telemetry.time_left_s)
         message.distance_remaining = telemetry.distance_left_m
+        present = self._vehicle.present()
+        plan_enu_m = self._vehicle.plan_enu_m
+        show_tracking(message, present.position_enu_m, present.yaw_enu_rad, plan_enu_m)
         return message
 
     # --- routes ---------------------------------------------------------------------------
 
     async def _through_poses(self, handle: ServerGoalHandle) -> GoalEnd:
-        targets = self.targets(handle.request.poses, self.present())
-        started_s = time.monotonic()
+        poses = poses_of(handle.request.poses)
+        targets = self.targets(poses, self.present())
+        started_s, passed = time.monotonic(), 0
 
         def tell(telemetry: Telemetry) -> None:
+            nonlocal passed
             feedback = self._feedback(NavigateThroughPoses.Feedback, telemetry, started_s)
-            done = (telemetry.waypoint or 1) - 1
-            feedback.number_of_poses_remaining = len(targets) - done
+            passed = (telemetry.waypoint or 1) - 1
+            feedback.number_of_poses_remaining = len(targets) - passed
+            show_waypoints(feedback, poses, passed)
             handle.publish_feedback(feedback)
 
         waypoints = [self._waypoint(target) for target in targets]
         for waypoint in waypoints[:-1]:
             waypoint.acceptance_radius = _PASS_M
-        return await self._route(handle, waypoints, targets, tell), None
+        outcome = await self._route(handle, waypoints, targets, tell)
+        message = result(NavigateThroughPoses.Result, outcome)
+        show_waypoints(message, poses, passed, outcome)
+        return outcome, message
 
     async def _follow_waypoints(self, handle: ServerGoalHandle) -> GoalEnd:
         targets = self.targets(handle.request.poses, self.present())
@@ -241,6 +250,11 @@ class Navigators:
         """Fly laps, the first from `goal_index` on, as Nav2's waypoint follower does."""
         request = handle.request
         count = len(waypoints)
+        if not waypoints:
+            # Both since nav2_msgs 1.4.
+            gps = getattr(kind.Result, "NO_WAYPOINTS_GIVEN", None)
+            code = getattr(kind.Result, "NO_VALID_WAYPOINTS", gps)
+            return aborted("INVALID_WAYPOINTS", "There are no poses.", code), None
         if request.goal_index >= max(count, 1):
             raise TargetError(
                 "INVALID_WAYPOINTS",
@@ -264,10 +278,8 @@ class Navigators:
         message = result(kind.Result, outcome)
         for missed in outcome.missed:
             index = order[missed]
-            waypoint = MissedWaypoint(index=index, error_code=outcome.code)
-            if kind is FollowWaypoints:
-                waypoint.goal = request.poses[index]
-            message.missed_waypoints.append(waypoint)
+            pose = request.poses[index] if kind is FollowWaypoints else None
+            add_missed(message, index, outcome, pose)
         return outcome, message
 
     async def _route(

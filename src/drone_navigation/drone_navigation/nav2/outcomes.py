@@ -77,9 +77,14 @@ def ended(end: Ended, *, cancelled: bool) -> Nav2Outcome:
 
 
 def result(make: Callable[[], R], outcome: Nav2Outcome) -> R:
-    """Return the result message of an action for an end."""
+    """Return the result message of an action for an end.
+
+    Where nav2_msgs itself uses the numbers 1 and 2, those of GoalCode become its UNKNOWN.
+    """
     message = make()
-    message.error_code = outcome.code
+    own = [getattr(make, name, 0) for name in ("GOAL_REJECTED", "SEND_GOAL_FAILURE")]
+    is_taken = outcome.code != 0 and outcome.code in own
+    message.error_code = getattr(make, "UNKNOWN", 0) if is_taken else outcome.code
     message.error_msg = outcome.message
     if hasattr(message, "success"):
         message.success = outcome.status == GoalStatus.STATUS_SUCCEEDED

@@ -21,6 +21,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from visualization_msgs.msg import MarkerArray
 
+from drone_navigation.nav2.forms import poses_of
 from drone_navigation.nav2.maps import costs, obstacles_of, path
 from drone_navigation.nav2.navigators import Navigators
 from drone_navigation.nav2.outcomes import SUCCEEDED, aborted, result
@@ -85,10 +86,13 @@ class Planners:
     # --- paths ----------------------------------------------------------------------------
 
     async def _to_pose(self, handle: ServerGoalHandle) -> GoalEnd:
-        return self._compute(ComputePathToPose, handle.request, [handle.request.goal])
+        request = handle.request
+        # Since nav2_msgs 1.5.
+        viapoints = getattr(request, "viapoints", ())
+        return self._compute(ComputePathToPose, request, [*viapoints, request.goal])
 
     async def _through_poses(self, handle: ServerGoalHandle) -> GoalEnd:
-        goals = handle.request.goals
+        goals = poses_of(handle.request.goals)
         if not goals:
             code = ComputePathThroughPoses.Result.NO_VIAPOINTS_GIVEN
             return aborted("INVALID_WAYPOINTS", "There are no poses.", code), None

@@ -8,7 +8,7 @@ from functools import cache
 from typing import TypeVar
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
-from nav_msgs.msg import Odometry
+from nav_msgs.msg import Odometry, Path
 from rclpy.node import Node
 from sensor_msgs.msg import NavSatFix
 
@@ -20,6 +20,7 @@ from mavlink_vehicle.profiles import profile_for
 from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_bridge.goals.point_requests import yaw_enu_rad
 from navigation_bridge.names import SERVER_NODE_NAME
+from navigation_core.geometry import Vector3
 
 M = TypeVar("M")
 
@@ -60,6 +61,7 @@ class ServerState:
             (NavSatFix, "fix", STREAM_QOS),
             (HomePosition, "home", LATCHED_QOS),
             (Fence, "flight_volume", LATCHED_QOS),
+            (Path, "plan", LATCHED_QOS),
         ):
             node.create_subscription(kind, f"{SERVER_NODE_NAME}/{name}", self._take, qos)
 
@@ -133,6 +135,12 @@ class ServerState:
             ground_m=ground_m if math.isfinite(ground_m) else 0.0,
             target_m=self.target_m,
         )
+
+    def plan_enu_m(self) -> list[Vector3]:
+        """Return the corners of the path that the server flies; empty if there is none."""
+        plan = self.last(Path)
+        positions = [] if plan is None else [stamped.pose.position for stamped in plan.poses]
+        return [(position.x, position.y, position.z) for position in positions]
 
     def pose(self) -> PoseStamped:
         """Return the vehicle's pose in the map.

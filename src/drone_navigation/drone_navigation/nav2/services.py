@@ -3,38 +3,44 @@
 from __future__ import annotations
 
 import math
-from typing import TypeVar
+from typing import Any
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
-from nav2_msgs.action import AssistedTeleop, DockRobot, FollowPath, SmoothPath, UndockRobot
-from nav2_msgs.srv import (
-    ClearCostmapAroundPose,
-    ClearCostmapAroundRobot,
-    ClearCostmapExceptRegion,
-    ClearEntireCostmap,
-    LoadMap,
-    ManageLifecycleNodes,
-)
+from nav2_msgs.srv import LoadMap, ManageLifecycleNodes
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from drone_navigation.nav2.flights import Flights
+from drone_navigation.nav2.forms import optional_actions, optional_services
 from drone_navigation.nav2.outcomes import aborted
 from drone_navigation.nav2.served import GoalEnd, Nav2Action, serve
 from drone_navigation.nav2.server_state import ServerState
 
-M = TypeVar("M")
-
-_NOT_OFFERED: tuple[tuple[Nav2Action, str, str], ...] = (
-    (FollowPath, "follow_path", "External paths are not followed; send poses."),
-    (SmoothPath, "smooth_path", "Paths are not smoothed; the server smooths its own."),
-    (AssistedTeleop, "assisted_teleop", "Use the action follow_velocity and its topic cmd_vel."),
-    (DockRobot, "dock_robot", "There are no docks; send a pose, or land."),
-    (UndockRobot, "undock_robot", "There are no docks; send a pose, or take off."),
-)
+# By the name of the type; nav2_msgs 1.3 has not all of them.
+_NOT_OFFERED = {
+    "FollowPath": ("follow_path", "External paths are not followed; send poses."),
+    "SmoothPath": ("smooth_path", "Paths are not smoothed; the server smooths its own."),
+    "AssistedTeleop": (
+        "assisted_teleop", "Use the action follow_velocity and its topic cmd_vel."
+    ),
+    "DockRobot": ("dock_robot", "There are no docks; send a pose, or land."),
+    "UndockRobot": ("undock_robot", "There are no docks; send a pose, or take off."),
+    "ComputeRoute": ("compute_route", "There is no graph of routes; send poses."),
+    "ComputeAndTrackRoute": (
+        "compute_and_track_route", "There is no graph of routes; send poses."
+    ),
+    "FollowObject": ("follow_object", "Objects are not followed; use follow_velocity."),
+}  # fmt: skip
+# In nav2_msgs 1.4, ClearCostmapAroundPose is missing.
+_CLEARING = {
+    "ClearEntireCostmap": "clear_entirely_{}_costmap",
+    "ClearCostmapExceptRegion": "clear_costmap_except_region",
+    "ClearCostmapAroundRobot": "clear_costmap_around_robot",
+    "ClearCostmapAroundPose": "clear_costmap_around_pose",
+}
 _MANAGERS = ("lifecycle_manager_navigation", "lifecycle_manager_localization")
 _NODES = ("bt_navigator", "amcl")
 _STOPPING = (
@@ -59,8 +65,8 @@ def reject_the_rest(node: Node) -> None:
 
         serve(node, kind, name, run)
 
-    for kind, name, why in _NOT_OFFERED:
-        reject(kind, name, why)
+    for known, kind in optional_actions(list(_NOT_OFFERED)).items():
+        reject(kind, *_NOT_OFFERED[known])
 
     def load_map(_request: LoadMap.Request, response: LoadMap.Response) -> LoadMap.Response:
         response.result = LoadMap.Response.RESULT_UNDEFINED_FAILURE
@@ -76,20 +82,18 @@ def reject_the_rest(node: Node) -> None:
 def offer_clearing(node: Node) -> None:
     """Offer the services that clear cost maps; they change nothing."""
 
-    def clear(_request: object, response: M) -> M:
+    def clear(_request: object, response: Any) -> Any:
         node.get_logger().info(
             "Nothing is cleared: the server's map forgets what its sensors no longer detect."
         )
+        if hasattr(response, "success"):
+            response.success = True
         return response
 
-    for kind, name in (
-        (ClearEntireCostmap, "clear_entirely_{}_costmap"),
-        (ClearCostmapExceptRegion, "clear_costmap_except_region"),
-        (ClearCostmapAroundRobot, "clear_costmap_around_robot"),
-        (ClearCostmapAroundPose, "clear_costmap_around_pose"),
-    ):
+    for known, kind in optional_services(list(_CLEARING)).items():
         for which in ("global", "local"):
-            node.create_service(kind, f"{which}_costmap/{name.format(which)}", clear)
+            name = _CLEARING[known].format(which)
+            node.create_service(kind, f"{which}_costmap/{name}", clear)
 
 
 class LifeCycle:

@@ -1,1 +1,1 @@
-"""Starts of nodes without noise, and their end on a signal."""
+"""Starts of nodes without noise and on any rclpy, and their end on a signal."""

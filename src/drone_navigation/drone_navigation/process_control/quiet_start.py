@@ -1,16 +1,22 @@
 """Lets an interrupt end a program without a traceback until it takes the signals itself.
 
-The programs import it first.
+The programs import it first. A middleware that is not there ends them with a sentence here: rclpy
+would end the process while it is imported.
 """
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from drone_navigation.process_control.middleware import middleware_problem
+
 __all__ = ["PROGRAMS", "run_program"]
+
+_EXIT_NO_MIDDLEWARE = 2
 
 PROGRAMS = frozenset(
     {"navigation_client", "navigation_console", "navigation_nav2", "navigation_server", "ros2"}
@@ -47,3 +53,6 @@ def run_program(
 # A test that imports a program keeps its own handler.
 if Path(sys.argv[0]).stem in PROGRAMS:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if problem := middleware_problem(os.environ):
+        print(problem, file=sys.stderr)
+        sys.exit(_EXIT_NO_MIDDLEWARE)

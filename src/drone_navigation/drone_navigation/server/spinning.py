@@ -7,6 +7,8 @@ import threading
 from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.node import Node
 
+from drone_navigation.process_control.ros_differences import executes_tasks
+
 
 class Spinner:
     """Spins an executor for one node in a thread of its own."""
@@ -26,9 +28,7 @@ class Spinner:
     @property
     def is_busy(self) -> bool:
         """Whether callbacks are being executed, those of parked goals included."""
-        # rclpy's own count leaves out tasks, such as an action's execute callbacks.
-        with self._executor._tasks_lock:
-            return any(task.executing() for task, _, _ in self._executor._tasks)
+        return executes_tasks(self._executor)
 
     def stop(self, timeout_s: float) -> None:
         """Stop the executor and its thread.

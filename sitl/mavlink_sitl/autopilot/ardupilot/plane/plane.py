@@ -150,25 +150,26 @@ class Plane(Commander):
         """See `Commander`: AUTO without a mission returns."""
         return True
 
-    def start_landing(self) -> bool:
-        """DO_LAND_START: continue with the mission's landing, if it has one."""
+    def start_landing(self) -> Result:
+        """DO_LAND_START: continue with the mission's nearest landing, if it has one."""
         auto = self.auto
         start = auto.landing_start() if isinstance(auto, GlideAuto) else None
         if start is None:
             self.say(Severity.WARNING, "Unable to start landing sequence")
-            return False
+            return Result.FAILED
         if self.plans.state is MissionState.COMPLETE:
             self.plans.state = MissionState.NOT_STARTED
         self.say(Severity.INFO, "Landing sequence start")
         if self.mode is auto:
             auto.set_current(start)
-            return True
+            return Result.ACCEPTED
         self.plans.current = start
-        return self.enter_mode(auto.spec.number)
+        return self.set_mode(auto.spec.number)
 
-    def go_around(self, height_m: float) -> bool:
+    def go_around(self, height_m: float) -> Result:
         """DO_GO_AROUND: break a landing off."""
-        return isinstance(self.mode, GlideAuto) and self.mode.go_around(height_m)
+        lands = isinstance(self.mode, GlideAuto) and self.mode.go_around(height_m)
+        return Result.ACCEPTED if lands else Result.FAILED
 
     def start_mission(self) -> Result:
         """MISSION_START: AUTO, whatever is in the mission."""

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.plane.plane_modes import Guided
-from mavlink_sitl.autopilot.plans.plans import Cmd
 from mavlink_sitl.autopilot.safety.failsafe import Failsafes
-from mavlink_sitl.autopilot.safety.fence import Fence, areas_of
-from mavlink_sitl.exchange import Severity, Vector
+from mavlink_sitl.autopilot.safety.fence import Fence
+from mavlink_sitl.exchange import Result, Severity
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.plane.plane import Plane
@@ -28,7 +26,7 @@ BATTERY_RETURNS, BATTERY_LANDS, BATTERY_TERMINATES = 1, 2, 3
 """BATT_FS_*_ACT"""
 GCS_IN_AUTO_ONLY = 3
 """FS_GCS_ENABL"""
-FENCE_RETURNS, FENCE_GUIDED = 1, (6, 7)
+FENCE_RETURNS = 1
 """FENCE_ACTION"""
 NO_MODE_CHANGE = 1
 """Bit of FENCE_OPTIONS: until the breach is over"""
@@ -53,9 +51,11 @@ class PlaneFailsafes(Failsafes):
         plane = self._vehicle
         if action == BATTERY_TERMINATES:
             plane.disarm(force=True)
-        elif plane.mode.landing or (action == BATTERY_LANDS and plane.start_landing()):
+        elif plane.mode.landing:
             return
-        elif action in (BATTERY_RETURNS, BATTERY_LANDS):
+        elif action == BATTERY_RETURNS or (
+            action == BATTERY_LANDS and plane.start_landing() is not Result.ACCEPTED
+        ):
             plane.enter_mode(RTL)
 
     def _ground_station(self, now_s: float) -> None:
@@ -128,21 +128,16 @@ class PlaneFailsafes(Failsafes):
 
 
 class PlaneFence(Fence):
-    """RTL, or GUIDED to the return point or a rally point.
+    """RTL; until the breach is over, FENCE_OPTIONS may forbid changes of the mode.
 
     Attributes:
-        recovering: it is on its way back; until the breach is over, FENCE_OPTIONS may forbid
-            changes of the mode.
+        recovering: it is on its way back.
     """
 
     again_m = 100.0
 
     _vehicle: Plane
-
-    def __init__(self, plane: Plane) -> None:
-        super().__init__(plane)
-        self._mode_before = plane.mode.spec.number
-        self.recovering = False
+    recovering = False
 
     def update(self) -> None:
         """See `Fence`; after a breach it says that it is over."""
@@ -150,12 +145,9 @@ class PlaneFence(Fence):
         super().update()
         if was and not self.breached and plane.armed:
             plane.say(Severity.NOTICE, "Fence breach cleared")
-        if self.recovering and not (plane.armed and (self.breached or not plane.landed)):
+        back = plane.landed and not self.breached
+        if not plane.armed or back or not self.enabled:
             self.recovering = False
-        if self.recovering and not self.enabled:
-            self.recovering = False
-            if isinstance(plane.mode, Guided):
-                plane.enter_mode(self._mode_before)
 
     @property
     def locks_mode(self) -> bool:
@@ -167,40 +159,6 @@ class PlaneFence(Fence):
         return self.recovering
 
     def _act(self, action: int) -> None:
-        plane = self._vehicle
-        if action not in (FENCE_RETURNS, *FENCE_GUIDED):
-            return
-        self._mode_before = plane.mode.spec.number
         if action == FENCE_RETURNS:
-            plane.enter_mode(RTL)
-        else:
-            plane.enter_mode(GUIDED)
-            plane.reposition(self._return_point())
-        self.recovering = True
-
-    def _return_point(self) -> Vector:
-        """Where GUIDED takes it: NED metres."""
-        plane, p = self._vehicle, self._vehicle.parameters
-        if p["FENCE_RET_RALLY"]:
-            return plane.return_point_ned_m()
-        lowest = p["FENCE_ALT_MIN"] + p["FENCE_MARGIN"]
-        highest = p["FENCE_ALT_MAX"] - p["FENCE_MARGIN"]
-        height = p["FENCE_RET_ALT"]
-        if height <= 0.0:
-            height = p["RTL_ALTITUDE"] if lowest >= highest else (lowest + highest) / 2.0
-        home = plane.navigator.home_ned_m()
-        north, east = self._uploaded_point() or home[:2]
-        return north, east, home[2] - height
-
-    def _uploaded_point(self) -> tuple[float, float] | None:
-        """The return point; without one, the middle of the first inclusion polygon."""
-        items = self._vehicle.plans.fence.items
-        frame = self._vehicle.navigator.frame
-        for item in items:
-            if item.command == Cmd.FENCE_RETURN_POINT:
-                return item.level_m(frame)
-        for area in areas_of(items, frame):
-            if area.inclusion and area.corners:
-                norths, easts = zip(*area.corners, strict=True)
-                return (min(norths) + max(norths)) / 2.0, (min(easts) + max(easts)) / 2.0
-        return None
+            self._vehicle.enter_mode(RTL)
+            self.recovering = True

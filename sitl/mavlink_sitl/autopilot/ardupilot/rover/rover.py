@@ -9,7 +9,6 @@ from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import Point
 from mavlink_sitl.autopilot.ardupilot.rover.pilot_modes import Acro, Manual, Steering
 from mavlink_sitl.autopilot.ardupilot.rover.rover_auto import DriveAuto, Obey
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import (
-    Circle,
     DriveMode,
     Guided,
     Hold,
@@ -84,7 +83,6 @@ class Rover(Commander):
             "steering": Steering,
             "hold": Hold,
             "loiter": Loiter,
-            "circle": Circle,
             "auto": DriveAuto,
             "rtl": ReturnToLaunch,
             "smart_rtl": SmartReturn,
@@ -102,7 +100,7 @@ class Rover(Commander):
         self.trail = Trail(self, coordinates=2)
         self.backwards = False
         self.motor_test = RoverMotorTest(self)
-        self.pilot.throttle_us = CENTRED_US
+        self.pilot.receive((0, 0, CENTRED_US))
         self.mode.enter()
 
     def watch(self, observation: Observation) -> None:

@@ -79,32 +79,6 @@ class Loiter(DriveMode):
         self.stay_at(self._place)
 
 
-class Circle(DriveMode):
-    """Round a point CIRC_RADIUS in front of the nose, clockwise."""
-
-    def enter(self) -> None:
-        """Choose the centre."""
-        m = self.vehicle.motion
-        p = self.vehicle.parameters
-        self._radius = max(p["CIRC_RADIUS"], p["TURN_RADIUS"], 1.0)
-        self._centre = (
-            m.north_m + self._radius * math.cos(m.yaw_rad),
-            m.east_m + self._radius * math.sin(m.yaw_rad),
-        )
-        self.update()
-
-    def update(self) -> None:
-        """Follow the circle: along its tangent, and back to it."""
-        rover, m = self.vehicle, self.vehicle.motion
-        north, east = m.north_m - self._centre[0], m.east_m - self._centre[1]
-        distance = math.hypot(north, east)
-        tangent = math.atan2(east, north) + math.pi / 2
-        outside = (distance - self._radius) / self._radius
-        course = tangent + math.atan(3.0 * outside)
-        speed = rover.parameters["CIRC_SPEED"] or rover.navigator.cruise_m_s()
-        self.drive(drive_towards(rover, self._centre, speed, course))
-
-
 class Guided(DriveMode):
     """Setpoints.
 

@@ -10,7 +10,6 @@ from itertools import pairwise
 
 from mavlink_sitl.autopilot.common.commander import PowerUp
 from mavlink_sitl.autopilot.common.firmware import Inputs, Landing
-from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.plane import plane_landing, plane_modes, plane_takeoff
@@ -19,8 +18,7 @@ from mavlink_sitl.autopilot.px4.plane.plane_mission import PlaneMission, approac
 from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED, PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
-from mavlink_sitl.exchange import Limits, Observation, Result
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.exchange import Limits, Observation
 
 
 class PlaneNavigator(Px4Navigator):
@@ -128,12 +126,3 @@ class Px4Plane(Px4Vehicle):
     def height_accept_m(self) -> float:
         """NAV_FW_ALT_RAD."""
         return within(self.parameters["NAV_FW_ALT_RAD"], 0.5, 1e4)
-
-    def orbit(
-        self, point: GeoPoint | None, altitude_amsl_m: float | None, radius_m: float | None
-    ) -> Result:
-        """DO_ORBIT: AUTO.LOITER round a place, or where it is; negative is counter-clockwise."""
-        result = self.set_mode(px4.LOITER)
-        if result is Result.ACCEPTED and self.armed:
-            self.mode_of(plane_modes.Hold).go_round(point, altitude_amsl_m, radius_m)
-        return result

@@ -167,18 +167,11 @@ class PlaneMode(Px4Mode):
 
 
 class Hold(PlaneMode, HoldMode):
-    """AUTO.LOITER: round the place where it was chosen, or that of DO_REPOSITION or DO_ORBIT.
-
-    Attributes:
-        radius_m: that DO_ORBIT asked for, negative counter-clockwise; None for NAV_LOITER_RAD.
-    """
-
-    radius_m: float | None = None
+    """AUTO.LOITER: round the place where it was chosen, or that of DO_REPOSITION."""
 
     def enter(self) -> None:
         """Choose the centre: that of the circle that is flown, if one is."""
         self.target = None
-        self.radius_m = None
         self.level_off()
         self.update()
 
@@ -194,25 +187,12 @@ class Hold(PlaneMode, HoldMode):
             if circling is not None and self.near_circle(*circling):
                 centre = circling[0]
             self.target = (*centre, self.vehicle.motion.down_m)
-        self.circle(self.target, self.radius_m)
-
-    def go_round(
-        self, point: GeoPoint | None, altitude_amsl_m: float | None, radius_m: float | None
-    ) -> None:
-        """DO_ORBIT: round a place, or where it is."""
-        north, east, down = self.vehicle.motion[:3]
-        if point is not None:
-            north, east, _ = self.vehicle.navigator.place_ned_m(point)
-        if altitude_amsl_m is not None:
-            down = self.vehicle.navigator.down_of_amsl(altitude_amsl_m)
-        self.target, self.radius_m = (north, east, down), radius_m
+        self.circle(self.target)
 
     def go_to(
         self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
     ) -> None:
         """Round another place, at another height; None keeps what is."""
-        if point is not None:
-            self.radius_m = None
         self.target = self.other_target(point, altitude_amsl_m)
 
 

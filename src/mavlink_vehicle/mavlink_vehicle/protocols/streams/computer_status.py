@@ -24,7 +24,7 @@ _UINT32 = 1 << 32
 
 @dataclass(frozen=True)
 class ComputerStatus:
-    """What is known of this computer; None is unknown.
+    """Status of a computer; None is unknown.
 
     Attributes:
         uptime_s: time since its start.
