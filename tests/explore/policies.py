@@ -953,7 +953,7 @@ def setpoints_climb_within_limits(message: Message, view: View, now_s: float) ->
 def _is_led(view: View) -> bool:
     """Return whether setpoints lead the motion, and are not the motion itself.
 
-    A part of an ArduCopter's brakes is in the position (navigation_core/safety/unfollowed.py);
+    A part of an ArduCopter's brakes is in the position (navigation_core/safety/late_setpoints.py);
     tests/property/test_unfollowed.py holds the motion that comes of it.
     """
     return view.craft.autopilot == "ardupilot"

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from mavlink_sitl import geodesy as simulated
 from mavlink_vehicle.positions.frame_finder import FrameFinder
-from mavlink_vehicle.positions.frames import Vector3
-from mavlink_vehicle.positions.projections import (
+from mavlink_vehicle.positions.frames import (
     AzimuthalEquidistant,
     Geodetic,
     LocalFrame,
     MeanLatitude,
     Projection,
+    Vector3,
     true_to_scale,
 )
 from mavlink_vehicle.profiles import Profile, ardupilot, px4

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from navigation_core.geometry import KinematicState, Vector3, distance, dot, norm, subtract
-from navigation_core.safety.unfollowed import Following, Shaping, held
+from navigation_core.safety.late_setpoints import Following, Shaping, held
 
 ROUNDING = 1e-9
 HERE = (3.0, -2.0, 9.0)

@@ -21,8 +21,13 @@ from flight_reports.contents.track import read_track
 from mavlink_vehicle.codec import Codec, Message, mavlink
 from mavlink_vehicle.io.tlog import TlogReader
 from mavlink_vehicle.positions import frames
-from mavlink_vehicle.positions.frames import Vector3
-from mavlink_vehicle.positions.projections import Geodetic, LocalFrame, Projection, true_to_scale
+from mavlink_vehicle.positions.frames import (
+    Geodetic,
+    LocalFrame,
+    Projection,
+    Vector3,
+    true_to_scale,
+)
 from mavlink_vehicle.profiles import ardupilot, px4
 from mavlink_vehicle.state.reducer import VehicleState, reduce
 from navigation_bridge.vehicle.map_frame import MapFrame

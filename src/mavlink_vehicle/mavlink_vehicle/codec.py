@@ -241,7 +241,7 @@ def target(message: Message) -> tuple[int, int]:
     """Return for which system and component a message is meant; 0 for all."""
     if message._header.msgId not in TARGETED:
         return 0, 0
-    return cast(Targeted, message).target_system, getattr(message, "target_component", 0)
+    return cast("Targeted", message).target_system, getattr(message, "target_component", 0)
 
 
 def with_source(

@@ -16,7 +16,7 @@ from mavlink_vehicle.events import StoodStill, VehicleEvent
 from mavlink_vehicle.protocols.consequences import Consequences
 from mavlink_vehicle.protocols.direct_measurements import DirectMeasurements
 from mavlink_vehicle.protocols.job_slot import ListJobs, ParameterJobs
-from mavlink_vehicle.protocols.known_vehicle import KnownVehicle
+from mavlink_vehicle.protocols.known_vehicle import KnownVehicle, ModeOrder
 from mavlink_vehicle.protocols.logs.log_transfer import LogTransfer
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.message_requests import MessageRequests
@@ -24,7 +24,6 @@ from mavlink_vehicle.protocols.mission.mission_operation import MissionOperation
 from mavlink_vehicle.protocols.mission.stored_lists import StoredLists
 from mavlink_vehicle.protocols.mission.transfer import TransferTiming
 from mavlink_vehicle.protocols.monitoring.answer_watch import AnswerWatch
-from mavlink_vehicle.protocols.monitoring.data_age import DataAge
 from mavlink_vehicle.protocols.monitoring.failsafe_watch import FailsafeWatch
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatSender, HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
@@ -32,7 +31,6 @@ from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
 from mavlink_vehicle.protocols.operations.command import CommandTiming
 from mavlink_vehicle.protocols.parameters import ParameterReader
-from mavlink_vehicle.protocols.sequence import ModeOrder
 from mavlink_vehicle.protocols.service import Services, VehicleService
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.computer_status import ComputerStatusSender
@@ -47,7 +45,7 @@ from mavlink_vehicle.protocols.streams.setpoint_stream import (
 )
 from mavlink_vehicle.state.measurements import MEASUREMENTS
 from mavlink_vehicle.state.reducer import reduce
-from mavlink_vehicle.state.vehicle_state import evolve
+from mavlink_vehicle.state.vehicle_state import DataAge, evolve
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
 _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")

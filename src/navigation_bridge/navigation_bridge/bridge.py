@@ -230,7 +230,8 @@ class Bridge:
     def overhear(self, message: Message, now: float) -> None:
         """Process a message of a ground station from another link; it is never telemetry."""
         self.vehicle.overhear(message, now)
-        self._events.handle(now)
+        if (event := self.vehicle.next_event()) is not None:
+            self._events.handle(event, now)
         self.front.put_out()
 
     def intakes(self, system: int, component: int) -> dict[int, Intake]:
@@ -239,13 +240,13 @@ class Bridge:
 
     def receive(self, message: Message, now: float) -> None:
         """Process one MAVLink message."""
-        before = self.vehicle.state
+        before = self.vehicle.live.get()
         self.vehicle.receive(message, now)
-        state = self.vehicle.state
+        state = self.vehicle.live.get()
         moved = state.global_position is not before.global_position
         if moved or state.origin is not before.origin:
             self.map_frame.update(state)
-            self._report.position()
+            self._report.position(state)
         elif state.local_position is not before.local_position and self.map_frame.wants_pairs:
             self._intakes.learn_frame(state)
         if state is not before:
@@ -254,7 +255,8 @@ class Bridge:
             self._report.protocol(before)
         if state.battery is not before.battery:
             self._observer.battery.observe(state, self.vehicle.profile, now)
-        self._events.handle(now)
+        if (event := self.vehicle.next_event()) is not None:
+            self._events.handle(event, now)
         if moved:
             self._engine.position_came(now)
         else:
@@ -267,7 +269,8 @@ class Bridge:
         if is_flown is not self.vehicle.answers.expected:
             self.vehicle.answers.expect(is_flown, now)
         self.vehicle.handle_timer(now)
-        self._events.handle(now)
+        if (event := self.vehicle.next_event()) is not None:
+            self._events.handle(event, now)
         if self._parking.deadline_s is not None:
             self._parking.handle_timer(now)
         self._engine.turn(now)
@@ -287,9 +290,10 @@ class Bridge:
         """Return the MAVLink messages to send now, after publishing what a request put out."""
         self.front.put_out()
         messages = self.vehicle.messages_to_send()
-        for message in self._features.messages_to_send():
+        if self._features.in_turns:
             address = self.vehicle.address
-            messages.append(with_source(message, address.source_system, address.source_component))
+            source = address.source_system, address.source_component
+            messages += [with_source(one, *source) for one in self._features.messages_to_send()]
         self._effects.sent()
         return messages
 

@@ -20,7 +20,7 @@ from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.succession import successor
 from navigation_bridge.obstacles.standing_obstacles import StandingObstacles
 from navigation_bridge.reporting import Reporter
-from navigation_bridge.requests.feature import Feature
+from navigation_bridge.requests.feature import Features
 from navigation_bridge.rules import goal_rules as rules
 from navigation_bridge.snapshot import Observer, Snapshot
 from navigation_bridge.supervision.data_watches import LatenessWatch, own_share, position_fault
@@ -44,7 +44,7 @@ class Parts:
     effects: Effects
     lateness: LatenessWatch
     positions: PositionTrust
-    features: Feature
+    features: Features
     parking: Parking
     overtaken: OvertakenMode
     stations: Stations
@@ -76,7 +76,8 @@ class Engine:
 
     def look(self, now: float, goal: ActiveGoal | None = None) -> Snapshot:
         """Return all that is known now, for a goal or for admission."""
-        parts, traffic = self._parts, self._features.traffic
+        parts = self._parts
+        traffic = self._features.traffic if self._features.in_turns else None
         if goal is None:
             return parts.observer.look(now, traffic=traffic)
         overtaken, tracker, taken = parts.overtaken, goal.mission, goal.takeover is not None
@@ -108,7 +109,7 @@ class Engine:
             snapshot = self.look(now, goal)
             self._step(goal, snapshot)
         goal = self.goal
-        if self._features.is_due(now):
+        if self._features.in_turns and self._features.is_due(now):
             snapshot = snapshot or self.look(now, goal)
             self._features.update(goal, snapshot)
         if goal is not None and now >= self._feedback_deadline(goal):
@@ -129,7 +130,7 @@ class Engine:
     def position_came(self, now: float) -> None:
         """Give feedback of a new position, if it is due."""
         goal, snapshot = self.goal, None
-        if self._features.is_due(now):
+        if self._features.in_turns and self._features.is_due(now):
             snapshot = self.look(now, goal)
             self._features.update(goal, snapshot)
         # A position that arrives slightly early still counts; otherwise positions at 20 Hz would
@@ -216,7 +217,9 @@ class Engine:
             else:
                 self._effects.perform(goal, intent, new, now)
         elif isinstance(intent, Fly):
-            ended = self._effects.fly(goal, self._features.limited(goal, intent, snapshot), now)
+            if self._features.in_turns:
+                intent = self._features.limited(goal, intent, snapshot)
+            ended = self._effects.fly(goal, intent, now)
         if ended is not None:
             self.end(goal, ended, now)
             return
@@ -278,7 +281,9 @@ class Engine:
     # --- progress ------------------------------------------------------------------------
 
     def _progress(self, goal: ActiveGoal, snapshot: Snapshot) -> Progress:
-        progress = self._features.progress(goal.task.progress(snapshot, snapshot.time_s))
+        progress = goal.task.progress(snapshot, snapshot.time_s)
+        if self._features.in_turns:
+            progress = self._features.progress(progress)
         goal.progressed(progress)
         if not snapshot.connected:
             return replace(progress, status=Status.LINK_LOST)

@@ -57,7 +57,7 @@ class MeasurementIntakes:
         was_known = self._map_frame.frame is not None
         self._map_frame.update(state)
         if self._map_frame.frame is not None and not was_known:
-            self._report.position()
+            self._report.position(state)
 
     def _take_local(self, take: Intake, data: bytes, now: float) -> bool:
         if not take(data, now):
@@ -76,7 +76,7 @@ class MeasurementIntakes:
         if self._map_frame.wants_pairs:
             self._map_frame.update(self._vehicle.state)
         if not (self._report.has_position and still_has_pose(live.known, here)):
-            self._report.position()
+            self._report.position(self._vehicle.state)
         self._positions.follow(before, live.known, here, now)
         self._engine.position_came(now)
         self._front().update(now)

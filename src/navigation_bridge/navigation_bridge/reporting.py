@@ -236,9 +236,9 @@ class Reporter:
         """Whether the position was valid when it was last looked at."""
         return self._position_known
 
-    def position(self) -> None:
+    def position(self, state: VehicleState) -> None:
         """Report that the position has become valid or invalid."""
-        valid = self._map_frame.has_pose(self._vehicle.state)
+        valid = self._map_frame.pose(state) is not None
         if valid is self._position_known:
             return
         self._position_known = valid

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import AMSL, RELATIVE_ALT, TERRAIN_ALT, MissionItem, has_place
-from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.positions.frames import Geodetic
 from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig

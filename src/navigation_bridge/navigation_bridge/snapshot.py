@@ -13,7 +13,7 @@ from functools import cached_property
 
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.positions import frames
-from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
+from mavlink_vehicle.positions.frames import Geodetic, LocalFrame
 from mavlink_vehicle.profiles import GENERIC, Profile
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.vehicle import Vehicle
@@ -259,7 +259,7 @@ class Observer:
             traffic: the other vehicles.
         """
         vehicle, obstacles = self._vehicle, self._obstacles
-        state, profile = vehicle.state, vehicle.profile
+        state, profile = vehicle.live.get(), vehicle.profile
         frame, pose = self._map_frame.frame, self._map_frame.pose(state)
         place = state.global_position
         ground_enu_m = ground_z_enu_m(state, frame)

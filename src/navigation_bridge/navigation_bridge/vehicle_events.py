@@ -22,7 +22,7 @@ from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.supervision.station_rules import takes_vehicle
 from navigation_bridge.vehicle.traits import vehicle_mode
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety.lateness import TOO_LATE_S
+from navigation_core.safety.late_setpoints import TOO_LATE_S
 from navigation_core.tasks.observation import OperationStatus
 
 __all__ = ["VehicleEvents"]
@@ -50,9 +50,9 @@ class VehicleEvents:
         self._obstacles = obstacles
         self._service_requests = service_requests
 
-    def handle(self, now: float) -> None:
-        """Process all events that have come."""
-        events: list[VehicleEvent] = []
+    def handle(self, first: VehicleEvent, now: float) -> None:
+        """Process all events that have come, the first of which has been taken."""
+        events = [first]
         while (event := self._vehicle.next_event()) is not None:
             events.append(event)
         if len(events) > 1:

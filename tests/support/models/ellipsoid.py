@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 
-from mavlink_vehicle.positions.frames import Vector3
-from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.positions.frames import Geodetic, Vector3
 
 A_M = 6378137.0
 F = 1.0 / 298.257223563

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from navigation_core.tasks.measurement import (
+from navigation_core.tasks.conditions import (
     is_airborne,
     is_located,
     measured_speed,

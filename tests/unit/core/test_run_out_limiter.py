@@ -12,7 +12,7 @@ from navigation_core.limits import Limits
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacle_shapes import Cylinder
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
-from navigation_core.safety.unfollowed import Following
+from navigation_core.safety.late_setpoints import Following
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.carrot import Carrot

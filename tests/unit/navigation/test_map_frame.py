@@ -10,7 +10,7 @@ import pytest
 
 from flight_reports.contents.track import Track, laid_into
 from mavlink_vehicle.codec import mavlink
-from mavlink_vehicle.positions.projections import Geodetic, LocalFrame, Projection, true_to_scale
+from mavlink_vehicle.positions.frames import Geodetic, LocalFrame, Projection, true_to_scale
 from mavlink_vehicle.profiles import ardupilot, px4
 from mavlink_vehicle.state.telemetry import GlobalPosition, LocalPosition, Origin
 from mavlink_vehicle.state.vehicle_state import VehicleState

@@ -22,7 +22,7 @@ from flight_reports.flight_recording import read_recording
 from flight_reports.page.page import report_page
 from mavlink_vehicle.codec import Codec, Message, make, mavlink
 from mavlink_vehicle.io.tlog import TlogReader, TlogWriter
-from mavlink_vehicle.positions.projections import LocalFrame
+from mavlink_vehicle.positions.frames import LocalFrame
 from mavlink_vehicle.profiles import profile_for
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge

@@ -15,8 +15,8 @@ from mavlink_vehicle.io.driver import Driver
 from mavlink_vehicle.io.links import open_link
 from mavlink_vehicle.io.links.udp import UdpLink
 from mavlink_vehicle.io.router import Router
-from mavlink_vehicle.protocols.monitoring.data_age import DataAge
-from mavlink_vehicle.protocols.sequence import ModeOrder
+from mavlink_vehicle.protocols.known_vehicle import ModeOrder
+from mavlink_vehicle.state.vehicle_state import DataAge
 from tests.support.processes import patient_s
 
 LIMIT_S = patient_s(20.0)

@@ -3,8 +3,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mavlink_vehicle.protocols.known_vehicle import SequenceOrder
 from mavlink_vehicle.protocols.operations.requested_changes import RequestedChanges
-from mavlink_vehicle.protocols.sequence import SequenceOrder
 
 GUIDED, BRAKE, LOITER = 4, 17, 5
 

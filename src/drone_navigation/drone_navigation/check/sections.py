@@ -12,7 +12,7 @@ from mavlink_vehicle.state.health import battery_is_low
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.configuration.settings import TrafficConfig
 from navigation_bridge.vehicle.link_health import LinkHealth
-from navigation_core.safety.lateness import LATE_S, TOO_LATE_S
+from navigation_core.safety.late_setpoints import LATE_S, TOO_LATE_S
 
 # GPS_FIX_TYPE (common.xml), from 0.
 _FIXES = ("none", "none", "2D", "3D", "DGPS", "RTK float", "RTK fixed", "static", "PPP")

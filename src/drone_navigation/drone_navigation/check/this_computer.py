@@ -10,7 +10,7 @@ from drone_navigation.check.sections import CheckSection, Line
 from flight_rehearsal.trial import Trial
 from mavlink_vehicle.io.this_computer import Heat
 from navigation_bridge.search_thread import LEAD_MAX_S
-from navigation_core.safety.lateness import LATE_S
+from navigation_core.safety.late_setpoints import LATE_S
 
 __all__ = [
     "ROW_HEAD",

@@ -11,7 +11,7 @@ from typing import Any
 from drone_navigation.console.messages import PageWaypoint
 from drone_navigation.console.page_types import FenceValue, HomeValue, ItemsValue
 from mavlink_vehicle.codec import mavlink
-from mavlink_vehicle.positions.projections import Geodetic, LocalFrame, Projection
+from mavlink_vehicle.positions.frames import Geodetic, LocalFrame, Projection
 from mavlink_vehicle.profiles import profile_for
 from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.plan_files.items import PlanError

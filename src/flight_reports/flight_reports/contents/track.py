@@ -12,7 +12,7 @@ from flight_logs.vehicles import Source, of_vehicle
 from flight_reports.contents.log_reader import ESTIMATORS, SETPOINTS, Floats, LogContents
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
-from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
+from mavlink_vehicle.positions.frames import Geodetic, LocalFrame
 from mavlink_vehicle.profiles import GENERIC, profile_for
 
 # Standing still, a position wanders; it has moved when it is this far from where it was.

@@ -7,12 +7,12 @@ moment.
 
 from __future__ import annotations
 
-from mavlink_vehicle.positions.frames import Vector3
-from mavlink_vehicle.positions.projections import (
+from mavlink_vehicle.positions.frames import (
     AzimuthalEquidistant,
     Geodetic,
     LocalFrame,
     Projection,
+    Vector3,
     true_to_scale,
 )
 

@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
-from mavlink_vehicle.positions.projections import MeanLatitude
+from mavlink_vehicle.positions.frames import MeanLatitude
 from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.profile import (
     FollowingLimits,

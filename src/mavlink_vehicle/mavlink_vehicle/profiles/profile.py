@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
-from mavlink_vehicle.positions.projections import Projection
+from mavlink_vehicle.positions.frames import Projection
 from mavlink_vehicle.profiles.failsafe_settings import FailsafeSetting
 
 

@@ -13,15 +13,15 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from mavlink_vehicle.codec import PAYLOAD_START, Intake, Message, mavlink
-from mavlink_vehicle.protocols.known_vehicle import LiveState
+from mavlink_vehicle.protocols.known_vehicle import ModeOrder
 from mavlink_vehicle.protocols.message_rates import MessageRates
 from mavlink_vehicle.protocols.monitoring.heartbeat import HeartbeatWatch
 from mavlink_vehicle.protocols.monitoring.own_gap import OwnGap
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operation_slot import OperationSlot
-from mavlink_vehicle.protocols.sequence import ModeOrder
 from mavlink_vehicle.protocols.streams.setpoint_stream import STREAM_GAP_S, StreamGap
 from mavlink_vehicle.state.measurements import MEASUREMENTS, Measurement, Values, measurement
+from mavlink_vehicle.state.vehicle_state import LiveState
 
 _SEQUENCE = 4
 _Take: TypeAlias = Callable[[Values, int, float], bool]

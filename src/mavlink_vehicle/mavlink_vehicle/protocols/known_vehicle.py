@@ -1,67 +1,102 @@
-"""The vehicle as far as it is known: its state, its kind, the addresses of the conversation."""
+"""The vehicle as far as it is known, and the order of its packets.
+
+Its state, its kind and the addresses of the conversation. Packets are sorted into the order of
+sending by MAVLink's sequence number: HEARTBEAT carries no time, and an old one that arrives after a
+newer one would show a mode that has been left since: it would look like a pilot's intervention.
+"""
 
 from __future__ import annotations
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.profiles import Profile, vehicle_rank
 from mavlink_vehicle.protocols.operations.command import Address
-from mavlink_vehicle.state.restarts import REORDER_LIMIT_MS
-from mavlink_vehicle.state.telemetry import GlobalPosition
-from mavlink_vehicle.state.vehicle_state import Changes, VehicleState, evolve
+from mavlink_vehicle.state.vehicle_state import LiveState, VehicleState
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
-_BEST_RANK = 3
+_HALF = 128
+_RESYNC_S = 1.0
 
 
-class LiveState:
-    """The latest state, made when it is asked for: measurements come more often than that.
+class SequenceOrder:
+    """Follows the sequence numbers (0 to 255, wrapping) of one sender.
 
     Attributes:
-        known: the state without the measurements that came since it was asked for last.
-        measured: these measurements, by attribute of the state.
-        boot_time_ms: the newest time since boot.
+        last: place of the last packet in the order of sending.
+        arrived: number of packets that came.
+        missing: number of packets that did not come, or have not yet.
     """
 
-    __slots__ = ("boot_time_ms", "known", "measured")
+    def __init__(self) -> None:
+        """Begin with whatever comes first."""
+        self.last = -1
+        self.arrived = self.missing = 0
+        self._newest: int | None = None
+        self._advanced_s = 0.0
 
-    def __init__(self, state: VehicleState) -> None:
-        """Begin with a state."""
-        self.set(state)
+    def place(self, sequence: int, now: float) -> int:
+        """Return the packet's place in the order of sending; it grows from packet to packet.
 
-    def set(self, state: VehicleState) -> None:
-        """Replace the whole state."""
-        self.known = state
-        self.measured: Changes = {}
-        self.boot_time_ms = state.boot_time_ms
+        A number up to half the circle behind the newest is a late packet. After a second
+        without progress any number is taken as a new one: the sender restarted, or half a circle
+        or more was lost.
+        """
+        self.arrived += 1
+        newest = self._newest
+        if newest is None:
+            self.last = self._newest = sequence
+            self._advanced_s = now
+            return sequence
+        ahead = (sequence - newest) & 0xFF
+        if ahead >= _HALF and now - self._advanced_s < _RESYNC_S:
+            self.last = newest + ahead - 256
+            self.missing -= 1
+            return self.last
+        if ahead:
+            self.missing += ahead - 1
+            self._newest = newest + ahead
+            self._advanced_s = now
+        self.last = newest + ahead
+        return self.last
 
-    def get(self) -> VehicleState:
-        """Return the state; the same object until something comes."""
-        if self.measured:
-            self.known = evolve(self.known, self.measured)
-            self.measured = {}
-        return self.known
 
-    @property
-    def global_position(self) -> GlobalPosition | None:
-        """The position; the state need not be made for it."""
-        position = self.measured.get("global_position", self.known.global_position)
-        return position if isinstance(position, GlobalPosition) else None
+class ModeOrder(SequenceOrder):
+    """Sorts the messages of one vehicle, of which some show its mode."""
 
-    def is_next(self, time_boot_ms: int) -> bool:
-        """Return whether a time since boot follows the newest, of a clock that is not in doubt."""
-        newest_ms = self.boot_time_ms
-        return (
-            newest_ms is not None
-            and newest_ms <= time_boot_ms <= newest_ms + REORDER_LIMIT_MS
-            and self.known.restart_signs.doubt is None
-        )
+    def __init__(self) -> None:
+        """Begin with whatever comes first."""
+        super().__init__()
+        self._mode_place = self._beat_place = -1
 
-    def measure(self, changes: Changes, time_boot_ms: int, now: float) -> None:
-        """Take a measurement, of a time since boot that `is_next`."""
-        measured = self.measured
-        measured |= changes
-        measured["boot_time_ms"] = self.boot_time_ms = time_boot_ms
-        measured["boot_time_s"] = now
+    def begin_again(self) -> None:
+        """Follow another sender from now on."""
+        self._newest = None
+        self._mode_place = self._beat_place = -1
+
+    def follow(self, sequence: int, is_heartbeat: bool, is_mode: bool, now: float) -> bool | None:
+        """Record a message; returns whether its mode has been left since, None if all it says.
+
+        A HEARTBEAT that was overtaken by CURRENT_MODE would show a mode that has been left
+        since, but it is a sign of life, and shows whether the vehicle is armed.
+
+        Args:
+            sequence: its sequence number.
+            is_heartbeat: whether it is a HEARTBEAT.
+            is_mode: whether it is a CURRENT_MODE.
+            now: time in seconds.
+        """
+        place = self.place(sequence, now)
+        if not is_heartbeat and not is_mode:
+            return False
+        is_old = place < self._mode_place
+        if is_old and (is_mode or place < self._beat_place):
+            return None
+        self._mode_place = max(self._mode_place, place)
+        if is_heartbeat:
+            self._beat_place = place
+        return is_old
+
+
+_BEST_RANK = 3
 
 
 class KnownVehicle:

@@ -19,7 +19,7 @@ import math
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.positions.projections import AzimuthalEquidistant
+from mavlink_vehicle.positions.frames import AzimuthalEquidistant
 from mavlink_vehicle.state.health import sees_glitch
 from mavlink_vehicle.state.telemetry import EstimatorReport, GlobalPosition, GpsFix
 from mavlink_vehicle.state.vehicle_state import VehicleState

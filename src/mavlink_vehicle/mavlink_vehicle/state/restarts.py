@@ -19,11 +19,14 @@ from typing import NamedTuple
 
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.state.telemetry import Attitude, GlobalPosition, LocalPosition
-from mavlink_vehicle.state.vehicle_state import Changes, ClockDoubt, RestartSigns, VehicleState
+from mavlink_vehicle.state.vehicle_state import (
+    REORDER_LIMIT_MS,
+    Changes,
+    ClockDoubt,
+    RestartSigns,
+    VehicleState,
+)
 from mavlink_vehicle.state.warning_signs import NO_SIGNS
-
-REORDER_LIMIT_MS = 3000
-"""Time since boot going back by less is a late packet; forward by more, another clock."""
 
 _ANNOUNCEMENT_S = 60.0
 _UINT32 = 1 << 32

@@ -1,8 +1,12 @@
-"""The frozen state of one vehicle; `state.reduce` makes the next one from a message."""
+"""The frozen state of one vehicle, its latest, and how old that is.
+
+`state.reduce` makes the next state from a message.
+"""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
@@ -23,8 +27,21 @@ from mavlink_vehicle.state.telemetry import (
 )
 from mavlink_vehicle.state.warning_signs import NO_SIGNS, Failsafe, Signs
 
+_UINT32 = 1 << 32
+# More than the quickest round trip: jitter of a usual link.
+_QUICK_S = 0.15
+# By how much the quickest round trip may grow in a second.
+_SLOWER_PER_S = 0.005
+# With 2 s between two questions, the rate is known to a few per cent.
+_KEPT = 4
+_LEAST_SPAN_S = 1.5
+# A time since boot comes at least once a second (SYSTEM_TIME).
+_OF_ONE_CLOCK_MS = 2000
 _BOOT = mavlink.MAV_STATE_BOOT
 _CLOCK_KINDS, _CLOCK_MESSAGES = 2, 3
+
+REORDER_LIMIT_MS = 3000
+"""Time since boot going back by less is a late packet; forward by more, another clock."""
 
 Changes: TypeAlias = dict[str, object]
 """New values of a state, by attribute."""
@@ -218,3 +235,125 @@ def evolve(state: VehicleState, changes: Changes) -> VehicleState:
     new = object.__new__(VehicleState)
     _set_attributes(new, state.__dict__ | changes)
     return new
+
+
+class LiveState:
+    """The latest state, made when it is asked for: measurements come more often than that.
+
+    Attributes:
+        known: the state without the measurements that came since it was asked for last.
+        measured: these measurements, by attribute of the state.
+        boot_time_ms: the newest time since boot.
+    """
+
+    __slots__ = ("boot_time_ms", "known", "measured")
+
+    def __init__(self, state: VehicleState) -> None:
+        """Begin with a state."""
+        self.set(state)
+
+    def set(self, state: VehicleState) -> None:
+        """Replace the whole state."""
+        self.known = state
+        self.measured: Changes = {}
+        self.boot_time_ms = state.boot_time_ms
+
+    def get(self) -> VehicleState:
+        """Return the state; the same object until something comes."""
+        if self.measured:
+            self.known = evolve(self.known, self.measured)
+            self.measured = {}
+        return self.known
+
+    @property
+    def global_position(self) -> GlobalPosition | None:
+        """The position; the state need not be made for it."""
+        position = self.measured.get("global_position", self.known.global_position)
+        return position if isinstance(position, GlobalPosition) else None
+
+    def is_next(self, time_boot_ms: int) -> bool:
+        """Return whether a time since boot follows the newest, of a clock that is not in doubt."""
+        newest_ms = self.boot_time_ms
+        return (
+            newest_ms is not None
+            and newest_ms <= time_boot_ms <= newest_ms + REORDER_LIMIT_MS
+            and self.known.restart_signs.doubt is None
+        )
+
+    def measure(self, changes: Changes, time_boot_ms: int, now: float) -> None:
+        """Take a measurement, of a time since boot that `is_next`."""
+        measured = self.measured
+        measured |= changes
+        measured["boot_time_ms"] = self.boot_time_ms = time_boot_ms
+        measured["boot_time_s"] = now
+
+
+class DataAge:
+    """Relates the clock of one vehicle to ours, to know how old its data is when it is read.
+
+    A starved server reads packets that have waited in a buffer for seconds, in order, and each
+    looks new. So the vehicle's time since boot is compared with ours. The two clocks are related by
+    an answer to TIMESYNC that came quickly: a message read just before it was new. Between such
+    answers the vehicle's clock is taken to run on at the rate that it showed between the last ones,
+    as that of a simulator may run at a tenth or at twenty times of ours. An answer that took longer
+    than the quickest says nothing; the quickest may become slower in time, as links do.
+    """
+
+    def __init__(self) -> None:
+        """Begin without knowing."""
+        self._known: deque[tuple[float, int]] = deque(maxlen=_KEPT)
+        self._rate: float | None = None
+        self._quickest: tuple[float, float] | None = None
+        self._boot_count = 0
+
+    def answered(
+        self, round_trip_s: float, vehicle_ns: int, boot_ms: int | None, boot_count: int, now: float
+    ) -> None:
+        """Process an answer to TIMESYNC.
+
+        Args:
+            round_trip_s: how long it took until it was read.
+            vehicle_ns: the vehicle's time in it: since boot on ArduPilot and PX4 (observed).
+            boot_ms: the vehicle's newest time since boot that was read before it, or None.
+            boot_count: restarts of the vehicle, whose clock begins again.
+            now: time in seconds.
+        """
+        if boot_count != self._boot_count:
+            self._boot_count = boot_count
+            self._known.clear()
+            self._rate = None
+        quickest_s = round_trip_s
+        if self._quickest is not None:
+            before_s, at_s = self._quickest
+            quickest_s = min(quickest_s, before_s + _SLOWER_PER_S * (now - at_s))
+        self._quickest = quickest_s, now
+        if boot_ms is None or round_trip_s > quickest_s + _QUICK_S:
+            return
+        vehicle_ms = vehicle_ns // 1_000_000 % _UINT32
+        if abs(_difference_ms(vehicle_ms, boot_ms)) > _OF_ONE_CLOCK_MS:
+            vehicle_ms = boot_ms  # it counts from elsewhere
+        self._known.append((now, vehicle_ms))
+        first_s, first_ms = self._known[0]
+        passed_ms, passed_s = _difference_ms(vehicle_ms, first_ms), now - first_s
+        known = passed_s >= _LEAST_SPAN_S and passed_ms > 0
+        self._rate = 1e-3 * passed_ms / passed_s if known else None
+
+    def age_s(self, boot_ms: int | None, boot_count: int, now: float) -> float | None:
+        """Return the age of a sample by the vehicle's clock; None while unknown.
+
+        The shortest time on the link does not count.
+
+        Args:
+            boot_ms: when the vehicle took it, since boot; None: not known.
+            boot_count: restarts of the vehicle.
+            now: time in seconds.
+        """
+        if boot_ms is None or boot_count != self._boot_count or self._rate is None:
+            return None
+        last_s, last_ms = self._known[-1]
+        return max(now - last_s - 1e-3 * _difference_ms(boot_ms, last_ms) / self._rate, 0.0)
+
+
+def _difference_ms(boot_ms: int, before_ms: int) -> int:
+    """Return the time between two times since boot; the counter ends after 49.7 days."""
+    return (boot_ms - before_ms + _UINT32 // 2) % _UINT32 - _UINT32 // 2

@@ -7,6 +7,7 @@ of the vehicle's fence are added to it.
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.positions.frames import Geodetic
 from mavlink_vehicle.ranges import RangeAxes, RangesMeasured, RangeSource
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.sensor_poses import Carrier, SensorPose, carrier_at
@@ -125,6 +126,7 @@ class ObstacleFeed:
         self.heard_s: float | None = None
         self._assumed = NOTHING
         self._around = _NONE_AROUND
+        self._placed_for: tuple[object, object, object] = (None, None, None)
 
     def start(self, now: float) -> None:
         """Start the silence timers of the configured sensors."""
@@ -150,8 +152,20 @@ class ObstacleFeed:
     def look(self) -> JoinedObstacles:
         """Return all obstacles: the same object until something changes."""
         standing, last = self.standing, self._around
-        standing.place()
-        known, sensed, walls = standing.known, self._map.obstacles(), standing.walls
+        placed, place_for = (
+            self._placed_for,
+            (
+                self._config.known,
+                self._map_frame.frame,
+                self._vehicle.profile,
+            ),
+        )
+        if not all(map(operator.is_, placed, place_for)):
+            self._placed_for = place_for
+            standing.place()
+        # Without any sensor the map is empty.
+        sensed = NOTHING if self.heard_s is None else self._map.obstacles()
+        known, walls = standing.known, standing.walls
         was_known, was_sensed, were_walls, on_ground = last.parts
         if (
             known is was_known

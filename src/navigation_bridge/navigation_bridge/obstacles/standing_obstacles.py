@@ -47,7 +47,6 @@ class StandingObstacles:
         self._map_frame = map_frame
         self._config = config
         self._placed_key: object = None
-        self._placed_for: tuple[object, object, object] = (None, None, None)
         self.known = NOTHING
         self.known_by_name: tuple[KnownObstacle, ...] = ()
         self.on_ground = False
@@ -63,10 +62,6 @@ class StandingObstacles:
     def place(self) -> None:
         """Place the known obstacles for the map frame and the kind of vehicle."""
         known, frame, profile = self._config.known, self._map_frame.frame, self._vehicle.profile
-        last = self._placed_for
-        if last[0] is known and last[1] is frame and last[2] is profile:
-            return
-        self._placed_for = (known, frame, profile)
         on_ground = self.on_ground = drives(profile)
         key = (known, frame if known.needs_origin else None, on_ground)
         if key == self._placed_key:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, TypeVar
 
 from mavlink_vehicle.codec import Message
@@ -55,6 +55,7 @@ class FeatureParts:
         look: returns what is known at a time, between two turns.
         searcher: runs searches beside the turns.
         name: of the vehicle among those of the server.
+        in_turns: features that have to do with the turns of goals, which they add themselves.
     """
 
     vehicle: Vehicle
@@ -67,6 +68,7 @@ class FeatureParts:
     look: Callable[[float], Snapshot]
     searcher: Searcher
     name: str
+    in_turns: list[Feature] = field(default_factory=list)
 
     @property
     def unreached(self) -> str:
@@ -199,15 +201,19 @@ FeatureT = TypeVar("FeatureT", bound=Feature)
 
 
 class Features(Feature):
-    """The features of one bridge, as one."""
+    """The features of one bridge, as one.
+
+    Attributes:
+        in_turns: those that have to do with the turns of goals now. Without any, a turn need not
+            ask for messages, traffic, what is due, delays, limits or progress.
+    """
 
     def __init__(self, kinds: Sequence[type[Feature]], parts: FeatureParts) -> None:
         """Make one of each kind."""
         super().__init__(parts)
         self._features = [kind(parts) for kind in kinds]
         self._hearing = {name: one for one in self._features for name in one.hears}
-        # Every turn asks these only.
-        self._in_turns = [one for one in self._features if _takes_part_in_turns(one)]
+        self.in_turns = parts.in_turns
 
     def of(self, kind: type[FeatureT]) -> FeatureT:
         """Return the feature of a kind.
@@ -233,7 +239,7 @@ class Features(Feature):
 
     def messages_to_send(self) -> list[Message]:
         """Return and clear the messages of all."""
-        return [message for one in self._in_turns for message in one.messages_to_send()]
+        return [message for one in self.in_turns for message in one.messages_to_send()]
 
     def take(self, event: VehicleEvent) -> bool:
         """Let the first one that it is about process an event."""
@@ -290,7 +296,7 @@ class Features(Feature):
     @property
     def traffic(self) -> OtherVehicles | None:
         """The other vehicles, of the feature that knows of any."""
-        for feature in self._in_turns:
+        for feature in self.in_turns:
             found = feature.traffic
             if found is not None:
                 return found
@@ -310,31 +316,27 @@ class Features(Feature):
 
     def is_due(self, now: float) -> bool:
         """Whether any has something to do."""
-        return any(feature.is_due(now) for feature in self._in_turns)
+        return any(feature.is_due(now) for feature in self.in_turns)
 
     def update(self, goal: ActiveGoal | None, snapshot: Snapshot) -> None:
         """Let those that are due do it."""
-        for feature in self._in_turns:
+        for feature in self.in_turns:
             if feature.is_due(snapshot.time_s):
                 feature.update(goal, snapshot)
 
     def delay(self, goal: ActiveGoal, intent: Perform, snapshot: Snapshot) -> Delay | None:
         """Return the first delay."""
-        found = (feature.delay(goal, intent, snapshot) for feature in self._in_turns)
+        found = (feature.delay(goal, intent, snapshot) for feature in self.in_turns)
         return next((delay for delay in found if delay is not None), None)
 
     def limited(self, goal: ActiveGoal, intent: Fly, snapshot: Snapshot) -> Fly:
         """Return a setpoint that is as slow as any of them demands."""
-        for feature in self._in_turns:
+        for feature in self.in_turns:
             intent = feature.limited(goal, intent, snapshot)
         return intent
 
     def progress(self, progress: Progress) -> Progress:
         """Return the progress with what all of them add."""
-        for feature in self._in_turns:
+        for feature in self.in_turns:
             progress = feature.progress(progress)
         return progress
-
-
-def _takes_part_in_turns(feature: Feature) -> bool:
-    return type(feature).is_due is not Feature.is_due

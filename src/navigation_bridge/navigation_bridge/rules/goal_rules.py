@@ -19,8 +19,8 @@ from navigation_bridge.supervision.battery_forecast import reported_low, runs_lo
 from navigation_bridge.supervision.preflight import check_fence
 from navigation_bridge.vehicle.takeover import failsafe_code
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.conditions import is_airborne
 from navigation_core.tasks.intents import Outcome
-from navigation_core.tasks.measurement import is_airborne
 from navigation_core.tasks.observation import VehicleMode
 
 __all__ = [

@@ -7,6 +7,7 @@ the signs of a position in doubt, :mod:`navigation_bridge.rules.goal_rules` the 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import replace
 
 from mavlink_vehicle.state.position_trust import JUMP_MAX_M, PositionTrust
@@ -16,7 +17,7 @@ from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.snapshot import PositionFault
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.safety.lateness import TOO_LATE_S, Lateness
+from navigation_core.safety.late_setpoints import LATE_S, TOO_LATE_S, WINDOW_S
 from navigation_core.tasks.intents import Outcome
 
 __all__ = ["LatenessWatch", "check_position", "own_share", "position_fault"]
@@ -25,6 +26,47 @@ __all__ = ["LatenessWatch", "check_position", "own_share", "position_fault"]
 _BY_LATENESS = frozenset({OutcomeCode.NO_POSITION, OutcomeCode.TIMEOUT})
 # Minimum interval of warnings about a late loop.
 _WARNING_INTERVAL_S = 2.0
+
+
+class Lateness:
+    """Remembers the worst delay of the last seconds.
+
+    Attributes:
+        count: how many delays of more than LATE_S there were.
+        worst_s: the greatest delay ever.
+    """
+
+    def __init__(self) -> None:
+        """Begin without a delay."""
+        self.count = 0
+        self.worst_s = 0.0
+        # Falling delays with their times: the first is the worst of those that still count.
+        self._delays: deque[tuple[float, float]] = deque()
+
+    def note(self, late_s: float, now: float) -> bool:
+        """Record how late something was that was due.
+
+        Args:
+            late_s: the delay.
+            now: when it was done.
+
+        Returns:
+            Whether that was late.
+        """
+        while self._delays and self._delays[-1][1] <= late_s:
+            self._delays.pop()
+        self._delays.append((now, late_s))
+        self.worst_s = max(self.worst_s, late_s)
+        if late_s < LATE_S:
+            return False
+        self.count += 1
+        return True
+
+    def recent_s(self, now: float) -> float:
+        """Return the worst delay of the last WINDOW_S seconds."""
+        while self._delays and now - self._delays[0][0] > WINDOW_S:
+            self._delays.popleft()
+        return self._delays[0][1] if self._delays else 0.0
 
 
 class LatenessWatch:

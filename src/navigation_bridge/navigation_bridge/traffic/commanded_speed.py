@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from navigation_core.geometry import ZERO, norm, scale
-from navigation_core.safety.stopping_distance import stopping_distance_m
+from navigation_core.limits import stopping_distance_m
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.traffic.evasions import AFTER_S
 from navigation_core.tasks.traffic.reserved_path import REACTION_S

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mavlink_vehicle.codec import Message, make, mavlink
-from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.positions.frames import Geodetic
 from navigation_bridge.traffic.own_echo import EchoWatch, OwnTrack
 from navigation_core.tasks.traffic.entries import Claimant, Entry, Intent, Rank
 from navigation_core.tasks.traffic.intruders import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from operator import is_
 
-from mavlink_vehicle.positions.projections import LocalFrame
+from mavlink_vehicle.positions.frames import LocalFrame
 from mavlink_vehicle.profiles import Profile, VehicleKind
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.requests.feature import FeatureParts

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.positions.frames import Geodetic
 from navigation_bridge.traffic.other_traffic import OtherTraffic, Seen
 from navigation_bridge.traffic.own_echo import OwnTrack
 from navigation_bridge.vehicle.map_frame import MapFrame

@@ -31,8 +31,8 @@ from navigation_bridge.traffic.shared_traffic import SharedTraffic
 from navigation_bridge.traffic.target_conflicts import considered
 from navigation_bridge.vehicle.traits import limits_of
 from navigation_core.geometry import Vector3, norm
+from navigation_core.limits import stopping_distance_m
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.observation import TaskOperation, VehicleMode
 from navigation_core.tasks.progress import Progress, Status
@@ -90,6 +90,8 @@ class VehicleSeparation(Feature):
     def share(self, shared: SharedTraffic) -> None:
         """Keep apart from the other vehicles of a traffic."""
         self._shared = shared
+        if self not in self.parts.in_turns:
+            self.parts.in_turns.append(self)
         config = self.parts.config()
         if config.traffic.on:
             shared.alone_of[self.name] = self._alone

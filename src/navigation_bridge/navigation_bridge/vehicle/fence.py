@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 from mavlink_vehicle.mission_items import MissionItem
-from mavlink_vehicle.positions.projections import LocalFrame
+from mavlink_vehicle.positions.frames import LocalFrame
 from mavlink_vehicle.profiles import Profile
 from navigation_core.geometry import Vector3
 from navigation_core.safety.fences import Area, CircleArea, Fence, Point2, PolygonArea

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from mavlink_vehicle.positions import frames
 from mavlink_vehicle.positions.frame_finder import PAIR_AGE_S, FrameFinder
-from mavlink_vehicle.positions.projections import Geodetic, LocalFrame
+from mavlink_vehicle.positions.frames import Geodetic, LocalFrame
 from mavlink_vehicle.profiles import profile_for
 from mavlink_vehicle.state.reducer import VehicleState
 from mavlink_vehicle.state.telemetry import GlobalPosition, Home, Origin
@@ -87,10 +87,6 @@ class MapFrame:
             down_m + later_s * velocity[2],
         )
         self._finder.pair((place.latitude_deg, place.longitude_deg, place.altitude_amsl_m), moved)
-
-    def has_pose(self, state: VehicleState) -> bool:
-        """Return whether `pose` is not None, which takes less."""
-        return self._measured(state) is not None
 
     def _measured(
         self, state: VehicleState

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from mavlink_vehicle.profiles import Profile, SetpointField, VehicleKind
 from navigation_core.limits import Limits
-from navigation_core.safety.unfollowed import Following, Shaping
+from navigation_core.safety.late_setpoints import Following, Shaping
 from navigation_core.tasks.observation import VehicleMode
 from navigation_core.tasks.traits import Traits
 

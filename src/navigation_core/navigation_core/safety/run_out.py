@@ -13,12 +13,11 @@ import math
 import numpy as np
 
 from navigation_core.geometry import KinematicState, Vector3, norm
-from navigation_core.limits import Limits
+from navigation_core.limits import Limits, stopping_speed_m_s
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.conflicts import lines_clear
 from navigation_core.safety.braking import STANDING_M_S, deceleration_along_m_s2, leads_away
-from navigation_core.safety.stopping_distance import stopping_speed_m_s
 
 __all__ = ["run_out_is_clear", "safe_speed_beside_m_s", "safe_speed_m_s"]
 

@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass, replace
 
 from navigation_core.geometry import Vector3
+from navigation_core.limits import stopping_distance_m, stopping_speed_m_s
 from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
-from navigation_core.safety.stopping_distance import stopping_distance_m, stopping_speed_m_s
 from navigation_core.safety.target_checks import FlightVolume
 
 __all__ = ["Bounds", "Braking", "SpeedAtBounds"]

@@ -6,11 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.safety.lateness import TOO_LATE_S
-from navigation_core.tasks.conditions import Requester, check_departure
+from navigation_core.safety.late_setpoints import TOO_LATE_S
+from navigation_core.tasks.conditions import Requester, can_move, check_departure
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, Perform, StopFirst, Wait
-from navigation_core.tasks.measurement import can_move
 from navigation_core.tasks.observation import Observation, OperationStatus, TaskOperation
 from navigation_core.tasks.traits import Traits
 

@@ -6,8 +6,8 @@ from collections import deque
 from itertools import combinations
 
 from navigation_core.geometry import Vector3, distance
+from navigation_core.tasks.conditions import measured_speed
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.measurement import measured_speed
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 

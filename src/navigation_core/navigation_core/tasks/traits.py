@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from navigation_core.safety.unfollowed import Following
+from navigation_core.safety.late_setpoints import Following
 
 # As slow as this a ground vehicle still drives: PX4's simulated rover not below 0.8 m/s (observed).
 _SLOW_M_S = 0.8

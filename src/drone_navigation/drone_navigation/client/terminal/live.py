@@ -12,7 +12,7 @@ from rich.text import Text
 
 from drone_navigation.client.events import Ended, Event, Sending, Telemetry
 from drone_navigation.client.terminal.keys import HINT, HINT_SHORT
-from navigation_core.safety.lateness import LATE_S
+from navigation_core.safety.late_setpoints import LATE_S
 
 _PERIOD_S = 0.1
 # Below this width the lines have no labels.

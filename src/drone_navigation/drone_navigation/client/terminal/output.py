@@ -14,7 +14,7 @@ from drone_navigation.client.events import Event, Telemetry, as_json
 from drone_navigation.client.terminal.keys import HINT
 from drone_navigation.client.terminal.live import LiveView
 from navigation_core.geometry import Vector3
-from navigation_core.safety.lateness import LATE_S
+from navigation_core.safety.late_setpoints import LATE_S
 
 _PLAIN_PERIOD_S = 1.0
 

@@ -32,7 +32,7 @@ from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_bridge.vehicle.station_health import StationHealth
 from navigation_bridge.vehicle.takeover import failsafe_code
 from navigation_core.geometry import Vector3
-from navigation_core.safety.lateness import LATE_S, TOO_LATE_S, WINDOW_S
+from navigation_core.safety.late_setpoints import LATE_S, TOO_LATE_S, WINDOW_S
 
 # MAVLink's GPS_FIX_TYPE.
 _FIX_3D, _FIX_DGPS, _FIX_RTK_FLOAT = 3, 4, 5

@@ -297,7 +297,7 @@ def _status_key(bridge: Bridge, state: VehicleState) -> tuple[object, ...]:
         state.landed_state,
         state.failsafe,
         state.texts,
-        bridge.map_frame.has_pose(bridge.vehicle.state),
+        bridge.map_frame.pose(bridge.vehicle.state) is not None,
         vehicle.heartbeats.alive,
         vehicle.in_control_mode,
         bridge.goals.active_id,

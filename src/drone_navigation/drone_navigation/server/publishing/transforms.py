@@ -14,8 +14,7 @@ from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.server.frame_names import FRAME_EARTH, FrameNames
 from drone_navigation.server.publishing.publishing_node import Advertiser, TopicPublisher
 from mavlink_vehicle.positions.earth import earth_position_m, enu_in_earth
-from mavlink_vehicle.positions.frames import quaternion_from_euler
-from mavlink_vehicle.positions.projections import Geodetic
+from mavlink_vehicle.positions.frames import Geodetic, quaternion_from_euler
 from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.configuration.sensor_poses import SensorPose
 from navigation_bridge.configuration.server_config import PublishTf

@@ -21,9 +21,9 @@ import math
 from collections.abc import Callable
 
 from mavlink_vehicle.codec import Message, mavlink
+from mavlink_vehicle.protocols.known_vehicle import SequenceOrder
 from mavlink_vehicle.protocols.monitoring.timesync import Timesync
 from mavlink_vehicle.protocols.operations.command import Address, CommandRequest
-from mavlink_vehicle.protocols.sequence import SequenceOrder
 from mavlink_vehicle.protocols.service import VehicleService
 from mavlink_vehicle.state.vehicle_state import VehicleState
 

@@ -7,11 +7,10 @@ from dataclasses import replace
 
 from navigation_core.geometry import distance, wrap_angle
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.conditions import Dwell
+from navigation_core.tasks.conditions import Dwell, measured_speed
 from navigation_core.tasks.flying.itinerary import Section
 from navigation_core.tasks.goto_config import GotoConfig, GotoGoal
 from navigation_core.tasks.intents import Outcome
-from navigation_core.tasks.measurement import measured_speed
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.standstill import Standstill
 from navigation_core.tasks.traits import Traits

@@ -13,11 +13,10 @@ from functools import partial
 from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.replanner import Decision
-from navigation_core.tasks.conditions import Dwell, stand_on_ground
+from navigation_core.tasks.conditions import Dwell, Located, is_located, located, stand_on_ground
 from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.flying.arrival import Arrival
-from navigation_core.tasks.flying.goto_progress import GotoEstimator
-from navigation_core.tasks.flying.itinerary import Itinerary
+from navigation_core.tasks.flying.itinerary import GotoEstimator, Itinerary
 from navigation_core.tasks.flying.launch import Launch
 from navigation_core.tasks.flying.path_leader import PathLeader
 from navigation_core.tasks.flying.standing import Standing
@@ -26,7 +25,6 @@ from navigation_core.tasks.intents import Fly, Intent, Outcome
 from navigation_core.tasks.leading.avoider import Avoider
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import PathFollower
-from navigation_core.tasks.measurement import Located, is_located, located
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import FLIGHT, STOPPING, Phase

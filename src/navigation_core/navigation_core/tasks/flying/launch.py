@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from navigation_core.tasks.departure import Departure, is_pending
-from navigation_core.tasks.flying.goto_progress import GotoEstimator
+from navigation_core.tasks.flying.itinerary import GotoEstimator
 from navigation_core.tasks.flying.stopping import FlightParts
 from navigation_core.tasks.observation import Observation, TaskOperation
 from navigation_core.tasks.phased_task import Answer

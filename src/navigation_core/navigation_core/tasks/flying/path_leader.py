@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from navigation_core.tasks.conditions import Located
 from navigation_core.tasks.flying.itinerary import Itinerary
 from navigation_core.tasks.intents import Fly, Setpoint
 from navigation_core.tasks.leading.carrot import Carrot
@@ -14,7 +15,6 @@ from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.leading.turning_circle import Pursuer
-from navigation_core.tasks.measurement import Located
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traffic.path_in_traffic import PathInTraffic
 

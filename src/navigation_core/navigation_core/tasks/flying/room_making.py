@@ -9,11 +9,11 @@ import numpy as np
 
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import Rejection
+from navigation_core.tasks.conditions import is_located, measured_state
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoGoal, fly_to
 from navigation_core.tasks.intents import Intent, Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.progress import Progress
 from navigation_core.tasks.task import Task

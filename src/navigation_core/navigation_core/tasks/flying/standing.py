@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.conditions import is_located
 from navigation_core.tasks.flying.stopping import FlightParts, led
 from navigation_core.tasks.intents import Fly, Outcome
 from navigation_core.tasks.leading.avoider import Avoider
-from navigation_core.tasks.measurement import is_located
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.phased_task import Answer
 from navigation_core.tasks.phases import Phase

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from navigation_core.geometry import norm
-from navigation_core.tasks.conditions import Dwell, Requester
+from navigation_core.tasks.conditions import Dwell, Requester, can_move, is_located
 from navigation_core.tasks.departure import Departure, is_pending
 from navigation_core.tasks.flying.arrival import Arrival
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform, Wait
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
-from navigation_core.tasks.measurement import can_move, is_located
 from navigation_core.tasks.observation import Observation, TaskOperation
 from navigation_core.tasks.phased_task import Answer
 from navigation_core.tasks.phases import Phase

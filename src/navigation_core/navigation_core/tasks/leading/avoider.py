@@ -15,11 +15,11 @@ from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, fi
 from navigation_core.planning.planner import NoPath
 from navigation_core.planning.replanner import Decision, Replanner, ReplanRules, State
 from navigation_core.safety.braking import must_brake
+from navigation_core.tasks.conditions import measured_state
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath, braking_limits
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import PathFollower
-from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 

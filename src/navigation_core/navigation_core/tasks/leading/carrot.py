@@ -18,11 +18,11 @@ from navigation_core.geometry import (
     wrap_angle,
 )
 from navigation_core.safety.braking import STANDING_M_S
+from navigation_core.tasks.conditions import is_located, measured_state
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.measurement import is_located, measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.trajectories.trajectory import Trajectory
 

@@ -29,8 +29,7 @@ from navigation_core.geometry import (
     unit_between,
     wrap_angle,
 )
-from navigation_core.limits import Limits
-from navigation_core.safety.stopping_distance import stopping_distance_m
+from navigation_core.limits import Limits, stopping_distance_m
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.driven_path import DrivenPath
 from navigation_core.tasks.leading.turning_circle import Pursuer, TurningCircle

@@ -16,18 +16,17 @@ from dataclasses import replace
 from navigation_core.geometry import ZERO, KinematicState, Vector3, scale
 from navigation_core.limits import Limits
 from navigation_core.planning.conflicts import clearance_at_m
-from navigation_core.safety.lateness import LATE_S, speed_share
+from navigation_core.safety.late_setpoints import LATE_S, held, speed_share
 from navigation_core.safety.run_out import (
     run_out_is_clear,
     safe_speed_beside_m_s,
     safe_speed_m_s,
 )
 from navigation_core.safety.speed_at_bounds import Bounds, Braking, SpeedAtBounds
-from navigation_core.safety.unfollowed import held
+from navigation_core.tasks.conditions import measured_state
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
-from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 

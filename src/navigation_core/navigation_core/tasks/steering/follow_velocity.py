@@ -10,10 +10,9 @@ from functools import partial
 
 from navigation_core.geometry import KinematicState, norm
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.conditions import Dwell, stand_on_ground
+from navigation_core.tasks.conditions import Dwell, Located, is_located, located, stand_on_ground
 from navigation_core.tasks.departure import Departure, is_pending
 from navigation_core.tasks.intents import Intent, Outcome, Perform, StopFirst, Wait
-from navigation_core.tasks.measurement import Located, is_located, located
 from navigation_core.tasks.observation import Observation, TaskOperation
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import STOPPING, VELOCITY, Phase

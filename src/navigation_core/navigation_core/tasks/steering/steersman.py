@@ -19,15 +19,15 @@ from navigation_core.geometry import (
     norm,
     scale,
 )
-from navigation_core.safety.lateness import speed_share
+from navigation_core.safety.late_setpoints import speed_share
 from navigation_core.safety.speed_at_bounds import Braking, SpeedAtBounds
 from navigation_core.safety.target_checks import FlightVolume
+from navigation_core.tasks.conditions import Located
 from navigation_core.tasks.intents import Fly, Intent, Wait
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import cruise_limits
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
-from navigation_core.tasks.measurement import Located
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.steering.driven_reference import DrivenReference
 from navigation_core.tasks.steering.flown_reference import FlownReference

@@ -10,15 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from navigation_core.geometry import KinematicState, Vector3, norm
-from navigation_core.limits import Limits
+from navigation_core.limits import Limits, stopping_distance_m
 from navigation_core.planning.conflicts import MotionSamples, first_conflict
-from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.searches import Search
+from navigation_core.tasks.conditions import measured_state
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.path_search import joins
-from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traffic.detours import Detour, DetourSearch
 from navigation_core.tasks.traffic.reserved_path import STANDS_M_S, ReservedPath

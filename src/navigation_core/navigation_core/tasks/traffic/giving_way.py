@@ -16,10 +16,10 @@ import numpy as np
 
 from navigation_core.geometry import KinematicState, norm
 from navigation_core.planning.conflicts import MotionSamples
+from navigation_core.tasks.conditions import measured_state
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
-from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traffic.entries import TrafficWait, wait_for
 from navigation_core.tasks.traffic.evasions import AFTER_S, ENOUGH, TOO_NEAR, EvasionSearch

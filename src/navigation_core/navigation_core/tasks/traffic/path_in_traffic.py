@@ -12,13 +12,13 @@ import math
 from dataclasses import dataclass, replace
 
 from navigation_core.geometry import ZERO, KinematicState, norm, scale, unit
-from navigation_core.safety.stopping_distance import stopping_speed_m_s
+from navigation_core.limits import stopping_speed_m_s
+from navigation_core.tasks.conditions import measured_state
 from navigation_core.tasks.intents import Setpoint
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 from navigation_core.tasks.leading.path_follower import PathFollower
 from navigation_core.tasks.leading.pursuit import without_turn
-from navigation_core.tasks.measurement import measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traffic.entries import TrafficWait
 from navigation_core.tasks.traffic.flight_detours import FlightDetours, IsFree
@@ -122,7 +122,8 @@ class PathInTraffic:
 
         There must be a path. It may be changed: for a detour, or for a stop.
         """
-        view, carrot = TrafficView.of(observation), self._follower.carrot
+        carrot = self._follower.carrot
+        view = None if observation.traffic is None else TrafficView.of(observation)
         if view is None or carrot is None:
             if self.last is not _ALONE:
                 self.forget()

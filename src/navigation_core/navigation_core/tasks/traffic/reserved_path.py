@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from navigation_core.geometry import KinematicState, Vector3, dot, norm, scale, subtract
+from navigation_core.limits import stopping_distance_m
 from navigation_core.planning.conflicts import MotionSamples
-from navigation_core.safety.stopping_distance import stopping_distance_m
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.traffic.entries import Ask, TrafficWait
 from navigation_core.tasks.traffic.traffic_view import TrafficView

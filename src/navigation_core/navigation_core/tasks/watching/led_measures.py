@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from navigation_core.geometry import Vector3, horizontal_norm, subtract
+from navigation_core.tasks.conditions import is_airborne, measured_speed
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.measurement import is_airborne, measured_speed
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 

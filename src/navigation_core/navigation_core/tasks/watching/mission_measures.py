@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from navigation_core.geometry import distance, horizontal_norm, subtract
+from navigation_core.tasks.conditions import is_airborne, measured_speed
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.measurement import is_airborne, measured_speed
 from navigation_core.tasks.observation import MissionReport, Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.waypoint import RouteWaypoint

@@ -12,14 +12,14 @@ from functools import partial
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.conditions import Dwell
-from navigation_core.tasks.departure import Departure
-from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Outcome, Perform, StopFirst, Wait
-from navigation_core.tasks.measurement import (
+from navigation_core.tasks.conditions import (
+    Dwell,
     located,
     measured_speed,
 )
+from navigation_core.tasks.departure import Departure
+from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.intents import Outcome, Perform, StopFirst, Wait
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import BEFORE_FLIGHT, PLANE, STATUS, STOPPING, Phase

@@ -11,7 +11,7 @@ import math
 
 from navigation_core.geometry import Vector3, horizontal_norm
 from navigation_core.limits import Limits
-from navigation_core.tasks.measurement import is_located, measured_state
+from navigation_core.tasks.conditions import is_located, measured_state
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traffic.entries import TrafficWait
 from navigation_core.tasks.traffic.evasions import ENOUGH

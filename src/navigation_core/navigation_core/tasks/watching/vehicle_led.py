@@ -13,10 +13,9 @@ from functools import partial
 
 from navigation_core.geometry import Vector3, horizontal_norm, subtract
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.tasks.conditions import Dwell
+from navigation_core.tasks.conditions import Dwell, measured_speed
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Outcome, Perform, Wait
-from navigation_core.tasks.measurement import measured_speed
 from navigation_core.tasks.observation import Observation, TaskOperation, VehicleMode
 from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import LED, Phase

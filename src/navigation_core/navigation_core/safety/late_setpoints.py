@@ -1,4 +1,6 @@
-"""A setpoint whose motion ends at a standstill if no other follows, and that leads as before.
+"""Setpoints that come late, and a setpoint whose motion ends at a standstill if no other follows.
+
+How late the control loop runs gives the speed that this allows.
 
 An ArduCopter moves its target on by the velocity and the acceleration of the last setpoint until
 its timeout (GUID_TIMEOUT; mode_guided.cpp, posvelaccel_control_run, velaccel_control_run and
@@ -17,7 +19,33 @@ from functools import cached_property
 
 from navigation_core.geometry import KinematicState
 
-__all__ = ["Following", "Shaping", "held"]
+__all__ = [
+    "LATE_S",
+    "TOO_LATE_S",
+    "WINDOW_S",
+    "Following",
+    "Shaping",
+    "held",
+    "speed_share",
+]
+
+LATE_S = 0.25
+"""Setpoints that are this much late, five periods at 20 Hz, are no longer the usual jitter."""
+TOO_LATE_S = 1.0
+"""Later than this nobody steers: PX4 gives OFFBOARD up after COM_OF_LOSS_T, by default 1 s."""
+WINDOW_S = 3.0
+"""A delay counts for this time: a server that was late a moment ago may be late again."""
+
+
+def speed_share(late_s: float) -> float:
+    """Return the share of its speed that a vehicle may have when setpoints are this late.
+
+    All of it up to LATE_S, nothing from TOO_LATE_S on.
+    """
+    if not math.isfinite(late_s):
+        return 0.0
+    return min(max((TOO_LATE_S - late_s) / (TOO_LATE_S - LATE_S), 0.0), 1.0)
+
 
 _STANDS_M_S = 1e-3
 # A timeout shorter than the controller's own time constant leaves no room to share a brake.
