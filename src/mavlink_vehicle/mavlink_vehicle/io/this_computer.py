@@ -1,6 +1,6 @@
 """Readings of this computer by Linux: load, memory, disk, temperature, throttling.
 
-What it does not report is None or empty; no other system has any of it.
+A value that it does not report is None or empty; no other system has any of it.
 """
 
 from __future__ import annotations

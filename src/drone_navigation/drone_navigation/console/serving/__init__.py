@@ -1,1 +1,1 @@
-"""How the console is served over HTTP and WebSocket."""
+"""Serves the console over HTTP and WebSocket."""
