@@ -1180,8 +1180,13 @@ def the_volume_left(truth: Truth, view: View, now_s: float) -> bool:
 def the_ceiling_left(truth: Truth, view: View, now_s: float) -> bool:
     """The volume's ceiling is not left because of us."""
     returns = isinstance(view.flown.request, ReturnRequest)
-    limit_m = view.config.bridge.volume.altitude_max_m + 5.0
-    return _ours(view, now_s) and not returns and truth.position_enu_m[2] > limit_m
+    ceiling_m = view.config.bridge.volume.altitude_max_m
+    begun = view.flown.begun
+    # A return that was asked for as a mode climbs above it. The next goal brings the vehicle back.
+    was_above = begun is not None and begun.position_enu_m[2] > ceiling_m
+    if was_above and now_s - view.flown.accepted_s < 30.0:
+        return False
+    return _ours(view, now_s) and not returns and truth.position_enu_m[2] > ceiling_m + 5.0
 
 
 @never(_TRUTH, PARAMETERS)
