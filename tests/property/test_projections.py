@@ -18,7 +18,7 @@ from mavlink_vehicle.positions.frames import (
     MeanLatitude,
     Projection,
     Vector3,
-    true_to_scale,
+    equidistant_at,
 )
 from mavlink_vehicle.profiles import Profile, ardupilot, px4
 from tests.support.models import ellipsoid
@@ -113,7 +113,9 @@ def test_the_reference_has_the_lengths_of_arcs(
     origin: Geodetic, place: Geodetic, expected: tuple[float, float]
 ) -> None:
     assert ellipsoid.to_ned(place, origin)[:2] == pytest.approx(expected, abs=0.1)
-    assert true_to_scale(origin[0]).to_local(*place[:2], origin) == pytest.approx(expected, abs=0.1)
+    assert equidistant_at(origin[0]).to_local(*place[:2], origin) == pytest.approx(
+        expected, abs=0.1
+    )
 
 
 @given(ORIGIN, st.floats(0.0, math.tau), st.floats(1.0, 5000.0))
@@ -123,7 +125,7 @@ def test_true_to_scale_is_true_to_two_centimetres(
     way = distance_m * math.cos(bearing), distance_m * math.sin(bearing)
     place = ellipsoid.on_ground(*way, (origin[0], origin[1], 0.0))
     assert ellipsoid.to_ned(place, (origin[0], origin[1], 0.0))[:2] == pytest.approx(way, abs=1e-4)
-    told = true_to_scale(origin[0]).to_local(*place[:2], origin)
+    told = equidistant_at(origin[0]).to_local(*place[:2], origin)
     assert math.dist(told, way) < 0.025
 
 
@@ -148,7 +150,7 @@ def test_an_unknown_projection_is_measured(
     origin: Geodetic, north: float, east: float, far_m: float, told: bool
 ) -> None:
     """So that what is told in degrees is in the map where the vehicle itself would put it."""
-    assumed = true_to_scale(origin[0])
+    assumed = equidistant_at(origin[0])
     real = LocalFrame(
         origin,
         AzimuthalEquidistant(assumed.radius_north_m * north, assumed.radius_east_m * east),
@@ -195,7 +197,7 @@ def test_the_frame_moves_seldom_while_it_is_measured() -> None:
 def test_positions_that_are_no_projection_teach_nothing(turned: object) -> None:
     """An unknown vehicle's local frame need not lie on the earth at all, such as odometry's."""
     assert callable(turned)
-    real = LocalFrame((47.4, 8.5, 500.0), true_to_scale(47.4))
+    real = LocalFrame((47.4, 8.5, 500.0), equidistant_at(47.4))
     finder = FrameFinder(None)
     finder.take_origin(real.origin)
     before = finder.frame

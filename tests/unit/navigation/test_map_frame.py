@@ -10,7 +10,7 @@ import pytest
 
 from flight_reports.contents.track import Track, laid_into
 from mavlink_vehicle.codec import mavlink
-from mavlink_vehicle.positions.frames import Geodetic, LocalFrame, Projection, true_to_scale
+from mavlink_vehicle.positions.frames import Geodetic, LocalFrame, Projection, equidistant_at
 from mavlink_vehicle.profiles import ardupilot, px4
 from mavlink_vehicle.state.telemetry import GlobalPosition, LocalPosition, Origin
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -115,7 +115,7 @@ def test_a_firmware_identified_late_is_used_from_then_on(
 
 @pytest.mark.parametrize("origin_told", [True, False])
 @pytest.mark.parametrize(
-    "projection", [ardupilot.PROJECTION, px4.PROJECTION, true_to_scale(ORIGIN[0])]
+    "projection", [ardupilot.PROJECTION, px4.PROJECTION, equidistant_at(ORIGIN[0])]
 )
 def test_for_an_unknown_firmware_the_scale_is_measured(
     projection: Projection, origin_told: bool

@@ -13,7 +13,7 @@ from mavlink_vehicle.positions.frames import (
     LocalFrame,
     Projection,
     Vector3,
-    true_to_scale,
+    equidistant_at,
 )
 
 PAIR_AGE_S = 0.1
@@ -76,7 +76,7 @@ class FrameFinder:
         self._anchor = anchor = place, position_ned_m
         projection = self._projection
         if projection is None:
-            assumed = true_to_scale(place[0])
+            assumed = equidistant_at(place[0])
             self._axes = axes = _Axis(assumed.radius_north_m), _Axis(assumed.radius_east_m)
             projection = _measured(axes)
         self._lay(anchor, projection)

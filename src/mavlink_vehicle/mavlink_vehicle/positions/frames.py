@@ -219,7 +219,7 @@ class AzimuthalEquidistant:
         return math.degrees(latitude), math.remainder(origin[1] + turn_deg, 360.0)
 
 
-def true_to_scale(latitude_deg: float) -> AzimuthalEquidistant:
+def equidistant_at(latitude_deg: float) -> AzimuthalEquidistant:
     """Return the projection whose metres near a latitude are those of the WGS-84 ellipsoid."""
     w2 = 1.0 - _WGS84_E2 * math.sin(math.radians(latitude_deg)) ** 2
     across_m = _WGS84_A_M / math.sqrt(w2)
