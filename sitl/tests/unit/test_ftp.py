@@ -55,11 +55,13 @@ def get(client: FtpClient, path: bytes) -> bytes:
 # Files of one's own.
 
 
-def test_a_file_is_written_read_listed_and_removed(client: FtpClient) -> None:
+def test_a_file_is_written_read_listed_summed_and_removed(client: FtpClient) -> None:
     data = bytes(range(256)) * 3
     put(client, "a.bin", data)
     assert get(client, card(client, "a.bin")) == data
     assert b"Fa.bin\t768" in client.done(LIST, card(client))
+    (crc,) = struct.unpack("<I", client.done(CRC, card(client, "a.bin")))
+    assert crc == zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
     client.done(REMOVE, card(client, "a.bin"))
     assert client.refused(OPEN, card(client, "a.bin")) == [NOT_FOUND]
     assert client.refused(REMOVE, card(client, "a.bin")) == [NOT_FOUND]
@@ -68,6 +70,21 @@ def test_a_file_is_written_read_listed_and_removed(client: FtpClient) -> None:
 def test_a_path_may_end_with_a_zero(client: FtpClient) -> None:
     put(client, "a", b"x")
     assert struct.unpack("<I", client.done(OPEN, card(client, "a") + b"\0")) == (1,)
+
+
+def test_folders_are_made_renamed_and_removed_when_empty(client: FtpClient) -> None:
+    client.done(MAKE, card(client, "new"))
+    assert client.refused(MAKE, card(client, "new")) == [EXISTS]
+    assert client.refused(MAKE, card(client, "none/new")) == [NOT_FOUND]
+    put(client, "new/b", b"12")
+    assert client.refused(REMOVE_FOLDER, card(client, "new")) == [ERRNO, 39]  # ENOTEMPTY
+    client.done(RENAME, card(client, "new") + b"\0" + card(client, "other"))
+    assert b"Fb\t2" in client.done(LIST, card(client, "other"))
+    client.done(REMOVE, card(client, "other/b"))
+    client.done(REMOVE_FOLDER, card(client, "other"))
+    assert client.refused(LIST, card(client, "other")) == [NOT_FOUND]
+    assert client.refused(REMOVE_FOLDER, card(client, "other")) == [NOT_FOUND]
+    assert client.refused(RENAME, b"/one-path-only") == [INVALID_SIZE]
 
 
 def test_an_existing_file_is_appended_to_or_begun_again(client: FtpClient) -> None:
@@ -154,14 +171,14 @@ def test_a_px4_answers_with_its_session_and_ends_only_that() -> None:
 
 
 def test_a_request_that_comes_again_gets_the_same_answer(client: FtpClient) -> None:
-    client.done(CREATE, card(client, "new"))
+    client.done(MAKE, card(client, "new"))
     client._number -= 1
-    client.done(CREATE, card(client, "new"))
+    client.done(MAKE, card(client, "new"))
 
 
 def test_what_is_not_known_is_rejected(client: FtpClient) -> None:
     px4 = card(client) == b"/fs/microsd/"
-    for op in (MAKE, REMOVE_FOLDER, TRUNCATE, RENAME, CRC, 16, 77):
+    for op in (TRUNCATE, 16, 77):
         assert client.refused(op, b"/a") == [UNKNOWN if px4 else FAIL]
     assert client.refused(LIST, b"/", size=250) == [INVALID_SIZE]
     assert client.done(0) == b""
@@ -179,6 +196,7 @@ def test_what_the_vehicle_made_is_not_changed() -> None:
         for op in (REMOVE, CREATE):
             assert client.refused(op, log.encode("ascii")) == refusal
     assert client.refused(CREATE, b"/new") == [PROTECTED]
+    assert client.refused(MAKE, b"/fs/new") == [PROTECTED]
 
 
 # Bursts.

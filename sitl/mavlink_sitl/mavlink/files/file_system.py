@@ -45,7 +45,7 @@ class FileSystem(ABC):
 
     def folders(self) -> set[str]:
         """All folders."""
-        found = {"/"}
+        found = {"/", *self.storage.folders}
         for folder in (*self.own_folders, *map(posixpath.dirname, self.own_files())):
             above = folder
             while above not in found:
@@ -97,7 +97,7 @@ class FileSystem(ABC):
             StorageError: it may not be changed.
         """
         path = self.clean(path)
-        if path in self.own_files() or path in self.folders():
+        if path in self.own_files() or path in self.folders() - self.storage.folders:
             raise StorageError(errno.EACCES)
         if new and posixpath.dirname(path) not in self.folders():
             raise StorageError(errno.ENOENT)

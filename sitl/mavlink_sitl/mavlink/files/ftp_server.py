@@ -2,7 +2,7 @@
 
 https://mavlink.io/en/services/ftp.html; the rules are those of GCS_FTP.cpp and mavlink_ftp.cpp: one
 file is open at a time; requests wait for a thread of its own; a request that comes again gets the
-same answer. Folders, renaming, checksums and TruncateFile are not known.
+same answer. TruncateFile is not known.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from mavlink_sitl.mavlink.codec import Message, dialect
 from mavlink_sitl.mavlink.files import requests as ftp
+from mavlink_sitl.mavlink.files.component_metadata import crc32
 from mavlink_sitl.mavlink.files.file_system import (
     ArduPilotFileSystem,
     FileSystem,
@@ -145,6 +146,10 @@ class FtpServer:
             ftp.OPEN_TO_WRITE: self._open_to_write,
             ftp.WRITE: self._write,
             ftp.REMOVE_FILE: self._remove,
+            ftp.MAKE_FOLDER: self._make_folder,
+            ftp.REMOVE_FOLDER: self._remove_folder,
+            ftp.RENAME: self._rename,
+            ftp.CRC: self._crc,
         }
         if request.op not in known:
             raise RefusedError(self.unknown)
@@ -232,6 +237,13 @@ class FtpServer:
         ahead = replace(request, number=number, offset=request.offset + len(part))
         self._burst = None if last else Burst(ahead, burst.part_bytes, burst.left - 1)
 
+    def _crc(self, request: Request) -> bytes:
+        contents = self._files.open(request.path)
+        data = bytearray()
+        while part := contents.read(len(data), DATA_BYTES):
+            data += part
+        return struct.pack("<I", crc32(bytes(data)))
+
     # Writing.
 
     def _open_to_write(self, request: Request) -> bytes:
@@ -255,6 +267,27 @@ class FtpServer:
 
     def _remove(self, request: Request) -> bytes:
         self._files.storage.remove(self._files.writable(request.path))
+        return b""
+
+    def _make_folder(self, request: Request) -> bytes:
+        path = self._files.clean(request.path)
+        if path in self._files.folders() or path in self._files.files():
+            raise StorageError(errno.EEXIST)
+        self._files.storage.make_folder(self._files.writable(request.path, new=True))
+        return b""
+
+    def _remove_folder(self, request: Request) -> bytes:
+        self._files.storage.remove_folder(self._files.writable(request.path))
+        return b""
+
+    def _rename(self, request: Request) -> bytes:
+        """From one path to another, with a zero between them."""
+        first, _, second = request.data.partition(b"\0")
+        if not first or not second.rstrip(b"\0"):
+            raise RefusedError(ftp.INVALID_SIZE)
+        paths = [each.rstrip(b"\0").decode("ascii", "replace") for each in (first, second)]
+        before = self._files.writable(paths[0])
+        self._files.storage.rename(before, self._files.writable(paths[1], new=True))
         return b""
 
 
