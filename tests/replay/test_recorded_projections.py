@@ -26,7 +26,7 @@ from mavlink_vehicle.positions.frames import (
     LocalFrame,
     Projection,
     Vector3,
-    true_to_scale,
+    equidistant_at,
 )
 from mavlink_vehicle.profiles import ardupilot, px4
 from mavlink_vehicle.state.reducer import VehicleState, reduce
@@ -123,7 +123,7 @@ def test_no_other_projection_does(name: str) -> None:
     """So that the recordings tell them apart: by a decimetre over 400 m, by 2 cm over 40 m."""
     latitude_deg = pairs(name)[0].place[0]
     good_m = np.mean([apart_m(_frame(name, projection(name)), pair) for pair in pairs(name)])
-    for other in (OTHERS[name], true_to_scale(latitude_deg)):
+    for other in (OTHERS[name], equidistant_at(latitude_deg)):
         found_m = np.mean([apart_m(_frame(name, other), pair) for pair in pairs(name)])
         assert found_m > 1.5 * good_m
 

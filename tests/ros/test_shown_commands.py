@@ -47,6 +47,8 @@ pytestmark = [
 NOT_RUN = {
     "(cd /opt": "it would change this machine",
     ". /opt/ros": "it needs a full ROS 2 installation",
+    ". install/setup.bash": "it needs a workspace that colcon has built",
+    "colcon build": "it needs a full ROS 2 installation",
     "cp -a . /opt": "it would change this machine",
     "docker ": "it needs a Docker daemon",
     "git clone": "it needs the network",
@@ -61,6 +63,7 @@ NOT_RUN = {
     "python -m interop.mavsdk_examples": "it needs a clone of MAVSDK-Python",
     "ros2 launch": "it needs a full ROS 2 installation",
     "ros2 run teleop_twist_keyboard": "it needs a full ROS 2 installation",
+    "rosdep install": "it would change this machine",
     "rviz2": "it needs a full ROS 2 installation",
     "sudo ": "it would change this machine",
 }
