@@ -30,7 +30,7 @@ def table(parameters: Sequence[ParameterSpec]) -> str:
 
 
 def _row(spec: ParameterSpec) -> str:
-    number = isinstance(spec.default, int | float)
+    number = isinstance(spec.default, int | float) and not isinstance(spec.default, bool)
     default = f"{spec.default:g}" if number else json.dumps(spec.default)
     bounds = "" if spec.limits is None else f" ({spec.limits[0]:g}..{spec.limits[1]:.15g})"
     return f"| `{spec.name}` | `{default}` | {spec.text.removesuffix('.')}{bounds} |\n"

@@ -64,7 +64,7 @@ MUTANTS: tuple[Mutant, ...] = (
            "            return replace(progress, status=Status.LINK_LOST)",
            "            return progress"),
     Mutant("a shut-down does nothing", _GOALS,
-           "        goal.stop(Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)",
+           "        goal.stop(Outcome(why.code, why.message, None), now)",
            "        pass"),
     Mutant("a pause is not passed on", _GOAL, "        rejection = self.task.pause(now)",
            "        rejection = None"),

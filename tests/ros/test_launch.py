@@ -112,6 +112,11 @@ def test_a_server_that_is_killed_is_started_again_only_with_respawn(
     assert once.text.count(READY) == 1
 
 
+def test_without_autostart_the_server_waits(launched: Launched, link: str) -> None:
+    process = launched(link=link, autostart="false")
+    process.wait_for("waits to be configured", READY_TIMEOUT_S)
+
+
 @pytest.mark.parametrize(
     ("argument", "said"),
     [("console", "The console is at http://"), ("nav2", "navigation_nav2")],

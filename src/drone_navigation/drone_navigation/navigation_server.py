@@ -18,8 +18,8 @@ from rclpy.signals import SignalHandlerOptions
 from drone_navigation.process_control.ros_arguments import own_arguments
 from drone_navigation.process_control.stop_signals import EXIT_HUNG, StopSignals
 from drone_navigation.server.lateness.lateness_trace import LatenessTrace
+from drone_navigation.server.lifecycle.managed_server import ManagedServer
 from drone_navigation.server.options import CHECK_TIMEOUT_S, make_parser, overrides
-from drone_navigation.server.server import NavigationServer
 from mavlink_vehicle.errors import DriverError, LinkError
 from mavlink_vehicle.io.clock import MonotonicClock
 from navigation_bridge.configuration.fleet_config import check_server_wide, make_vehicle_configs
@@ -36,8 +36,6 @@ EXIT_OK = 0
 EXIT_FAILED = 1
 EXIT_USAGE = 2
 _WATCH_PERIOD_S = 0.5
-# A server that finds another one of its name this soon after its start is the one too many.
-_NEW_S = 5.0
 
 
 def main(args: list[str] | None = None) -> int:
@@ -148,42 +146,45 @@ def _shadow_goals(options: argparse.Namespace, file: ParameterFile) -> int:
 def _run(
     options: argparse.Namespace, argv: list[str], simulator: bool, signals: StopSignals
 ) -> int:
-    clock = MonotonicClock()
+    given = [Parameter(name, value=value) for name, value in overrides(options).items()]
     with ExitStack() as on_exit:
-        root = Node(SERVER_NODE_NAME, parameter_overrides=_given(options))
-        on_exit.callback(root.destroy_node)
         trace = None
         if options.trace_lateness:
             trace = on_exit.enter_context(LatenessTrace().installed())
-        try:
-            server = NavigationServer(root, _given(options), argv, simulator, clock, on_exit)
-        except (ConfigurationError, LinkError, OSError) as error:
-            root.get_logger().fatal(str(error))
-            return EXIT_USAGE
+        server = ManagedServer(given, argv, simulator, MonotonicClock(), trace)
+        on_exit.callback(server.close)
+        logger = server.node.get_logger()
         if note := installed_solver().NOTE:
-            root.get_logger().info(note)
-        server.start(trace)
-        started_s = clock.now()
-        second = ""
-        while not signals.wait(_WATCH_PERIOD_S) and server.running:
-            server.check_links()
-            _log_trace(root, trace, ended=False)
-            if clock.now() - started_s < _NEW_S and (second := server.duplicate):
-                root.get_logger().fatal(second)
-                break
+            logger.info(note)
+        if not server.start():
+            return EXIT_USAGE
+        second = _watch(server, signals, trace)
         gave_up = not server.running
         if gave_up:
-            root.get_logger().fatal("The driver thread has failed; the server exits.")
+            logger.fatal("The driver thread has failed; the server exits.")
         signals.request()
         try:
             server.stop()
         except DriverError as error:
-            root.get_logger().fatal(f"{error} The vehicle's own failsafe decides what it does.")
+            logger.fatal(f"{error} The vehicle's own failsafe decides what it does.")
             return EXIT_HUNG
-        _log_trace(root, trace, ended=True)
+        _log_trace(server.node, trace, ended=True)
         if second:
             return EXIT_USAGE
         return EXIT_FAILED if gave_up else EXIT_OK
+
+
+def _watch(server: ManagedServer, signals: StopSignals, trace: LatenessTrace | None) -> str:
+    """Wait for the end of the server; return why it must not run, or an empty text."""
+    while not signals.wait(_WATCH_PERIOD_S) and server.running:
+        _log_trace(server.node, trace, ended=False)
+        if second := server.look():
+            server.node.get_logger().fatal(second)
+            return second
+        if server.exit_wanted.is_set():
+            signals.wait(_WATCH_PERIOD_S)  # its manager asks for the state that was reached
+            break
+    return ""
 
 
 def _log_trace(node: Node, trace: LatenessTrace | None, ended: bool) -> None:
@@ -193,10 +194,6 @@ def _log_trace(node: Node, trace: LatenessTrace | None, ended: bool) -> None:
             node.get_logger().info(turn.sentence)
         if ended:
             node.get_logger().info(trace.summary)
-
-
-def _given(options: argparse.Namespace) -> list[Parameter]:
-    return [Parameter(name, value=value) for name, value in overrides(options).items()]
 
 
 def _first_line(error: BaseException) -> str:

@@ -20,6 +20,12 @@ ARGUMENTS = (
     ("respawn", "false", SWITCH, "start a node again that has ended; no goal is resumed"),
     ("log_level", "info", LEVELS, "least severe messages to log"),
     ("use_sim_time", "false", SWITCH, "stamp messages by /clock"),
+    (
+        "autostart",
+        "true",
+        SWITCH,
+        "whether the server activates itself; false: a manager does",
+    ),
 )
 """Name, default, choices and description"""
 
@@ -41,6 +47,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
     server = [
         word for name in ("config", "link") if value[name] for word in (f"--{name}", value[name])
     ]
+    waits = [] if value["autostart"] == "true" else ["-p", "autostart:=false"]
     wanted = [("navigation_server", server)]
     if value["nav2"] == "true":
         wanted.append(("navigation_nav2", []))
@@ -52,7 +59,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
             executable=executable,
             namespace=value["namespace"],
             arguments=arguments,
-            ros_arguments=of_ros,
+            ros_arguments=of_ros + (waits if executable == "navigation_server" else []),
             respawn=value["respawn"] == "true",
             respawn_delay=RESPAWN_DELAY_S,
             output="screen",

@@ -195,7 +195,7 @@ class Bridge:
         """Reset to the state before :meth:`start`, to replay a recording again."""
         self._compose(Vehicle(self.vehicle.config), self.config, self.services.refusal)
 
-    def refuse(self, refusal: Rejection) -> None:
+    def refuse(self, refusal: Rejection | None) -> None:
         """Reject all goals and services from now on: there is no vehicle to execute them."""
         self.services.refusal = refusal
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 
 from mavlink_vehicle.codec import Codec
 from mavlink_vehicle.io.clock import Clock
@@ -54,6 +55,7 @@ def open_network(
     vehicles: Sequence[ServerConfig],
     report: Report,
     warn: Report | None = None,
+    resumed: bool = False,
 ) -> Network:
     """Open every link once.
 
@@ -63,6 +65,7 @@ def open_network(
         report: receives sentences for people, such as the address of each listening link.
         warn: receives warnings about links that are lost or cannot be opened yet; ``report`` if
             None.
+        resumed: continue the recording of this run of the server instead of beginning it again.
 
     Raises:
         LinkError: a link cannot be opened, or the signing key file has no key.
@@ -70,12 +73,20 @@ def open_network(
     """
     signing = open_signing(config.signing_key_file, report)
     urls = dict.fromkeys(parse_url(vehicle.link_url) for vehicle in vehicles)
-    links = {url: open_link(str(url), report, warn) for url in urls}
-    stations = [open_link(url, report, warn) for url in config.gcs_links]
-    for link in (*links.values(), *stations):
-        if link.note is not None:
-            report(link.note)
-    recorder = _recorder(config, report)
+    with ExitStack() as on_failure:
+
+        def opened(url: str) -> Link:
+            link = open_link(url, report, warn)
+            on_failure.callback(link.close)
+            return link
+
+        links = {url: opened(str(url)) for url in urls}
+        stations = [opened(url) for url in config.gcs_links]
+        for link in (*links.values(), *stations):
+            if link.note is not None:
+                report(link.note)
+        recorder = _recorder(config, report, resumed)
+        on_failure.pop_all()
     source = (config.vehicle.source_system or 1, config.vehicle.source_component)
     router = Router(
         list(links.values()), lambda: Codec(*source, signing), stations, recorder, len(vehicles)
@@ -83,7 +94,7 @@ def open_network(
     return Network(router, recorder, links)
 
 
-def _recorder(config: ServerConfig, report: Report) -> TlogWriter | None:
+def _recorder(config: ServerConfig, report: Report, resumed: bool) -> TlogWriter | None:
     """Return what records; None where nothing is recorded.
 
     Raises:
@@ -93,7 +104,7 @@ def _recorder(config: ServerConfig, report: Report) -> TlogWriter | None:
     if path is None:
         return None
     if not file_mb:
-        return ThreadedTlogWriter(path)
+        return ThreadedTlogWriter(path, resumed)
     series = TlogSeries(path, file_mb * _MB, config.record_tlog_files)
     recorder = SeriesTlogWriter(series, path)
     report(f"Recording to {recorder.path}")

@@ -82,6 +82,7 @@ class Flight:
             self.simulator = self.start_simulator()
             self.server.wait_for("Position valid", READY_TIMEOUT_S)
             self._start_client()
+            self._client(Navigate.Goal())
         except BaseException:
             self.close()
             raise
@@ -120,6 +121,12 @@ class Flight:
         """
         self._stop_client()
         self._start_client()
+        self._client(Navigate.Goal())
+
+    def renew_node(self) -> None:
+        """The same for a server that offers no actions yet."""
+        self._stop_client()
+        self._start_client()
 
     def _stop_client(self) -> None:
         if self._node is None:
@@ -146,7 +153,6 @@ class Flight:
             lambda message: self.rejections.append(message.data),
             LATCHED_QOS,
         )
-        self._client(Navigate.Goal())
 
     def _client(self, goal: Any) -> ActionClient:
         """Return the client of the action that a goal belongs to."""

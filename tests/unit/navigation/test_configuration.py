@@ -205,6 +205,8 @@ def _bad_values(spec: ParameterSpec) -> list[ParameterValue]:
         return ["text", 3, True, ["no/token/nor:link"], ["a b"]]
     if isinstance(spec.default, str):
         return [3, *(["nonsense"] if spec.choices else [])]
+    if isinstance(spec.default, bool):
+        return ["true", 0, 1, 0.0, []]
     bad: list[ParameterValue] = ["text", True, math.nan]
     if spec.limits is not None:
         bad += [spec.limits[0] - 1, spec.limits[1] + 1]

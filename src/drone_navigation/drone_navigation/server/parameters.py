@@ -58,6 +58,16 @@ def declare_parameters(node: Node, simulator: bool) -> dict[str, ParameterValue]
     return values
 
 
+def current_values(node: Node) -> dict[str, ParameterValue]:
+    """Return the values that the parameters of a node have now."""
+    values = {spec.name: node.get_parameter(spec.name).value for spec in PARAMETERS}
+    # For rclpy an empty list is one of bytes; a list with an empty text stands for it.
+    return {
+        name: list(texts(value)) if isinstance(value, list) else value
+        for name, value in values.items()
+    }
+
+
 def declare_vehicle_parameters(
     node: Node, name: str, server_values: Mapping[str, ParameterValue]
 ) -> dict[str, ParameterValue]:
@@ -172,7 +182,9 @@ def descriptor_of(spec: ParameterSpec) -> ParameterDescriptor:
     )
     if spec.choices is not None:
         descriptor.additional_constraints = f"one of: {', '.join(spec.choices)}"
-    if isinstance(spec.default, float):
+    if isinstance(spec.default, bool):
+        descriptor.type = ParameterType.PARAMETER_BOOL
+    elif isinstance(spec.default, float):
         descriptor.type = ParameterType.PARAMETER_DOUBLE
         if spec.limits is not None:
             low, high = spec.limits

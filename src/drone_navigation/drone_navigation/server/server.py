@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
 
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -18,7 +17,7 @@ from drone_navigation.server.features import SHARED_FEATURES, SharedFeature
 from drone_navigation.server.lateness.lateness_trace import LatenessTrace
 from drone_navigation.server.lateness.short_collections import ShortCollections
 from drone_navigation.server.parameters import (
-    declare_parameters,
+    current_values,
     declare_vehicle_parameters,
     refuse_changes,
 )
@@ -61,36 +60,36 @@ class NavigationServer:
     def __init__(
         self,
         root: Node,
+        spinner: Spinner,
         given: list[Parameter],
         argv: list[str],
-        simulator: bool,
         clock: Clock,
         on_exit: ExitStack,
+        resumed: bool = False,
     ) -> None:
         """Create nodes and open links; nothing is sent before :meth:`start`.
 
         Args:
-            root: the server's node.
+            root: the server's node, with its parameters.
+            spinner: of that node; its owner starts and stops it.
             given: parameters that the command line sets for every vehicle.
             argv: the command line, for the vehicles' nodes.
-            simulator: nothing but single parameters was configured.
             clock: the time of all vehicles.
             on_exit: destroys what was made.
+            resumed: whether the process has recorded already, and continues with that.
 
         Raises:
             ConfigurationError: parameters cannot be used.
             LinkError: a link cannot be opened, or the file of the signing key holds none.
             OSError: the recording cannot be written.
         """
-        values = declare_parameters(root, simulator)
+        values = current_values(root)
         config = make_config(values)
-        self._spinner: Spinner | None = None
+        self._spinners: list[Spinner] = []
         settings = [(root, values, config)]
         if config.vehicles:
             settings = list(_vehicle_settings(root, values, config, given, argv, on_exit))
             check_fleet(dict(zip(config.vehicles, (own for _, _, own in settings), strict=True)))
-            refuse_changes(root, settings[0][0].get_fully_qualified_name())
-            self._spinner = Spinner(root, SingleThreadedExecutor())
         nodes = [root, *(node for node, _, _ in settings)]
         check_keys(argv, [node.get_fully_qualified_name() for node in nodes])
         configs = [made for _, _, made in settings]
@@ -98,7 +97,7 @@ class NavigationServer:
         recording = recording_of(config, configs)
         if recording is None:
             logger = root.get_logger()
-            network = open_network(config, configs, logger.info, logger.warning)
+            network = open_network(config, configs, logger.info, logger.warning, resumed)
         else:
             component = config.vehicle.source_component
             network = ReplayNetwork(ReplayDriver(recording, config.replay_speed, component))
@@ -108,6 +107,9 @@ class NavigationServer:
         if recording is None:
             searcher = self._searches = SearchThread()
             on_exit.callback(self._searches.close)
+        if config.vehicles:
+            refuse_changes(root, settings[0][0].get_fully_qualified_name())
+            self._spinners = [Spinner(node) for node, _, _ in settings]
         self._collections = ShortCollections()
         on_exit.callback(self._collections.close)
         self._network = network
@@ -115,8 +117,8 @@ class NavigationServer:
         if recording is None:
             self._shared = [make(root, config, clock) for make in SHARED_FEATURES]
         self._vehicles = [
-            VehicleNode(node, own, made, network.recorder, clock, searcher, self._shared)
-            for node, own, made in settings
+            VehicleNode(node, own, made, network.recorder, clock, turns, searcher, self._shared)
+            for (node, own, made), turns in zip(settings, self._spinners or [spinner], strict=True)
         ]
         self._driver: Driver | ReplayDriver
         if isinstance(network, ReplayNetwork):
@@ -150,7 +152,7 @@ class NavigationServer:
         return ""
 
     def start(self, trace: LatenessTrace | None = None) -> None:
-        """Start communication with the vehicles and accept requests.
+        """Start communication with the vehicles; goals are rejected before :meth:`activate`.
 
         Args:
             trace: times the turns of the driver, unless a recording is played.
@@ -162,10 +164,21 @@ class NavigationServer:
         _wait(lambda: all(map(self._is_open, self._vehicles)), _LINK_GRACE_S)
         for vehicle in self._vehicles:
             vehicle.start(self._is_open(vehicle))
-        if self._spinner is not None:
-            self._spinner.start()
+        for spinner in self._spinners:
+            spinner.start()
         if self._searches is not None:
             self._searches.warm_up(self._collections.settle)
+
+    def activate(self) -> None:
+        """Accept goals."""
+        for vehicle in self._vehicles:
+            vehicle.activate()
+
+    def deactivate(self) -> None:
+        """Reject goals, stop the vehicles and end their goals, in bounded time."""
+        for vehicle in self._vehicles:
+            vehicle.deactivate()
+        self._end_goals()
 
     def check_links(self) -> None:
         """Log newly opened links, look for other servers, free memory; call periodically."""
@@ -178,13 +191,18 @@ class NavigationServer:
     def _is_open(self, vehicle: VehicleNode) -> bool:
         return self._network.is_open(vehicle.config.link_url)
 
-    def stop(self) -> None:
+    def stop(self, beside: Sequence[Spinner] = ()) -> None:
         """Stop the vehicles, end their goals and close everything, in bounded time.
+
+        Args:
+            beside: further threads that are stopped before the driver's.
 
         Raises:
             DriverError: the driver's thread hangs; what it has not sent is not sent any more.
         """
-        answers = self._stop_goals()
+        for vehicle in self._vehicles:
+            vehicle.shut_down()
+        answers = self._end_goals()
         for vehicle in self._vehicles:
             vehicle.close()
         answers = answers or self._is_busy()
@@ -195,26 +213,22 @@ class NavigationServer:
             vehicle.abandon()  # one that was accepted in the last moment
         for feature in self._shared:
             feature.close()
-        spinners: list[VehicleNode | Spinner] = [*self._vehicles]
-        if self._spinner is not None:
-            spinners.append(self._spinner)
-        with ThreadPoolExecutor(len(spinners)) as together:
-            for spinner in spinners:
-                together.submit(spinner.stop, _SPINNERS_S)
+        if spinners := [*self._spinners, *beside]:
+            with ThreadPoolExecutor(len(spinners)) as together:
+                for spinner in spinners:
+                    together.submit(spinner.stop, _SPINNERS_S)
         try:
             self._driver.stop(_DRIVER_S)
         finally:
             for vehicle in self._vehicles:
                 vehicle.log_what_is_left(isinstance(self._driver, ReplayDriver))
 
-    def _stop_goals(self) -> bool:
-        """Stop the vehicles and end their goals; return whether there were any."""
+    def _end_goals(self) -> bool:
+        """Wait for the ends of the vehicles' goals; return whether there were any."""
 
         def is_over() -> bool:
             return all(vehicle.is_idle() for vehicle in self._vehicles) or not self.running
 
-        for vehicle in self._vehicles:
-            vehicle.shut_down()
         if all(vehicle.is_idle() for vehicle in self._vehicles):
             return False
         if not _wait(is_over, _STOP_VEHICLES_S):

@@ -4,17 +4,29 @@ from __future__ import annotations
 
 import threading
 
-from rclpy.executors import Executor, ExternalShutdownException
+from rclpy.executors import Executor, ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 
 from drone_navigation.process_control.ros_differences import executes_tasks
+
+# One thread for each goal that is parked on its event, and some for goal, cancel and
+# result requests. A replaced goal leaves its thread within milliseconds. They are only
+# made when they are needed.
+_EXECUTOR_THREADS = 8
 
 
 class Spinner:
     """Spins an executor for one node in a thread of its own."""
 
-    def __init__(self, node: Node, executor: Executor) -> None:
-        """Put together; :meth:`start` begins."""
+    def __init__(self, node: Node, executor: Executor | None = None) -> None:
+        """Put together; :meth:`start` begins.
+
+        Args:
+            node: whose callbacks are executed.
+            executor: by default one with a thread for each goal.
+        """
+        if executor is None:
+            executor = MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS)
         self._node = node
         self._executor = executor
         executor.add_node(node)

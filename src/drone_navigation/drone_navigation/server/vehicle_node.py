@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
 from drone_navigation.presence import SERVER_ID, Presence
@@ -23,6 +22,7 @@ from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.tlog import TlogWriter
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
+from navigation_bridge.clients.client_goals import STOPPED as SERVER_STOPPED
 from navigation_bridge.configuration.make_config import ServerConfig
 from navigation_bridge.configuration.parameter_table import ParameterValue
 from navigation_bridge.fleet import Member
@@ -31,10 +31,11 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.searches import AT_ONCE, Searcher
 
-# One thread for each goal that is parked on its event, and some for goal, cancel and
-# result requests. A replaced goal leaves its thread within milliseconds. They are only
-# made when they are needed.
-_EXECUTOR_THREADS = 8
+STOPPING = Rejection(OutcomeCode.SHUTTING_DOWN, STOPPED)
+INACTIVE = Rejection(
+    OutcomeCode.INACTIVE, "The navigation server is inactive: activate it (~/change_state)."
+)
+DEACTIVATED = Rejection(OutcomeCode.INACTIVE, "The navigation server was deactivated.")
 
 
 class VehicleNode:
@@ -61,6 +62,7 @@ class VehicleNode:
         config: ServerConfig,
         recorder: TlogWriter | None,
         clock: Clock,
+        spinner: Spinner,
         searcher: Searcher = AT_ONCE,
         shared: Sequence[SharedFeature] = (),
     ) -> None:
@@ -72,6 +74,7 @@ class VehicleNode:
             config: the settings that they make.
             recorder: of all traffic of the server.
             clock: the driver's.
+            spinner: of the node.
             searcher: who searches for paths.
             shared: features that it shares with the other vehicles of the server.
         """
@@ -86,8 +89,12 @@ class VehicleNode:
             feature.join(self._bridge)
         self.outputs = VehicleOutputs(self._bridge, recorder)
         self.member = Member(name, config.vehicle.target_system, self._bridge)
-        self._spinner = Spinner(node, MultiThreadedExecutor(num_threads=_EXECUTOR_THREADS))
+        self._spinner = spinner
+        self._active = False
+        self._refusal: Rejection | None = None
+        self._bridge.refuse(INACTIVE)
         self._server: GoalServers | None = None
+        self._why = SERVER_STOPPED
         self._closed = False
         self._servers: list[object] = []
         self.ready_logged = False
@@ -120,7 +127,7 @@ class VehicleNode:
         self._servers = [make(access) for make in FEATURE_SERVERS]
 
     def start(self, is_open: bool) -> None:
-        """Start to accept requests.
+        """Log whether the vehicle can be reached.
 
         Args:
             is_open: whether bytes can pass the vehicle's link by now.
@@ -131,16 +138,33 @@ class VehicleNode:
             self.node.get_logger().warning(
                 f"Navigation server waiting for link {self.config.link_url}"
             )
-        self._spinner.start()
+
+    def activate(self) -> None:
+        """Accept goals and services from now on, unless they are rejected for good."""
+        self._active = True
+        self.member.post(lambda: self._bridge.refuse(self._refusal))
+        if self.ready_logged:
+            self.log_ready()
+
+    def deactivate(self) -> None:
+        """Reject what is requested from now on, stop the vehicle and end its goal."""
+        self._active = False
+        self._end_goal(INACTIVE, DEACTIVATED)
 
     def log_ready(self) -> None:
         """Log that the vehicle's link is open."""
+        self.ready_logged = True
+        if not self._active:
+            self.node.get_logger().info(
+                f"Navigation server listens on {self.config.link_url}; it is inactive and accepts "
+                "no goals"
+            )
+            return
         goto = self.config.bridge.goto
         arming = "never arms"
         if goto.may_leave_ground:
             arming = "may arm and take off" if goto.may_arm else "may take off once armed"
         self.node.get_logger().info(f"Navigation server ready on {self.config.link_url}; {arming}")
-        self.ready_logged = True
 
     def log_what_is_left(self, is_recorded: bool) -> None:
         """Log the final state of the vehicle, or of a recorded one, at the server's end."""
@@ -152,18 +176,21 @@ class VehicleNode:
             logger.info(left.sentence)
 
     def refuse(self, refusal: Rejection) -> None:
-        """Reject all goals and services from now on."""
-        self._bridge.refuse(refusal)
+        """Reject all goals and services, also while the server is active."""
+        self._refusal = refusal
 
     def shut_down(self) -> None:
         """Reject what is requested from now on, stop the vehicle and end its goal."""
-        stopping = Rejection(OutcomeCode.SHUTTING_DOWN, STOPPED)
-        self.member.post(lambda: self._bridge.refuse(stopping))
-        self.member.post(lambda: self._bridge.goals.shut_down(self._clock.now()))
+        self._end_goal(STOPPING, SERVER_STOPPED)
+
+    def _end_goal(self, refusal: Rejection, why: Rejection) -> None:
+        self._why = why
+        self.member.post(lambda: self._bridge.refuse(refusal))
+        self.member.post(lambda: self._bridge.goals.shut_down(self._clock.now(), why))
 
     def release(self) -> None:
         """End a goal whose vehicle has not come to rest yet, and command a hold."""
-        self.member.post(lambda: self._bridge.goals.release(self._clock.now()))
+        self.member.post(lambda: self._bridge.goals.release(self._clock.now(), self._why))
 
     def close(self) -> None:
         """Answer every request that still waits."""
@@ -191,7 +218,3 @@ class VehicleNode:
     def is_busy(self) -> bool:
         """Whether requests of clients are being processed."""
         return self._spinner.is_busy
-
-    def stop(self, timeout_s: float) -> None:
-        """Process nothing further."""
-        self._spinner.stop(timeout_s)

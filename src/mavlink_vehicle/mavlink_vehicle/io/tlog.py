@@ -40,8 +40,12 @@ class TlogWriter:
         path: the file.
     """
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, resumed: bool = False) -> None:
         """Create the file, or begin it again.
+
+        Args:
+            path: the file.
+            resumed: append to it instead.
 
         Raises:
             LinkError: it can't be written, or its folder does not exist. A folder is never made:
@@ -50,6 +54,7 @@ class TlogWriter:
         self.path = Path(path)
         self._failure: LinkError | None = None
         self._dirty = False
+        self._resumed = resumed
         try:
             self._file = self._open()
         except FileNotFoundError as error:
@@ -61,7 +66,7 @@ class TlogWriter:
             raise LinkError(f"Cannot record to {path}: {error.strerror or error}.") from error
 
     def _open(self) -> BinaryIO:
-        return self.path.open("wb")
+        return self.path.open("ab" if self._resumed else "wb")
 
     @property
     def failure(self) -> LinkError | None:

@@ -34,13 +34,17 @@ class ThreadedTlogWriter(TlogWriter):
     The thread writes the file and the attributes with its results, the caller the others.
     """
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, resumed: bool = False) -> None:
         """Create the file, or begin it again, and start the thread.
+
+        Args:
+            path: the file.
+            resumed: append to it instead.
 
         Raises:
             LinkError: it can't be written, or its folder does not exist.
         """
-        super().__init__(path)
+        super().__init__(path, resumed)
         self._waiting: deque[bytes] = deque()
         self._added_bytes = 0  # by the caller
         self._held_up: LinkError | None = None  # by the caller: the thread may never come back

@@ -15,7 +15,9 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.tasks.intents import Outcome
 
-__all__ = ["ClientGoals"]
+__all__ = ["STOPPED", "ClientGoals"]
+
+STOPPED = Rejection(OutcomeCode.SHUTTING_DOWN, "The navigation server was stopped.")
 
 
 class ClientGoals:
@@ -102,22 +104,26 @@ class ClientGoals:
             self._report.log(LogLevel.INFO, f"Goal {goal.short_id}: cancel requested")
         return True
 
-    def shut_down(self, now: float) -> None:
-        """Stop the vehicle where it is and end the active goal with SHUTTING_DOWN."""
+    def shut_down(self, now: float, why: Rejection = STOPPED) -> None:
+        """Stop the vehicle where it is and end the active goal, by default with SHUTTING_DOWN.
+
+        Args:
+            now: time in seconds.
+            why: code and sentence of the end.
+        """
         self._features.shut_down()
         goal = self._engine.goal
         if goal is None or goal.closing is not None:
             return
-        text = "The navigation server was stopped."
-        goal.stop(Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
+        goal.stop(Outcome(why.code, why.message, None), now)
 
-    def release(self, now: float) -> None:
+    def release(self, now: float, why: Rejection = STOPPED) -> None:
         """End the active goal and command a hold, although the vehicle may still move."""
         goal = self._engine.goal
         if goal is None:
             return
-        text = "The navigation server was stopped. Whether the vehicle has stopped is unknown."
+        text = f"{why.message} Whether the vehicle has stopped is unknown."
         if goal.takeover is not None:
-            self._engine.abandon(OutcomeCode.SHUTTING_DOWN, text, now)
+            self._engine.abandon(why.code, text, now)
         else:
-            self._engine.end(goal, Outcome(OutcomeCode.SHUTTING_DOWN, text, None), now)
+            self._engine.end(goal, Outcome(why.code, text, None), now)

@@ -12,6 +12,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Generic, Protocol, TypeAlias, TypedDict, TypeVar, overload
 
 from navigation_bridge.configuration.checked_values import (
+    FLAG,
     TEXT,
     InvalidValueError,
     Kind,
@@ -104,6 +105,8 @@ class ParameterSpec:
     @property
     def kind(self) -> Kind[object]:
         """The kind of its values: the type of its default, with its range or its choices."""
+        if isinstance(self.default, bool):
+            return FLAG
         if isinstance(self.default, list):
             return items(TEXT)
         if isinstance(self.default, str):

@@ -80,6 +80,14 @@ class ServerConfig:
         server_wide=True,
         schema={"items": {"type": "string", "pattern": f"^{TOKEN}$"}, "uniqueItems": True},
     )
+    autostart: bool = parameter(
+        "autostart",
+        True,
+        "Whether the server configures and activates itself. false: it waits for its "
+        "[lifecycle](on_board.md#lifecycle) services.",
+        fixed=True,
+        server_wide=True,
+    )
     gcs_links: tuple[str, ...] = parameter(
         "gcs_links",
         [],
