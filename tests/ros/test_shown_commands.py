@@ -300,6 +300,7 @@ HOW: dict[str, Callable[..., None]] = {
     "ros2 action send_goal": goal,
     "ros2 action list": whole,
     "ros2 action info": whole,
+    "ros2 service call": until_stopped,
     "ros2 topic echo": without_a_topic,
     "ros2 run drone_navigation navigation_server": server,
     "make": target,
