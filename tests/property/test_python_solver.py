@@ -77,7 +77,7 @@ def test_a_position_is_reached_within_the_limits_from_any_acceleration(
     assert position == pytest.approx(length_m, abs=1e-6)
     assert speed == pytest.approx(target, abs=1e-6)
     assert end_acceleration == pytest.approx(0.0, abs=1e-6)
-    # What a start brings along is brought back; nothing is added.
+    # A start beyond the limits is brought back inside, and no further beyond them.
     fastest = max(limits.speed_forward_m_s, velocity, relaxed)
     slowest = min(-limits.speed_backward_m_s, velocity, relaxed)
     farthest = -float("inf")

@@ -46,7 +46,7 @@ class Rosdep:
         sources = folder / "sources"
         sources.mkdir()
         (sources / "20-default.list").write_text(f"yaml {(DATA / 'python.yaml').as_uri()}\n")
-        # What is in these is there already.
+        # rosdep takes packages in these folders for installed.
         there = ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "ROS_PACKAGE_PATH")
         self._environment = {
             **{name: value for name, value in os.environ.items() if name not in there},

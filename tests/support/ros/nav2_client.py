@@ -1,6 +1,6 @@
 """A client that makes the calls of Nav2's BasicNavigator (nav2_simple_commander).
 
-What nav2_msgs defines since 1.4 or 1.5 only is used where the installed one has it.
+It uses definitions of nav2_msgs 1.4 and 1.5 where the installed one has them.
 """
 
 from __future__ import annotations

@@ -119,8 +119,7 @@ class Flight:
         DDS takes a killed participant for alive until its lease ends, so that the old client
         would continue talking to it.
         """
-        self._stop_client()
-        self._start_client()
+        self.renew_node()
         self._client(Navigate.Goal())
 
     def renew_node(self) -> None:

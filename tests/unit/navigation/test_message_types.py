@@ -176,7 +176,7 @@ LATER: dict[str, dict[str, str | None]] = {
         ),
     },
 }
-"""What the later forms of nav2_msgs have changed: those of Kilted; of Lyrical and Rolling"""
+"""The types that later forms of nav2_msgs have changed: those of Kilted; of Lyrical and Rolling"""
 
 
 def forms_of_nav2() -> list[str]:
