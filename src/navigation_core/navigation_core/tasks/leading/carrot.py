@@ -46,6 +46,9 @@ _PROGRESS_S = 0.5
 _START_ERROR_SHARE = 1.5
 # Farther than a vehicle that follows is from a setpoint that stands.
 _RUN_OUT_M = 0.5
+# A setpoint that was this fast may have stopped harder than the vehicle could follow, and for this
+# long the vehicle may not have come back.
+_RUN_OUT_M_S, _RUN_OUT_S = 1.0, 5.0
 
 
 class Carrot:
@@ -312,6 +315,7 @@ class SentSetpoint:
         self.is_stale = False
         self._handover_s = terms.handover.time_s
         self._stepped_s = self._to_walk_s = 0.0
+        self._moved_s = -math.inf
 
     def start(self, now: float) -> None:
         """Count the time from now on, or from when another flight sent its last setpoint."""
@@ -331,6 +335,8 @@ class SentSetpoint:
     def note(self, carrot: Carrot) -> None:
         """Remember the setpoint that is sent."""
         self.commanded = Commanded(carrot.state, carrot.yaw_enu_rad)
+        if math.hypot(*carrot.state.velocity_enu_m_s) > _RUN_OUT_M_S:
+            self._moved_s = self._stepped_s
 
     def outdate(self) -> None:
         """Let the next plan begin where the vehicle is."""
@@ -365,10 +371,14 @@ class SentSetpoint:
         It does for a rover or boat; and for an aircraft that has not stopped at its setpoint but
         somewhere further on: an emergency's brake may be harder than the autopilot follows. A
         path that began at the setpoint would lead back first, or to another side of an approaching
-        obstacle.
+        obstacle. An aircraft that the wind has pushed away from a setpoint that stood all the time
+        is another matter: its autopilot leans into the wind by as much as it is behind, and would
+        stop doing so if the setpoint came to it. Each such plan would let it drift on.
         """
         if self._begins_here:
             return True
+        if self._stepped_s - self._moved_s > _RUN_OUT_S:
+            return False
         if math.hypot(*sent.state.velocity_enu_m_s) > STANDING_M_S:
             return False
         if not is_located(observation, self._config.position_stale_s):
