@@ -88,7 +88,7 @@ def plain(value: Any) -> Any:
     return [plain(item) for item in value]
 
 
-def holds(found: list[Any], wanted: list[Any]) -> bool:
-    """Whether ``wanted`` is in ``found``, one after the other with nothing between."""
-    starts = range(len(found) - len(wanted) + 1)
-    return any(found[start : start + len(wanted)] == wanted for start in starts)
+def missing_in_order(found: list[Any], wanted: list[Any]) -> Any:
+    """Return the first of ``wanted`` that does not follow the others in ``found``, or None."""
+    rest = iter(found)
+    return next((item for item in wanted if item not in rest), None)
