@@ -91,6 +91,21 @@ def test_a_position_is_reached_within_the_limits_from_any_acceleration(
     assert bound <= farthest + 0.02 * ours.duration * max(fastest, -slowest)
 
 
+@quickly
+@given(axis_limits, st.floats(0.0, 1.0), beyond, lengths_m)
+def test_both_solvers_know_whether_a_start_passes_its_target(
+    limits: AxisLimits, share: float, acceleration_share: float, length_m: float
+) -> None:
+    start = (share * limits.speed_forward_m_s, acceleration_share * limits.acceleration_m_s2)
+    for solver in (python_solver, ruckig_solver):
+        profile = solver.to_position(*start, length_m, 0.0, limits)
+        times_s = [profile.duration * k / 200.0 for k in range(201)]
+        farthest_m = max(profile.at_time(time_s)[0][0] for time_s in times_s)
+        # Ruckig 0.19's bound may be too small, but not so small as to be before the target.
+        if farthest_m > length_m + 1e-3:
+            assert profile.position_extrema[0].max > length_m + 1e-6
+
+
 @pytest.mark.night
 def test_the_core_flies_without_ruckig(tmp_path: Path) -> None:
     hidden = "navigation_core.trajectories.ruckig_solver"
