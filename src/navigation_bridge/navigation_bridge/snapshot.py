@@ -13,6 +13,7 @@ from functools import cached_property
 
 from mavlink_vehicle.positions.frames import Geodetic, LocalFrame
 from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.state.position_trust import PositionFault
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.vehicle.battery_watch import BatteryWatch
@@ -28,20 +29,7 @@ from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 
-__all__ = ["LocatedSnapshot", "PositionFault", "Snapshot"]
-
-
-@dataclass(frozen=True)
-class PositionFault:
-    """Why a position is in doubt.
-
-    Attributes:
-        source: the report that shows it.
-        reason: part of a sentence.
-    """
-
-    source: type
-    reason: str
+__all__ = ["LocatedSnapshot", "Snapshot"]
 
 
 @dataclass(frozen=True, kw_only=True)

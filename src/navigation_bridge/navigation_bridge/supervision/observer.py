@@ -13,14 +13,14 @@ from dataclasses import replace
 from mavlink_vehicle.events import LandedState
 from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles import GENERIC, Profile
-from mavlink_vehicle.state.position_trust import JUMP_MAX_M, PositionTrust
+from mavlink_vehicle.state.position_trust import JUMP_MAX_M, PositionFault, PositionTrust
 from mavlink_vehicle.state.telemetry import GlobalPosition
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.configuration.settings import BridgeConfig
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.reporting import Reporter
-from navigation_bridge.snapshot import LocatedSnapshot, PositionFault, Snapshot
+from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
 from navigation_bridge.vehicle.battery_watch import BatteryWatch
 from navigation_bridge.vehicle.fence import PlacedAreas
 from navigation_bridge.vehicle.map_frame import MapFrame, ground_z_enu_m
@@ -284,5 +284,4 @@ def position_fault(trust: PositionTrust, jumps_ned_m: tuple[float, float]) -> Po
         if jump_m > JUMP_MAX_M:
             reason = f"the position has jumped by {jump_m:.1f} m"
             return PositionFault(GlobalPosition, reason)
-    found = trust.fault
-    return None if found is None else PositionFault(*found)
+    return trust.fault
