@@ -11,7 +11,7 @@ from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.goals.requests import NavigateRequest
-from navigation_bridge.supervision.data_watches import check_position
+from navigation_bridge.supervision.preflight import check_position
 
 UNKNOWN_HEADING, LATITUDE, LONGITUDE = 65535, 473977420, 85455940
 SOURCE = 1 | 1 << 8

@@ -45,7 +45,7 @@ from mavlink_vehicle.protocols.streams.setpoint_stream import (
 )
 from mavlink_vehicle.state.measurements import MEASUREMENTS
 from mavlink_vehicle.state.reducer import reduce
-from mavlink_vehicle.state.vehicle_state import DataAge, evolve
+from mavlink_vehicle.state.vehicle_state import DataAge, VehicleState, evolve
 from mavlink_vehicle.vehicle_config import VehicleConfig
 
 _WANTED_ONCE = ("AUTOPILOT_VERSION", "HOME_POSITION", "GPS_GLOBAL_ORIGIN")
@@ -212,6 +212,12 @@ class VehicleCore(KnownVehicle):
             self._receive_vehicle(message, now)
         else:
             self._hear_another(message, now)
+
+    def states_around(self, message: Message, now: float) -> tuple[VehicleState, VehicleState]:
+        """Process one message; return the state before and after it."""
+        before = self.live.get()
+        self.receive(message, now)
+        return before, self.live.get()
 
     def _receive_vehicle(self, message: Message, now: float) -> None:
         """Process a message of the vehicle."""

@@ -28,9 +28,9 @@ from navigation_bridge.obstacles.obstacle_feed import ObstacleFeed
 from navigation_bridge.reporting import Front, Reporter
 from navigation_bridge.requests.feature import Feature, FeatureParts, Features, FeatureT
 from navigation_bridge.scene import Scene
-from navigation_bridge.snapshot import LocatedSnapshot, Observer
+from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_bridge.supervision.battery_forecast import share_for_return
-from navigation_bridge.supervision.data_watches import LatenessWatch
+from navigation_bridge.supervision.observer import LatenessWatch, Observer
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.stations import Stations
@@ -240,9 +240,7 @@ class Bridge:
 
     def receive(self, message: Message, now: float) -> None:
         """Process one MAVLink message."""
-        before = self.vehicle.live.get()
-        self.vehicle.receive(message, now)
-        state = self.vehicle.live.get()
+        before, state = self.vehicle.states_around(message, now)
         moved = state.global_position is not before.global_position
         if moved or state.origin is not before.origin:
             self.map_frame.update(state)

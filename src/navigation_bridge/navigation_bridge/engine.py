@@ -22,8 +22,13 @@ from navigation_bridge.obstacles.standing_obstacles import StandingObstacles
 from navigation_bridge.reporting import Reporter
 from navigation_bridge.requests.feature import Features
 from navigation_bridge.rules import goal_rules as rules
-from navigation_bridge.snapshot import Observer, Snapshot
-from navigation_bridge.supervision.data_watches import LatenessWatch, own_share, position_fault
+from navigation_bridge.snapshot import Snapshot
+from navigation_bridge.supervision.observer import (
+    LatenessWatch,
+    Observer,
+    own_share,
+    position_fault,
+)
 from navigation_bridge.supervision.overtaken_mode import OvertakenMode
 from navigation_bridge.supervision.parking import Parking
 from navigation_bridge.supervision.stations import Stations
@@ -90,7 +95,7 @@ class Engine:
             operation=goal.operation.report,
             mission=mission,
             fault=position_fault(parts.positions, goal.doubt.jumps_ned_m),
-            late_s=parts.lateness.lateness.recent_s(now),
+            late_s=parts.lateness.recent_s(now),
             taken=taken,
             mode_requested=requested,
             mode_unclear=taken and overtaken.is_open,

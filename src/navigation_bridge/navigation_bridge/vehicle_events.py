@@ -100,7 +100,7 @@ class VehicleEvents:
         if goal is None or not goal.operation.is_pending(event.operation_id):
             return
         status = OperationStatus[event.result.name]
-        late = self._parts.lateness.lateness.recent_s(now) >= TOO_LATE_S
+        late = self._parts.lateness.recent_s(now) >= TOO_LATE_S
         if status is OperationStatus.TIMED_OUT and late:
             status = OperationStatus.LATE
         goal.operation_ended(status, event.reason, now)

@@ -16,6 +16,7 @@ disarmed: which of the two places was the right one is not known here.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import LandedState
@@ -42,13 +43,25 @@ _SOURCES = (GpsFix, EstimatorReport)
 _SPHERE = AzimuthalEquidistant(6_371_000.0, 6_371_000.0)
 
 
+class PositionFault(NamedTuple):
+    """Why a position is in doubt.
+
+    Attributes:
+        source: the report that shows it.
+        reason: part of a sentence.
+    """
+
+    source: type
+    reason: str
+
+
 class PositionTrust:
     """Follows one vehicle's state.
 
     Attributes:
         jump_ned_m: north and east of all jumps since it was armed, added up.
         jumped_s: when the last one came, or None.
-        fault: the report that shows a fault of the estimate, and which; None if there is none.
+        fault: the first fault of the estimate that reports show; None if there is none.
     """
 
     def __init__(self) -> None:
@@ -60,12 +73,12 @@ class PositionTrust:
         # and those that have held for long enough.
         self._since_s: dict[type, float] = {}
         self._complaints: dict[type, str] = {}
-        self.fault: tuple[type, str] | None = None
+        self.fault: PositionFault | None = None
 
     @property
     def complaint(self) -> str:
         """The fault of the reported estimate; empty if there is none."""
-        return "" if self.fault is None else self.fault[1]
+        return "" if self.fault is None else self.fault.reason
 
     def observe(self, before: VehicleState, state: VehicleState, now: float) -> None:
         """Process what a message has changed."""
@@ -136,8 +149,9 @@ class PositionTrust:
             self._complaints.pop(source, None)
         elif now - self._since_s.setdefault(source, now) >= _CONFIRM_S:
             self._complaints.setdefault(source, words)
+        faults = self._complaints
         self.fault = next(
-            ((kind, self._complaints[kind]) for kind in _SOURCES if kind in self._complaints), None
+            (PositionFault(kind, faults[kind]) for kind in _SOURCES if kind in faults), None
         )
 
 

@@ -12,7 +12,13 @@ from typing import NamedTuple, TypeAlias
 
 from mavlink_vehicle.codec import MAVLINK_1_HEARTBEATS, mavlink
 from mavlink_vehicle.events import LandedState
-from mavlink_vehicle.positions.frames import Vector3
+from mavlink_vehicle.positions.frames import (
+    LocalFrame,
+    Quaternion,
+    Vector3,
+    attitude_enu_flu,
+    yaw_ned_to_enu,
+)
 from mavlink_vehicle.state.status_text import StatusText, StatusTexts
 from mavlink_vehicle.state.telemetry import (
     Attitude,
@@ -218,6 +224,29 @@ class VehicleState:
         if self.estimator is None:
             return not self.estimator_reported
         return self.estimator.horizontal_position_ok
+
+    def pose_enu(self, frame: LocalFrame) -> tuple[Vector3, float, Quaternion] | None:
+        """Return position (m), yaw (rad) and attitude in a local frame with the axes of ROS.
+
+        They are those of GLOBAL_POSITION_INT and ATTITUDE; before there is an ATTITUDE, level with
+        the heading of the first. None without a valid position or a heading. A local position is
+        required, too: an ArduCopter sends GLOBAL_POSITION_INT before its estimator uses the GPS,
+        but LOCAL_POSITION_NED only from then on.
+        """
+        place, attitude = self.global_position, self.attitude
+        if place is None or self.local_position is None or not self.position_valid:
+            return None
+        roll_rad, pitch_rad, yaw_ned_rad = 0.0, 0.0, place.heading_ned_rad
+        if attitude is not None:
+            roll_rad, pitch_rad = attitude.roll_rad, attitude.pitch_rad
+            yaw_ned_rad = attitude.yaw_ned_rad
+        if yaw_ned_rad is None:
+            return None
+        return (
+            frame.enu_m((place.latitude_deg, place.longitude_deg, place.altitude_amsl_m)),
+            yaw_ned_to_enu(yaw_ned_rad),
+            attitude_enu_flu(roll_rad, pitch_rad, yaw_ned_rad),
+        )
 
 
 def is_on_ground(state: VehicleState) -> bool:

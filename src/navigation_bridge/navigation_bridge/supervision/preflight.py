@@ -1,4 +1,4 @@
-"""Safety checks of a goal before it starts: health, fence, battery. No ROS."""
+"""Safety checks of a goal before it starts: health, fence, battery, position. No ROS."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 from mavlink_vehicle.events import FailsafeKind
 from mavlink_vehicle.profiles import VehicleKind
 from mavlink_vehicle.state.health import arming_faults, estimator_faults
+from mavlink_vehicle.state.position_trust import JUMP_MAX_M, PositionTrust
 from navigation_bridge.configuration.settings import BatteryPolicy
 from navigation_bridge.goals.admitted import Admitted, FlightPlan
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
@@ -14,10 +15,11 @@ from navigation_bridge.supervision.battery_forecast import shortage, unknown_cha
 from navigation_bridge.vehicle.takeover import failsafe_code
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.safety.fences import Fence, check_route, check_targets
+from navigation_core.safety.speed_at_bounds import room_in_volume_m
 from navigation_core.safety.target_checks import RESOLUTION_M, beside
 from navigation_core.tasks.watching.plane_route import HEIGHT_ERROR_M, circle_max_m
 
-__all__ = ["check_fence", "check_safety"]
+__all__ = ["check_fence", "check_position", "check_safety"]
 
 # Interrupting the vehicle's reaction to these makes them worse. After others it can be held: when a
 # server died and is back, the return is unnecessary.
@@ -81,7 +83,7 @@ def _check_turn(plan: FlightPlan, snapshot: Snapshot) -> Rejection | None:
     if plan.margin_m <= 0.0:
         return None
     for x, y, _ in plan.targets_enu_m:
-        room_m = snapshot.config.volume.room_m((x, y))
+        room_m = room_in_volume_m(snapshot.config.volume, (x, y))
         if room_m < plan.margin_m - RESOLUTION_M:
             return Rejection(
                 OutcomeCode.OUTSIDE_VOLUME,
@@ -130,3 +132,26 @@ def check_fence(
         margin_m, height_margin_m = margins_m
         return check_route(fence, here, targets, home_z_enu_m, margin_m, closed, height_margin_m)
     return check_targets(fence, targets, home_z_enu_m, *margins_m)
+
+
+# A client that repeats a goal at once after a jump has not checked the position.
+_JUMP_RECENT_S = 60.0
+
+
+def check_position(trust: PositionTrust, now: float) -> tuple[Rejection | None, str]:
+    """Return a rejection of a goal before it starts, or a warning."""
+    if trust.complaint:
+        text = f"The position is in doubt: {trust.complaint}."
+        return Rejection(OutcomeCode.NO_POSITION, text), ""
+    jumped_s, jump_m = trust.jumped_s, trust.jump_m()
+    if jumped_s is None or jump_m <= JUMP_MAX_M:
+        return None, ""
+    text = (
+        f"The position jumped by {jump_m:.1f} m, {now - jumped_s:.0f} s ago, and has not "
+        "jumped back; positions may be off by that much."
+    )
+    if now - jumped_s > _JUMP_RECENT_S:
+        return None, text
+    wait_s = _JUMP_RECENT_S - (now - jumped_s)
+    hint = f"Check where the vehicle is; goals are accepted again in {wait_s:.0f} s."
+    return Rejection(OutcomeCode.NO_POSITION, f"{text} {hint}"), ""

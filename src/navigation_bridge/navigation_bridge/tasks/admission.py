@@ -14,8 +14,7 @@ from navigation_bridge.goals.point_requests import check_request
 from navigation_bridge.goals.requests import NavigateRequest, Request, VelocityRequest
 from navigation_bridge.requests.feature import Feature, Redirection
 from navigation_bridge.snapshot import LocatedSnapshot, Snapshot
-from navigation_bridge.supervision.data_watches import check_position
-from navigation_bridge.supervision.preflight import check_safety
+from navigation_bridge.supervision.preflight import check_position, check_safety
 from navigation_bridge.tasks.registry import task_of
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.outcomes import OutcomeCode

@@ -88,44 +88,16 @@ class MapFrame:
         )
         self._finder.pair((place.latitude_deg, place.longitude_deg, place.altitude_amsl_m), moved)
 
-    def _measured(
-        self, state: VehicleState
-    ) -> tuple[LocalFrame, GlobalPosition, tuple[float, float, float]] | None:
-        """Return what a pose is made of: frame, position, and roll, pitch and yaw (NED)."""
-        frame, position, attitude = self.frame, state.global_position, state.attitude
-        if frame is None or position is None or not state.position_valid:
-            return None
-        if state.local_position is None:
-            return None
-        if attitude is not None:
-            return frame, position, (attitude.roll_rad, attitude.pitch_rad, attitude.yaw_ned_rad)
-        yaw_ned_rad = position.heading_ned_rad
-        return None if yaw_ned_rad is None else (frame, position, (0.0, 0.0, yaw_ned_rad))
-
     def pose(self, state: VehicleState) -> MapPose | None:
-        """Return the pose that GLOBAL_POSITION_INT and ATTITUDE give, or None.
-
-        None means that there is no valid position, origin or heading yet. A local position is
-        required, too: an ArduCopter sends GLOBAL_POSITION_INT before its estimator uses the GPS,
-        but LOCAL_POSITION_NED only from then on.
-        """
-        posed = self._posed
-        if posed is None or posed[0] is not state or posed[1] is not self.frame:
-            posed = self._posed = (state, self.frame, self._made(state))
+        """Return the pose, or None while there is no valid position, origin or heading."""
+        posed, frame = self._posed, self.frame
+        if posed is None or posed[0] is not state or posed[1] is not frame:
+            pose = None
+            if frame is not None and (found := state.pose_enu(frame)) is not None:
+                position_enu_m, yaw_enu_rad, (w, x, y, z) = found
+                pose = MapPose(position_enu_m, yaw_enu_rad, (x, y, z, w))
+            posed = self._posed = (state, frame, pose)
         return posed[2]
-
-    def _made(self, state: VehicleState) -> MapPose | None:
-        measured = self._measured(state)
-        if measured is None:
-            return None
-        frame, position, (roll_rad, pitch_rad, yaw_ned_rad) = measured
-        w, x, y, z = frames.attitude_enu_flu(roll_rad, pitch_rad, yaw_ned_rad)
-        place = (position.latitude_deg, position.longitude_deg, position.altitude_amsl_m)
-        return MapPose(
-            position_enu_m=frame.enu_m(place),
-            yaw_enu_rad=frames.yaw_ned_to_enu(yaw_ned_rad),
-            orientation_xyzw=(x, y, z, w),
-        )
 
     def home_enu_m(self, state: VehicleState) -> Vector3 | None:
         """Return the launch point, or None while it or the origin is unknown."""

@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from navigation_core.geometry import KinematicState, Vector3, norm
-from navigation_core.limits import Limits, stopping_speed_m_s
+from navigation_core.geometry import KinematicState, Vector3, add, norm, scale
+from navigation_core.limits import Limits, stopping_distance_m, stopping_speed_m_s
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import Array, Obstacles
 from navigation_core.planning.conflicts import lines_clear
@@ -30,8 +30,8 @@ _NEARER_MAX_M, _SOONER_MAX_S = 0.05, 0.2
 # Moving obstacles are predicted for at least this long, even if the vehicle comes to rest before:
 # its server may hang.
 _PREDICTED_MIN_S = 3.0
-# Moments of a run-out with an acceleration.
-_RUN_OUT_POINTS = 9
+# Moments of a run-out with an acceleration, as shares of the timeout.
+_MOMENTS = np.linspace(0.0, 1.0, 9)
 
 
 class _RunOut:
@@ -89,20 +89,22 @@ def safe_speed_m_s(
     speed = norm(velocity_enu_m_s)
     if speed < STANDING_M_S:
         return math.inf
-    place, velocity = np.array(position_enu_m), np.array(velocity_enu_m_s)
-    run_out = _RunOut(place, velocity, np.zeros(3), limits, timeout_s)
-    braking = run_out.braking_m_s2
-    path = run_out.places(np.array([run_out.rest_s]))[0] - place
-    length_m = float(np.linalg.norm(path))
+    course = scale(velocity_enu_m_s, 1.0 / speed)
+    braking = limits.along(course).acceleration_m_s2
+    length_m = stopping_distance_m(speed, timeout_s, braking)
     known_m = max(reach_m - clearance_m, 0.0)
     limit_m_s = stopping_speed_m_s(known_m, timeout_s, braking) if length_m > known_m else math.inf
-    if not len(obstacles):
+    end = add(position_enu_m, scale(course, length_m))
+    x, y, z = zip(position_enu_m, end, strict=True)
+    near = obstacles.near((min(x), min(y), min(z)), (max(x), max(y), max(z)), clearance_m)
+    if not len(near):
         return limit_m_s
-    ends = place + path * _SHARES[:, None]
-    if _is_clear(place, ends[-1], obstacles, clearance_m):
+    place = np.array(position_enu_m)
+    ends = place + (np.array(end) - place) * _SHARES[:, None]
+    if near.is_clear(position_enu_m, end, clearance_m):
         return limit_m_s
-    clear = lines_clear(np.repeat(place[None], len(ends), axis=0), ends, obstacles, clearance_m)
-    if not clear[0] and leads_away(place, ends[0], obstacles, clearance_m):
+    clear = near.are_clear(np.repeat(place[None], len(ends), axis=0), ends, clearance_m)
+    if not clear[0] and leads_away(place, ends[0], near, clearance_m):
         return limit_m_s
     blocked = int(np.argmin(clear))
     free_m = 0.0 if blocked == 0 else length_m * float(_SHARES[blocked - 1])
@@ -181,17 +183,11 @@ def run_out_is_clear(
         timeout_s,
     )
     here = np.array(position_enu_m)
-    times = np.append(
-        np.linspace(0.0, timeout_s, _RUN_OUT_POINTS),
-        (run_out.rest_s, max(run_out.rest_s, _PREDICTED_MIN_S)),
-    )
+    end_s = max(run_out.rest_s, _PREDICTED_MIN_S)
+    times = np.concatenate((_MOMENTS * timeout_s, (run_out.rest_s, end_s)))
     places = run_out.places(times)
-    starts = np.vstack([here, places[:-1]])
+    starts = np.concatenate((here[None], places[:-1]))
     near = _at_height(moving, setpoint.position_enu_m[2])
     return bool(lines_clear(starts, places, obstacles, clearance_m).all()) and all(
         _passes(places[:, :2], times, one, clearance_m) for one in near
     )
-
-
-def _is_clear(start: Array, end: Array, obstacles: Obstacles, clearance_m: float) -> bool:
-    return bool(lines_clear(start[None], end[None], obstacles, clearance_m)[0])

@@ -15,7 +15,7 @@ from navigation_core.limits import stopping_distance_m, stopping_speed_m_s
 from navigation_core.safety.fences import Area, CircleArea, Fence, Point2
 from navigation_core.safety.target_checks import FlightVolume
 
-__all__ = ["Bounds", "Braking", "SpeedAtBounds"]
+__all__ = ["Bounds", "Braking", "SpeedAtBounds", "room_in_volume_m"]
 
 # Room that is kept to the flight volume; over ground with what the estimate of a position is wrong
 # by (0.16 m by ground truth) and the last of a brake on top.
@@ -191,7 +191,7 @@ class SpeedAtBounds:
 
     def _room_m(self, point: Point2) -> float:
         """Return how far every bound is, its margin taken off; negative beyond it."""
-        rooms_m = [self.volume.room_m(point) - self.volume_margin_m]
+        rooms_m = [room_in_volume_m(self.volume, point) - self.volume_margin_m]
         if self.fence is not None:
             rooms_m += [_depth_m(area, point) - self.fence_margin_m for area in self.fence.areas]
             if self.fence.alternatives:
@@ -199,6 +199,16 @@ class SpeedAtBounds:
                 deepest_m = max(_depth_m(area, point) for area in self.fence.alternatives)
                 rooms_m.append(deepest_m - self.fence_margin_m)
         return min(rooms_m)
+
+
+def room_in_volume_m(volume: FlightVolume, point: Point2) -> float:
+    """Return how far inside a volume a point of the map is over ground; negative outside."""
+    x, y = point
+    room_m = volume.radius_max_m - math.hypot(x, y)
+    if volume.box is None:
+        return room_m
+    (west, south, _), (east, north, _) = volume.box.minimum_enu_m, volume.box.maximum_enu_m
+    return min(room_m, east - x, x - west, north - y, y - south)
 
 
 def _depth_m(area: Area, point: Point2) -> float:

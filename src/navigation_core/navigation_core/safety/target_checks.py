@@ -106,15 +106,6 @@ class FlightVolume:
             beyond += [low[0] - x, x - high[0], low[1] - y, y - high[1], z - high[2]]
         return max(beyond)
 
-    def room_m(self, place_enu_m: tuple[float, float]) -> float:
-        """Return how far inside a place is over ground; negative outside."""
-        rooms_m = [self.radius_max_m - math.hypot(*place_enu_m)]
-        if self.box is not None:
-            (west, south, _), (east, north, _) = self.box.minimum_enu_m, self.box.maximum_enu_m
-            x, y = place_enu_m
-            rooms_m += [east - x, x - west, north - y, y - south]
-        return min(rooms_m)
-
     def __post_init__(self) -> None:
         """Reject a volume without inside.
 

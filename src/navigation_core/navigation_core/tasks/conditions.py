@@ -78,9 +78,8 @@ def measured_state(observation: Observation) -> KinematicState:
     position, velocity = observation.position_enu_m, observation.velocity_enu_m_s
     if position is None or velocity is None:
         raise ValueError("The observation holds no position and velocity.")
-    age_s = observation.position_age_s
-    x, y, z = (place + speed * age_s for place, speed in zip(position, velocity, strict=True))
-    return KinematicState((x, y, z), velocity)
+    age_s, (x, y, z), (v_x, v_y, v_z) = observation.position_age_s, position, velocity
+    return KinematicState((x + v_x * age_s, y + v_y * age_s, z + v_z * age_s), velocity)
 
 
 def measured_speed(observation: Observation) -> float | None:

@@ -31,6 +31,9 @@ class PhasedTask(Task):
     nothing has to be resumed after a pause.
     """
 
+    may_replan = False
+    """Nothing takes long."""
+
     table: ClassVar[Table]
     """The phases that may follow each other; another one raises PhaseError."""
 
@@ -73,11 +76,6 @@ class PhasedTask(Task):
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """The waypoints, where there are any: the vehicle flies by itself."""
         return self._path_enu_m
-
-    @property
-    def may_replan(self) -> bool:
-        """No: nothing takes long."""
-        return False
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""

@@ -343,8 +343,8 @@ def obstacle_diagnostic(
 
 def loop_diagnostic(bridge: Bridge, name: str, hardware_id: str, now: float) -> DiagnosticStatus:
     """Return the state of the control loop."""
-    lateness, age_s = bridge.lateness_watch.lateness, bridge.lateness_watch.data_age_s
-    recent_s = lateness.recent_s(now)
+    lateness = bridge.lateness_watch
+    recent_s, age_s = lateness.recent_s(now), lateness.data_age_s
     if recent_s >= TOO_LATE_S:
         judged = DiagnosticStatus.ERROR, "Overrun: the vehicle is stopped"
     elif recent_s >= LATE_S:

@@ -30,6 +30,7 @@ from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import FLIGHT, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
+from navigation_core.tasks.traffic.path_in_traffic import ALONE, TrafficStep
 from navigation_core.trajectories.trajectory import TrajectoryError
 
 _PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
@@ -56,6 +57,7 @@ class SetpointFlight(PhasedTask):
         self._follower = PathFollower(section.goal, terms)
         self._follower.lead_to(section.goal, section.points, section.yaws_enu_rad)
         self._avoider = None
+        self.may_replan = terms.avoidance is not None
         if terms.avoidance is not None:
             self._avoider = Avoider(terms.avoidance, traits, self._follower)
         self._leader = PathLeader(terms, self._follower)
@@ -112,11 +114,6 @@ class SetpointFlight(PhasedTask):
         if not self._traits.flies:
             observation = self._arrival.level(observation)
         self._estimator.start(observation, self._follower)
-
-    @property
-    def may_replan(self) -> bool:
-        """Whether the flight avoids obstacles."""
-        return self._avoider is not None
 
     def replan(self, observation: Observation, now: float) -> None:
         """Search for another path around obstacles, if need be."""
@@ -267,10 +264,10 @@ class SetpointFlight(PhasedTask):
         here = located(observation, self._config.position_stale_s)
         if here is None:
             return self._standing.lose_position(observation)
-        traffic = self._in_traffic.step(observation, now)
+        traffic = self._among_others(observation, now)
         if self._follower.sent.is_stale or self._follower.carrot is None:
             self._begin_flight(observation, now)
-            traffic = self._in_traffic.step(observation, now)
+            traffic = self._among_others(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             return Phase.BLOCKED
         carrot = self._follower.carrot
@@ -288,6 +285,12 @@ class SetpointFlight(PhasedTask):
                 return self._arrival.timeout("The vehicle made no progress", observation)
             self._standing.note_left(carrot.distance_remaining_m)
         return Fly(self._leader.setpoint(carrot, here, radius_m, observation, path))
+
+    def _among_others(self, observation: Observation, now: float) -> TrafficStep:
+        """Reserve what is ahead, where there is anybody to keep apart from."""
+        if observation.traffic is None and self._in_traffic.last is ALONE:
+            return ALONE
+        return self._in_traffic.step(observation, now)
 
     def _settle(self, observation: Observation, now: float) -> Answer:
         here, carrot = located(observation, self._config.position_stale_s), self._follower.carrot

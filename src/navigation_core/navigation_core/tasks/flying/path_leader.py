@@ -16,7 +16,7 @@ from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.leading.turning_circle import Pursuer
 from navigation_core.tasks.observation import Observation
-from navigation_core.tasks.traffic.path_in_traffic import PathInTraffic
+from navigation_core.tasks.traffic.path_in_traffic import ALONE, PathInTraffic
 
 __all__ = ["PathLeader"]
 
@@ -107,6 +107,8 @@ class PathLeader:
         setpoint = self._run_out_limiter.limited(fly.setpoint, observation)
         if not is_led:
             self.in_traffic.forget()
+            return replace(fly, setpoint=setpoint)
+        if self.in_traffic.last is ALONE:
             return replace(fly, setpoint=setpoint)
         slower = self.in_traffic.limited(setpoint, observation)
         if slower is not setpoint:

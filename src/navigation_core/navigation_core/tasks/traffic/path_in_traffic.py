@@ -33,7 +33,7 @@ from navigation_core.tasks.traffic.reserved_path import (
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traits import Traits
 
-__all__ = ["BRAKE_SHARE", "PathInTraffic", "TrafficStep"]
+__all__ = ["ALONE", "BRAKE_SHARE", "PathInTraffic", "TrafficStep"]
 
 BRAKE_SHARE = 0.6
 """Share of the maximum acceleration that is planned for the stop at the end of the reservation"""
@@ -61,7 +61,8 @@ class TrafficStep:
     leads_elsewhere: bool = False
 
 
-_ALONE = TrafficStep()
+ALONE = TrafficStep()
+"""No other vehicle is near the path."""
 
 
 class PathInTraffic:
@@ -81,7 +82,7 @@ class PathInTraffic:
             follower: of its path.
             avoidance: how it keeps away from obstacles; None for not at all.
         """
-        self.last = _ALONE
+        self.last = ALONE
         self._traits = traits
         self._follower = follower
         self._avoidance = avoidance
@@ -115,7 +116,7 @@ class PathInTraffic:
         self._detours.forget()
         self._path = self._elsewhere = None
         self._waiting, self._stood_s = None, None
-        self.last = _ALONE
+        self.last = ALONE
 
     def step(self, observation: Observation, now: float) -> TrafficStep:
         """Reserve what is ahead, and return how the setpoint continues.
@@ -125,7 +126,7 @@ class PathInTraffic:
         carrot = self._follower.carrot
         view = None if observation.traffic is None else TrafficView.of(observation)
         if view is None or carrot is None:
-            if self.last is not _ALONE:
+            if self.last is not ALONE:
                 self.forget()
             return self.last
         share = self._share(view, carrot, observation, now)
