@@ -25,7 +25,7 @@ ResultT = TypeVar("ResultT")
 SWITCH_INTERVAL_S = 0.001
 """Time after which a search yields to the driver thread, if that has work."""
 
-# The parts of SciPy in use; the first two also by the driver thread, to track moving obstacles.
+# The parts of SciPy in use, by searches only: the driver thread would wait until they are loaded.
 _LOADED_BEFOREHAND = ("scipy.sparse.csgraph", "scipy.spatial", "scipy.ndimage")
 
 # Lead time of a path's start: slightly more than the last searches took.
@@ -57,10 +57,10 @@ class SearchThread:
     def warm_up(self, then: Callable[[], object] = lambda: None) -> None:
         """Load SciPy beside the flight, before the first search.
 
-        It takes half a second, so the server does not load it to get ready. Nor may it be loaded
-        by its first use, which is in flight, on the driver thread. Call this when the server is
-        ready and no vehicle is under control. The driver thread gets its turns meanwhile, as
-        during a search. A goal that avoids obstacles does not move before: its search waits here.
+        It takes half a second, so the server does not load it to get ready. Call this when the
+        server is ready and no vehicle is under control. The driver thread gets its turns meanwhile,
+        as during a search. A goal that avoids obstacles does not move before: its search waits
+        here.
 
         Args:
             then: called in the thread once it is loaded.

@@ -45,7 +45,7 @@ def test_client_reads_its_command_line_without_ros_and_sends_a_goal_without_the_
     assert not loaded & {*HEAVY - {"rich"}, *SCIPY, "mavlink_vehicle.codec", "rich.progress"}
 
 
-def test_search_thread_loads_beforehand_all_that_searches_and_tracking_use() -> None:
+def test_search_thread_loads_beforehand_all_that_searches_use() -> None:
     warm_up = """
 from navigation_bridge.search_thread import SearchThread
 import navigation_core.tasks.flying.goto
@@ -56,16 +56,28 @@ searches.begin(lambda is_wanted: None)
 searches._pool.shutdown()
 """
     flown = """
-import numpy as np
-from navigation_core.mapping.moving_obstacles import _things
 from navigation_core.planning.planner import PlanLimits, plan
 from tests.support.worlds.random_worlds import CLEARANCE_M, random_world
 for seed in range(6):
     world = random_world(seed, 60, top_m=20.0)
     limits = PlanLimits(CLEARANCE_M, (1.0, 30.0))
     plan(world.start_enu_m, world.goal_enu_m, world.obstacles, limits)
-_things(np.random.default_rng(1).normal(size=(30, 6)))
 """
     warmed, used = loaded_after(warm_up), loaded_after(warm_up + flown)
     assert warmed >= SCIPY
     assert used - warmed == set()
+
+
+def test_tracking_what_moves_needs_no_scipy_which_may_still_be_loading() -> None:
+    tracked = """
+import numpy as np
+from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
+seen, bearings = ObstacleMap(), np.arange(72) * np.pi / 36.0
+rays = np.stack([np.cos(bearings), np.sin(bearings), 0.0 * bearings], axis=1)
+for k in range(30):
+    ranges_m = np.full(72, 30.0)
+    ranges_m[:3] = 12.0 - 0.15 * k
+    seen.integrate(RayScan((0.0, 0.0, 3.0), rays, ranges_m, 0.2, 40.0, np.pi / 72.0), 0.0, 0.1 * k)
+assert seen.moving
+"""
+    assert not loaded_after(tracked) & SCIPY

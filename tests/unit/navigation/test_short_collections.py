@@ -64,6 +64,29 @@ print(json.dumps([found, gc.get_freeze_count(), thresholds != gc.get_threshold()
 )
 
 
+BEGUN_IN_FLIGHT = (
+    READY
+    + """
+class Ring:
+    def __init__(self):
+        self.itself = self
+ring, walked, found = Ring(), [], []
+seen = weakref.ref(ring)
+del ring
+gc.callbacks.insert(
+    0,
+    lambda phase, about: (phase, about["generation"]) == ("start", 2) and walked.append(1),
+)
+collections.begin(at_rest=False)
+frozen, begun = gc.get_freeze_count(), len(walked)
+for at_rest in (False, True):
+    collections.tend(at_rest)
+    found.append([len(walked) > begun, seen() is not None])
+print(json.dumps([begun, frozen, found]))
+"""
+)
+
+
 def printed(statements: str) -> Any:
     done = subprocess.run(
         [sys.executable, "-c", statements],
@@ -86,6 +109,14 @@ def test_no_collection_walks_through_more_than_what_is_new_however_much_is_alloc
     assert max(walked) < 40_000
     _, walked = printed(ALLOCATES_MUCH.format(settled=False))
     assert max(walked) > 100_000  # so the figure above is due to the freezing
+
+
+def test_a_goal_that_has_begun_before_the_server_is_ready_is_not_held_up_by_a_collection() -> None:
+    begun, frozen, (in_flight, at_rest) = printed(BEGUN_IN_FLIGHT)
+    assert begun == 0
+    assert frozen > 10_000
+    assert in_flight == [False, True]
+    assert at_rest == [True, False]
 
 
 def test_frozen_garbage_is_freed_at_rest_and_not_in_flight() -> None:

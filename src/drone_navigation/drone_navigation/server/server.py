@@ -167,7 +167,7 @@ class NavigationServer:
         for spinner in self._spinners:
             spinner.start()
         if self._searches is not None:
-            self._searches.warm_up(self._collections.settle)
+            self._searches.warm_up(lambda: self._collections.begin(self._at_rest))
 
     def activate(self) -> None:
         """Accept goals."""
@@ -182,11 +182,16 @@ class NavigationServer:
 
     def check_links(self) -> None:
         """Log newly opened links, look for other servers, free memory; call periodically."""
-        self._collections.tend(all(vehicle.is_at_rest for vehicle in self._vehicles))
+        self._collections.tend(self._at_rest)
         for vehicle in self._vehicles:
             vehicle.presence.look()
             if not vehicle.ready_logged and self._is_open(vehicle):
                 vehicle.log_ready()
+
+    @property
+    def _at_rest(self) -> bool:
+        """Whether no vehicle is armed or has a goal."""
+        return all(vehicle.is_at_rest for vehicle in self._vehicles)
 
     def _is_open(self, vehicle: VehicleNode) -> bool:
         return self._network.is_open(vehicle.config.link_url)

@@ -34,6 +34,18 @@ _EVIDENCE_MAX = 3.0
 _SAME_HEIGHT_M = 0.5
 
 
+# A column is one row, so that all about it lies together in memory. First come the numbers of its
+# post: east, north, radius, bottom, top. Then its lowest and its highest hit; what may be its
+# bottom and its top, since once is not enough to say where it ends: the first ray beside it is
+# kept as that; its evidence; and whether it is full.
+_EAST, _NORTH, _RADIUS, _BOTTOM, _TOP = range(5)
+_LOW, _HIGH, _MAYBE_BOTTOM, _MAYBE_TOP, _EVIDENCE, _FULL, _ROW = range(5, 12)
+_POST, _ENDS = slice(_EAST, _TOP + 1), slice(_BOTTOM, _TOP + 1)
+# That of a column without a hit; each hit ends it.
+_NEW = np.zeros(_ROW)
+_NEW[[_BOTTOM, _LOW, _MAYBE_TOP]], _NEW[[_TOP, _HIGH, _MAYBE_BOTTOM]] = np.inf, -np.inf
+
+
 class Columns:
     """Evidence and heights of every column of the window; see the module.
 
@@ -52,18 +64,12 @@ class Columns:
         self.cell_m = cell_m
         self.version = 0
         self._count = max(round(size_m / cell_m), 1)
-        self._first = np.full(2, -(self._count // 2))
-        cells = self._count * self._count
+        self._first = -(self._count // 2), -(self._count // 2)
         # The columns with any evidence, ascending: a large window is mostly empty.
         self._known = np.empty(0, dtype=np.intp)
-        self._evidence = np.zeros(cells)
-        self._full = np.zeros(cells, dtype=np.bool_)
-        self._centres_m = np.zeros((cells, 2))
-        # Lowest and highest hit, and where it ends. Once is not enough to say where it ends: the
-        # first ray above it is kept as what may be its top.
-        self._low, self._high = np.zeros(cells), np.zeros(cells)
-        self._bottom, self._top = np.zeros(cells), np.zeros(cells)
-        self._maybe_bottom, self._maybe_top = np.zeros(cells), np.zeros(cells)
+        self._rows = np.zeros((self._count * self._count, _ROW))
+        # All false but for a moment.
+        self._is_hit = np.zeros(len(self._rows), dtype=np.bool_)
 
     def clear(self) -> None:
         """Forget everything."""
@@ -71,43 +77,42 @@ class Columns:
 
     def recentre(self, east_m: float, north_m: float) -> None:
         """Roll the window to be about a point, and forget the columns that leave it."""
-        cells = math.floor(east_m / self.cell_m), math.floor(north_m / self.cell_m)
         half = self._count // 2
-        first = np.array([cells[0] - half, cells[1] - half])
-        if first[0] == self._first[0] and first[1] == self._first[1]:
+        first = math.floor(east_m / self.cell_m) - half, math.floor(north_m / self.cell_m) - half
+        if first == self._first:
             return
         self._first = first
-        away = self._cells(self._centres_m[self._known]) - first
-        self._forget(self._known[((away < 0) | (away >= self._count)).any(axis=1)])
+        (west, east), (south, north) = (
+            (at * self.cell_m, (at + self._count) * self.cell_m) for at in first
+        )
+        easts, norths = self.middles_m(self._known)
+        away = (easts < west) | (easts > east) | (norths < south) | (norths > north)
+        if away.any():
+            self._forget(self._known[away])
 
-    def find(self, points_m: Array) -> tuple[Indices, Mask]:
-        """Return the columns of points (N, 2 or 3), and which of the points have one."""
-        cells = self._cells(points_m[:, :2])
-        away = cells - self._first
-        inside = np.asarray(((away >= 0) & (away < self._count)).all(axis=1))
-        wrapped = cells % self._count
-        return np.asarray(wrapped[:, 0] * self._count + wrapped[:, 1]), inside
+    def find(self, east_m: Array, north_m: Array) -> tuple[Indices, Mask]:
+        """Return the columns of points (N,), and which of the points have one."""
+        east, north = self._cells(east_m), self._cells(north_m)
+        inside = (east >= self._first[0]) & (east < self._first[0] + self._count)
+        inside &= (north >= self._first[1]) & (north < self._first[1] + self._count)
+        return (east % self._count) * self._count + north % self._count, inside
 
     def known(self) -> Indices:
         """Return the columns with any evidence, ascending."""
         return self._known
 
-    def centres_m(self, columns: Indices) -> Array:
-        """Return east and north of the middles of known columns, shape (N, 2)."""
-        return np.asarray(self._centres_m[columns])
+    def middles_m(self, columns: Indices) -> tuple[Array, Array]:
+        """Return east and north of the middles of known columns, each of shape (N,)."""
+        return self._rows[:, _EAST][columns], self._rows[:, _NORTH][columns]
 
     def ends_m(self, columns: Indices) -> tuple[Array, Array]:
         """Return bottoms and tops of columns, which must be known; each of shape (N,)."""
-        return self._bottom[columns], self._top[columns]
+        return self._rows[columns, _BOTTOM], self._rows[columns, _TOP]
 
     def posts(self) -> Array:
         """Return the full columns as posts: east, north, radius, bottom, top."""
-        full = self._known[self._full[self._known]]
-        table = np.empty((len(full), 5))
-        table[:, :2] = self.centres_m(full)
-        table[:, 2] = self.cell_m * np.sqrt(0.5)
-        table[:, 3], table[:, 4] = self._bottom[full], self._top[full]
-        return table
+        full = self._known[self._rows[:, _FULL][self._known] > 0.0]
+        return self._rows[full, _POST]
 
     def hit(self, columns: Indices, heights_m: Array, shares: Array, extent_m: float) -> Indices:
         """Process hits.
@@ -122,26 +127,28 @@ class Columns:
         Returns:
             The columns, each once.
         """
-        hit, group = np.unique(columns, return_inverse=True)
-        low, high = np.full(len(hit), np.inf), np.full(len(hit), -np.inf)
-        np.minimum.at(low, group, heights_m)
-        np.maximum.at(high, group, heights_m)
-        share = np.zeros(len(hit))
-        np.maximum.at(share, group, shares)
-        new = self._evidence[hit] == 0.0
-        below, above = new | (low < self._bottom[hit]), new | (high > self._top[hit])
-        bottom = np.where(below, self._down(low - extent_m), self._bottom[hit])
-        top = np.where(above, self._up(high + extent_m), self._top[hit])
-        below |= low < self._maybe_bottom[hit]
-        above |= high > self._maybe_top[hit]
-        self._maybe_bottom[hit] = np.where(below, -np.inf, self._maybe_bottom[hit])
-        self._maybe_top[hit] = np.where(above, np.inf, self._maybe_top[hit])
-        self._low[hit] = np.where(new, low, np.minimum(low, self._low[hit]))
-        self._high[hit] = np.where(new, high, np.maximum(high, self._high[hit]))
-        self._know(hit[new])
-        self._evidence[hit] = np.minimum(self._evidence[hit] + share, _EVIDENCE_MAX)
-        self._set_ends(hit, bottom, top)
-        self._set_full(hit, self._full[hit] | (self._evidence[hit] >= _FULL_AT))
+        if not len(columns):
+            return columns
+        order = columns.argsort()
+        columns, heights_m = columns[order], heights_m[order]
+        is_first = np.ones(len(columns), dtype=np.bool_)
+        np.not_equal(columns[1:], columns[:-1], out=is_first[1:])
+        first = is_first.nonzero()[0]
+        hit = columns[first]
+        low, high = np.minimum.reduceat(heights_m, first), np.maximum.reduceat(heights_m, first)
+        share = np.maximum.reduceat(shares[order], first)
+        self._know(hit[self._rows[:, _EVIDENCE][hit] == 0.0])
+        rows = self._rows[hit]
+        below, above = low < rows[:, _BOTTOM], high > rows[:, _TOP]
+        rows[:, _BOTTOM] = np.where(below, self._down(low - extent_m), rows[:, _BOTTOM])
+        rows[:, _TOP] = np.where(above, self._up(high + extent_m), rows[:, _TOP])
+        rows[below | (low < rows[:, _MAYBE_BOTTOM]), _MAYBE_BOTTOM] = -np.inf
+        rows[above | (high > rows[:, _MAYBE_TOP]), _MAYBE_TOP] = np.inf
+        rows[:, _LOW] = np.minimum(low, rows[:, _LOW])
+        rows[:, _HIGH] = np.maximum(high, rows[:, _HIGH])
+        rows[:, _EVIDENCE] = np.minimum(rows[:, _EVIDENCE] + share, _EVIDENCE_MAX)
+        rows[rows[:, _EVIDENCE] >= _FULL_AT, _FULL] = 1.0
+        self._set(hit, rows)
         return hit
 
     def pass_by(self, columns: Indices, heights_m: Array, seen: Mask, hit: Indices) -> None:
@@ -158,46 +165,56 @@ class Columns:
             seen: which of these rays there are, shape (N, K).
             hit: columns that the same scan has hit, which holds against rays beside the hit.
         """
-        low, high = self._low[columns, None], self._high[columns, None]
-        over = seen & (heights_m > high + _SAME_HEIGHT_M)
-        under = seen & (heights_m < low - _SAME_HEIGHT_M)
+        if not len(columns):
+            return
+        rows = self._rows[columns]
+        low, high = rows[:, _LOW], rows[:, _HIGH]
+        over = seen & (heights_m > high[:, None] + _SAME_HEIGHT_M)
+        under = seen & (heights_m < low[:, None] - _SAME_HEIGHT_M)
         over_m = self._up(np.where(over, heights_m, np.inf).min(axis=1))
         under_m = self._down(np.where(under, heights_m, -np.inf).max(axis=1))
-        top = np.minimum(self._top[columns], np.maximum(over_m, self._maybe_top[columns]))
-        hangs = np.isfinite(np.minimum(under_m, self._maybe_bottom[columns]))
-        hanging_m = self._down(low[:, 0] - _SAME_HEIGHT_M)
-        bottom = np.maximum(self._bottom[columns], np.where(hangs, hanging_m, -np.inf))
-        self._maybe_top[columns] = np.minimum(self._maybe_top[columns], over_m)
-        self._maybe_bottom[columns] = np.maximum(self._maybe_bottom[columns], under_m)
-        self._set_ends(columns, bottom, top)
-        through = columns[(seen & ~over & ~under).any(axis=1)]
-        through = np.setdiff1d(through, hit, assume_unique=True)
-        self._evidence[through] = np.maximum(self._evidence[through] - _MISS, 0.0)
-        self._set_full(through, self._full[through] & (self._evidence[through] > _FREE_AT))
-        self._know_less()
+        rows[:, _TOP] = np.minimum(rows[:, _TOP], np.maximum(over_m, rows[:, _MAYBE_TOP]))
+        hangs = np.isfinite(np.minimum(under_m, rows[:, _MAYBE_BOTTOM]))
+        hanging_m = self._down(low - _SAME_HEIGHT_M)
+        rows[hangs, _BOTTOM] = np.maximum(rows[hangs, _BOTTOM], hanging_m[hangs])
+        rows[:, _MAYBE_TOP] = np.minimum(rows[:, _MAYBE_TOP], over_m)
+        rows[:, _MAYBE_BOTTOM] = np.maximum(rows[:, _MAYBE_BOTTOM], under_m)
+        self._is_hit[hit] = True
+        through = (seen & ~over & ~under).any(axis=1) & ~self._is_hit[columns]
+        self._is_hit[hit] = False
+        rows[through, _EVIDENCE] = np.maximum(rows[through, _EVIDENCE] - _MISS, 0.0)
+        rows[through & (rows[:, _EVIDENCE] <= _FREE_AT), _FULL] = 0.0
+        self._set(columns, rows)
+        if not rows[:, _EVIDENCE].all():
+            self._know_less()
 
     def _know(self, new: Indices) -> None:
-        """Process columns that had no evidence, ascending."""
-        self._known = np.insert(self._known, np.searchsorted(self._known, new), new)
-        wrapped = np.stack([new // self._count, new % self._count], axis=1)
-        cells = self._first + (wrapped - self._first) % self._count
-        self._centres_m[new] = (cells + 0.5) * self.cell_m
+        """Process columns that had no evidence; a hit ends them."""
+        if not len(new):
+            return
+        self._known = np.sort(np.concatenate([self._known, new]), kind="stable")
+        west, south = self._first
+        east = (new // self._count - west) % self._count + west
+        north = (new % self._count - south) % self._count + south
+        self._rows[new] = _NEW
+        self._rows[new, _EAST] = (east + 0.5) * self.cell_m
+        self._rows[new, _NORTH] = (north + 0.5) * self.cell_m
+        self._rows[new, _RADIUS] = self.cell_m * math.sqrt(0.5)
 
     def _know_less(self) -> None:
-        self._known = self._known[self._evidence[self._known] > 0.0]
+        self._known = self._known[self._rows[:, _EVIDENCE][self._known] > 0.0]
 
-    def _set_full(self, columns: Indices, full: Mask) -> None:
-        self.version += bool((self._full[columns] != full).any())
-        self._full[columns] = full
-
-    def _set_ends(self, columns: Indices, bottom_m: Array, top_m: Array) -> None:
-        changed = (self._bottom[columns] != bottom_m) | (self._top[columns] != top_m)
-        self.version += bool((changed & self._full[columns]).any())
-        self._bottom[columns], self._top[columns] = bottom_m, top_m
+    def _set(self, columns: Indices, rows: Array) -> None:
+        """Take over rows, and notice whether posts have changed."""
+        before, full = self._rows[columns], rows[:, _FULL] > 0.0
+        changed = before[:, _FULL] != rows[:, _FULL]
+        changed |= full & (before[:, _ENDS] != rows[:, _ENDS]).any(axis=1)
+        self.version += bool(changed.any())
+        self._rows[columns] = rows
 
     def _forget(self, columns: Indices) -> None:
-        self._set_full(columns, np.zeros(len(columns), dtype=np.bool_))
-        self._evidence[columns] = 0.0
+        self.version += bool(self._rows[columns, _FULL].any())
+        self._rows[columns, _FULL] = self._rows[columns, _EVIDENCE] = 0.0
         self._know_less()
 
     # Ends go in steps of a cell, so that noise in a height is not news every time.
@@ -207,5 +224,5 @@ class Columns:
     def _down(self, heights_m: Array) -> Array:
         return np.asarray(np.floor(heights_m / self.cell_m) * self.cell_m)
 
-    def _cells(self, points_m: Array) -> NDArray[np.intp]:
-        return np.asarray(np.floor(points_m / self.cell_m), dtype=np.intp)
+    def _cells(self, at_m: Array) -> NDArray[np.intp]:
+        return np.asarray(np.floor(at_m / self.cell_m), dtype=np.intp)

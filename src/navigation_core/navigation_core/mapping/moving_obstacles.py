@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from navigation_core.geometry import Vector3
@@ -36,6 +37,8 @@ _RECENT_S, _KEPT_S, _KEPT_EACH_S = 0.4, 2.0, 0.2
 _BEYOND_M, _BEYOND_PER_M = 0.4, 1.2 * _HALF_RAD
 # From much nearer a sector was much narrower than what is asked for now.
 _NEARER_MAX = 1.6
+# More than three turns, and what sums of angles lose.
+_APART_RAD, _ROUNDING_RAD = 100.0, 1e-9
 # Rays this far above or below are not evidence: they may have gone over a wall.
 _SAME_HEIGHT_M = 1.0
 # Hits belong to one obstacle if they follow one another within this distance, with time counted as
@@ -68,7 +71,7 @@ class Moving:
 
 @dataclass(frozen=True, eq=False)
 class _Ring:
-    """A scan, made coarse: the nearest in each sector."""
+    """A scan, made coarse: the nearest in each sector, by ascending bearing."""
 
     time_s: float
     origin: Array
@@ -77,29 +80,60 @@ class _Ring:
     free_m: Array
     has_hit: Mask
 
+    @cached_property
     def hits(self) -> Array:
-        """Return where something was hit, shape (N, 3)."""
+        """Where something was hit, shape (N, 3)."""
         away, bearing = self.free_m[self.has_hit], self.bearings_rad[self.has_hit]
         rises = away * self.slopes[self.has_hit]
         offsets = [away * np.cos(bearing), away * np.sin(bearing), rises]
         return np.asarray(np.stack(offsets, axis=1) + self.origin)
 
-    def saw_free(self, points: Array, origin: Array) -> Mask:
-        """Whether rays went through places (N, 3) that were hit later, from another origin."""
-        offsets = points - self.origin
-        away = np.hypot(offsets[:, 0], offsets[:, 1])
-        later = np.hypot(*(points - origin)[:, :2].T)
-        bearing = np.arctan2(offsets[:, 1], offsets[:, 0])
-        aside = np.abs(bearing[:, None] - self.bearings_rad)
-        aside = np.minimum(aside, math.tau - aside)
-        # The hit may be anywhere in its sector, and so may what this scan has hit.
-        wider = later / np.maximum(away, 0.1)
-        beside = aside <= (_HALF_RAD * (1.1 + wider))[:, None]
-        beyond = away + _BEYOND_M + _BEYOND_PER_M * np.maximum(later, away)
-        height = np.abs(away[:, None] * self.slopes - offsets[:, 2:3])
-        free = (self.free_m > beyond[:, None]) & (height < _SAME_HEIGHT_M)
-        seen = (aside <= 1.5 * _HALF_RAD).any(axis=1) & (wider < _NEARER_MAX)
-        return np.asarray(seen & (free | ~beside).all(axis=1))
+    @cached_property
+    def around(self) -> Array:
+        """Bearing, slope and free distance of each ray, shape (3, 3 N).
+
+        They go round three times, so that rays beside each other are so everywhere.
+        """
+        rays = np.stack([self.bearings_rad, self.slopes, self.free_m])
+        turn = np.array([[math.tau], [0.0], [0.0]])
+        return np.concatenate([rays - turn, rays, rays + turn], axis=1)
+
+
+def _seen_free(rings: Sequence[_Ring], hits: Array, origin: Array) -> Mask:
+    """Whether rays of any ring went through places (N, 3) that were hit later, from an origin."""
+    was_free = np.zeros(len(hits), dtype=np.bool_)
+    if not rings or not len(hits):
+        return was_free
+    offsets = hits - np.stack([ring.origin for ring in rings])[:, None]
+    away = np.hypot(offsets[..., 0], offsets[..., 1])
+    later = np.hypot(hits[:, 0] - origin[0], hits[:, 1] - origin[1])
+    # The hit may be anywhere in its sector, and so may what the ring has hit.
+    wider = later / np.maximum(away, 0.1)
+    ring, hit = np.nonzero(wider < _NEARER_MAX)
+    if not len(hit):
+        return was_free
+    away, later, wider = away[ring, hit], later[hit], wider[ring, hit]
+    east, north, above = offsets[ring, hit].T
+    bearing = np.arctan2(north, east)
+    near = _HALF_RAD * (1.1 + wider)
+    # All rays in one ascending row: those of each ring are a long way from those of the others.
+    bearings, slopes, free_m = np.concatenate([one.around for one in rings], axis=1)
+    apart = _APART_RAD * np.arange(len(rings))
+    row = bearings + np.repeat(apart, [len(one.around[0]) for one in rings])
+    reach = np.maximum(near, 1.5 * _HALF_RAD) + _ROUNDING_RAD
+    middle = apart[ring] + bearing
+    first, last = row.searchsorted(middle - reach), row.searchsorted(middle + reach)
+    rays = first[:, None] + np.arange((last - first).max())
+    is_ray = rays < last[:, None]
+    rays[~is_ray] = 0
+    aside = np.abs(bearings[rays] - bearing[:, None])
+    beside = is_ray & (aside <= near[:, None])
+    beyond = away + _BEYOND_M + _BEYOND_PER_M * np.maximum(later, away)
+    height = np.abs(away[:, None] * slopes[rays] - above[:, None])
+    free = (free_m[rays] > beyond[:, None]) & (height < _SAME_HEIGHT_M)
+    seen = (is_ray & (aside <= 1.5 * _HALF_RAD)).any(axis=1)
+    was_free[hit[seen & (free | ~beside).all(axis=1)]] = True
+    return was_free
 
 
 class Movers:
@@ -133,25 +167,37 @@ class Movers:
             self.clear()
         while self._rings and now - self._rings[0].time_s > _KEPT_S:
             self._rings.popleft()
-        hits = ring.hits()
-        was_free, stood = np.zeros((2, len(hits)), dtype=np.bool_)
-        for old in self._rings:
-            if now - old.time_s >= _RECENT_S:
-                was_free |= old.saw_free(hits, ring.origin)
-            if now - old.time_s >= _STOOD_S:
-                stood |= _near(hits, old.hits(), _STOOD_M)
-        # The rest of it, so that it does not seem to grow.
-        moves = was_free | (_near(hits, hits[was_free], _REST_M) & ~stood)
-        self._track(hits[moves], ring.origin, now)
+        self._track(self._moved(ring), ring.origin, now)
         if not self._rings or now - self._rings[-1].time_s >= _KEPT_EACH_S:
             self._rings.append(ring)
 
+    def _moved(self, ring: _Ring) -> Array:
+        """Return the hits of a ring that are on something that moves, shape (N, 3)."""
+        hits, now = ring.hits, ring.time_s
+        was_free = _seen_free(
+            [old for old in self._rings if now - old.time_s >= _RECENT_S], hits, ring.origin
+        )
+        if not was_free.any():
+            return hits[was_free]
+        # The rest of it, so that it does not seem to grow.
+        rest = _near(hits, hits[was_free], _REST_M) & ~was_free
+        for old in self._rings:
+            if now - old.time_s >= _STOOD_S and rest.any():
+                rest[rest] = ~_near(hits[rest], old.hits, _STOOD_M)
+        return hits[was_free | rest]
+
     def _track(self, hits: Array, origin: Array, now: float) -> None:
+        if not len(hits) and not len(self._hits):
+            self.moving = ()
+            return
         rays = (hits - origin)[:, :2]
         rays /= np.maximum(np.hypot(rays[:, 0], rays[:, 1]), 1e-9)[:, None]
         new = np.column_stack([hits, np.full(len(hits), now), rays])
         kept = self._hits[self._hits[:, 3] >= now - _TRACK_S]
         self._hits = np.concatenate([kept, new])[-_HITS_MAX:]
+        if not len(self._hits) or now - self._hits[-1, 3] > _FRESH_S:
+            self.moving = ()
+            return
         found = (_fitted(hits, now) for hits in _things(self._hits))
         self.moving = tuple(one for one in found if one is not None)
 
@@ -182,18 +228,25 @@ def _near(places: Array, others: Array, within_m: float) -> Mask:
 
 def _things(hits: Array) -> list[Array]:
     """Return hits (N, 6: place, time and ray), parted into those that belong together."""
-    if not len(hits):
-        return []
     places = np.column_stack([hits[:, :2], _LINK_M_S * hits[:, 3]])
-    pairs = scipy.spatial.cKDTree(places).query_pairs(_LINK_M, output_type="ndarray")
-    ones = np.ones(len(pairs))
-    links = scipy.sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(hits), len(hits)))
-    count, label = scipy.sparse.csgraph.connected_components(links, directed=False)
-    return [hits[label == one] for one in range(count)]
+    left, things = np.arange(len(hits)), []
+    while len(left):
+        new, left = left[:1], left[1:]
+        thing = [new]
+        # Not by SciPy, for which the thread that flies would wait while it is still loading.
+        while len(new) and len(left):
+            apart = places[new][:, None] - places[left]
+            linked = (np.einsum("ijk,ijk->ij", apart, apart) <= _LINK_M * _LINK_M).any(axis=0)
+            new, left = left[linked], left[~linked]
+            thing.append(new)
+        things.append(hits[np.sort(np.concatenate(thing))])
+    return things
 
 
 def _fitted(hits: Array, now: float) -> Moving | None:
     """Return the motion of hits (N, 6), None if they are too few or too scattered for it."""
+    if len(hits) < _SCANS_MIN:
+        return None
     times, scan = np.unique(hits[:, 3], return_inverse=True)
     if len(times) < _SCANS_MIN or np.ptp(times) < _SPAN_MIN_S or now - times[-1] > _FRESH_S:
         return None

@@ -18,14 +18,7 @@ from navigation_core.geometry import Vector3
 from navigation_core.mapping.evidence_columns import Columns, Indices, Mask
 from navigation_core.mapping.moving_obstacles import Movers, Moving
 from navigation_core.mapping.obstacles import Array, Obstacles
-from navigation_core.mapping.sensor_rays import (
-    Fan,
-    RayScan,
-    cloud_fan,
-    scan_fan,
-    scan_hits,
-    scan_ranges_m,
-)
+from navigation_core.mapping.sensor_rays import Fan, RayScan, Readings, cloud_fan
 
 __all__ = ["ObstacleMap", "RayScan"]
 
@@ -105,14 +98,16 @@ class ObstacleMap:
                 for what drives: its scanner looks along the ground.
             now: time of the reading in seconds.
         """
-        ranges = scan_ranges_m(scan, self._own_radius_m)
-        points, shares = scan_hits(scan, ranges, 0.7 * self._columns.cell_m)
-        offsets = points - np.array(scan.origin_enu_m)
-        stands = _stands(offsets[:, :2], offsets[:, 2], scan.origin_enu_m, ground_enu_m)
-        hit = self._hit(points[stands], shares[stands], math.inf)
-        fan = scan_fan(scan, ranges)
-        self._carve(fan, scan.origin_enu_m, ground_enu_m, hit)
-        self._follow(fan, scan.origin_enu_m, ground_enu_m, scan.range_max_m, now)
+        readings = Readings.of(scan, self._own_radius_m)
+        hits, origin = readings.hits(), scan.origin_enu_m
+        stands = _stands(hits.away_m, hits.away_m * hits.slopes, origin, ground_enu_m)
+        east, north, above, shares = hits.points(0.7 * self._columns.cell_m, stands)
+        columns, inside = self._columns.find(east + origin[0], north + origin[1])
+        heights = above[inside] + origin[2]
+        hit = self._columns.hit(columns[inside], heights, shares[inside], math.inf)
+        fan = readings.fan()
+        self._carve(fan, origin, ground_enu_m, hit)
+        self._follow(fan, origin, ground_enu_m, scan.range_max_m, now)
 
     def integrate_points(
         self, origin_enu_m: Vector3, points_enu_m: Array, ground_enu_m: float | None, now: float
@@ -133,8 +128,11 @@ class ObstacleMap:
         away = np.sqrt((offsets * offsets).sum(axis=1))
         outside = (away > self._own_radius_m) & np.isfinite(away)
         points, offsets = points[outside], offsets[outside]
-        stands = points[_stands(offsets[:, :2], offsets[:, 2], origin_enu_m, ground_enu_m)]
-        hit = self._hit(stands, np.ones(len(stands)), self._columns.cell_m)
+        level = np.hypot(offsets[:, 0], offsets[:, 1])
+        stands = points[_stands(level, offsets[:, 2], origin_enu_m, ground_enu_m)]
+        columns, inside = self._columns.find(stands[:, 0], stands[:, 1])
+        heights, shares = stands[inside, 2], np.ones(int(inside.sum()))
+        hit = self._columns.hit(columns[inside], heights, shares, self._columns.cell_m)
         fan = cloud_fan(offsets)
         self._carve(fan, origin_enu_m, ground_enu_m, hit)
         self._follow(fan, origin_enu_m, ground_enu_m, math.inf, now)
@@ -143,7 +141,7 @@ class ObstacleMap:
         """Return posts where what moves will be, as high as it is now."""
         tables = [np.empty((0, 5))]
         for one in self._moving:
-            columns, inside = self._columns.find(one.points_enu_m)
+            columns, inside = self._columns.find(*one.points_enu_m[:, :2].T)
             bottoms, tops = self._columns.ends_m(columns[inside])
             # The rest of the code takes obstacles to stand still, for as long as it plans ahead.
             for in_s, radius_m in zip(_PREDICTED_AHEAD_S, _PREDICTED_RADII_M, strict=True):
@@ -151,10 +149,6 @@ class ObstacleMap:
                 radii = np.full(len(moved), radius_m)
                 tables.append(np.column_stack([moved, radii, bottoms, tops]))
         return np.concatenate(tables)
-
-    def _hit(self, points: Array, shares: Array, extent_m: float) -> Indices:
-        columns, inside = self._columns.find(points)
-        return self._columns.hit(columns[inside], points[inside, 2], shares[inside], extent_m)
 
     def _follow(
         self,
@@ -165,10 +159,9 @@ class ObstacleMap:
         now: float,
     ) -> None:
         """Look for what moves; rays as long as the reach have hit nothing."""
-        rays = np.stack([np.cos(fan.bearings_rad), np.sin(fan.bearings_rad)], axis=1)
-        offsets, above = fan.free_m[..., None] * rays[:, None], fan.free_m * fan.slopes
+        above = fan.free_m * fan.slopes
         has_hit = (fan.free_m > 0.0) & (np.hypot(fan.free_m, above) < 0.99 * reach_m)
-        has_hit &= _stands(offsets, above, origin_enu_m, ground_enu_m)
+        has_hit &= _stands(fan.free_m, above, origin_enu_m, ground_enu_m)
         self._movers.take(fan, has_hit, origin_enu_m, now)
 
     def _carve(
@@ -177,26 +170,28 @@ class ObstacleMap:
         known = self._columns.known()
         if not len(known) or not len(fan.bearings_rad):
             return
-        offsets = self._columns.centres_m(known) - np.array(origin_enu_m[:2])
+        east, north = self._columns.middles_m(known)
+        east, north = east - origin_enu_m[0], north - origin_enu_m[1]
         # No ray goes farther.
-        within = np.abs(offsets).max(axis=1) < fan.free_m.max()
-        known, offsets = known[within], offsets[within]
-        above, seen = fan.passes(offsets, self._columns.cell_m)
-        # A ray that is as low as the ground has met the ground, which shows in no range.
-        seen &= _stands(offsets[:, None], above, origin_enu_m, ground_enu_m)
+        within = east * east + north * north < fan.free_m.max() ** 2
+        known, east, north = known[within], east[within], north[within]
+        away = np.hypot(east, north)
+        above, seen = fan.passes(away, np.arctan2(north, east), self._columns.cell_m)
         passed = seen.any(axis=1)
-        above_m = above[passed] + origin_enu_m[2]
-        self._columns.pass_by(known[passed], above_m, seen[passed], hit)
+        known, away, above, seen = known[passed], away[passed], above[passed], seen[passed]
+        # A ray that is as low as the ground has met the ground, which shows in no range.
+        seen &= _stands(away[:, None], above, origin_enu_m, ground_enu_m)
+        passed = seen.any(axis=1)
+        self._columns.pass_by(known[passed], above[passed] + origin_enu_m[2], seen[passed], hit)
 
 
 def _stands(
-    offsets_m: Array, above_m: Array, origin_enu_m: Vector3, ground_enu_m: float | None
+    away_m: Array, above_m: Array, origin_enu_m: Vector3, ground_enu_m: float | None
 ) -> Mask:
-    """Whether points east and north of a sensor (..., 2) and above it (...) are no ground."""
+    """Whether points at a distance in the plane from a sensor and above it are no ground."""
     if ground_enu_m is None:
         return np.ones(above_m.shape, dtype=np.bool_)
     height_m = max(origin_enu_m[2] - ground_enu_m, 0.0)
-    away = np.hypot(offsets_m[..., 0], offsets_m[..., 1])
-    ground = np.minimum(_GROUND_M + _GROUND_PER_M * away, 0.5 * height_m) - height_m
+    ground = np.minimum(_GROUND_M + _GROUND_PER_M * away_m, 0.5 * height_m) - height_m
     # Only a ray that descends meets the ground.
     return np.asarray((above_m > ground) | (above_m >= 0.0))

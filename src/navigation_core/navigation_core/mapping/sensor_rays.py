@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from navigation_core.geometry import Vector3
 
-__all__ = ["Fan", "RayScan", "cloud_fan", "scan_fan", "scan_hits", "scan_ranges_m"]
+__all__ = ["Fan", "Hits", "RayScan", "Readings", "cloud_fan"]
 
 Array: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -86,88 +86,127 @@ class Fan:
     slopes: Array
     free_m: Array
 
-    def passes(self, offsets_m: Array, cell_m: float) -> tuple[Array, Mask]:
+    def passes(self, away_m: Array, bearing_rad: Array, cell_m: float) -> tuple[Array, Mask]:
         """Return the rays that go through columns and beyond.
 
         Args:
-            offsets_m: east and north from the origin to the columns, shape (N, 2).
+            away_m: from the origin to the columns in the plane, shape (N,).
+            bearing_rad: of the columns, counter-clockwise from east, shape (N,).
             cell_m: side of a column.
 
         Returns:
             How far above the origin the rays are there, and whether there is such a ray, both
             of shape (N, K).
         """
-        away = np.hypot(offsets_m[:, 0], offsets_m[:, 1])
-        bearing = np.arctan2(offsets_m[:, 1], offsets_m[:, 0])
-        ray, aside = _nearest_bearing(self.bearings_rad, bearing)
+        ray, aside = _nearest_bearing(self.bearings_rad, bearing_rad)
         # A beam frees each column that it touches, as it would fill each that it hits.
-        width = self.half_angle_rad + _HALF_DIAGONAL * cell_m / np.maximum(away, cell_m)
+        width = self.half_angle_rad + _HALF_DIAGONAL * cell_m / np.maximum(away_m, cell_m)
         # A hit may lie in the next column already, so the last column's diagonal is not freed.
         beyond = self.free_m[ray] - 1.5 * cell_m
-        seen = (aside <= width)[:, None] & (away[:, None] < beyond)
-        return away[:, None] * self.slopes[ray], np.asarray(seen)
+        seen = (aside <= width)[:, None] & (away_m[:, None] < beyond)
+        return away_m[:, None] * self.slopes[ray], np.asarray(seen)
 
 
-def scan_fan(scan: RayScan, ranges_m: Array) -> Fan:
-    """Return the free rays of a scan.
+@dataclass(frozen=True)
+class Readings:
+    """The valid readings of a scan, in the order of their bearings.
 
-    Args:
-        scan: the scan.
-        ranges_m: its ranges as :func:`scan_ranges_m` gives them.
+    Attributes:
+        scan: of which they are.
+        bearings_rad: ascending, counter-clockwise from east, shape (N,).
+        slopes: rise per metre in the plane, shape (N,).
+        away_m: range in the plane, infinity for all that hit nothing, shape (N,).
+        free_m: how far the ray is free in the plane, shape (N,).
     """
-    bearing, slope, level = _polar(scan.directions_enu)
-    order = np.argsort(bearing)
-    order = order[~np.isnan(ranges_m[order])]
-    free = np.minimum(ranges_m[order], scan.range_max_m) * level[order]
-    half = min(scan.half_angle_rad, _HALF_ANGLE_MAX_RAD)
-    return Fan(bearing[order], half, slope[order, None], free[:, None])
+
+    scan: RayScan
+    bearings_rad: Array
+    slopes: Array
+    away_m: Array
+    free_m: Array
+
+    @classmethod
+    def of(cls, scan: RayScan, own_radius_m: float) -> Readings:
+        """Return the readings of a scan.
+
+        Args:
+            scan: the scan.
+            own_radius_m: what is nearer than this is the vehicle itself.
+        """
+        directions = np.asarray(scan.directions_enu, dtype=np.float64)
+        ranges = np.asarray(scan.ranges_m, dtype=np.float64)
+        bearing, slope, level = _polar(directions)
+        is_valid = ranges >= max(scan.range_min_m, own_radius_m)
+        is_valid &= np.isfinite(directions).all(axis=1) & (np.abs(slope) < _STEEP_SLOPE)
+        order = bearing.argsort()
+        order = order[is_valid[order]]
+        ranges, level = ranges[order], level[order]
+        away = np.where(ranges > scan.range_max_m, np.inf, ranges * level)
+        free = np.minimum(ranges, scan.range_max_m) * level
+        return cls(scan, bearing[order], slope[order], away, free)
+
+    @property
+    def half_angle_rad(self) -> float:
+        """Half of the width of a reading that counts."""
+        return min(self.scan.half_angle_rad, _HALF_ANGLE_MAX_RAD)
+
+    def fan(self) -> Fan:
+        """Return the free rays."""
+        return Fan(
+            self.bearings_rad, self.half_angle_rad, self.slopes[:, None], self.free_m[:, None]
+        )
+
+    def hits(self) -> Hits:
+        """Return the arcs that were hit."""
+        hit = np.isfinite(self.away_m)
+        away, bearing, half = self.away_m[hit], self.bearings_rad[hit], self.half_angle_rad
+        lone = np.minimum(half, _ARC_M / np.maximum(away, _ARC_M))
+        before, after = _goes_on(away, bearing, half)
+        right, left = np.where(before, half, lone), np.where(after, half, lone)
+        return Hits(away, bearing, self.slopes[hit], right, left, before, after)
 
 
-def scan_ranges_m(scan: RayScan, own_radius_m: float) -> Array:
-    """Return the ranges, NaN for all that are no reading, infinity for all that hit nothing.
+@dataclass(frozen=True)
+class Hits:
+    """Arcs that were hit, each of shape (N,).
 
-    Args:
-        scan: the scan.
-        own_radius_m: what is nearer than this is the vehicle itself.
+    Attributes:
+        away_m: from the sensor in the plane.
+        bearings_rad: of the middles.
+        slopes: rise per metre in the plane.
+        right_rad: how far each reaches clockwise.
+        left_rad: how far each reaches counter-clockwise.
+        on_right: whether the same surface was hit clockwise of it.
+        on_left: the same counter-clockwise.
     """
-    ranges = np.array(scan.ranges_m, dtype=np.float64)
-    directions = np.asarray(scan.directions_enu, dtype=np.float64)
-    slope = _polar(directions)[1]
-    is_valid = ranges >= max(scan.range_min_m, own_radius_m)
-    is_valid &= np.isfinite(directions).all(axis=1) & (np.abs(slope) < _STEEP_SLOPE)
-    ranges[ranges > scan.range_max_m] = np.inf
-    ranges[~is_valid] = np.nan
-    return ranges
 
+    away_m: Array
+    bearings_rad: Array
+    slopes: Array
+    right_rad: Array
+    left_rad: Array
+    on_right: Mask
+    on_left: Mask
 
-def scan_hits(scan: RayScan, ranges_m: Array, step_m: float) -> tuple[Array, Array]:
-    """Return points on the arcs that were hit, shape (M, 3), in the map frame.
+    def points(self, step_m: float, which: Mask) -> tuple[Array, Array, Array, Array]:
+        """Return points on some of the arcs: east, north and above the sensor, each (M,).
 
-    And how much of a hit each of them is, from 0 to 1, shape (M,).
+        And how much of a hit each of them is, from 0 to 1, shape (M,).
 
-    Args:
-        scan: the scan.
-        ranges_m: its ranges as :func:`scan_ranges_m` gives them.
-        step_m: how far apart points on an arc are at most.
-    """
-    bearing, slope, level = _polar(scan.directions_enu)
-    order = np.argsort(bearing)
-    order = order[np.isfinite(ranges_m[order])]
-    away, bearing = (ranges_m * level)[order], bearing[order]
-    half = min(scan.half_angle_rad, _HALF_ANGLE_MAX_RAD)
-    lone = np.minimum(half, _ARC_M / np.maximum(away, _ARC_M))
-    surface = [_goes_on(away, bearing, half, side) for side in (1, -1)]
-    right, left = (np.where(goes_on, half, lone) for goes_on in surface)
-    steps = math.ceil(float((away * (left + right)).max(initial=0.0)) / step_m) + 1
-    aside = (right + left)[:, None] * np.linspace(0.0, 1.0, steps) - right[:, None]
-    points = np.empty((len(order), steps, 3))
-    points[..., 0] = away[:, None] * np.cos(bearing[:, None] + aside)
-    points[..., 1] = away[:, None] * np.sin(bearing[:, None] + aside)
-    points[..., 2] = (away * slope[order])[:, None]
-    sure = np.where(aside < 0.0, surface[0][:, None], surface[1][:, None])
-    sure |= np.abs(aside) * away[:, None] <= step_m
-    shares = np.where(sure, 1.0, _ARC_SHARE)
-    return np.asarray(points.reshape(-1, 3) + scan.origin_enu_m), shares.ravel()
+        Args:
+            step_m: how far apart points on an arc are at most.
+            which: of the arcs, shape (N,).
+        """
+        width = self.right_rad + self.left_rad
+        steps = math.ceil(float((self.away_m * width).max(initial=0.0)) / step_m) + 1
+        away, right = self.away_m[which, None], self.right_rad[which, None]
+        aside = width[which, None] * np.arange(steps) / max(steps - 1, 1) - right
+        bearing = self.bearings_rad[which, None] + aside
+        sure = np.where(aside < 0.0, self.on_right[which, None], self.on_left[which, None])
+        sure |= np.abs(aside) * away <= step_m
+        above = np.repeat(self.away_m[which] * self.slopes[which], steps)
+        east, north = (away * np.cos(bearing)).ravel(), (away * np.sin(bearing)).ravel()
+        return east, north, above, np.where(sure, 1.0, _ARC_SHARE).ravel()
 
 
 def cloud_fan(offsets_m: Array) -> Fan:
@@ -204,15 +243,22 @@ def _polar(directions: Array) -> tuple[Array, Array, Array]:
 def _nearest_bearing(bearings: Array, bearing: Array) -> tuple[NDArray[np.intp], Array]:
     """Return the nearest of ascending bearings to others, and how far aside it is."""
     around = np.concatenate([bearings[-1:] - math.tau, bearings, bearings[:1] + math.tau])
-    after = np.clip(np.searchsorted(around, bearing), 1, len(around) - 1)
+    after = np.minimum(np.maximum(around.searchsorted(bearing), 1), len(around) - 1)
     nearer = after - (bearing - around[after - 1] < around[after] - bearing)
     return (nearer - 1) % len(bearings), np.abs(around[nearer] - bearing)
 
 
-def _goes_on(away: Array, bearing: Array, half_rad: float, side: int) -> Mask:
-    """Whether the ray before (1) or after (-1) each touches it and has hit the same surface."""
-    aside = np.abs(np.roll(bearing, side) - bearing)
+def _goes_on(away: Array, bearing: Array, half_rad: float) -> tuple[Mask, Mask]:
+    """Whether the rays before and after each touch it and have hit the same surface."""
+    indices = np.arange(len(away))
+    aside = np.abs(bearing[indices - 1] - bearing)
     aside = np.minimum(aside, math.tau - aside)
-    touches = (aside > 0.0) & (aside <= 2.5 * half_rad) & (away * 2.0 * half_rad <= _SECTOR_MAX_M)
+    touches = (aside > 0.0) & (aside <= 2.5 * half_rad)
+    farther = np.abs(away[indices - 1] - away)
+    is_narrow = away * 2.0 * half_rad <= _SECTOR_MAX_M
     near = np.maximum(_SAME_SURFACE * away, _SAME_SURFACE_M)
-    return np.asarray(touches & (np.abs(np.roll(away, side) - away) <= near))
+    after = indices - (len(away) - 1)
+    return (
+        np.asarray(touches & is_narrow & (farther <= near)),
+        np.asarray(touches[after] & is_narrow & (farther[after] <= near)),
+    )

@@ -23,16 +23,28 @@ class ShortCollections:
     """Freezes what survives collections, and collects all while the vehicles are at rest."""
 
     def __init__(self) -> None:
-        """Begin without a collection; :meth:`settle` makes the first."""
+        """Leave Python's collections as they are until :meth:`begin`."""
         self._settled = 0
         self._survived = False
         self._before = gc.get_threshold()
 
+    def begin(self, at_rest: bool) -> None:
+        """Freeze what is there, and first collect the garbage in it if the vehicles are at rest.
+
+        Args:
+            at_rest: whether no vehicle is armed or has a goal. Otherwise :meth:`tend` collects
+                once they are.
+        """
+        if at_rest:
+            self.settle()
+        else:
+            self._shorten()
+            gc.freeze()
+            self._survived = True
+
     def settle(self) -> None:
         """Collect all garbage, which takes 0.1 s, and freeze the rest; the vehicles are at rest."""
-        if self._collected not in gc.callbacks:
-            gc.set_threshold(*_THRESHOLDS)
-            gc.callbacks.append(self._collected)
+        self._shorten()
         gc.unfreeze()
         gc.collect()
         # Python waits with the next one until a quarter of what this one found has been added.
@@ -60,6 +72,11 @@ class ShortCollections:
             gc.callbacks.remove(self._collected)
             gc.set_threshold(*self._before)
             gc.unfreeze()
+
+    def _shorten(self) -> None:
+        if self._collected not in gc.callbacks:
+            gc.set_threshold(*_THRESHOLDS)
+            gc.callbacks.append(self._collected)
 
     def _collected(self, phase: str, about: dict[str, Any]) -> None:
         if phase == "stop" and about["generation"] == 2:
