@@ -18,7 +18,7 @@ from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.progress import Status
 from navigation_core.tasks.traffic.detours import DetourSearch
-from navigation_core.tasks.traffic.entries import Ask, Claimant, Rank, TrafficWait
+from navigation_core.tasks.traffic.entries import Ask, Claimant, Intent, Rank, TrafficWait
 from navigation_core.tasks.traffic.intruders import Intruder
 from navigation_core.tasks.traffic.negotiation import Negotiation
 from navigation_core.tasks.traffic.reservations import TrafficReservations
@@ -212,6 +212,31 @@ def test_what_drives_goes_round_on_the_ground() -> None:
 
 
 places = st.tuples(*[st.floats(-30.0, 30.0)] * 2, st.floats(0.0, 12.0))
+
+
+@given(st.lists(st.tuples(places, places), min_size=1, max_size=6), places, places, places)
+def test_what_delays_a_path_is_the_same_in_a_wider_region(
+    ways: list[tuple[Vector3, Vector3]], start: Vector3, via: Vector3, end: Vector3
+) -> None:
+    made = reservations(*(f"v{number}" for number in range(len(ways))), "z")
+    for number, way in enumerate(ways):
+        entry = made.entry(f"v{number}")
+        path = line(*way)
+        made.stand(entry.name, path.part(0, 2), 0.0, moves=number % 2 == 0)
+        if number % 2 == 0:
+            entry.intent = Intent(path, np.linspace(0.0, 20.0, len(path)))
+        elif number % 3 == 0:
+            made.keep(entry.name, path)
+    path = line(start, via, end)
+    after_s = np.linspace(0.0, 15.0, len(path))
+    region = Volume.along(line(start, end).points_m, 1.0 + math.dist(start, via), 20.0)
+    delay_s = made.ahead("z", region, 3.0).delay_s(path, after_s)
+    assert delay_s == made.delay_s("z", path, after_s, 3.0)
+    stands = [made.entry(f"v{number}") for number in range(1, len(ways), 2)]
+    begins = path.part(0, 1)
+    if not any(begins.meets(one.whole, SEPARATION).any() for one in stands):
+        blocked = any(path.meets(one.whole, SEPARATION).any() for one in stands)
+        assert blocked == math.isinf(delay_s)
 
 
 @given(st.lists(st.tuples(places, places), min_size=2, max_size=5), st.integers(0, 1000))

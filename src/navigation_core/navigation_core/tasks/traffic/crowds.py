@@ -7,6 +7,7 @@ agree, so that none asks for ever for what another one rejects.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -15,6 +16,8 @@ import numpy as np
 
 from navigation_core.tasks.traffic.entries import Entry, Rank
 from navigation_core.tasks.traffic.volumes import (
+    BLOCK,
+    NOWHERE,
     Array,
     Mask,
     Separation,
@@ -23,7 +26,7 @@ from navigation_core.tasks.traffic.volumes import (
     joined,
 )
 
-__all__ = ["PASS_BEFORE_MARGIN_S", "Crowd", "Others", "first_blocked", "leading"]
+__all__ = ["PASS_BEFORE_MARGIN_S", "Crowd", "Others", "TrafficAhead", "first_blocked", "leading"]
 
 PASS_BEFORE_MARGIN_S = 2.0
 """A vehicle that passes before another one must be through this long before it comes."""
@@ -55,6 +58,8 @@ class Crowd:
     def near(cls, volume: Volume, parts: Sequence[_Part], separation: Separation) -> Crowd:
         """Return those that come near to a volume."""
         parts = [parts[row] for row in volume.near([part[1] for part in parts], separation)]
+        if not parts:
+            return _NOBODY
         if len(parts) > 1:
             lows, highs = zip(*(part[1].blocks for part in parts), strict=True)
             blocks = (np.concatenate(lows, axis=1), np.concatenate(highs, axis=1))
@@ -68,9 +73,21 @@ class Crowd:
         ends = np.cumsum([len(part[1]) for part in parts])
         return cls(together, arrival_s, ends, tuple(part[0] for part in parts))
 
+    def cropped(self, region: Volume, separation: Separation) -> Crowd:
+        """Return those of its points that may be near a region, without their owners."""
+        if not len(self.volume):
+            return self
+        near = blocks_near(self.volume.blocks, region.blocks, separation).any(axis=1)
+        points = np.repeat(near, BLOCK)[: len(self.volume)]
+        return Crowd(Volume(self.volume.table[:, points]), self.arrival_s[points], _NONE, ())
+
     def owner(self, point: int) -> str:
         """Return whose point that is."""
         return self.names[int(np.searchsorted(self.ends, point, side="right"))]
+
+
+_NONE = np.empty(0)
+_NOBODY = Crowd(NOWHERE, _NONE, _NONE, ())
 
 
 class Others:
@@ -85,9 +102,28 @@ class Others:
         """Return each."""
         return iter(self._entries)
 
+    def __bool__(self) -> bool:
+        """Whether there is any."""
+        return bool(self._entries)
+
+    def about(self, path: Volume) -> Others:
+        """Return those that hold or announce anything near a path, by cuboids."""
+        volumes = [
+            volume
+            for one in self._entries
+            for volume in (one.held, one.kept, NOWHERE if one.intent is None else one.intent.volume)
+        ]
+        rows = {row // 3 for row in path.near(volumes, self._separation)}
+        return Others((self._entries[row] for row in sorted(rows)), self._separation)
+
     def held(self, near: Volume) -> Crowd:
         """Return what they hold near a volume, as one."""
         parts = [(one.name, one.whole, None) for one in self._entries]
+        return Crowd.near(near, parts, self._separation)
+
+    def held_or_kept(self, near: Volume, is_kept: bool) -> Crowd:
+        """Return either what they hold near a volume or what they keep besides, as one."""
+        parts = [(one.name, one.kept if is_kept else one.held, None) for one in self._entries]
         return Crowd.near(near, parts, self._separation)
 
     def paths(self, near: Volume, rank: Rank) -> Crowd:
@@ -108,8 +144,9 @@ class Others:
         """
         found: list[tuple[int, str]] = []
         for is_kept in (False, True):
-            parts = [(one.name, one.kept if is_kept else one.held, None) for one in self._entries]
-            crowd = Crowd.near(path, parts, self._separation)
+            crowd = self.held_or_kept(path, is_kept)
+            if not len(crowd.volume):
+                continue
             met = first_blocked(path, crowd.volume, self._separation, begin, is_kept)
             if met is not None:
                 found.append((met[0], crowd.owner(met[1])))
@@ -145,6 +182,43 @@ class Others:
             return paths.owner(met[int(paths.arrival_s[met].argmin())])
 
         return near, late, owner
+
+
+@dataclass(frozen=True, eq=False)
+class TrafficAhead:
+    """Delays the paths of one region.
+
+    A search for a detour compares dozens of paths with the same vehicles. It looks once which of
+    their points are near any of these paths.
+
+    Attributes:
+        held: the points of those that stand and will not make room.
+        kept: the points that those keep besides.
+        paths: the points of announced paths that have the right of way.
+        after_s: time from now until each of these is passed, shape (N,).
+        separation: the distances that are kept.
+    """
+
+    held: Volume
+    kept: Volume
+    paths: Volume
+    after_s: Array
+    separation: Separation
+
+    def delay_s(self, path: Volume, after_s: Array) -> float:
+        """Return by how much a path is best begun later; infinite if it leads through what stands.
+
+        Args:
+            path: its points in order, within the region.
+            after_s: time until each, if it is begun now.
+        """
+        for volume, is_kept in ((self.held, False), (self.kept, True)):
+            if first_blocked(path, volume, self.separation, is_kept=is_kept) is not None:
+                return math.inf
+        if not len(self.paths):
+            return 0.0
+        mine, theirs = path.pairs(self.paths, self.separation)
+        return _first_gap(self.after_s[theirs] - after_s[mine] - PASS_BEFORE_MARGIN_S)
 
 
 def first_blocked(
@@ -193,3 +267,14 @@ def first_blocked(
 def leading(flags: Mask) -> int:
     """Return how many flags are set at the beginning."""
     return len(flags) if flags.all() else int(np.argmin(flags))
+
+
+def _first_gap(begins_s: Array) -> float:
+    """Return the least delay outside of intervals that each last twice the time to be before."""
+    length_s = 2.0 * PASS_BEFORE_MARGIN_S
+    begins_s = np.sort(begins_s[begins_s + length_s > 0.0])
+    if not len(begins_s) or begins_s[0] > 0.0:
+        return 0.0
+    gaps = np.flatnonzero(np.diff(begins_s) > length_s)
+    last = int(gaps[0]) if len(gaps) else len(begins_s) - 1
+    return float(begins_s[last]) + length_s

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from navigation_core.limits import Limits
+from navigation_core.tasks.traffic.crowds import TrafficAhead
 from navigation_core.tasks.traffic.reservations import TrafficReservations
 from navigation_core.tasks.traffic.traffic_view import TrafficView
 from navigation_core.tasks.traffic.volumes import Array, Volume, densified
@@ -28,6 +29,9 @@ _SPARE_M = 0.3
 _DELAY_WEIGHT = 1.2
 # A detour is judged first with points this many times farther apart than those of a reservation.
 _JUDGED_GAP_FACTOR = 2.0
+# By how much wider than the detours the region is whose traffic is compared with them: a metre of a
+# map is not exactly one of the traffic frame.
+_REGION_SHARE = 1.1
 # How far aside a vehicle goes that is in the way of all others.
 _ASIDE_RINGS = 6
 
@@ -84,7 +88,8 @@ class DetourSearch:
             stands: whether it begins at rest, so that it may lead off sharply.
         """
         legs = np.concatenate([start_enu_m[None], points_enu_m])
-        best = self._judged(legs, (), 1.0)
+        ahead = self._reservations.ahead(self._view.name, self._region(legs), self._now)
+        best = self._judged(ahead, legs, (), 1.0)
         shapes = [
             (np.vstack([legs[:1], vias, legs[1:]]), vias)
             for vias in self._shapes(legs[0], legs[1], stands)
@@ -92,9 +97,9 @@ class DetourSearch:
         for way, vias in sorted(shapes, key=lambda shape: self._time_s(shape[0])):
             if best is not None and self._time_s(way) >= best.cost_s:
                 break
-            found = self._judged(way, vias, _JUDGED_GAP_FACTOR)
+            found = self._judged(ahead, way, vias, _JUDGED_GAP_FACTOR)
             if found is not None and (best is None or found.cost_s < best.cost_s):
-                best = self._judged(way, vias, 1.0) or best
+                best = self._judged(ahead, way, vias, 1.0) or best
         return best
 
     def aside(self, start_enu_m: Array, ground_enu_m: float | None = None) -> Detour | None:
@@ -169,13 +174,23 @@ class DetourSearch:
             offsets.append(np.array([aside_m * math.cos(angle), aside_m * math.sin(angle), 0.0]))
         return offsets
 
-    def _judged(self, legs: Array, vias: Array | Sequence[Array], gaps: float) -> Detour | None:
+    def _region(self, legs: Array) -> Volume:
+        """Return a volume about all detours of some legs."""
+        line, _ = densified(legs, np.zeros(len(legs)))
+        aside_m = _REGION_SHARE * max(_MULTIPLES) * self._beside_m
+        above_m = _REGION_SHARE * max(_MULTIPLES) * self._above_m
+        placed = self._view.traffic_frame.traffic(line)
+        return Volume.along(placed, self._view.radius_m + aside_m, self._view.rise_m + above_m)
+
+    def _judged(
+        self, ahead: TrafficAhead, legs: Array, vias: Array | Sequence[Array], gaps: float
+    ) -> Detour | None:
         times = np.concatenate([[0.0], np.cumsum(self._leg_times_s(legs))])
         if not (self._view.admits(legs) and self._is_free(legs)):
             return None
         line, after_s = densified(legs, times, gaps)
         volume: Volume = self._view.volume(line)
-        delay_s = self._reservations.delay_s(self._view.name, volume, after_s, self._now)
+        delay_s = ahead.delay_s(volume, after_s)
         if not math.isfinite(delay_s):
             return None
         cost_s = self._time_s(legs) + _DELAY_WEIGHT * delay_s

@@ -26,12 +26,11 @@ autopilot by itself, but for a plane's leg, is not begun where they are about to
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from navigation_core.tasks.traffic.crowds import PASS_BEFORE_MARGIN_S, Others
+from navigation_core.tasks.traffic.crowds import Others, TrafficAhead
 from navigation_core.tasks.traffic.entries import (
     Agreement,
     Ask,
@@ -72,17 +71,18 @@ class TrafficReservations:
         """Return what is known about a vehicle, which may be new."""
         found = self.entries.get(name)
         if found is None:
-            rank = Rank(Claimant.NOTHING, 0.0, name)
-            found = self.entries[name] = Entry(name, rank)
+            found = Entry(name, Rank(Claimant.NOTHING, 0.0, name))
+            # In the order of names, so that nobody has to sort them.
+            self.entries = dict(sorted([*self.entries.items(), (name, found)]))
         return found
 
     def forget(self, name: str) -> None:
         """Forget a vehicle: what it held is known to be empty."""
         self.entries.pop(name, None)
 
-    def others(self, name: str) -> Iterator[Entry]:
+    def others(self, name: str) -> list[Entry]:
         """Return all vehicles but one, in the order of their names."""
-        return (self.entries[key] for key in sorted(self.entries) if key != name)
+        return [entry for key, entry in self.entries.items() if key != name]
 
     def _reserving(self, name: str) -> Others:
         """Return all others but intruders."""
@@ -225,33 +225,19 @@ class TrafficReservations:
         """
         entry = self.entry(name)
         entry.moves, entry.heard_s = True, now
+        others = self._reserving(name).about(ask.path)
         if self.agreement is not None:
-            others = self._reserving(name)
             granted, held, waiting = extended_by_agreement(entry, ask, others, now, self.agreement)
-        elif ask.is_enough:
-            granted, held, waiting = ask.granted, ask.granted, None
         else:
-            granted, waiting = extended(entry, ask, self._reserving(name), now)
+            granted, waiting = extended(entry, ask, others, now)
             held = granted
-        is_far = waiting is None and self._is_far(name, ask.path)
+        is_far = waiting is None and not others and not self.has_intruders
         entry.settled = ask.course, now + (_FAR_PERIOD_S if is_far else _CHECK_PERIOD_S)
         entry.waiting = waiting
         entry.used = joined(tail, ask.path.part(0, granted))
         entry.held = entry.used if held == granted else joined(tail, ask.path.part(0, held))
         entry.intent = Intent(ask.path, now + ask.after_s)
         return Grant(granted, waiting)
-
-    def _is_far(self, name: str, path: Volume) -> bool:
-        """Whether no other vehicle holds or announces anything near a path, by cuboids."""
-        if self.has_intruders:
-            return False
-        volumes: list[Volume] = []
-        for key, other in self.entries.items():
-            if key != name:
-                volumes += (other.held, other.kept)
-                if other.intent is not None:
-                    volumes.append(other.intent.volume)
-        return not path.near(volumes, self.separation)
 
     def free(self, name: str, volume: Volume) -> Mask:
         """Return which points a vehicle could hold, and stop at, shape (N,)."""
@@ -306,30 +292,32 @@ class TrafficReservations:
             after_s: time until each, if it is begun now.
             now: time in seconds.
         """
+        return self.ahead(name, path, now).delay_s(path, after_s)
+
+    def ahead(self, name: str, region: Volume, now: float) -> TrafficAhead:
+        """Return what may delay a vehicle on any path within a region.
+
+        Args:
+            name: who would fly there; those with a better rank are not hindered.
+            region: a volume about all those paths.
+            now: time in seconds.
+        """
         others = Others(self.others(name), self.separation)
         standing = Others((one for one in others if not one.yields(now)), self.separation)
-        if standing.first_held(path) is not None:
-            return float("inf")
-        paths = others.paths(path, self.entry(name).rank)
-        mine, theirs = path.pairs(paths.volume, self.separation)
-        return _first_gap(paths.arrival_s[theirs] - now - after_s[mine] - PASS_BEFORE_MARGIN_S)
+        paths = others.paths(region, self.entry(name).rank).cropped(region, self.separation)
+        return TrafficAhead(
+            standing.held_or_kept(region, False).cropped(region, self.separation).volume,
+            standing.held_or_kept(region, True).cropped(region, self.separation).volume,
+            paths.volume,
+            paths.arrival_s - now,
+            self.separation,
+        )
 
     def snapshot(self) -> TrafficReservations:
         """Return a copy for a search beside the flight; volumes are never changed, and shared."""
         copy = TrafficReservations(self.separation)
         copy.entries = {name: replace(entry) for name, entry in self.entries.items()}
         return copy
-
-
-def _first_gap(begins_s: Array) -> float:
-    """Return the least delay outside of intervals that each last twice the time to be before."""
-    length_s = 2.0 * PASS_BEFORE_MARGIN_S
-    begins_s = np.sort(begins_s[begins_s + length_s > 0.0])
-    if not len(begins_s) or begins_s[0] > 0.0:
-        return 0.0
-    gaps = np.flatnonzero(np.diff(begins_s) > length_s)
-    last = int(gaps[0]) if len(gaps) else len(begins_s) - 1
-    return float(begins_s[last]) + length_s
 
 
 def _is_agreed(agreement: Agreement, entry: Entry, volume: Volume) -> bool:
