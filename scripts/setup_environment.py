@@ -214,13 +214,12 @@ def update(ros: str) -> bool:
     if not interfaces_due and read(WORKSPACE_STAMP) == workspace_key:
         return False
     wheel = fitting_wheel() if ros == "wheels" and interfaces_due else None
-    unfit = given_wheels() if ros == "wheels" and interfaces_due and wheel is None else []
+    unfit = misfits(ros) if ros in WHEELS and interfaces_due and wheel is None else ""
     check_prerequisites(ros, packages_due, compiles=interfaces_due and wheel is None)
     where = f"ROS 2 {WHEELS[ros]} from pinned wheels" if ros in WHEELS else sourced_ros()
     print(f"Setting up with Python {platform.python_version()} and {where}.", flush=True)
     if unfit:
-        reasons = "; ".join(map(misfit, unfit))
-        print(f"  The interfaces are built, for no wheel of them fits: {reasons}.", flush=True)
+        print(f"  The interfaces are built, for no wheel of them fits: {unfit}.", flush=True)
     if sys.version_info >= UNTRIED:
         print("  No test has run on this version of Python; all packages exist for it.", flush=True)
     WORKSPACE_STAMP.unlink(missing_ok=True)
@@ -401,7 +400,7 @@ def check_prerequisites(ros: str, packages: bool = True, compiles: bool = True) 
     text = ", ".join(missing)
     if text:
         text = f"{text[0].upper()}{text[1:]}: sudo apt install {' '.join(dict.fromkeys(names))}"
-        if compiles and ros == "wheels" and (reasons := "; ".join(map(misfit, given_wheels()))):
+        if compiles and ros == "wheels" and (reasons := misfits(ros)):
             text += f", or use a wheel of the interfaces that fits: {reasons}"
     for shortage in short_disks() if packages else ():
         text += f"; also, {shortage}" if text else shortage
@@ -725,11 +724,23 @@ def fitting_wheel() -> Path | None:
     return None
 
 
-def misfit(wheel: Path) -> str:
-    """Why a wheel is none of these interfaces for this machine, as a sentence without its end."""
+def misfits(ros: str) -> str:
+    """Why none of the wheels that are there fits, in sentences without the last one's end."""
+    return "; ".join(misfit(wheel, ros) for wheel in given_wheels())
+
+
+def misfit(wheel: Path, ros: str) -> str:
+    """Why a wheel is none of these interfaces for this machine, as a sentence without its end.
+
+    Args:
+        wheel: one that does not fit.
+        ros: one of WHEELS.
+    """
     about = re.fullmatch(r"[^-]+-([^-]+)-([^-]+)-[^-]+-(\w+?_\d+_\d+)_(\w+)\.whl", wheel.name)
     if about is None:
         return f"{wheel.name} is not named as such a wheel is"
+    if ros != "wheels":
+        return f"{wheel.name} is for ROS 2 {WHEELS['wheels']}, and this is {WHEELS[ros]}"
     version, tag, library, machine = about.groups()
     if machine != "x86_64" or platform.machine() != "x86_64":
         return f"{wheel.name} is for {machine}, and this is {platform.machine()}"

@@ -136,6 +136,17 @@ def test_a_cleaned_up_server_has_closed_its_link_and_can_be_configured_again(
     assert flight.wait_for_result(flight.send(navigate_goal(0.0, 0.0, 5.0))).success
 
 
+def test_a_recording_continues_when_a_server_is_configured_again(flight: Flight) -> None:
+    (path,) = flight.folder.glob("flight-*.tlog")
+    assert change(flight, DEACTIVATE)
+    assert change(flight, CLEANUP)
+    before = path.read_bytes()
+    assert before
+    assert change(flight, CONFIGURE)
+    flight.wait(lambda: path.stat().st_size > len(before), READY_TIMEOUT_S, "more of the recording")
+    assert path.read_bytes().startswith(before)
+
+
 def test_the_last_transition_ends_the_process(flight: Flight) -> None:
     record = flight.send(navigate_goal(60.0, 0.0, 5.0))
     flight.wait_for_status(record, "NAVIGATING")

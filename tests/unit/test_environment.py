@@ -522,7 +522,9 @@ def test_why_a_wheel_does_not_fit_is_said_where_there_is_no_compiler(
     said = str(e.value)
     assert f"wheel of the interfaces that fits: mavbridge_interfaces-{name} {reason}" in said
     assert len(said.splitlines()) == 1
-    # Beside a sourced ROS none is used.
+    # Those of Jazzy do not fit Kilted, and beside a sourced ROS none is used.
+    reason = reason if platform == "any" else "is for ROS 2 Jazzy, and this is Kilted"
+    assert setup_environment.misfits("kilted") == f"mavbridge_interfaces-{name} {reason}"
     with pytest.raises(setup_environment.SetupError) as e:
         setup_environment.check_prerequisites("system", packages=False)
     assert "wheel" not in str(e.value)

@@ -61,7 +61,6 @@ def run_check(
 
     Raises:
         LinkError: a link cannot be opened.
-        OSError: the recording cannot be written.
     """
     progress = Console(stderr=True)
     reports = look(configs, limit_s, progress, set_up)
@@ -118,12 +117,12 @@ def look(
 
     Raises:
         LinkError: a link cannot be opened, or the file of the signing key holds none.
-        OSError: the recording cannot be written.
     """
     clock = MonotonicClock()
     say = partial(_say, progress)
     (first, *_) = configs.values()
-    network = open_network(first, list(configs.values()), say)
+    # The recording is of flights: a check that began it again would lose one.
+    network = open_network(replace(first, record_tlog=None), list(configs.values()), say)
     checkers = {
         name: Checker(config, partial(network.statistics_of, config.vehicle.target_system))
         for name, config in configs.items()
