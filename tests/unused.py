@@ -10,11 +10,16 @@ r"""Lists the functions of a folder that nothing calls in recorded runs of their
     python -m tests.unused sitl
 
 With a command: runs it and records the functions that it and its processes call, in
-out/called_FOLDER. Without: lists those of no recorded run, with their lines. Each function marks
-itself, once, so a run is hardly slower; it does so by its name, so that records outlive edits.
+out/called_FOLDER. Without: lists those of no recorded run, with their lines, and ends with 1 when
+there are any. Each function marks itself, once, so a run is hardly slower; it does so by its name,
+so that records outlive edits. Functions that stay although no run called them stand with the
+reason in FOLDER/tests/data/kept_functions.yaml.
 Commands to run: for src all tests but those of units (tests/unit calls what it tests), the
 benchmarks and the commands of the documentation; for sitl the clients of tests/interop and
-sitl/tests/interop, the suites of sitl/docs/suites.md, and the bridge (tests/pair, tests/explore).
+sitl/tests/interop, the suites of sitl/docs/suites.md, the bridge (tests/pair, tests/ros,
+tests/explore), and the tests that run the simulator's command and read its files as its pages show
+(test_program, test_options, test_world, test_sitl_documentation and test_pytest_plugin of
+sitl/tests/unit).
 """
 
 from __future__ import annotations
@@ -28,6 +33,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
+
+import yaml
 
 _TOP = Path(__file__).parents[1]
 _RECORDER = """
@@ -64,9 +71,9 @@ class _Marks(ast.NodeTransformer):
     visit_AsyncFunctionDef = visit_FunctionDef
 
 class _Loader(importlib.machinery.SourceFileLoader):
-    def get_code(self, fullname):
-        tree = _Marks(fullname).visit(ast.parse(self.get_data(self.path)))
-        return compile(tree, self.path, "exec", dont_inherit=True)
+    def source_to_code(self, data, path, *, _optimize=-1):
+        tree = _Marks(self.name).visit(ast.parse(data))
+        return compile(tree, path, "exec", dont_inherit=True, optimize=_optimize)
 
 class _Finder(importlib.machinery.PathFinder):
     @classmethod
@@ -100,6 +107,11 @@ class Function(NamedTuple):
     lines: int
     name: str
 
+    @property
+    def key(self) -> str:
+        """As records have it."""
+        return f"{self.module}:{self.name}"
+
 
 def packages(folder: Path) -> list[Path]:
     """Return the folders of a folder's packages, without those of its tests."""
@@ -115,7 +127,7 @@ def functions(folder: Path) -> Iterator[Function]:
             names = path.relative_to(package.parent).with_suffix("").parts
             module = ".".join(names).removesuffix(".__init__")
             tree = ast.parse(path.read_text("utf-8"))
-            yield from _functions_in(tree, path.relative_to(_TOP).as_posix(), module, "")
+            yield from _functions_in(tree, path.relative_to(folder.parent).as_posix(), module, "")
 
 
 def _functions_in(node: ast.AST, path: str, module: str, within: str) -> Iterator[Function]:
@@ -145,12 +157,15 @@ def record(folder: Path, records: Path, command: list[str]) -> int:
     with tempfile.TemporaryDirectory() as customized:
         (Path(customized) / "sitecustomize.py").write_text(_RECORDER, "utf-8")
         places = os.pathsep.join([customized, *filter(None, [os.environ.get("PYTHONPATH")])])
-        changed = {
+        environment = {**os.environ}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        environment |= {
             "PYTHONPATH": places,
+            "PYTHONPYCACHEPREFIX": f"{customized}/marked",
             "CALLED_FILE": str((records / f"{number}.txt").resolve()),
             "CALLED_PACKAGES": " ".join(path.name for path in packages(folder)),
         }
-        return subprocess.run(command, env=os.environ | changed, check=False).returncode
+        return subprocess.run(command, env=environment, check=False).returncode
 
 
 def uncalled(folder: Path, records: Path) -> list[Function]:
@@ -158,11 +173,24 @@ def uncalled(folder: Path, records: Path) -> list[Function]:
     called = {
         line for path in records.glob("*.txt") for line in path.read_text("utf-8").splitlines()
     }
-    return [each for each in functions(folder) if f"{each.module}:{each.name}" not in called]
+    return [each for each in functions(folder) if each.key not in called]
+
+
+def kept(folder: Path) -> dict[str, str]:
+    """The reason of each function that stays uncalled, by its `Function.key`."""
+    path = folder / "tests" / "data" / "kept_functions.yaml"
+    if not path.is_file():
+        return {}
+    groups = yaml.safe_load(path.read_text("utf-8"))
+    return {key: group["reason"] for group in groups for key in group["functions"]}
 
 
 def main() -> int:
-    """Record or list; the exit code is that of the command, or 2 without a record."""
+    """Record or list.
+
+    The exit code is that of the command; of a list 0 when it is empty, 1 when not, 2 without a
+    record.
+    """
     parser = argparse.ArgumentParser(
         prog="python -m tests.unused",
         description=__doc__,
@@ -177,13 +205,16 @@ def main() -> int:
     if not records.is_dir():
         print(f"{records} has no record: run the users of {folder} first.", file=sys.stderr)
         return 2
-    found = uncalled(folder, records)
+    reasons, unused = kept(folder), uncalled(folder, records)
+    found = [each for each in unused if each.key not in reasons]
     for each in found:
         print(f"{each.path}:{each.first_line}: {each.name}, {each.lines} lines")
     everything = sum(1 for _ in functions(folder))
     lines = sum(each.lines for each in found)
     print(f"{len(found)} of {everything} functions are not called, {lines} lines.")
-    return 0
+    called = reasons.keys() - {each.key for each in unused}
+    print(f"{len(reasons)} more stay for a reason; {len(called)} of them were called.")
+    return 1 if found else 0
 
 
 if __name__ == "__main__":

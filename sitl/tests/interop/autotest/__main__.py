@@ -3,7 +3,8 @@
     python -m interop.autotest CHECKOUT --vehicle copter
 
 CHECKOUT is a folder of ArduPilot's sources with Tools/autotest; the suite needs pexpect. Each test
-runs in a process of its own. `expected.yaml` says which pass, and why others do not.
+runs in a process of its own, and once more, alone and slower, where it fails unexpectedly.
+`expected.yaml` says which pass, and why others do not.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Collection
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
@@ -26,6 +28,10 @@ from interop.autotest.suite import CLASSES, run_one, test_names
 
 _EXPECTED = Path(__file__).with_name("expected.yaml")
 _EXIT_FAILED, _EXIT_USAGE = 1, 2
+_FEW = 5
+"""More failures than these are not the machine's"""
+_SLOWER = 10.0
+"""A test that failed and should not have is run again this much slower, but not below real time"""
 
 
 def _options() -> argparse.Namespace:
@@ -67,30 +73,30 @@ def main() -> int:
         return _EXIT_USAGE
     expected = yaml.safe_load(_EXPECTED.read_text(encoding="utf-8"))[options.vehicle]
     wanted = options.tests.split(",") if options.tests else [*expected["pass"], *expected["fail"]]
-    return _run_all(options, checkout, wanted, expected)
+    return _run_all(options, checkout, wanted, expected["pass"])
 
 
 def _run_all(
-    options: argparse.Namespace, checkout: Path, wanted: list[str], expected: dict[str, object]
+    options: argparse.Namespace, checkout: Path, wanted: list[str], must_pass: Collection[str]
 ) -> int:
     logs = options.logs or Path(tempfile.mkdtemp(prefix="autotest_"))
     logs.mkdir(parents=True, exist_ok=True)
     places: SimpleQueue[int] = SimpleQueue()
     for place in range(options.workers):
         places.put(options.place + place)
-    passed, surprises = 0, 0
 
-    def run(name: str) -> tuple[str, bool, float]:
+    def run(name: str, slower: float = 1.0) -> tuple[str, bool, float]:
         place, begun_s = places.get(), time.monotonic()
         words = [sys.executable, "-m", "interop.autotest", str(checkout)]
         words += ["--vehicle", options.vehicle, "--alone", name, "--place", str(place)]
-        words += ["--speedup", str(options.speedup)]
-        with (logs / f"{options.vehicle}_{name}.log").open("wb") as log:
+        words += ["--speedup", str(min(options.speedup, max(options.speedup / slower, 1.0)))]
+        again = "_again" if slower > 1.0 else ""
+        with (logs / f"{options.vehicle}_{name}{again}.log").open("wb") as log:
             child = subprocess.Popen(
                 words, stdout=log, stderr=subprocess.STDOUT, start_new_session=True
             )
             try:
-                code = child.wait(options.limit)
+                code = child.wait(options.limit * slower)
             except subprocess.TimeoutExpired:
                 code = _EXIT_FAILED
             finally:
@@ -98,15 +104,25 @@ def _run_all(
                 places.put(place)
         return name, code == 0, time.monotonic() - begun_s
 
+    passed: set[str] = set()
+
+    def report(name: str, went: bool, took_s: float) -> None:
+        if went:
+            passed.add(name)
+        words = "passed" if went else "FAILED"
+        note = "" if went is (name in must_pass) else ", not as expected"
+        print(f"{words} {name} in {took_s:.0f} s{note}", flush=True)
+
     with ThreadPoolExecutor(options.workers) as pool:
-        for name, went, took_s in pool.map(run, wanted):
-            passed += went
-            as_expected = went is (name in expected["pass"])  # type: ignore[operator]
-            surprises += not as_expected
-            words = "passed" if went else "FAILED"
-            note = "" if as_expected else ", not as expected"
-            print(f"{words} {name} in {took_s:.0f} s{note}", flush=True)
-    print(f"{passed} of {len(wanted)} passed, {surprises} not as expected; see {logs}")
+        for each in pool.map(run, wanted):
+            report(*each)
+    # The suite waits by the clock in places: on a busy machine it fails for no other reason.
+    failed = [each for each in wanted if each in must_pass and each not in passed]
+    for name in failed if len(failed) <= _FEW else ():
+        print(f"{name} again, alone and slower:", flush=True)
+        report(*run(name, _SLOWER))
+    surprises = sum((name in passed) is not (name in must_pass) for name in wanted)
+    print(f"{len(passed)} of {len(wanted)} passed, {surprises} not as expected; see {logs}")
     return 0 if not surprises else _EXIT_FAILED
 
 

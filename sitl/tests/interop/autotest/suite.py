@@ -66,6 +66,8 @@ def suite_of(checkout: Path, vehicle: str, speedup: float, place: int) -> Any:
         raise FileNotFoundError(f"{folder} has no vehicle_test_suite.py")
     sys.path.insert(0, str(folder))
     os.chdir(checkout)
+    # `Parameters` runs it as a program; a checkout that was unpacked may have lost that right.
+    (folder / "param_metadata" / "param_parse.py").chmod(0o755)
     module: Any = importlib.import_module(CLASSES[vehicle][0])
     util: Any = importlib.import_module("pysim.util")
     suite = getattr(module, CLASSES[vehicle][1])("none", speedup=speedup, logs_dir=None)
