@@ -20,6 +20,7 @@ from sitl_support.ground_station import (
     GroundStation,
 )
 from sitl_support.kinds import kind, starting
+from sitl_support.missions import home, upload, waypoint
 
 MANUAL, HOLD, LOITER, CIRCLE, AUTO, RTL, GUIDED = 0, 4, 5, 9, 10, 11, 15
 STANDBY, ACTIVE = 3, 4
@@ -277,6 +278,41 @@ def test_a_position_sent_while_disarmed_is_driven_to_on_arming() -> None:
     station.arm()
     station.run(3.0)
     assert 1.5 < station.position[0] < 4.0, "2.6 m after 3 s, as recorded"
+
+
+FIRST_LEG = [(2.0, 0.71, 1.23), (4.0, 5.61, 3.52), (6.0, 12.78, 3.13), (8.0, 17.62, 1.82)]
+"""20 m to the North in `rover_guided`: seconds, metres and m/s"""
+
+
+def test_a_position_is_driven_to_with_the_speeds_of_the_real_one() -> None:
+    station = driving()
+    station.run(1.0)
+    begin_s = station.now_s
+    station.setpoint(POSITION, (20.0, 0.0, 0.0))
+    for after_s, north_m, north_m_s in FIRST_LEG:
+        station.run(begin_s + after_s - station.now_s)
+        assert station.position[0] == pytest.approx(north_m, abs=0.5), after_s
+        assert station.velocity[0] == pytest.approx(north_m_s, abs=0.25), after_s
+
+
+def test_out_of_auto_it_turns_to_a_position_without_stopping_first() -> None:
+    """The desired motion begins with the present one (AR_PosControl, `init`).
+
+    It loses at most ATC_ACCEL_MAX, 1 m/s2, built up in a second: 13.8 m of 20 are left after 4 s.
+    """
+    station = rover()
+    assert upload(station, [home(), waypoint(150, 0), waypoint(150, 60)]) == 0
+    station.mode(AUTO)
+    station.arm()
+    station.run(12.0)
+    assert station.velocity[0] == pytest.approx(5.0, abs=0.1)
+    north, east, _ = station.position
+    station.mode(GUIDED)
+    station.setpoint(POSITION, (north + 10.0, east + 20.0, 0.0))
+    station.run(4.0)
+    assert station.position[0] - north > 13.8
+    station.run(16.0)
+    assert math.dist(station.position[:2], (north + 10.0, east + 20.0)) < 1.0
 
 
 def test_entering_guided_again_forgets_the_setpoint() -> None:

@@ -10,6 +10,7 @@ from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import (
     CORNER_M_S,
     LegReference,
     Point,
+    SetpointReference,
     drive_towards,
 )
 from mavlink_sitl.autopilot.safety.rally import return_point_ned_m
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
 TARGET_TIMEOUT_S = 3.0
 STOPPING = "target not received last 3secs, stopping"
 REFUSED = "Ignoring SET_POSITION_TARGET_LOCAL_NED; set ACC_IGNORE in mask"
-STREAM_S = 0.5
-"""Positions that come at most this far apart in time move one target"""
-SAME_M = 0.05
 
 
 class DriveMode(Mode):
@@ -126,7 +124,6 @@ class Guided(DriveMode):
         self.route = None
         self._expires_s = math.inf
         self._reported = False
-        self._placed_s = -math.inf
         self._target = DriveGuidance(motors=Motors.FLY, limits=self.vehicle.navigator.limits())
         self.drive(self._target)
 
@@ -146,16 +143,12 @@ class Guided(DriveMode):
                 self.drive(target)
 
     def go_to(self, place: Point) -> None:
-        """Drive to a place; on to another one that comes in a stream of them."""
+        """Drive to a place; from the way to another one on to it."""
         rover, route = self.vehicle, self.route
-        streams = rover.now_s - self._placed_s <= STREAM_S
-        self._placed_s = rover.now_s
-        if route is not None and streams:
-            if math.dist(place, route.destination) < SAME_M:
-                return
+        if isinstance(route, SetpointReference) and not route.reached:
             route.redirect(place)
         else:
-            self.route = LegReference(rover, place, rover.navigator.cruise_m_s())
+            self.route = SetpointReference(rover, place, rover.navigator.cruise_m_s())
         self._expires_s = math.inf
         self._reported = False
 
