@@ -1,4 +1,4 @@
-"""A driver thread that is no longer there: goals end all the same, and none is taken."""
+"""A driver thread that is late or no longer there: no goal is taken, and open ones end."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 
 from custom_interfaces.action import Navigate
+from custom_interfaces.msg import GoalEvent
 from drone_navigation.processes import free_udp_port, ros_environment
+from drone_navigation.qos import STREAM_QOS
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.publishing.topics import Topics
@@ -117,3 +119,21 @@ def test_open_goals_end_and_new_ones_are_rejected(server: _Server) -> None:
     assert result.result().status == GoalStatus.STATUS_ABORTED
     assert result.result().result.message == "INTERNAL_ERROR: The driver is gone."
     _wait(server.server.is_idle, "the session's end")
+
+
+def test_a_goal_that_the_driver_is_too_late_to_check_is_rejected_with_the_reason(
+    server: _Server,
+) -> None:
+    _wait(lambda: server.bridge.pose is not None, "a position")
+    assert server.client.wait_for_server(timeout_sec=10.0)
+    heard: list[GoalEvent] = []
+    topic = f"{server.node.get_name()}/goal_events"
+    server.node.create_subscription(GoalEvent, topic, heard.append, STREAM_QOS)
+    resumes = threading.Event()
+    server.driver.post(resumes.wait)
+    assert not _send(server).accepted
+    assert not heard
+    resumes.set()
+    _wait(lambda: bool(heard), "the reason")
+    assert (heard[0].event, heard[0].what) == ("REJECTED", "SERVER_LATE")
+    assert "did not answer" in heard[0].message
