@@ -175,31 +175,27 @@ def _rows(name: str, flights: list[Flight]) -> list[dict[str, Any]]:
 
     return [
         row(
-            f"{name}: time of {len(flights)} flights",
+            f"{name}: time of all flights",
             (sum(flight.flown_s for flight in flights), "s"),
             ("least that the limits allow", sum(flight.least_s for flight in flights)),
             f"<= {FLIGHT_GOAL:g} x",
-            sum(f.flown_s for f in flights) <= FLIGHT_GOAL * sum(f.least_s for f in flights),
         ),
         row(
             f"{name}: time of the typical flight",
             (at.flown_s, "s"),
             ("least that the limits allow", at.least_s),
             f"<= {FLIGHT_GOAL:g} x",
-            typical <= FLIGHT_GOAL,
         ),
         row(
             f"{name}: farthest beyond a goal",
             (beyond_m, "m"),
             ("radius of arrival", radius_m),
             "<= 1 x",
-            beyond_m <= radius_m,
         ),
         row(
             f"{name}: error of the ETA at half way, median",
             (100.0 * eta_error, "%"),
             ("time left", 100.0),
             f"< {100.0 * ETA_GOAL:g} %",
-            eta_error < ETA_GOAL,
         ),
     ]

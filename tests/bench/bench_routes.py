@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
@@ -47,34 +48,30 @@ _NEVER_S = 1e3
 Array = NDArray[np.float64]
 
 
-def measures(short: bool = False) -> list[dict[str, Any]]:
+def measures(short: bool = False) -> Iterator[dict[str, Any]]:
     """Fly all routes with both firmwares."""
-    rows = []
     routes, tries = (1, _SHORT_TRIES) if short else (ROUTES, _TRIES)
     for autopilot in ("px4",) if short else ("ardupilot", "px4"):
         for speed_m_s, radius_m in _FLOWN[-1:] if short else _FLOWN:
             flown_s, least_s, stray_m = _fly(autopilot, speed_m_s, radius_m, routes, tries)
             flown = (
-                f"{autopilot} copter: {routes} routes through corners at {speed_m_s:g} m/s, "
+                f"{autopilot} copter: routes through corners at {speed_m_s:g} m/s, "
                 f"acceptance radius {radius_m:g} m"
             )
-            rows += [
+            yield from (
                 row(
                     flown,
                     (flown_s, "s"),
                     ("fastest point mass", least_s),
                     f"<= {GOAL:g} x",
-                    flown_s <= GOAL * least_s,
                 ),
                 row(
                     f"{flown}: mean distance from the lines",
                     (stray_m, "m"),
                     ("acceptance radius", radius_m),
                     f"<= {STRAY_GOAL:g} x",
-                    stray_m <= STRAY_GOAL * radius_m,
                 ),
-            ]
-    return rows
+            )
 
 
 def _fly(

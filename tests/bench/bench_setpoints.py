@@ -76,17 +76,22 @@ def measures(short: bool = False) -> list[dict[str, Any]]:
     goal_enu_m = SHORT_GOAL_ENU_M if short else GOAL_ENU_M
     ends = _SHORT_ENDS if short else _ENDS
     avoiding, straight = (_flown(goal_enu_m, avoid, ends) for avoid in (True, False))
-    # Where even a server that plans nothing is late, the machine has been busy.
-    longest_ms = max(LONGEST_MS, straight.longest_ms)
     name = "Interval of setpoints while planning around obstacles"
     share, reference = avoiding.core_share, "avoid_obstacles false"
     return [
-        *(
-            row(f"{name}, {what}", (ms, "ms"), (reference, other_ms), f"< {most:.0f} ms", ms < most)
-            for what, ms, other_ms, most in (
-                ("longest", avoiding.longest_ms, straight.longest_ms, longest_ms),
-                ("99th percentile", avoiding.late_ms, straight.late_ms, LATE_MS),
-            )
+        row(
+            f"{name}, longest",
+            (avoiding.longest_ms, "ms"),
+            (reference, straight.longest_ms),
+            f"< {LONGEST_MS:g} ms, or 1 x",
+            # Where even a server that plans nothing is late, the machine has been busy.
+            avoiding.longest_ms < max(LONGEST_MS, straight.longest_ms),
+        ),
+        row(
+            f"{name}, 99th percentile",
+            (avoiding.late_ms, "ms"),
+            (reference, straight.late_ms),
+            f"< {LATE_MS:g} ms",
         ),
         row(
             f"{name}, median",
@@ -220,6 +225,6 @@ def _client(goal_enu_m: Vector3, avoid: bool, environment: dict[str, str]) -> Pr
     return Process(
         "client",
         ["python", "-m", "drone_navigation.navigation_client", "--json", "--speed",
-         f"{SPEED_M_S:g}", "--goal", *goal, *(["--avoid"] if avoid else [])],
+         f"{SPEED_M_S:g}", "--goal", *goal, "--avoid" if avoid else "--straight"],
         environment,
     )  # fmt: skip

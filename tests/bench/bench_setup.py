@@ -42,14 +42,12 @@ def measures(short: bool = False) -> list[dict[str, Any]]:
             (first_s, "s"),
             (former, _FORMER_CPU_S),
             f"< {CPU_S:g} s",
-            first_s < CPU_S,
         ),
         row(
             "disk that the set-up takes",
             (size_mb, "MB"),
             (former, _FORMER_MB),
             f"< {SIZE_MB:g} MB",
-            size_mb < SIZE_MB,
         ),
         _again(again_s, ("the first", first_s)),
     ]
@@ -61,7 +59,6 @@ def _again(again_s: float, reference: tuple[str, float]) -> dict[str, Any]:
         (again_s, "s"),
         reference,
         f"< {AGAIN_S:g} s",
-        again_s < AGAIN_S,
     )
 
 

@@ -48,10 +48,9 @@ def measures(short: bool = False) -> list[dict[str, Any]]:
             (server_s, "s"),
             bare,
             f"< {GOAL_RATIO:g} bare nodes",
-            server_s < GOAL_RATIO * bare_s,
         ),
         *(
-            row(f"CPU time of navigation_client, {what}", (s, "s"), bare, f"< {most:g} s", s < most)
+            row(f"CPU time of navigation_client, {what}", (s, "s"), bare, f"< {most:g} s")
             for what, s, most in (
                 ("goal sent and answered", goal_s, GOAL_SENT_S),
                 ("help text", help_s, HELP_S),

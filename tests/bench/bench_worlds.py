@@ -166,22 +166,20 @@ def _rows(results: list[Result]) -> list[dict[str, Any]]:
     ]
     replans = [r.flown.replans for r in arrived]
     unended = sum(not r.flown.code for r in results)
-    worlds = f"{count} random worlds"
     return [
-        row(f"Avoidable hits in {worlds}", (hits, "1"), ("flights", count), "0", hits == 0),
+        row("Avoidable hits in random worlds", (hits, "1"), ("flights", count), "0", hits == 0),
         row(
-            f"Least distance to a true obstacle in {worlds}",
+            "Least distance to a true obstacle in random worlds",
             (min(nearest, default=math.inf), "m"),
             ("radius of the vehicle", RADIUS_M),
             f">= {RADIUS_M:g} m, but for hits that could not be avoided",
             hits == 0,
         ),
         row(
-            f"Flights that reach the goal where there is a path, {worlds}",
+            "Flights that reach the goal where there is a path",
             (len(arrived), "1"),
             ("worlds with a path", len(paths)),
-            f">= {SUCCESS_GOAL:g} x the reference",
-            len(arrived) >= SUCCESS_GOAL * len(paths),
+            f">= {SUCCESS_GOAL:g} x",
         ),
         row(
             "Flights that end with NO_PATH where there is none",
@@ -198,18 +196,16 @@ def _rows(results: list[Result]) -> list[dict[str, Any]]:
             unended == 0,
         ),
         row(
-            f"Way flown through unknown worlds, median of {len(longer)} without movers",
-            (statistics.median(longer) if longer else 0.0, "x"),
+            "Path flown through unknown worlds without movers, median",
+            (statistics.median(longer) if longer else math.inf, "x"),
             ("path planned with all known", 1.0),
             f"<= {LENGTH_GOAL:g} x",
-            bool(longer) and statistics.median(longer) <= LENGTH_GOAL,
         ),
         row(
             "Replans in a flight that arrives, mean",
             (statistics.fmean(replans) if replans else 0.0, "1"),
             ("most", max(replans, default=0)),
             "> 0",
-            bool(replans) and max(replans) > 0,
         ),
     ]
 

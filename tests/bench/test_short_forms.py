@@ -1,4 +1,7 @@
-"""Each file of the benchmarks runs in its short form, so that none fails unnoticed."""
+"""Each file of the benchmarks runs in its short form, so that none fails unnoticed.
+
+Its rows have the names and goals that docs/benchmarks.md has.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from drone_navigation.processes import Process
+from tests.bench.page import PAGE, goals_in
 from tests.bench.run import COLUMNS
 
 HERE = Path(__file__).resolve().parent
@@ -30,11 +34,14 @@ def test_it_runs_each_line_once(name: str, tmp_path: Path) -> None:
         assert run.wait(800.0) == 0, run.text
     finally:
         run.stop()
-    result = json.loads(output.read_text("utf-8"))
-    assert result["short"] is True
-    assert result["failed"] == {}
-    assert result["measures"]
-    for row in result["measures"]:
+    written = json.loads(output.read_text("utf-8"))
+    assert written["short"] is True
+    result = written["files"][name]
+    assert result["failed"] == ""
+    assert result["rows"]
+    for row in result["rows"]:
         assert tuple(row) == COLUMNS
         assert not math.isnan(row["value"]), row
-        assert row["goal"], row
+    shown = goals_in(PAGE.read_text("utf-8"))[name]
+    said = {row["name"]: row["goal"] for row in result["rows"]}
+    assert said == {measure: shown.get(measure) for measure in said}

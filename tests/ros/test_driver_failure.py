@@ -1,11 +1,13 @@
-"""A driver thread that is no longer there: goals end all the same, and none is taken."""
+"""A driver thread that is late or no longer there: no goal is taken, and open ones end."""
 
 from __future__ import annotations
 
+import json
 import os
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from typing import Any
 
 import pytest
@@ -15,7 +17,9 @@ from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 
 from custom_interfaces.action import Navigate
+from custom_interfaces.msg import GoalEvent
 from drone_navigation.processes import free_udp_port, ros_environment
+from drone_navigation.qos import STREAM_QOS
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.publishing.topics import Topics
@@ -44,6 +48,7 @@ class _Server:
         os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
         domain = new_domain()
         port = free_udp_port()
+        self.environment = ros_environment(domain)
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
         self.node = rclpy.create_node("navigation_server", context=self.context)
@@ -68,7 +73,7 @@ class _Server:
             "mavlink_sitl",
             ["python", "-m", "mavlink_sitl", "--link", f"udpout://127.0.0.1:{port}",
              "--ready-after", "0.5"],
-            ros_environment(domain),
+            self.environment,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -117,3 +122,45 @@ def test_open_goals_end_and_new_ones_are_rejected(server: _Server) -> None:
     assert result.result().status == GoalStatus.STATUS_ABORTED
     assert result.result().result.message == "INTERNAL_ERROR: The driver is gone."
     _wait(server.server.is_idle, "the session's end")
+
+
+def test_a_goal_that_the_driver_is_too_late_to_check_is_rejected_with_the_reason(
+    server: _Server,
+) -> None:
+    _wait(lambda: server.bridge.pose is not None, "a position")
+    assert server.client.wait_for_server(timeout_sec=10.0)
+    heard: list[GoalEvent] = []
+    topic = f"{server.node.get_name()}/goal_events"
+    server.node.create_subscription(GoalEvent, topic, heard.append, STREAM_QOS)
+    resumes = threading.Event()
+    server.driver.post(resumes.wait)
+    assert not _send(server).accepted
+    assert not heard
+    resumes.set()
+    _wait(lambda: bool(heard), "the reason")
+    assert (heard[0].event, heard[0].what) == ("REJECTED", "SERVER_LATE")
+    assert "did not answer" in heard[0].message
+
+
+def test_the_client_waits_for_the_reason_of_a_late_server(server: _Server) -> None:
+    _wait(lambda: server.bridge.pose is not None, "a position")
+    resumes = threading.Event()
+    server.driver.post(resumes.wait)
+    client = Process(
+        "client",
+        ["python", "-m", "drone_navigation.navigation_client", "--json", "--goal", "5", "0", "2"],
+        server.environment,
+    )
+    try:
+        _wait(lambda: any(map(_is_given_up, list(server.driver.works))), "the rejection")
+        time.sleep(2.0)  # so long after the rejection the reason comes
+        resumes.set()
+        line = client.wait_for('"rejected"', patient_s(10.0))
+    finally:
+        resumes.set()
+        client.stop()
+    assert json.loads(line)["code"] == "SERVER_LATE"
+
+
+def _is_given_up(work: tuple[Callable[[], object], Future[Any] | None]) -> bool:
+    return work[1] is not None and work[1].cancelled()

@@ -34,8 +34,9 @@ from drone_navigation.presence import Presence
 from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
 
-# The reason of a rejection comes on its own topic, usually before the rejection itself.
-_REASON_TIMEOUT_S = 1.0
+# The reason of a rejection comes on its own topic, usually before the rejection itself. A server
+# that was too late to check the goal publishes it when it runs again.
+_REASON_TIMEOUT_S = 5.0
 
 _EXIT_CODES = {"SUCCEEDED": EXIT_SUCCESS, "CANCELED": EXIT_CANCELED, "ABORTED": EXIT_ABORTED}
 

@@ -58,7 +58,10 @@ from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 
-_CALL_TIMEOUT_S = 2.0
+# On a computer that others keep busy the driver's thread has waited 3.8 s for a processor. Clients
+# wait 5 s for an answer.
+_CALL_TIMEOUT_S = 4.0
+_LATE_ADVICE = "Send the goal again; if this returns, the computer has too much to do."
 _CANCEL_STATE_TIMEOUT_S = 2.0
 
 
@@ -270,8 +273,11 @@ class GoalServers:
             rejection = self._driver.call(
                 lambda: self._bridge.goals.check(request, self._clock.now()), _CALL_TIMEOUT_S
             )
-        except DriverError:
-            self._node.get_logger().error("Goal rejected: the driver thread does not respond")
+        except DriverError as error:
+            late = Rejection(OutcomeCode.SERVER_LATE, f"{error} {_LATE_ADVICE}")
+            self._node.get_logger().error(f"Goal rejected: {late.code.value}: {late.message}")
+            # Clients learn it from the driver's thread, when that gets a processor again.
+            self._driver.post(lambda: self._bridge.goals.reject(late))
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT if rejection is None else GoalResponse.REJECT
 
