@@ -48,12 +48,20 @@ VENV = ROOT / ".venv"
 INSTALL = ROOT / "install"
 LOGS = ROOT / "log" / "setup"
 BUILD = ROOT / "build"
+# Compiled without ROS or the headers of Python, so one library works for all of them. Sums are
+# rounded alike on every machine.
+KERNELS_PACKAGE = "navigation_kernels"
+KERNELS_LIBRARY = f"lib{KERNELS_PACKAGE}.so"
+KERNELS_SOURCES = ROOT / "src" / KERNELS_PACKAGE / "kernels"
+KERNELS_FLAGS = ("-std=c++17", "-O3", "-ffp-contract=off", "-fPIC", "-shared")
 # How interfaces are built.
 INTERFACES_BUILD = ROOT / "scripts" / "interfaces"
 PACKAGES = INSTALL / "packages"
 INTERFACES = INSTALL / "interfaces"
+KERNELS = INSTALL / "kernels"
 PACKAGES_STAMP = VENV / "packages.stamp"
 INTERFACES_STAMP = INTERFACES / "interfaces.stamp"
+KERNELS_STAMP = KERNELS / "kernels.stamp"
 WORKSPACE_STAMP = INSTALL / "workspace.stamp"
 # Interval of progress messages without a terminal, in seconds.
 TELL_S = 15.0
@@ -210,12 +218,15 @@ def update(ros: str) -> bool:
     names = ("custom_interfaces", *STAND_INS)
     interfaces_key = f"{packages_key}\n{hash_of_interfaces(ros, names)}"
     interfaces_due = packages_due or read(INTERFACES_STAMP) != interfaces_key
-    workspace_key = f"{interfaces_key}\n{hash_of(workspace_inputs())}"
-    if not interfaces_due and read(WORKSPACE_STAMP) == workspace_key:
+    kernels_key = key_of_kernels()
+    kernels_due = read(KERNELS_STAMP) != kernels_key
+    workspace_key = f"{interfaces_key}\n{kernels_key}\n{hash_of(workspace_inputs())}"
+    compiles = interfaces_due or kernels_due
+    if not compiles and read(WORKSPACE_STAMP) == workspace_key:
         return False
-    wheel = fitting_wheel() if ros == "wheels" and interfaces_due else None
-    unfit = misfits(ros) if ros in WHEELS and interfaces_due and wheel is None else ""
-    check_prerequisites(ros, packages_due, compiles=interfaces_due and wheel is None)
+    wheel = fitting_wheel() if ros == "wheels" and compiles else None
+    unfit = misfits(ros) if ros in WHEELS and compiles and wheel is None else ""
+    check_prerequisites(ros, packages_due, compiles=compiles and wheel is None)
     where = f"ROS 2 {WHEELS[ros]} from pinned wheels" if ros in WHEELS else sourced_ros()
     print(f"Setting up with Python {platform.python_version()} and {where}.", flush=True)
     if unfit:
@@ -234,6 +245,13 @@ def update(ros: str) -> bool:
             else:
                 unpack(wheel, INTERFACES)
             INTERFACES_STAMP.write_text(interfaces_key)
+    if kernels_due:
+        with replacing(KERNELS):
+            if wheel is None:
+                build_kernels(KERNELS)
+            else:
+                take_kernels(wheel, KERNELS)
+            KERNELS_STAMP.write_text(kernels_key)
     with replacing(PACKAGES):
         link_packages(ros)
     record_environment(ros)
@@ -326,6 +344,12 @@ def hash_of_interfaces(ros: str, names: Iterable[str]) -> str:
     folders = [*(ROOT / "src" / name for name in names), INTERFACES_BUILD]
     files = (path for folder in folders for path in sorted(folder.rglob("*")))
     return hash_of([*files, lock_of(ros, "build")])
+
+
+def key_of_kernels() -> str:
+    """Return what the compiled part of planning depends on: machine, flags, sources."""
+    sources = hash_of(sorted(KERNELS_SOURCES.glob("*.?pp")))
+    return "\n".join([platform.machine(), " ".join(KERNELS_FLAGS), sources])
 
 
 def hash_of(paths: Iterable[Path]) -> str:
@@ -583,6 +607,23 @@ def build_interfaces(ros: str, names: Sequence[str], *prefixes: Path, form: str 
             run(title, f"Building {', '.join(group)}", command, environment)
 
 
+def build_kernels(folder: Path) -> None:
+    """Compiles the library of navigation_kernels into a folder; CXX names the compiler."""
+    folder.mkdir(parents=True, exist_ok=True)
+    compiler = shlex.split(os.environ.get("CXX", "")) or ["c++"]
+    command: list[str | Path] = [*compiler, *KERNELS_FLAGS]
+    command += [*sorted(KERNELS_SOURCES.glob("*.cpp")), "-o", folder / KERNELS_LIBRARY]
+    run("kernels", f"Building {KERNELS_PACKAGE}", command, outside("wheels"))
+
+
+def take_kernels(wheel: Path, folder: Path) -> None:
+    """Takes that library from a wheel."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with opened(wheel) as archive:
+        library = archive.read(f"{KERNELS_PACKAGE}/{KERNELS_LIBRARY}")
+    (folder / KERNELS_LIBRARY).write_bytes(library)
+
+
 @contextlib.contextmanager
 def build_tools(ros: str) -> Iterator[tuple[Path, dict[str, str]]]:
     """An interpreter with CMake and the generators of ROS, and the environment to run them in.
@@ -644,7 +685,7 @@ def rewrite(path: Path, text: str) -> None:
 
 
 def make_wheel(folder: Path) -> Path:
-    """Builds all interfaces, packed as a wheel for this version of Python.
+    """Builds all that is compiled, packed as a wheel for this version of Python.
 
     It works beside the pinned wheels of ROS, and wherever these do. The set-up takes it instead of
     building (`fitting_wheel`).
@@ -659,6 +700,11 @@ def make_wheel(folder: Path) -> Path:
     with tempfile.TemporaryDirectory(prefix="mavbridge-") as scratch:
         prefix = Path(scratch, "prefix")
         build_interfaces("wheels", (*STAND_INS, "custom_interfaces", *ON_DEMAND), prefix)
+        kernels = site_packages(prefix) / KERNELS_PACKAGE
+        build_kernels(kernels)
+        for path in sorted((KERNELS_SOURCES.parent / KERNELS_PACKAGE).glob("*.py*")):
+            if path.is_file():
+                shutil.copy(path, kernels)
         files = sorted(path for path in prefix.rglob("*") if path.is_file())
         libraries = [path.read_bytes() for path in files if path.suffix == ".so"]
         # The C library that they need decides where they work; installers know 2.17 and later.
@@ -705,7 +751,8 @@ def python_tag() -> str:
 
 def wheel_version() -> str:
     """The version of a wheel of interfaces, with a digest of what it was built from."""
-    digest = hash_of_interfaces("wheels", ("custom_interfaces", *STAND_INS, *ON_DEMAND))
+    interfaces = hash_of_interfaces("wheels", ("custom_interfaces", *STAND_INS, *ON_DEMAND))
+    digest = hashlib.sha256(f"{interfaces}\n{key_of_kernels()}".encode()).hexdigest()
     return f"{(ROOT / 'VERSION').read_text().strip()}+{digest[:12]}"
 
 
@@ -760,16 +807,25 @@ def given_wheels() -> list[Path]:
 
 
 def unpack(wheel: Path, prefix: Path) -> None:
-    """Puts the files of a wheel where a build puts them."""
+    """Puts the interfaces of a wheel where a build puts them."""
     print(f"  Taking the interfaces from {wheel.name}", flush=True)
+    with opened(wheel) as archive:
+        for name in archive.namelist():
+            if name.startswith(f"{KERNELS_PACKAGE}/"):
+                continue
+            _, data, rest = name.partition(".data/data/")
+            path = prefix / rest if data else site_packages(prefix) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(archive.read(name))
+
+
+@contextlib.contextmanager
+def opened(wheel: Path) -> Iterator[zipfile.ZipFile]:
+    """A wheel to read from, or a sentence that it is damaged."""
     try:
         with zipfile.ZipFile(wheel) as archive:
-            for name in archive.namelist():
-                _, data, rest = name.partition(".data/data/")
-                path = prefix / rest if data else site_packages(prefix) / name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(archive.read(name))
-    except zipfile.BadZipFile as error:
+            yield archive
+    except (zipfile.BadZipFile, KeyError) as error:
         raise SetupError(f"{wheel} is damaged: {error}") from error
 
 
@@ -878,10 +934,17 @@ def link_packages(ros: str) -> None:
         settings = settings_of(package)
         about, options = settings["metadata"], settings["options"]
         name = about["name"]
-        (modules / name).symlink_to(package / name)
+        if name == KERNELS_PACKAGE:
+            # Its library is beside its modules, and is no file of the sources.
+            (modules / name).mkdir()
+            for path in [*(package / name).glob("*.py*"), KERNELS / KERNELS_LIBRARY]:
+                (modules / name / path.name).symlink_to(path)
+        else:
+            (modules / name).symlink_to(package / name)
         for module in options.get("py_modules", "").split():
             (modules / f"{module}.py").symlink_to(package / f"{module}.py")
-        for folder, patterns in settings["options.data_files"].items():
+        section = "options.data_files"
+        for folder, patterns in settings.items(section) if settings.has_section(section) else ():
             (PACKAGES / folder).mkdir(parents=True, exist_ok=True)
             for path in (path for pattern in patterns.split() for path in package.glob(pattern)):
                 (PACKAGES / folder / path.name).symlink_to(path)

@@ -2,7 +2,7 @@
 
 Every obstacle is a prism with a level top and bottom. A cylinder is one post, a wall is a thin
 box, and the obstacles that a sensor has seen are a set of posts. All of them are rows of two
-arrays, so that a question about thousands of them is a few NumPy calls.
+arrays, so that a question about thousands of them is one call.
 
 Clearance is measured as a vehicle of a given size needs it: a point is clear of a prism by
 ``c`` if it is ``c`` beside its outline, or ``c`` above its top or below its bottom. So it is
@@ -12,20 +12,21 @@ distance.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+import navigation_kernels
 from navigation_core.geometry import Vector3
-from navigation_core.mapping.obstacle_columns import ROUNDING_M, ObstacleColumns
 from navigation_core.mapping.obstacle_outlines import in_boxes, outside
 from navigation_core.mapping.obstacle_shapes import Box, Cylinder, KnownObstacle, ObstacleError
-from navigation_core.mapping.obstacle_sweep import Indices
 
 __all__ = ["NOTHING", "Box", "Cylinder", "KnownObstacle", "ObstacleError", "Obstacles"]
 
 Array: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.intp]
 
 # Columns of the two tables.
 POST_COLUMNS = 5
@@ -33,6 +34,8 @@ BOX_COLUMNS = 7
 # Points for which the few obstacles that can be nearest are looked up together. They come along
 # a path, so they are near each other; 400 points beside 2,000 posts take least time with this.
 _POINTS_TOGETHER = 32
+# Far above what sums of coordinates lose.
+_ROUNDING_M = 1e-6
 # A vehicle asks often about obstacles near it. With more obstacles than this, those of its vicinity
 # are kept for the next questions: all within this distance of the last one.
 _VICINITY_MIN, _VICINITY_M = 100, 12.0
@@ -51,7 +54,6 @@ class Obstacles:
         """Take over two tables; they must not be changed afterwards."""
         self.posts = np.empty((0, POST_COLUMNS)) if posts is None else posts
         self.boxes = np.empty((0, BOX_COLUMNS)) if boxes is None else boxes
-        self._columns = ObstacleColumns(self.posts, self.boxes)
         # The last small cuboid that was asked about, widened, and what touches it.
         self._vicinity: tuple[Array, Array, Obstacles] | None = None
 
@@ -79,6 +81,16 @@ class Obstacles:
             np.array(posts, dtype=np.float64).reshape(-1, POST_COLUMNS),
             np.array(boxes, dtype=np.float64).reshape(-1, BOX_COLUMNS),
         )
+
+    @cached_property
+    def _bottom_m(self) -> Array:
+        """Map z of all bottoms, shape (P + B,)."""
+        return np.concatenate([self.posts[:, 3], self.boxes[:, 5]])
+
+    @cached_property
+    def _top_m(self) -> Array:
+        """Map z of all tops, shape (P + B,)."""
+        return np.concatenate([self.posts[:, 4], self.boxes[:, 6]])
 
     def __len__(self) -> int:
         """How many posts and boxes."""
@@ -127,7 +139,7 @@ class Obstacles:
 
     def are_between(self, low_m: float, high_m: float) -> NDArray[np.bool_]:
         """Return of which some part is between two heights, shape (P + B,), the posts first."""
-        return np.asarray((self._columns.bottom_m < high_m) & (self._columns.top_m > low_m))
+        return np.asarray((self._bottom_m < high_m) & (self._top_m > low_m))
 
     def chosen(self, which: NDArray[np.bool_]) -> Obstacles:
         """Return some of them; a flag for each, the posts first."""
@@ -162,7 +174,7 @@ class Obstacles:
         reach_m = np.sqrt(((points - middle) ** 2).sum(axis=1).max())
         gap_m = self._all_m(middle[None])[0]
         # Not `<=`: each comparison with NaN is false, and with NaN all obstacles must stay.
-        keep = ~(gap_m > gap_m.min() + 2.0 * reach_m + ROUNDING_M)
+        keep = ~(gap_m > gap_m.min() + 2.0 * reach_m + _ROUNDING_M)
         count = len(self.posts)
         return Obstacles(self.posts[keep[:count]], self.boxes[keep[count:]])
 
@@ -173,8 +185,8 @@ class Obstacles:
         ]
         beside = gaps[0] if len(gaps) == 1 else np.concatenate(gaps, axis=1)
         height = points[:, 2:3]
-        np.maximum(beside, self._columns.bottom_m - height, out=beside)
-        return np.maximum(beside, height - self._columns.top_m, out=beside)
+        np.maximum(beside, self._bottom_m - height, out=beside)
+        return np.maximum(beside, height - self._top_m, out=beside)
 
     def is_clear(self, start_enu_m: Vector3, end_enu_m: Vector3, clearance_m: float) -> bool:
         """Whether a straight line keeps a clearance throughout."""
@@ -193,9 +205,9 @@ class Obstacles:
         Returns:
             Shape (N,).
         """
-        clear = np.ones(len(starts_enu_m), dtype=np.bool_)
-        clear[self.hits(starts_enu_m, ends_enu_m, clearance_m)[0]] = False
-        return clear
+        return navigation_kernels.are_clear(
+            self.posts, self.boxes, starts_enu_m, ends_enu_m, clearance_m
+        )
 
     def hits(
         self, starts_enu_m: Array, ends_enu_m: Array, clearance_m: float
@@ -210,7 +222,9 @@ class Obstacles:
         Returns:
             Rows of the lines, and of the obstacles, posts first; both of shape (K,).
         """
-        return self._columns.hits(starts_enu_m, ends_enu_m, clearance_m)
+        return navigation_kernels.hits(
+            self.posts, self.boxes, starts_enu_m, ends_enu_m, clearance_m
+        )
 
     def _to_posts_m(self, points: Array) -> Array:
         east = self.posts[:, 0] - points[:, 0:1]

@@ -134,7 +134,7 @@ def _beside(
 ) -> Array | None:
     """Return a path around all that is between two heights, its height changing evenly."""
     plane = ends * (1.0, 1.0, 0.0)
-    path = tangent_path(plane[0], plane[1], beside.endless(), clearance_m, most_m, is_hopeless)
+    path = tangent_path(plane[0], plane[1], beside, clearance_m, most_m, is_hopeless)
     if path is None:
         return None
     lines = np.diff(path, axis=0)
