@@ -40,7 +40,8 @@ from sitl_support.missions import HOME, METRE, item, upload, waypoint
 pytestmark = pytest.mark.wide
 
 LOW = {"BATT_LOW_VOLT": 10.5, "BATT_CRT_VOLT": 9.8, "BATT_LOW_TIMER": 1.0}
-CIRCLE, CRITICAL = 1, 5
+CIRCLE = 1
+STANDBY, ACTIVE, CRITICAL = 3, 4, 5
 WP_RADIUS_M = 2.0
 INCLUSION = 5001
 
@@ -70,7 +71,8 @@ def test_a_low_battery_does_what_is_set_for_it(vehicle: str, action: int, mode: 
     empty(station, 10.2)
     assert mode_of(station) == mode
     assert said(station, "Battery Failsafe")
-    assert station.last("HEARTBEAT").system_status == CRITICAL
+    status = STANDBY if mode == HOLD else ACTIVE
+    assert station.last("HEARTBEAT").system_status == status, "links and estimator alone count"
 
 
 @pytest.mark.parametrize(("action", "mode"), [(3, SMART_RTL), (4, SMART_RTL)])
@@ -252,7 +254,20 @@ def test_a_rover_without_gps_does_fs_ekf_action(action: int, mode: int) -> None:
     station.vehicle.lose_gps()
     station.run(20.0)
     assert mode_of(station) == mode
-    assert said(station, "EKF failsafe") == (action != 0)
+    assert "EKF variance" in station.texts()
+    assert ("EKF failsafe" in station.texts()) == (action != 0)
+    assert station.last("HEARTBEAT").system_status == CRITICAL
+
+
+def test_a_rover_reports_that_it_has_a_position_again() -> None:
+    station = rover()
+    station.vehicle.lose_gps()
+    station.run(20.0)
+    station.vehicle.restore_gps()
+    station.run(20.0)
+    assert "EKF failsafe cleared" in station.texts()
+    assert mode_of(station) == HOLD
+    assert station.last("HEARTBEAT").system_status == STANDBY
 
 
 def test_a_plane_without_gps_flies_on() -> None:

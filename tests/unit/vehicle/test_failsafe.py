@@ -134,6 +134,16 @@ def test_without_a_text_the_charge_state_or_the_estimator_decides() -> None:
     assert state.failsafe.kind is FailsafeKind.GPS
 
 
+def test_a_low_charge_state_of_an_ardupilot_counts_although_the_status_is_active() -> None:
+    """ArduRover's HEARTBEAT is CRITICAL for its links and its estimator alone."""
+    low = say("BATTERY_STATUS", voltages=[65535] * 10, charge_state=2)
+    state = after(low)
+    assert state.system_status == mavlink.MAV_STATE_ACTIVE
+    assert state.failsafe is not None
+    assert state.failsafe.kind is FailsafeKind.BATTERY
+    assert px4_state(low).failsafe is None, "it may only warn"
+
+
 def px4_state(*messages: Message) -> VehicleState:
     start = reduce(VehicleState(), say.heartbeat(OFFBOARD, True, 4, autopilot=PX4), 99.0)
     return after(*messages, state=start)

@@ -1,16 +1,18 @@
 """Detects whether the autopilot is in a failsafe, and of which kind. Pure.
 
 A failsafe is in force while the vehicle is armed and its HEARTBEAT says CRITICAL or EMERGENCY
-(both firmwares), while a fence is breached (ArduPilot stays ACTIVE then), or while PX4 flies
-another mode than the one that was chosen (CURRENT_MODE.intended_custom_mode). Its kind is that of
-the fault that began last of those that the vehicle shows (:mod:`.signs`). Only where it shows
-none its words name the kind: the loss of a ground station, and the fence of a PX4.
+(both firmwares), while a fence is breached (ArduPilot stays ACTIVE then), while an ArduPilot
+reports a low charge state (ArduRover stays ACTIVE then), or while PX4 flies another mode than the
+one that was chosen (CURRENT_MODE.intended_custom_mode). Its kind is that of the fault that began
+last of those that the vehicle shows (:mod:`.signs`). Only where it shows none its words name the
+kind: the loss of a ground station, and the fence of a PX4.
 """
 
 from __future__ import annotations
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.events import FailsafeKind
+from mavlink_vehicle.state.batteries import charge_rank
 from mavlink_vehicle.state.status_text import StatusText
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from mavlink_vehicle.state.warning_signs import Failsafe
@@ -85,8 +87,21 @@ def failsafe_words(state: VehicleState, failsafe: Failsafe | None, since_s: floa
 
 def _in_force(state: VehicleState) -> bool:
     return state.armed and (
-        state.system_status in _CRITICAL or state.fence_breached or _another_mode(state)
+        state.system_status in _CRITICAL
+        or state.fence_breached
+        or _battery_failsafe(state)
+        or _another_mode(state)
     )
+
+
+def _battery_failsafe(state: VehicleState) -> bool:
+    """Return whether ArduPilot's battery failsafe has begun.
+
+    Its charge state is low from then on (AP_BattMonitor, `get_mavlink_charge_state`). PX4's is
+    also low where it only warns.
+    """
+    ardupilot = state.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    return ardupilot and charge_rank(state.battery) > 0
 
 
 def _another_mode(state: VehicleState) -> bool:

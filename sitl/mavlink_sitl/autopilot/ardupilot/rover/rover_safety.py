@@ -86,17 +86,24 @@ class RoverFailsafes(Failsafes):
             rover.enter_first(ACTIONS.get(int(rover.parameters["FS_ACTION"]), ()))
         return True
 
+    @property
+    def active(self) -> bool:
+        """Whether HEARTBEAT says CRITICAL: not for the battery (`vehicle_system_status`)."""
+        return self.gcs_lost or self.estimator_lost or self.radio_lost
+
     def _estimator(self) -> None:
+        """FS_EKF_ACTION; whatever it is, the HEARTBEAT and the first text report the loss."""
         rover = self._vehicle
-        variance = rover.estimator.variance
-        if not variance:
-            self.estimator_lost = False
+        lost = rover.armed and rover.estimator.variance
+        if lost == self.estimator_lost:
             return
+        self.estimator_lost = lost
+        if not lost:
+            rover.say(Severity.CRITICAL, "EKF failsafe cleared")
+            return
+        rover.say(Severity.CRITICAL, "EKF variance")
         action = int(rover.parameters["FS_EKF_ACTION"])
-        if self.estimator_lost or not rover.armed or action == EKF_IGNORED:
-            return
-        self.estimator_lost = True
-        if not rover.mode.spec.requires_position:
+        if action == EKF_IGNORED or not rover.mode.spec.requires_position:
             return
         if action == EKF_HOLD:
             rover.enter_mode(HOLD)
