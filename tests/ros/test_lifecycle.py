@@ -13,6 +13,7 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from custom_interfaces.msg import GoalCode
 from drone_navigation.process_control.stop_signals import STOP_LIMIT_S
 from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME
+from tests.support.processes import Process
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal
 
 pytestmark = pytest.mark.xdist_group("ros_lifecycle")
@@ -21,7 +22,15 @@ UNCONFIGURED, INACTIVE = State.PRIMARY_STATE_UNCONFIGURED, State.PRIMARY_STATE_I
 ACTIVE = State.PRIMARY_STATE_ACTIVE
 CONFIGURE, CLEANUP = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_CLEANUP
 ACTIVATE, DEACTIVATE = Transition.TRANSITION_ACTIVATE, Transition.TRANSITION_DEACTIVATE
+CLEANED_UP_SHUTDOWN = Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
 _ENDED_S = STOP_LIMIT_S + 10.0
+# Commands of Nav2's lifecycle manager, by what it calls for a single node without a bond
+# (nav2_lifecycle_manager, August 2026): each transition and the state it asks for after it.
+NAV2_STARTUP = ((CONFIGURE, INACTIVE), (ACTIVATE, ACTIVE))
+NAV2_PAUSE = ((DEACTIVATE, INACTIVE),)
+NAV2_RESUME = ((ACTIVATE, ACTIVE),)
+NAV2_RESET = ((DEACTIVATE, INACTIVE), (CLEANUP, UNCONFIGURED))
+NAV2_SHUTDOWN = (*NAV2_RESET, (CLEANED_UP_SHUTDOWN, State.PRIMARY_STATE_FINALIZED))
 
 
 @pytest.fixture(scope="module")
@@ -157,19 +166,51 @@ def test_the_last_transition_ends_the_process(flight: Flight) -> None:
     assert flight.wait_for_result(record).error_code == GoalCode.SHUTTING_DOWN
 
 
-def test_without_autostart_it_waits_for_its_manager(vehicle: Flight) -> None:
+def unconfigured_server(vehicle: Flight) -> Process:
+    """A new server that waits for its manager."""
     if vehicle.server is not None:
         vehicle.server.stop(_ENDED_S)
-    vehicle._arguments = (*vehicle._arguments, "--ros-args", "-p", "autostart:=false")
+    if "autostart:=false" not in vehicle._arguments:
+        vehicle._arguments = (*vehicle._arguments, "--ros-args", "-p", "autostart:=false")
     vehicle.server = vehicle.start_server()
     vehicle.renew_node()
     assert state(vehicle) == UNCONFIGURED
+    return vehicle.server
+
+
+def command(flight: Flight, steps: tuple[tuple[int, int], ...]) -> None:
+    """Execute a command of Nav2's manager, which gives it up at the first step that fails."""
+    assert flight.server is not None
+    for wanted, reached in steps:
+        assert change(flight, wanted), flight.server.text[-2000:]
+        assert state(flight) == reached
+
+
+@pytest.mark.wide
+def test_the_commands_of_nav2s_manager_succeed(vehicle: Flight) -> None:
+    server = unconfigured_server(vehicle)
+    command(vehicle, NAV2_STARTUP)
+    server.wait_for("Position valid", READY_TIMEOUT_S)
+    vehicle.renew_client()
+    record = vehicle.send(navigate_goal(60.0, 0.0, 5.0))
+    vehicle.wait_for_status(record, "NAVIGATING")
+    command(vehicle, NAV2_PAUSE)
+    assert vehicle.wait_for_result(record).error_code == GoalCode.INACTIVE
+    command(vehicle, NAV2_RESUME)
+    command(vehicle, NAV2_RESET)
+    command(vehicle, NAV2_STARTUP)
+    command(vehicle, NAV2_SHUTDOWN)
+    assert server.wait(_ENDED_S) == 0
+
+
+def test_without_autostart_it_waits_for_its_manager(vehicle: Flight) -> None:
+    server = unconfigured_server(vehicle)
     assert not offers_actions(vehicle)
     assert change(vehicle, CONFIGURE)
-    vehicle.server.wait_for("Position valid", READY_TIMEOUT_S)
+    server.wait_for("Position valid", READY_TIMEOUT_S)
     vehicle.renew_client()
     assert not vehicle.send(navigate_goal(0.0, 0.0, 5.0)).accepted
     assert change(vehicle, ACTIVATE)
     assert vehicle.wait_for_result(vehicle.send(navigate_goal(2.0, 0.0, 5.0))).success
     assert change(vehicle, Transition.TRANSITION_ACTIVE_SHUTDOWN)
-    assert vehicle.server.wait(_ENDED_S) == 0
+    assert server.wait(_ENDED_S) == 0
