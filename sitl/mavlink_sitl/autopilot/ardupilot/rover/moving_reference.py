@@ -188,7 +188,7 @@ class SetpointReference(LegReference):
     """The path to a position setpoint: it begins with the vehicle's motion, and turns from there.
 
     Rule of AR_PosControl (`init`, `input_pos_target`) and AP_Math (`shape_pos_vel_accel_xy`). A
-    vehicle that is told another position on its way does not stop first; the reference goes on.
+    vehicle that is told another position on its way does not stop first; the reference continues.
     """
 
     def __init__(self, rover: Rover, destination: Point, speed_m_s: float) -> None:
