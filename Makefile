@@ -62,8 +62,9 @@ report: setup ## Explain a flight on one HTML page: make report LOG=my.tlog (wri
 PYTEST := env -u PYTHONDONTWRITEBYTECODE \
 	python -m pytest --dist loadgroup --max-worker-restart 0
 
-# What takes long is seen before it adds up.
+# What takes long is seen before it adds up, and whether tests wait or the processors decide.
 SLOWEST := --durations 40 --durations-min 8
+TIMED = TIMEFORMAT="$(1): %R s, %P %% of one processor." && time
 
 TESTS := tests sitl/tests
 IN_REAL_TIME := tests/bench tests/interop sitl/tests/interop tests/ros \
@@ -72,15 +73,17 @@ IN_REAL_TIME := tests/bench tests/interop sitl/tests/interop tests/ros \
 
 test: setup-dev ## Run the tests, all but the slow and broad ones
 	@$(ENTER) $(IMPORT_RULES)
-	@$(ENTER) $(PYTEST) -n 4 -m "not wide" $(TESTS)
+	@$(ENTER) $(call TIMED,The quick tests) $(PYTEST) -n 4 -m "not wide" $(TESTS)
 
 # Tests that only compute take what those that wait for processes leave of the processors, and
 # their output follows at the end. A shell lets what runs beside it ignore Ctrl-C, unless told.
 test-all: setup-nav2 test ## Run the tests, and the slow and broad ones, too (a quarter of an hour)
 	@$(ENTER) mkdir -p out; computed=out/test_all_computed.txt; status=0; \
-	env --default-signal=INT nice -n 19 $(PYTEST) -n 2 -m "wide and not night" \
-		$(SLOWEST) $(TESTS) $(IN_REAL_TIME:%=--ignore=%) >$$computed 2>&1 & \
-	$(PYTEST) -n 5 -m "wide and not night" $(SLOWEST) $(IN_REAL_TIME) || status=$$?; \
+	$(call TIMED,Tests that only compute) env --default-signal=INT nice -n 19 \
+		$(PYTEST) -n 2 -m "wide and not night" $(SLOWEST) \
+		$(TESTS) $(IN_REAL_TIME:%=--ignore=%) >$$computed 2>&1 & \
+	$(call TIMED,Tests in real time) $(PYTEST) -n 5 -m "wide and not night" $(SLOWEST) \
+		$(IN_REAL_TIME) || status=$$?; \
 	wait $$! || status=$$?; \
 	cat $$computed; \
 	exit $$status

@@ -88,10 +88,6 @@ class ParameterTable:
         self.listed = tuple(name for name, spec in self.specs.items() if spec.listed)
         self.place = {name: place for place, name in enumerate(self.listed)}
 
-    def inert(self) -> list[str]:
-        """The names of those that are stored and have no effect."""
-        return [name for name in self.specs if name not in self.acting]
-
 
 class _Values(dict[str, float]):
     """The values of one vehicle: of those that act, and of others that were changed."""
