@@ -607,11 +607,11 @@ def build_interfaces(ros: str, names: Sequence[str], *prefixes: Path, form: str 
             run(title, f"Building {', '.join(group)}", command, environment)
 
 
-def build_kernels(folder: Path) -> None:
-    """Compiles the library of navigation_kernels into a folder; CXX names the compiler."""
+def build_kernels(folder: Path, compiler: str = "") -> None:
+    """Compiles the library of navigation_kernels into a folder; CXX names another compiler."""
     folder.mkdir(parents=True, exist_ok=True)
-    compiler = shlex.split(os.environ.get("CXX", "")) or ["c++"]
-    command: list[str | Path] = [*compiler, *KERNELS_FLAGS]
+    chosen = shlex.split(compiler or os.environ.get("CXX", "")) or ["c++"]
+    command: list[str | Path] = [*chosen, *KERNELS_FLAGS]
     command += [*sorted(KERNELS_SOURCES.glob("*.cpp")), "-o", folder / KERNELS_LIBRARY]
     run("kernels", f"Building {KERNELS_PACKAGE}", command, outside("wheels"))
 

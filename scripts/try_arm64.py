@@ -32,6 +32,8 @@ TOOLS = FOLDER / "tools"
 BUILD_TOOLS = FOLDER / "build_tools"
 """CMake and Ninja, as pinned"""
 COMMANDS = FOLDER / "commands"
+KERNELS = FOLDER / "kernels"
+"""The package navigation_kernels with its library"""
 VENV = FOLDER / "venv"
 LOGS_NAMED = "arm64"
 QEMU = "qemu-aarch64-static"
@@ -112,6 +114,7 @@ def set_up() -> None:
         stamp.unlink(missing_ok=True)
         install(locks)
         stamp.write_text(key)
+    build_kernels()
 
 
 def unpack(packages: Sequence[str], architecture: str | None, folder: Path) -> None:
@@ -202,6 +205,20 @@ def install(locks: Sequence[Path]) -> None:
     os.environ["PATH"] = path
 
 
+def build_kernels() -> None:
+    """Build navigation_kernels by the cross compiler, as the set-up does, if it has changed."""
+    stamp = FOLDER / "kernels.stamp"
+    key = setup_environment.key_of_kernels()
+    if setup_environment.read(stamp) == key:
+        return
+    shutil.rmtree(KERNELS, ignore_errors=True)
+    package = KERNELS / setup_environment.KERNELS_PACKAGE
+    setup_environment.build_kernels(package, str(COMMANDS / "g++"))
+    for path in (ROOT / "src" / package.name / package.name).glob("*.py"):
+        (package / path.name).symlink_to(path)
+    stamp.write_text(key)
+
+
 def step(name: str, what: str, command: Sequence[str]) -> None:
     """Run a program of the set-up; its end goes into the sentence where it fails."""
     environment = {**setup_environment.outside("wheels"), "LC_ALL": "C"}
@@ -210,7 +227,8 @@ def step(name: str, what: str, command: Sequence[str]) -> None:
 
 def environment() -> dict[str, str]:
     """That of an ARM64 program: the sources of the packages, and compiled modules of its own."""
-    folders = [ROOT / "sitl", *sorted(path.parent for path in ROOT.glob("src/*/setup.cfg"))]
+    packages = sorted(path.parent for path in ROOT.glob("src/*/setup.cfg"))
+    folders = [KERNELS, ROOT / "sitl", *packages]
     kept = {name: os.environ[name] for name in ("HOME", "PATH") if name in os.environ}
     return {
         **kept,

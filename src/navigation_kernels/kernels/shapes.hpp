@@ -57,6 +57,8 @@ class Shapes {
 
     std::size_t size() const { return all_.size(); }
     const Shape &operator[](std::size_t row) const { return all_[row]; }
+    // How far an outline is from its middle at most.
+    double reach_m(std::size_t row) const { return reach_[row]; }
     void add(const Shape &shape);
 
     // Calls visit(row) for each shape from `first` on that a line meets, until it returns false.

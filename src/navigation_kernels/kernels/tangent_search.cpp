@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <queue>
 
 namespace kernels {
@@ -19,7 +20,7 @@ double sign(double value) { return value > 0.0 ? 1.0 : -1.0; }
 }  // namespace
 
 TangentSearch::TangentSearch(Point start, Point goal, const Shapes &every, const Bounds &bounds)
-    : every_(every), bounds_(bounds), taken_(Tables{}), is_taken_(every.size(), false) {
+    : every_(every), bounds_(bounds), taken_(Tables{}) {
     nodes_.push_back({start, {0.0, 0.0}, {0.0, 0.0}, true, {}});
     nodes_.push_back({goal, {0.0, 0.0}, {0.0, 0.0}, true, {}});
     add_edge(START, GOAL);
@@ -41,12 +42,30 @@ SearchEnd TangentSearch::run() {
             edge.is_clear_of_all = met.size() == before;
         }
         if (met.empty()) return SearchEnd::FOUND;
-        for (std::size_t row : met) {
+        for (std::size_t row : chosen_of(met)) {
             if (is_over()) break;
-            if (!is_taken_[row]) take(row);
+            take(row);
         }
     }
     return SearchEnd::TOO_MUCH_WORK;
+}
+
+// Of small obstacles close together, as the cells of a wall, one will do at a time: the next path
+// mostly keeps clear of those beside it, too.
+std::vector<std::size_t> TangentSearch::chosen_of(const std::vector<std::size_t> &met) {
+    const double apart_m = APART * bounds_.clearance_m;
+    std::vector<std::size_t> chosen;
+    for (std::size_t row : met) {
+        const Shape &shape = every_[row];
+        const auto is_beside = [&](std::size_t other) {
+            const Point between = every_[other].middle - shape.middle;
+            const double reach_m = every_.reach_m(row) + every_.reach_m(other);
+            return other == row || length(between) + reach_m < apart_m;
+        };
+        looks_ += static_cast<std::int64_t>(chosen.size());
+        if (std::none_of(chosen.begin(), chosen.end(), is_beside)) chosen.push_back(row);
+    }
+    return chosen;
 }
 
 Line TangentSearch::line_of(const Edge &edge) const {
@@ -55,7 +74,6 @@ Line TangentSearch::line_of(const Edge &edge) const {
 
 void TangentSearch::take(std::size_t row) {
     const Shape &shape = every_[row];
-    is_taken_[row] = true;
     taken_.add(shape);
     const auto is_too_near = [&](int corner) {
         Node &here = node(corner);
@@ -121,11 +139,12 @@ void TangentSearch::join_apart(int polygon, int other) {
     const Point between = taken_[static_cast<std::size_t>(other)].middle -
                           taken_[static_cast<std::size_t>(polygon)].middle;
     const Point left = {-between.north, between.east};
+    // The left side of the one is the right side as seen from the other.
+    const int right = corner_towards(polygon, -1.0 * left), far_left = corner_towards(other, left);
     for (double side : {1.0, -1.0})
         for (double other_side : {1.0, -1.0}) {
-            // The left side of the one is the right side as seen from the other.
-            int one = corner_towards(polygon, -side * left);
-            int two = corner_towards(other, other_side * left);
+            int one = side > 0.0 ? right : opposite(polygon, right);
+            int two = other_side > 0.0 ? far_left : opposite(other, far_left);
             for (int round = 0; round < CORNERS; ++round) {
                 const int next_two = touching(node(one).at, other, two, other_side);
                 const int next_one = touching(node(next_two).at, polygon, one, side);
@@ -176,13 +195,6 @@ void TangentSearch::add_if_tangent(int one, int other) {
 void TangentSearch::add_edge(int one, int other) {
     Node &a = node(one), &b = node(other);
     const double length_m = length(b.at - a.at);
-    const auto to_ends = [this](Point point) {
-        return std::array<double, 2>{length(point - nodes_[START].at),
-                                     length(point - nodes_[GOAL].at)};
-    };
-    const auto [a_start, a_goal] = to_ends(a.at);
-    const auto [b_start, b_goal] = to_ends(b.at);
-    if (length_m + std::min(a_start + b_goal, b_start + a_goal) >= bounds_.longest_m) return;
     const int number = static_cast<int>(edges_.size());
     edges_.push_back({one, other, length_m, 0, false, false});
     a.edges.push_back(number);
@@ -206,7 +218,8 @@ bool TangentSearch::find_shortest() {
         bool operator<(const Reached &other) const { return bound_m > other.bound_m; }
     };
     std::vector<int> by(nodes_.size(), -1);
-    std::vector<bool> is_final(nodes_.size(), false);
+    std::vector<double> lengths_m(nodes_.size(), std::numeric_limits<double>::infinity());
+    std::vector<char> is_final(nodes_.size(), 0);
     std::priority_queue<Reached> queue;
     const Point goal = nodes_[GOAL].at;
     queue.push({length(goal - nodes_[START].at), 0.0, START, -1});
@@ -216,8 +229,6 @@ bool TangentSearch::find_shortest() {
         const auto here = static_cast<std::size_t>(reached.node);
         ++looks_;
         if (is_final[here]) continue;
-        // A line is looked at only when it would be on a shortest path.
-        if (reached.edge >= 0 && !is_open(edge(reached.edge))) continue;
         is_final[here] = true;
         by[here] = reached.edge;
         if (reached.node == GOAL) break;
@@ -228,12 +239,16 @@ bool TangentSearch::find_shortest() {
         };
         edges.erase(std::remove_if(edges.begin(), edges.end(), is_useless), edges.end());
         for (int number : edges) {
-            const Edge &line = edge(number);
+            Edge &line = edge(number);
             const int next = line.one == reached.node ? line.other : line.one;
             if (is_final[static_cast<std::size_t>(next)]) continue;
             const double length_m = reached.length_m + line.length_m;
             const double bound_m = length_m + length(goal - node(next).at);
-            if (bound_m < bounds_.longest_m) queue.push({bound_m, length_m, next, number});
+            double &shortest_m = lengths_m[static_cast<std::size_t>(next)];
+            // A line is looked at only where it would be on a shorter path.
+            if (length_m >= shortest_m || bound_m >= bounds_.longest_m || !is_open(line)) continue;
+            shortest_m = length_m;
+            queue.push({bound_m, length_m, next, number});
         }
     }
     if (!is_final[GOAL]) return false;

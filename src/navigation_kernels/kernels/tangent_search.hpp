@@ -34,6 +34,8 @@ class TangentSearch {
   private:
     static constexpr int CORNERS = 16;
     static constexpr int START = 0, GOAL = 1;
+    // Within this many clearances, obstacles are close together.
+    static constexpr double APART = 1.0;
     // To look at so many pairs of corners is quicker than to look for the lines that touch both.
     static constexpr std::size_t PAIRS_FEW = 24;
 
@@ -51,10 +53,14 @@ class TangentSearch {
         bool is_clear_of_all, is_closed;
     };
 
+    std::vector<std::size_t> chosen_of(const std::vector<std::size_t> &met);
     void take(std::size_t row);
     void add_polygon(const Shape &shape);
     void join(int polygon, int other);
     int corner_towards(int polygon, Point direction) const;
+    static int opposite(int polygon, int corner) {
+        return first_of(polygon) + (corner - first_of(polygon) + CORNERS / 2) % CORNERS;
+    }
     int touching(Point from, int polygon, int guess, double side) const;
     void join_apart(int polygon, int other);
     void add_if_tangent(int one, int other);
@@ -73,7 +79,6 @@ class TangentSearch {
     Bounds bounds_;
     std::int64_t looks_ = 0;
     Shapes taken_;
-    std::vector<bool> is_taken_;
     std::vector<Node> nodes_;
     std::vector<Edge> edges_;
     // Of each polygon: how far its corners are from its middle at most, and those that are sound.

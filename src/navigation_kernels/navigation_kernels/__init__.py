@@ -26,7 +26,7 @@ __all__ = ["LOOKS_MAX", "SearchEnd", "are_clear", "hits", "tangent_path"]
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
 
-LOOKS_MAX = 7_000_000
+LOOKS_MAX = 10_000_000
 """Looks at a pair of an obstacle and a line, a point or another obstacle, in one search at most"""
 
 _POST_COLUMNS, _BOX_COLUMNS = 5, 7

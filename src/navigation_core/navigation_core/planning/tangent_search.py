@@ -22,7 +22,7 @@ from navigation_kernels import tangent_path as searched
 __all__ = ["tangent_path"]
 
 # Most searches take fewer looks; before others it is worth a proof that there is a path at all.
-_LOOKS_FEW = 200_000
+_LOOKS_FEW = 500_000
 
 
 def tangent_path(
