@@ -76,6 +76,7 @@ def set_up(count: int, port: int) -> str:
         "navigation_server:",
         "  ros__parameters:",
         f"    vehicles: [{', '.join(names)}]",
+        f"    vehicles_max: {count}",
         f'    link_url: "udpin://127.0.0.1:{port}"',
         "    arming: auto",
         "    takeoff_height_m: 1.5",

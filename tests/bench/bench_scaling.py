@@ -225,7 +225,8 @@ def _server(
         f"/{name}/navigation_server": {"ros__parameters": {"target_system": system}}
         for system, name in enumerate(names, 1)
     }
-    settings["navigation_server"] = {"ros__parameters": {"vehicles": names, "arming": "auto"}}
+    own = {"vehicles": names, "vehicles_max": max(len(names), 1), "arming": "auto"}
+    settings["navigation_server"] = {"ros__parameters": own}
     file = folder / f"{host.name}.yaml"
     file.write_text(json.dumps(settings), encoding="utf-8")  # JSON is YAML, too
     words = ["python", "-m", "drone_navigation.navigation_server", "--config", str(file)]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from navigation_bridge.configuration.fleet_config import check_server_wide, make_vehicle_configs
-from navigation_bridge.configuration.make_config import ConfigurationError
+from navigation_bridge.configuration.make_config import ConfigurationError, make_config
 from navigation_bridge.configuration.parameter_file import read_parameter_file
 from navigation_bridge.configuration.parameter_table import ParameterValue
 
@@ -80,6 +80,16 @@ def test_indistinguishable_or_invalid_vehicles_are_rejected_by_name(
 ) -> None:
     with pytest.raises(ConfigurationError, match=said):
         make_vehicle_configs(vehicles)
+
+
+def test_more_vehicles_than_were_measured_are_rejected_with_the_figure() -> None:
+    names = [f"v{number}" for number in range(26)]
+    assert len(make_config({"vehicles": names[:25]}).vehicles) == 25
+    with pytest.raises(
+        ConfigurationError, match=r"^26 vehicles .* at most 25 \(parameter vehicles_max\)"
+    ):
+        make_config({"vehicles": names})
+    assert len(make_config({"vehicles": names, "vehicles_max": 26}).vehicles) == 26
 
 
 def test_a_single_vehicle_needs_no_system_id() -> None:

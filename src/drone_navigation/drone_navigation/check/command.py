@@ -80,6 +80,9 @@ def run_check(
         print(as_json(reports))
     else:
         console = Console(file=sys.stdout)
+        if len(configs) > 1:
+            most = next(iter(configs.values())).vehicles_max
+            _say(console, f"{len(configs)} vehicles of at most {most} (vehicles_max)")
         for name, report in reports.items():
             if name:
                 _say(console, f"--- Vehicle {name}")

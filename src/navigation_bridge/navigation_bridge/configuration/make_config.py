@@ -48,4 +48,9 @@ def make_config(values: Mapping[str, ParameterValue]) -> ServerConfig:
         raise ConfigurationError("Parameter external_origin needs external_odometry_topic.")
     config = make(ServerConfig, merged)
     check_links_apart(config.link_url, config.gcs_links)
+    if len(config.vehicles) > config.vehicles_max:
+        raise ConfigurationError(
+            f"{len(config.vehicles)} vehicles are configured, and this server flies at most "
+            f"{config.vehicles_max} (parameter vehicles_max); run another server for the others."
+        )
     return config

@@ -27,6 +27,9 @@ from navigation_bridge.configuration.station_links import read_station_links
 # MAV_TYPE_GCS and MAV_TYPE_ONBOARD_CONTROLLER (common.xml); None leaves it to the profile.
 _HEARTBEAT_TYPES: dict[str, int | None] = {"auto": None, "gcs": 6, "onboard": 18}
 _POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
+# A server is one Python process, which has one core however many there are. 20 vehicles in flight
+# took 0.64 cores of a quiet machine, and 50 starved: feedback at 3.1 Hz instead of 10.
+VEHICLES_MEASURED = 25
 # Requested rate of the vehicle's range sensors.
 _RANGES_HZ = 10.0
 # An ArduPilot sends one aircraft at a time, of up to 25 (ADSB_LIST_MAX).
@@ -79,6 +82,15 @@ class ServerConfig:
         fixed=True,
         server_wide=True,
         schema={"items": {"type": "string", "pattern": f"^{TOKEN}$"}, "uniqueItems": True},
+    )
+    vehicles_max: int = parameter(
+        "vehicles_max",
+        VEHICLES_MEASURED,
+        "Most vehicles of this server: with more in `vehicles` it does not start. The default is "
+        "what was [measured](scaling.md#what-bounds-a-server) to leave room.",
+        (1, 254),
+        fixed=True,
+        server_wide=True,
     )
     autostart: bool = parameter(
         "autostart",
