@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from navigation_core.geometry import Vector3
+from navigation_core.mapping.evidence_columns import Columns
 from navigation_core.mapping.obstacle_map import ObstacleMap, RayScan
 from navigation_core.mapping.obstacles import (
     NOTHING,
@@ -362,3 +364,22 @@ def test_points_that_are_not_numbers_are_left_out() -> None:
         seen.integrate_points(UP, np.empty((0, 3)), 0.0, 0.0)
     assert clearance(seen.obstacles(), 6.0, 0.0, 5.0) == 0.0
     assert clearance(seen.obstacles(), 3.0, 0.0, 5.0) > 2.0
+
+
+def test_only_what_was_hit_takes_memory_however_large_the_window_is() -> None:
+    tracemalloc.start()
+    try:
+        look(POST, into=ObstacleMap(size_m=1000.0))
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert most < 4_000_000  # a flag for each of its columns is 16 MB
+
+
+def test_a_column_without_a_hit_has_no_known_ends() -> None:
+    columns = Columns(20.0, 0.5)
+    numbers, _ = columns.find(np.array([1.0, 3.0]), np.array([2.0, 4.0]))
+    columns.hit(numbers[1:], np.array([5.0]), np.ones(1), 0.5)
+    bottoms, tops = columns.ends_m(numbers)
+    assert bottoms.tolist() == [-math.inf, 4.5]
+    assert tops.tolist() == [math.inf, 5.5]

@@ -13,9 +13,14 @@ from builtin_interfaces.msg import Time
 from hypothesis import given
 from hypothesis import strategies as st
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
-from visualization_msgs.msg import Marker
+from visualization_msgs.msg import Marker, MarkerArray
 
-from drone_navigation.server.publishing.obstacle_markers import KNOWN, SENSED, obstacle_markers
+from drone_navigation.server.publishing.obstacle_markers import (
+    KNOWN,
+    SENSED,
+    ObstacleMarkers,
+    obstacle_markers,
+)
 from drone_navigation.server.subscribing.sensor_topics import Newest
 from navigation_bridge.obstacles.sensor_messages import (
     POINTS_MAX,
@@ -24,6 +29,7 @@ from navigation_bridge.obstacles.sensor_messages import (
     scan_of,
 )
 from navigation_core.mapping.obstacles import NOTHING, Box, Cylinder, Obstacles
+from tests.support.flights.simulated_flight import SimulatedFlight
 
 POINTS = [(1.0, 2.0, 3.0), (4.0, 5.0, 6.0), (-7.0, 8.0, -9.0)]
 
@@ -205,6 +211,35 @@ def test_of_items_that_arrive_too_fast_the_newest_is_used() -> None:
     newest.put(1000)
     posted.pop()()
     assert taken == [999, 1000]
+
+
+class Listened:
+    """A publisher that keeps what it publishes, with a number of subscribers."""
+
+    def __init__(self) -> None:
+        self.subscribers = 0
+        self.published: list[object] = []
+
+    def publish(self, message: object) -> None:
+        self.published.append(message)
+
+    def get_subscription_count(self) -> int:
+        return self.subscribers
+
+
+def test_markers_are_made_only_while_somebody_gets_them() -> None:
+    topic, flight = Listened(), SimulatedFlight().ready()
+    flight.bridge.obstacles.assume(TestMarkers.sensed)
+    markers = ObstacleMarkers(topic, flight.bridge)
+    markers.update(Time, 0.0)
+    assert not topic.published
+    topic.subscribers = 1
+    markers.update(Time, 1.0)
+    (first,) = topic.published
+    assert isinstance(first, MarkerArray)
+    assert [marker.ns for marker in first.markers[1:]] == [SENSED, SENSED]
+    markers.update(Time, 2.0)
+    assert topic.published == [first], "nothing has changed"
 
 
 class TestMarkers:

@@ -92,14 +92,26 @@ class Carrier:
         position_enu_m: position in the map frame. The height of a rover or boat is 0: the height
             that it reports is the ground's, and drifts with its GPS.
         height_m: the reported height in the map frame.
-        from_body: rotates forward, right, down of the body into the map frame.
-        from_level: the same for a body that is not tilted.
+        roll_rad: about forward; 0 of a rover or boat, whose sensors look along the ground.
+        pitch_rad: about right, positive with the nose up; 0 likewise.
+        yaw_ned_rad: from north, clockwise.
     """
 
     position_enu_m: Vector3
     height_m: float
-    from_body: Array
-    from_level: Array
+    roll_rad: float
+    pitch_rad: float
+    yaw_ned_rad: float
+
+    @property
+    def from_body(self) -> Array:
+        """The matrix that rotates forward, right, down of the body into the map frame."""
+        return np.asarray(_NED_TO_ENU @ turn(self.roll_rad, self.pitch_rad, self.yaw_ned_rad))
+
+    @property
+    def from_level(self) -> Array:
+        """The same for a body that is not tilted."""
+        return np.asarray(_NED_TO_ENU @ turn(0.0, 0.0, self.yaw_ned_rad))
 
     @property
     def from_north(self) -> Array:
@@ -137,9 +149,8 @@ def carrier_at(state: VehicleState, map_frame: MapFrame, level: bool, now: float
     # Upright enough for Euler angles; no vehicle senses obstacles with its nose straight up.
     steep = max(math.cos(pitch), 0.1)
     yaw += turned_s * about_down / steep
-    from_level = _NED_TO_ENU @ turn(0.0, 0.0, yaw)
     if level:
-        return Carrier((x, y, 0.0), z, from_level, from_level)
+        return Carrier((x, y, 0.0), z, 0.0, 0.0, yaw)
     roll += turned_s * (p + about_down * math.tan(pitch))
     pitch += turned_s * (q * math.cos(roll) - r * math.sin(roll))
-    return Carrier((x, y, z), z, _NED_TO_ENU @ turn(roll, pitch, yaw), from_level)
+    return Carrier((x, y, z), z, roll, pitch, yaw)

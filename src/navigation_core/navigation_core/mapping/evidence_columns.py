@@ -1,8 +1,9 @@
 """A window of upright columns that moves with the vehicle, and the evidence in each.
 
-The window is a square grid in the map frame. A column keeps its place in the world and in the
-arrays while the window rolls: its index wraps round, so that rolling moves nothing and only
-forgets the rows that have left.
+The window is a square grid in the map frame. A column keeps its place in the world and its number
+while the window rolls: the number wraps round, so that rolling only forgets the columns that have
+left. Only columns with evidence take memory. With arrays for all of a large window, the first hit
+in a part of it waited until the kernel had cleared a large page of memory, 5 ms for each.
 """
 
 from __future__ import annotations
@@ -34,10 +35,9 @@ _EVIDENCE_MAX = 3.0
 _SAME_HEIGHT_M = 0.5
 
 
-# A column is one row, so that all about it lies together in memory. First come the numbers of its
-# post: east, north, radius, bottom, top. Then its lowest and its highest hit; what may be its
-# bottom and its top, since once is not enough to say where it ends: the first ray beside it is
-# kept as that; its evidence; and whether it is full.
+# A column is one row. It begins with the numbers of its post: east, north, radius, bottom, top; its
+# lowest and its highest hit follow. Once is not enough to say where it ends: the first ray beside
+# it is kept as a possible bottom or top. Last come its evidence, and whether it is full.
 _EAST, _NORTH, _RADIUS, _BOTTOM, _TOP = range(5)
 _LOW, _HIGH, _MAYBE_BOTTOM, _MAYBE_TOP, _EVIDENCE, _FULL, _ROW = range(5, 12)
 _POST, _ENDS = slice(_EAST, _TOP + 1), slice(_BOTTOM, _TOP + 1)
@@ -65,15 +65,13 @@ class Columns:
         self.version = 0
         self._count = max(round(size_m / cell_m), 1)
         self._first = -(self._count // 2), -(self._count // 2)
-        # The columns with any evidence, ascending: a large window is mostly empty.
+        # The columns with any evidence, ascending, and the row of each.
         self._known = np.empty(0, dtype=np.intp)
-        self._rows = np.zeros((self._count * self._count, _ROW))
-        # All false but for a moment.
-        self._is_hit = np.zeros(len(self._rows), dtype=np.bool_)
+        self._rows = np.empty((0, _ROW))
 
     def clear(self) -> None:
         """Forget everything."""
-        self._forget(self._known)
+        self._keep(np.zeros(len(self._known), dtype=np.bool_))
 
     def recentre(self, east_m: float, north_m: float) -> None:
         """Roll the window to be about a point, and forget the columns that leave it."""
@@ -85,10 +83,10 @@ class Columns:
         (west, east), (south, north) = (
             (at * self.cell_m, (at + self._count) * self.cell_m) for at in first
         )
-        easts, norths = self.middles_m(self._known)
-        away = (easts < west) | (easts > east) | (norths < south) | (norths > north)
-        if away.any():
-            self._forget(self._known[away])
+        easts, norths = self.middles_m()
+        inside = (easts > west) & (easts < east) & (norths > south) & (norths < north)
+        if not inside.all():
+            self._keep(inside)
 
     def find(self, east_m: Array, north_m: Array) -> tuple[Indices, Mask]:
         """Return the columns of points (N,), and which of the points have one."""
@@ -97,22 +95,20 @@ class Columns:
         inside &= (north >= self._first[1]) & (north < self._first[1] + self._count)
         return (east % self._count) * self._count + north % self._count, inside
 
-    def known(self) -> Indices:
-        """Return the columns with any evidence, ascending."""
-        return self._known
-
-    def middles_m(self, columns: Indices) -> tuple[Array, Array]:
-        """Return east and north of the middles of known columns, each of shape (N,)."""
-        return self._rows[:, _EAST][columns], self._rows[:, _NORTH][columns]
+    def middles_m(self) -> tuple[Array, Array]:
+        """Return east and north of the middles of the columns with evidence, each (N,)."""
+        return self._rows[:, _EAST], self._rows[:, _NORTH]
 
     def ends_m(self, columns: Indices) -> tuple[Array, Array]:
-        """Return bottoms and tops of columns, which must be known; each of shape (N,)."""
-        return self._rows[columns, _BOTTOM], self._rows[columns, _TOP]
+        """Return bottoms and tops of columns, each (N,); infinite of those without evidence."""
+        rows, is_known = self._find_rows(columns)
+        ends = np.tile([-np.inf, np.inf], (len(columns), 1))
+        ends[is_known] = self._rows[rows[is_known], _ENDS]
+        return ends[:, 0], ends[:, 1]
 
     def posts(self) -> Array:
         """Return the full columns as posts: east, north, radius, bottom, top."""
-        full = self._known[self._rows[:, _FULL][self._known] > 0.0]
-        return self._rows[full, _POST]
+        return self._rows[self._rows[:, _FULL] > 0.0, _POST]
 
     def hit(self, columns: Indices, heights_m: Array, shares: Array, extent_m: float) -> Indices:
         """Process hits.
@@ -125,7 +121,7 @@ class Columns:
                 downwards, until something else is known; infinity if nothing is.
 
         Returns:
-            The columns, each once.
+            Their rows, each once, for :meth:`pass_by`.
         """
         if not len(columns):
             return columns
@@ -134,10 +130,9 @@ class Columns:
         is_first = np.ones(len(columns), dtype=np.bool_)
         np.not_equal(columns[1:], columns[:-1], out=is_first[1:])
         first = is_first.nonzero()[0]
-        hit = columns[first]
+        hit = self._know(columns[first])
         low, high = np.minimum.reduceat(heights_m, first), np.maximum.reduceat(heights_m, first)
         share = np.maximum.reduceat(shares[order], first)
-        self._know(hit[self._rows[:, _EVIDENCE][hit] == 0.0])
         rows = self._rows[hit]
         below, above = low < rows[:, _BOTTOM], high > rows[:, _TOP]
         rows[:, _BOTTOM] = np.where(below, self._down(low - extent_m), rows[:, _BOTTOM])
@@ -160,10 +155,10 @@ class Columns:
         was hit; so it is taken to begin just below its lowest hit.
 
         Args:
-            columns: shape (N,), each at most once, all known.
+            columns: rows of columns, as in :meth:`middles_m`, shape (N,), each at most once.
             heights_m: map z of the rays there, shape (N, K).
             seen: which of these rays there are, shape (N, K).
-            hit: columns that the same scan has hit, which holds against rays beside the hit.
+            hit: rows that the same scan has hit, which holds against rays beside the hit.
         """
         if not len(columns):
             return
@@ -179,30 +174,42 @@ class Columns:
         rows[hangs, _BOTTOM] = np.maximum(rows[hangs, _BOTTOM], hanging_m[hangs])
         rows[:, _MAYBE_TOP] = np.minimum(rows[:, _MAYBE_TOP], over_m)
         rows[:, _MAYBE_BOTTOM] = np.maximum(rows[:, _MAYBE_BOTTOM], under_m)
-        self._is_hit[hit] = True
-        through = (seen & ~over & ~under).any(axis=1) & ~self._is_hit[columns]
-        self._is_hit[hit] = False
+        is_hit = np.zeros(len(self._rows), dtype=np.bool_)
+        is_hit[hit] = True
+        through = (seen & ~over & ~under).any(axis=1) & ~is_hit[columns]
         rows[through, _EVIDENCE] = np.maximum(rows[through, _EVIDENCE] - _MISS, 0.0)
         rows[through & (rows[:, _EVIDENCE] <= _FREE_AT), _FULL] = 0.0
         self._set(columns, rows)
         if not rows[:, _EVIDENCE].all():
-            self._know_less()
+            self._keep(self._rows[:, _EVIDENCE] > 0.0)
 
-    def _know(self, new: Indices) -> None:
-        """Process columns that had no evidence; a hit ends them."""
-        if not len(new):
-            return
-        self._known = np.sort(np.concatenate([self._known, new]), kind="stable")
+    def _find_rows(self, columns: Indices) -> tuple[Indices, Mask]:
+        """Return the rows of columns, or where they would be, and which of them have one."""
+        rows = self._known.searchsorted(columns)
+        is_known = rows < len(self._known)
+        is_known[is_known] = self._known[rows[is_known]] == columns[is_known]
+        return rows, is_known
+
+    def _know(self, columns: Indices) -> Indices:
+        """Return the rows of columns, ascending, each once; new ones are to be hit at once."""
+        rows, is_known = self._find_rows(columns)
+        if is_known.all():
+            return rows
+        new, before = columns[~is_known], rows[~is_known]
         west, south = self._first
         east = (new // self._count - west) % self._count + west
         north = (new % self._count - south) % self._count + south
-        self._rows[new] = _NEW
-        self._rows[new, _EAST] = (east + 0.5) * self.cell_m
-        self._rows[new, _NORTH] = (north + 0.5) * self.cell_m
-        self._rows[new, _RADIUS] = self.cell_m * math.sqrt(0.5)
+        table = np.tile(_NEW, (len(new), 1))
+        table[:, _EAST], table[:, _NORTH] = (east + 0.5) * self.cell_m, (north + 0.5) * self.cell_m
+        table[:, _RADIUS] = self.cell_m * math.sqrt(0.5)
+        self._known = np.insert(self._known, before, new)
+        self._rows = np.insert(self._rows, before, table, axis=0)
+        return rows + np.cumsum(~is_known) - ~is_known
 
-    def _know_less(self) -> None:
-        self._known = self._known[self._rows[:, _EVIDENCE][self._known] > 0.0]
+    def _keep(self, which: Mask) -> None:
+        """Forget all rows but some."""
+        self.version += bool(self._rows[~which, _FULL].any())
+        self._known, self._rows = self._known[which], self._rows[which]
 
     def _set(self, columns: Indices, rows: Array) -> None:
         """Take over rows, and notice whether posts have changed."""
@@ -211,11 +218,6 @@ class Columns:
         changed |= full & (before[:, _ENDS] != rows[:, _ENDS]).any(axis=1)
         self.version += bool(changed.any())
         self._rows[columns] = rows
-
-    def _forget(self, columns: Indices) -> None:
-        self.version += bool(self._rows[columns, _FULL].any())
-        self._rows[columns, _FULL] = self._rows[columns, _EVIDENCE] = 0.0
-        self._know_less()
 
     # Ends go in steps of a cell, so that noise in a height is not news every time.
     def _up(self, heights_m: Array) -> Array:

@@ -167,14 +167,13 @@ class ObstacleMap:
     def _carve(
         self, fan: Fan, origin_enu_m: Vector3, ground_enu_m: float | None, hit: Indices
     ) -> None:
-        known = self._columns.known()
-        if not len(known) or not len(fan.bearings_rad):
+        east, north = self._columns.middles_m()
+        if not len(east) or not len(fan.bearings_rad):
             return
-        east, north = self._columns.middles_m(known)
         east, north = east - origin_enu_m[0], north - origin_enu_m[1]
         # No ray goes farther.
-        within = east * east + north * north < fan.free_m.max() ** 2
-        known, east, north = known[within], east[within], north[within]
+        known = (east * east + north * north < fan.free_m.max() ** 2).nonzero()[0]
+        east, north = east[known], north[known]
         away = np.hypot(east, north)
         above, seen = fan.passes(away, np.arctan2(north, east), self._columns.cell_m)
         passed = seen.any(axis=1)
