@@ -100,6 +100,7 @@ def send(count: int, period_s: float) -> tuple[list[float], list[float], int]:
             memories_mb.append(process.memory_info().rss / 1e6)
             while time.monotonic() < begun_s + period_s:
                 executor.spin_once(timeout_sec=0.01)
+        print(*(line for line in server.lines if "Goal rejected" in line), sep="\n", end="")
         return memories_mb, answers_ms, rejected
 
 

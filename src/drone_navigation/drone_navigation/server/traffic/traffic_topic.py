@@ -53,6 +53,7 @@ class TrafficTopic:
         self._config = config.bridge.traffic
         epoch_s = datetime.now(timezone.utc).timestamp() - clock.now()
         self._shared = SharedTraffic(self._config.separation, epoch_s)
+        self._has_listeners = False
 
     def join(self, bridge: Bridge) -> None:
         """Keep one more vehicle apart from the others."""
@@ -83,6 +84,7 @@ class TrafficTopic:
 
     def _look(self) -> None:
         others = self._node.count_publishers(TRAFFIC_TOPIC) - 1
+        self._has_listeners = self._node.count_subscribers(TRAFFIC_TOPIC) > 1
 
         def look() -> None:
             if self._shared.negotiation is not None:
@@ -101,6 +103,8 @@ class TrafficTopic:
         if shared.earth is None or shared.negotiation is None:
             return
         state = shared.negotiation.state(shared.alone(), now)
+        if not self._has_listeners:
+            return  # a server that hears itself wakes its executor five times a second
         stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(state_message(state, shared.earth, stamp, ends))
 
