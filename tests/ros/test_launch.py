@@ -63,7 +63,7 @@ def test_link_is_the_one_that_is_opened_and_all_ends_by_one_signal(
     process = launched(link=link)
     assert link in process.wait_for(READY, READY_TIMEOUT_S)
     assert process.stop(timeout_s=60.0) in (0, -signal.SIGINT)
-    assert "process has finished cleanly" in process.text
+    assert "process has finished cleanly" in process.text, process.text
 
 
 def test_config_is_the_file_of_the_server(launched: Launched, link: str, tmp_path: Path) -> None:
@@ -128,6 +128,20 @@ def test_a_node_is_started_beside_the_server(
     process.wait_for(READY, READY_TIMEOUT_S)
     process.wait_for(said, READY_TIMEOUT_S)
     assert pid_of(process, f"navigation_{argument}")
+
+
+def test_each_vehicle_of_a_fleet_serves_clients_of_nav2(
+    launched: Launched, link: str, tmp_path: Path
+) -> None:
+    pytest.importorskip("nav2_msgs", reason="make setup-nav2 builds it")
+    file = tmp_path / "fleet.yaml"
+    text = (ROOT / "bridge_config/fleet.yaml").read_text("utf-8")
+    file.write_text(re.sub(r'"udpin://.*"', f'"{link}"', text), "utf-8")
+    process = launched(config=str(file), nav2="true", console="true")
+    process.wait_for("Navigation server ready", READY_TIMEOUT_S)
+    for name in ("copter", "px4", "rover"):
+        process.wait_for(f"[{name}.navigation_nav2]: ", READY_TIMEOUT_S)
+    process.wait_for("The console is at http://", READY_TIMEOUT_S)
 
 
 def test_a_switch_that_is_neither_is_rejected_in_a_sentence(launched: Launched) -> None:

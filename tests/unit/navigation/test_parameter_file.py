@@ -7,7 +7,11 @@ from pathlib import Path
 import pytest
 
 from navigation_bridge.configuration.make_config import ConfigurationError, check_value
-from navigation_bridge.configuration.parameter_file import check_keys, check_parameter_files
+from navigation_bridge.configuration.parameter_file import (
+    check_keys,
+    check_parameter_files,
+    names_of_vehicles,
+)
 
 
 def check(path: Path, *before: str) -> None:
@@ -134,3 +138,14 @@ def test_a_vehicle_that_the_server_lacks_is_rejected(tmp_path: Path) -> None:
     text = keyed("/l1/navigation_server", "/l1/b/navigation_server")
     with pytest.raises(ConfigurationError, match="vehicles does not list 'b'"):
         check_for(tmp_path, text, "/l1/navigation_server", "/l1/a/navigation_server")
+
+
+@pytest.mark.parametrize(
+    ("line", "names"),
+    [("vehicles: [a, b]", ("a", "b")), ("vehicles: ['']", ()), ("arming: auto", ())],
+)
+@pytest.mark.parametrize("node", ["navigation_server", "/**", "/north/navigation_server"])
+def test_the_vehicles_of_a_file_are_listed_whatever_the_namespace(
+    tmp_path: Path, node: str, line: str, names: tuple[str, ...]
+) -> None:
+    assert names_of_vehicles(written(tmp_path, node, line)) == names

@@ -47,6 +47,18 @@ def read_parameter_file(path: Path, node_name: str) -> ParameterFile:
     return ParameterFile(server, vehicles)
 
 
+def names_of_vehicles(path: Path) -> tuple[str, ...]:
+    """Return the vehicles that a ROS parameter file lists for a server, whatever its namespace.
+
+    Raises:
+        ConfigurationError: it cannot be read or is not a parameter file.
+    """
+    listed = (
+        values["vehicles"] for _, values in _nodes(_document(path), "") if "vehicles" in values
+    )
+    return tuple(texts(next(listed, [])))
+
+
 def check_keys(arguments: Sequence[str], nodes: Sequence[str]) -> None:
     """Check that each file of ``--params-file FILE`` is for a server, by the keys of its nodes.
 
