@@ -250,7 +250,8 @@ class Flight:
         return future.result()
 
     def wait_for_status(self, record: GoalRecord, status: str) -> None:
-        """Wait until a goal's feedback says ``status``."""
+        """Wait until a goal's feedback says ``status``; fail at once if it was rejected."""
+        assert record.accepted, f"the goal was rejected: {self.rejections[-1:]}"
         self.wait(
             lambda: bool(record.feedback) and record.feedback[-1].current_status == status,
             FLIGHT_TIMEOUT_S,
@@ -259,6 +260,7 @@ class Flight:
 
     def wait_for_result(self, record: GoalRecord, timeout_s: float = FLIGHT_TIMEOUT_S) -> Any:
         """Wait for the end of a goal, and a little longer for feedback that must not come."""
+        assert record.accepted, f"the goal was rejected: {self.rejections[-1:]}"
         self.wait(lambda: record.result is not None, timeout_s, "the end of the goal")
         self.spin_for(0.3)
         assert record.feedback_after_end == 0
