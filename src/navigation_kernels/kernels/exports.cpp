@@ -64,7 +64,7 @@ std::int64_t navigation_kernels_hits(const double *posts, std::int64_t post_coun
 }
 
 // Writes the points (K, 2) of the shortest path in the plane, as far as there is capacity, and
-// their number. Returns an SearchEnd.
+// their number. Returns a SearchEnd.
 int navigation_kernels_tangent_path(const double *posts, std::int64_t post_count,
                                     const double *boxes, std::int64_t box_count,
                                     const double *start, const double *goal, double clearance_m,

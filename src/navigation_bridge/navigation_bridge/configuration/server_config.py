@@ -28,7 +28,7 @@ from navigation_bridge.configuration.station_links import read_station_links
 _HEARTBEAT_TYPES: dict[str, int | None] = {"auto": None, "gcs": 6, "onboard": 18}
 _POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
 # A server is one Python process, which has one core however many there are. 20 vehicles in flight
-# took 0.64 cores of a quiet machine, and 50 starved: feedback at 3.1 Hz instead of 10.
+# took 0.36 cores of a quiet machine, 50 took 0.66, and 100 starved (docs/scaling.md).
 VEHICLES_MEASURED = 25
 # Requested rate of the vehicle's range sensors.
 _RANGES_HZ = 10.0
