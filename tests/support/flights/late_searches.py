@@ -29,7 +29,13 @@ class LateSearch(Generic[ResultT]):
 
 
 class LateSearcher:
-    """Takes a while for each search, and believes that it takes another while."""
+    """Takes a while for each search, and believes that it takes another while.
+
+    Attributes:
+        takes_s: what each search takes.
+        lead_s: what the flight is told.
+        begun: how many have begun.
+    """
 
     def __init__(self, clock: Callable[[], float], takes_s: float, lead_s: float) -> None:
         """Prepare.
@@ -39,11 +45,11 @@ class LateSearcher:
             takes_s: what each search takes.
             lead_s: what the flight is told.
         """
-        self._clock, self._takes_s = clock, takes_s
+        self._clock, self.takes_s = clock, takes_s
         self.lead_s = lead_s
         self.begun = 0
 
     def begin(self, work: Callable[[IsWanted], ResultT]) -> Search[ResultT]:
         """Begin a search."""
         self.begun += 1
-        return LateSearch(work(lambda: True), self._clock() + self._takes_s, self._clock)
+        return LateSearch(work(lambda: True), self._clock() + self.takes_s, self._clock)

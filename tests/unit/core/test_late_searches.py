@@ -106,7 +106,7 @@ def test_a_search_that_hangs_in_flight_is_given_up_before_the_wall() -> None:
     searched = Searched(0.0, 0.0)
 
     def hang() -> None:
-        searched.searcher._takes_s = math.inf
+        searched.searcher.takes_s = math.inf
 
     searched.vehicle.now = 100.0
     task = searched.task

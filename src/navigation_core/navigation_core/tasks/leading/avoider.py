@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from navigation_core.geometry import Vector3, distance, norm
+from navigation_core.geometry import KinematicState, Vector3, distance, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, first_conflict
 from navigation_core.planning.planner import NoPath
@@ -187,20 +187,34 @@ class Avoider:
         return self._is_silent
 
     def _must_brake(self, observation: Observation) -> bool:
-        """Ask the layer that knows nothing of paths."""
+        """Ask the layer that knows nothing of paths.
+
+        It is asked about the vehicle, and about the setpoint that leads an aircraft: one that is
+        slow may be behind it, and comes to rest where the setpoint does.
+        """
         here, commanded = measured_state(observation), self._follower.sent.commanded
         if commanded is not None:
             here = replace(here, acceleration_enu_m_s2=commanded.state.acceleration_enu_m_s2)
         # A rover or boat cannot back away from an obstacle that it stops too near to.
         late_s = observation.late_s if self._drives else 0.0
-        acts = must_brake(
-            MotionSamples.at(here),
-            observation.obstacles,
-            self._braking_limits,
-            self._config.brake_clearance_m,
-            self._config.reaction_s + late_s,
+        if self._leads_too_near(here, observation, self._config.reaction_s + late_s):
+            return True
+        if commanded is None or self._drives:
+            return False
+        return self._leads_too_near(commanded.state, observation, 0.0)
+
+    def _leads_too_near(
+        self, state: KinematicState, observation: Observation, reaction_s: float
+    ) -> bool:
+        return bool(
+            must_brake(
+                MotionSamples.at(state),
+                observation.obstacles,
+                self._braking_limits,
+                self._config.brake_clearance_m,
+                reaction_s,
+            )[0]
         )
-        return bool(acts[0])
 
     def _is_in_conflict(self, path: CheckedPath, carrot: Carrot, observation: Observation) -> bool:
         rest = path.samples.ahead(carrot.time_s, carrot.state.position_enu_m)
