@@ -166,6 +166,18 @@ def test_the_page_of_the_architecture_leads_to_the_files_of_ten_changes() -> Non
             assert any(f"/{name}" in path for path in there), f"{change}: {name}"
 
 
+def test_how_a_goal_ends_is_read_in_less_than_eight_hundred_lines() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    (part,) = re.findall(r"^## How a goal ends\n(.*?)^## ", text, re.MULTILINE | re.DOTALL)
+    named = re.findall(r"^\d\. `(\w+/[\w./]+)`", part, re.MULTILINE)
+    assert 1 < len(named) <= 4
+    lines = [
+        len((ROOT / "src/navigation_bridge" / name).read_text().splitlines()) for name in named
+    ]
+    assert lines[0] <= 300
+    assert sum(lines) < 800
+
+
 def test_pictures_fetch_nothing() -> None:
     for path in (ROOT / "docs").glob("*.svg"):
         assert 'url("http' not in path.read_text("utf-8"), path

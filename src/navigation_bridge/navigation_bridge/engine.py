@@ -2,8 +2,7 @@
 
 A turn makes a :class:`Snapshot`, asks the rules (:mod:`navigation_bridge.rules.goal_rules`) in
 their order, then the task, and carries out the answer (:mod:`navigation_bridge.effects`). A goal
-begins in :meth:`Engine.begin` and ends in :meth:`Engine.end`, with the vehicle still under our
-control, or in :meth:`Engine.abandon`.
+begins in `Engine.begin` and ends in `Engine.end`, or in `Engine.abandon` if control is lost.
 """
 
 from __future__ import annotations
@@ -85,10 +84,10 @@ class Engine:
         traffic = self._features.traffic if self._features.in_turns else None
         if goal is None:
             return parts.observer.look(now, traffic=traffic)
-        overtaken, tracker, taken = parts.overtaken, goal.mission, goal.takeover is not None
-        vehicle, mission = parts.vehicle, None
-        if tracker is not None:
-            mission = tracker.report(vehicle.state, vehicle.stations.mission_change)
+        overtaken, taken, mission = parts.overtaken, goal.takeover is not None, None
+        if goal.mission is not None:
+            change = parts.vehicle.stations.mission_change
+            mission = goal.mission.report(parts.vehicle.state, change)
         requested = parts.parking.operation_id is not None or overtaken.operation_id is not None
         return parts.observer.look(
             now,
@@ -113,12 +112,8 @@ class Engine:
             goal.times.step_begins(self.config.setpoint_period_s, now)
             snapshot = self.look(now, goal)
             self._step(goal, snapshot)
-        goal = self.goal
-        if self._features.in_turns and self._features.is_due(now):
-            snapshot = snapshot or self.look(now, goal)
-            self._features.update(goal, snapshot)
-        if goal is not None and now >= self._feedback_deadline(goal):
-            self._give_feedback(goal, snapshot or self.look(now, goal))
+        # Positions trigger feedback; without one for half a period, a timer does.
+        self._update(snapshot, 0.5, now)
 
     def _replan(self, goal: ActiveGoal, now: float) -> None:
         goal.times.replan_begins()
@@ -126,22 +121,26 @@ class Engine:
 
     def next_deadline(self) -> float | None:
         """Return the time of the next turn."""
-        goal = self.goal
-        if goal is None:
+        if (goal := self.goal) is None:
             return None
+        feedback_s = goal.times.feedback_due_s + 0.5 * self.config.feedback_period_s
         # A task replans once its setpoint has been sent, and finishes before the next.
-        return min(goal.times.next_step_s, goal.times.replan_s, self._feedback_deadline(goal))
+        return min(goal.times.next_step_s, goal.times.replan_s, feedback_s)
 
     def position_came(self, now: float) -> None:
         """Give feedback of a new position, if it is due."""
-        goal, snapshot = self.goal, None
-        if self._features.in_turns and self._features.is_due(now):
-            snapshot = self.look(now, goal)
-            self._features.update(goal, snapshot)
         # A position that arrives slightly early still counts; otherwise positions at 20 Hz would
         # give feedback at 6.7 Hz instead of 10.
-        early_s = 0.25 * self.config.feedback_period_s
-        if goal is not None and now >= goal.times.feedback_due_s - early_s:
+        self._update(None, -0.25, now)
+
+    def _update(self, snapshot: Snapshot | None, wait_periods: float, now: float) -> None:
+        """Let the features do what is due, and give feedback some periods after it is due."""
+        goal = self.goal
+        if self._features.in_turns and self._features.is_due(now):
+            snapshot = snapshot or self.look(now, goal)
+            self._features.update(goal, snapshot)
+        wait_s = wait_periods * self.config.feedback_period_s
+        if goal is not None and now >= goal.times.feedback_due_s + wait_s:
             self._give_feedback(goal, snapshot or self.look(now, goal))
 
     def _step(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
@@ -166,9 +165,7 @@ class Engine:
             snapshot = self.bound(snapshot)
         if goal.yielded is None:
             self._step_task(goal, snapshot)
-            return
-        outcome = rules.judge_yielded(snapshot, goal, goal.yielded)
-        if outcome is not None:
+        elif (outcome := rules.judge_yielded(snapshot, goal, goal.yielded)) is not None:
             self.end(goal, outcome, snapshot.time_s)
         else:
             self._show_status(goal, snapshot)
@@ -239,11 +236,8 @@ class Engine:
     ) -> tuple[ActiveGoal | None, ActiveGoal]:
         """Make an admitted goal the active one; return the one that it replaces, and itself."""
         previous = continued = self.goal
-        if previous is not None and (
-            previous.takeover is not None
-            or previous.yielded is not None
-            or self._parts.stations.ignores_setpoints
-        ):
+        ignored = self._parts.stations.ignores_setpoints
+        if previous is not None and (previous.takeover or previous.yielded or ignored):
             continued = None  # its last setpoint is obsolete
         mode, jumps_ned_m = self._parts.observer.mode, self._parts.positions.jump_ned_m
         goal = self.goal = successor(goal_id, admitted, continued, mode, jumps_ned_m, now)
@@ -272,8 +266,7 @@ class Engine:
 
     def abandon(self, code: OutcomeCode, text: str, now: float) -> None:
         """End the active goal because control was lost; send nothing."""
-        goal = self.goal
-        if goal is not None:
+        if (goal := self.goal) is not None:
             self.goal = None
             self._effects.leave(goal, now)
             self._conclude(goal, Outcome(code, text, None), now)
@@ -282,8 +275,6 @@ class Engine:
         goal.doubted(None, now)
         self._features.goal_ended(goal, goal.end_of(outcome).code)
         self._report.ended(goal, outcome, now)
-
-    # --- progress ------------------------------------------------------------------------
 
     def _progress(self, goal: ActiveGoal, snapshot: Snapshot) -> Progress:
         progress = goal.task.progress(snapshot, snapshot.time_s)
@@ -294,12 +285,7 @@ class Engine:
             return replace(progress, status=Status.LINK_LOST)
         if goal.yielded is None:
             return progress
-        status = Status.CANCELLING if goal.ending else Status.PAUSED
-        return replace(progress, status=status)
-
-    def _feedback_deadline(self, goal: ActiveGoal) -> float:
-        # Positions trigger feedback; without one for half a period, a timer does.
-        return goal.times.feedback_due_s + 0.5 * self.config.feedback_period_s
+        return replace(progress, status=Status.CANCELLING if goal.ending else Status.PAUSED)
 
     def _show_status(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         """Report a status that is new, with feedback: a short one would pass between two."""
