@@ -32,5 +32,7 @@ def test_the_result_lists_what_was_missed(tmp_path: Path) -> None:
         assert not result.success
         assert result.waypoints_reached == 2
         assert list(result.waypoints_missed) == [1]
+        assert result.next_index == 3
+        assert result.route_id > 0
     finally:
         flight.close()

@@ -261,7 +261,6 @@ class Engine:
         self.goal = None
         outcome = self._parts.stations.name(outcome, now)
         self._effects.rest(goal, now)
-        goal.progressed(goal.task.progress(self.look(now, goal), now))
         self._conclude(goal, outcome, now)
 
     def abandon(self, code: OutcomeCode, text: str, now: float) -> None:
@@ -272,6 +271,7 @@ class Engine:
             self._conclude(goal, Outcome(code, text, None), now)
 
     def _conclude(self, goal: ActiveGoal, outcome: Outcome, now: float) -> None:
+        goal.progressed(goal.task.progress(self.look(now, goal), now))
         goal.doubted(None, now)
         self._features.goal_ended(goal, goal.end_of(outcome).code)
         self._report.ended(goal, outcome, now)

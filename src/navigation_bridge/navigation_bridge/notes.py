@@ -32,7 +32,8 @@ _CHUNKS_MAX = 256
 _EVENT = re.compile(
     r"goal (?P<id>[0-9a-f]+|-) (?P<event>ACCEPTED|REJECTED|STATUS|ENDED) (?P<what>\w+)"
     r"(?: after (?P<elapsed>[\d.]+) s)?(?:, (?P<error>[\d.]+) m off)?"
-    r"(?:, (?P<reached>\d+) waypoints)?(?:, missed (?P<missed>[\d ]+))?:(?: (?P<message>.*))?"
+    r"(?:, (?P<reached>\d+) waypoints)?(?:, missed (?P<missed>[\d ]+))?"
+    r"(?:, next (?P<next>\d+) of route (?P<route>\d+))?:(?: (?P<message>.*))?"
 )
 
 
@@ -79,6 +80,8 @@ class NotedEvent:
         final_error_m: for ENDED, the distance to the target; None if it could not be measured.
         waypoints_reached: for ENDED, of a route.
         waypoints_missed: for ENDED, of a route.
+        next_index: for ENDED, of a route.
+        route_id: for ENDED, of a route; 0 in older recordings.
     """
 
     happened: GoalHappened
@@ -87,6 +90,8 @@ class NotedEvent:
     final_error_m: float | None = None
     waypoints_reached: int = 0
     waypoints_missed: tuple[int, ...] = ()
+    next_index: int = 0
+    route_id: int = 0
 
 
 def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None = None) -> str:
@@ -106,6 +111,8 @@ def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None 
             words += f", {finished.waypoints_reached} waypoints"
         if finished.waypoints_missed:
             words += f", missed {' '.join(map(str, finished.waypoints_missed))}"
+        if finished.route_id:
+            words += f", next {finished.next_index} of route {finished.route_id}"
     return f"{words}: {happened.message}".rstrip()
 
 
@@ -128,6 +135,8 @@ def parse_event(words: str) -> NotedEvent | None:
         _number(found["error"]),
         int(found["reached"] or 0),
         tuple(int(index) for index in (found["missed"] or "").split()),
+        int(found["next"] or 0),
+        int(found["route"] or 0),
     )
 
 

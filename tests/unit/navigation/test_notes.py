@@ -52,12 +52,25 @@ def test_the_waypoints_of_a_route_that_ended_are_read_back(
 ) -> None:
     code = OutcomeCode.WAYPOINT_MISSED if missed else OutcomeCode.SUCCESS
     text = "Flew them, missed 7: all."
-    end = GoalFinished(GOAL, GoalState.ABORTED, code, text, None, 9.5, 0.25, reached, missed)
+    end = GoalFinished(
+        GOAL,
+        GoalState.ABORTED,
+        code,
+        text,
+        None,
+        9.5,
+        0.25,
+        reached,
+        missed,
+        reached,
+        4_000_000_001,
+    )
     happened = GoalHappened(GOAL, "ENDED", code.value, text)
     ((_, noted),) = written_and_read(notes.long_text(notes.event(happened, "", end), 7)).events
     assert noted.happened == happened
     assert (noted.elapsed_s, noted.final_error_m) == (9.5, 0.25)
     assert (noted.waypoints_reached, noted.waypoints_missed) == (reached, missed)
+    assert (noted.next_index, noted.route_id) == (reached, 4_000_000_001)
 
 
 @pytest.mark.parametrize("length", [49, 50, 51, 99, 100, 101, 150])

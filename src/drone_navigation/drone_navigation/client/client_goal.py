@@ -114,6 +114,7 @@ def _route(route: PlannedRoute, options: argparse.Namespace) -> ClientGoal:
     goal.execution = goal.EXECUTION_MISSION if options.mission else goal.EXECUTION_SETPOINTS
     goal.waypoints = [_message(waypoint) for waypoint in route.waypoints]
     goal.laps = options.laps
+    goal.first, goal.interrupted_id = options.first - 1, options.interrupted
     goal.max_speed = options.speed
     goal.avoid_obstacles = bool(options.avoid)
     executed = "as a mission" if options.mission else "by setpoints"

@@ -99,6 +99,9 @@ class Ended:
         waypoints_reached: of a route, all laps counted; None for a point.
         waypoints_missed: of a route, those passed outside their radius, from 0 over all laps; None
             for a point.
+        next_index: of a route, the first waypoint that is left, from 0 over all laps; None for a
+            point.
+        route_id: of a route, its number; None for a point.
     """
 
     name: ClassVar[str] = "ended"
@@ -112,6 +115,8 @@ class Ended:
     error_m: float = math.nan
     waypoints_reached: int | None = None
     waypoints_missed: tuple[int, ...] | None = None
+    next_index: int | None = None
+    route_id: int | None = None
 
     @property
     def bad(self) -> bool:
@@ -129,7 +134,10 @@ class Ended:
         error = ""
         if self.state != "SUCCEEDED" and math.isfinite(self.error_m):  # a success says it itself
             error = f", {self.error_m:.2f} m from the target"
-        return f"{self.message} ({self.elapsed_s:.1f} s{place}{error})"
+        rest = ""
+        if self.state != "SUCCEEDED" and self.next_index and self.route_id:
+            rest = f" The rest: --first {self.next_index + 1} --interrupted {self.route_id}."
+        return f"{self.message} ({self.elapsed_s:.1f} s{place}{error}){rest}"
 
 
 @dataclass(frozen=True)

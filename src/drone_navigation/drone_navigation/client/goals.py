@@ -169,6 +169,8 @@ class SentGoal:
             error_m=getattr(result, "final_error", math.nan),
             waypoints_reached=getattr(result, "waypoints_reached", None),
             waypoints_missed=_missed(result),
+            next_index=getattr(result, "next_index", None),
+            route_id=getattr(result, "route_id", None),
         )
 
     def _telemetry(self, feedback: Navigate.Feedback | NavigateWaypoints.Feedback) -> Telemetry:

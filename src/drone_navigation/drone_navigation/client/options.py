@@ -46,6 +46,8 @@ LOG_COMMANDS = {
 }
 COMMANDS = ACTION_COMMANDS | SERVICE_COMMANDS | STORAGE_COMMANDS | LOG_COMMANDS
 
+_UINT32_END = 2**32
+
 _DESCRIPTION = """\
 Send a goal to navigate_to_waypoint, or a route from a file to navigate_waypoints, show the
 progress and wait for the result. Without a target nothing is sent: this help and the vehicle's
@@ -136,7 +138,9 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
         epilog=codes,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.set_defaults(command=command, update=[], frame="map", laps=1, mission=False)
+    parser.set_defaults(
+        command=command, update=[], frame="map", laps=1, mission=False, first=1, interrupted=0
+    )
     _add_vehicle(parser)
     if command == "takeoff":
         parser.add_argument(
@@ -207,6 +211,19 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--laps", type=int, metavar="N", help="number of times the route is flown (default: 1)"
+    )
+    parser.add_argument(
+        "--first",
+        type=int,
+        metavar="N",
+        help="waypoint to begin with, from 1 over all laps: continues an interrupted route",
+    )
+    parser.add_argument(
+        "--interrupted",
+        type=int,
+        default=0,
+        metavar="ID",
+        help="route_id of that route, so that another one is rejected",
     )
     parser.add_argument(
         "--frame",
@@ -283,6 +300,30 @@ def _add_server_timeout(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _check_target(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """End with a sentence if target, route and their options do not fit each other."""
+    is_route = options.plan is not None or options.waypoints is not None
+    for name, given in (
+        ("--mission", options.mission),
+        ("--laps", options.laps is not None),
+        ("--first", options.first is not None),
+        ("--interrupted", bool(options.interrupted)),
+    ):
+        if given and not is_route:
+            parser.error(f"{name} needs a route; give --plan or --waypoints as well.")
+    needs_target = [flag for flag, name in _FLIGHT.items() if getattr(options, name)]
+    if options.goal is None and not is_route and needs_target:
+        parser.error(f"{needs_target[0]} needs a target; give --goal X Y Z, or --plan FILE.")
+    options.laps = 1 if options.laps is None else options.laps
+    if not 0 <= options.laps <= LAPS_MAX:
+        parser.error(f"--laps is {options.laps}; give 1 to {LAPS_MAX}.")
+    options.first = 1 if options.first is None else options.first
+    for name, least in (("first", 1), ("interrupted", 0)):
+        number = getattr(options, name)
+        if not least <= number < _UINT32_END:
+            parser.error(f"--{name} is {number}; give {least} or more, at most 32 bits.")
+
+
 def parse_options(arguments: list[str]) -> argparse.Namespace:
     """Return the options; an error ends the program with a message and EXIT_USAGE.
 
@@ -300,16 +341,7 @@ def parse_options(arguments: list[str]) -> argparse.Namespace:
             make_parser().error(f"'{arguments[0]}' is not a command; {advice}")
         parser = make_parser()
         options = parser.parse_args(arguments)
-        is_route = options.plan is not None or options.waypoints is not None
-        for name, given in (("--mission", options.mission), ("--laps", options.laps is not None)):
-            if given and not is_route:
-                parser.error(f"{name} needs a route; give --plan or --waypoints as well.")
-        needs_target = [flag for flag, name in _FLIGHT.items() if getattr(options, name)]
-        if options.goal is None and not is_route and needs_target:
-            parser.error(f"{needs_target[0]} needs a target; give --goal X Y Z, or --plan FILE.")
-        options.laps = 1 if options.laps is None else options.laps
-        if not 0 <= options.laps <= LAPS_MAX:
-            parser.error(f"--laps is {options.laps}; give 1 to {LAPS_MAX}.")
+        _check_target(parser, options)
     for name in ("cancel_after", "server_timeout", "lost_timeout"):
         value = getattr(options, name, 0.0)
         if not value >= 0.0:

@@ -68,6 +68,8 @@ def request_from_waypoints(
         laps=goal.laps,
         max_speed_m_s=goal.max_speed,
         avoid_obstacles=goal.avoid_obstacles,
+        first=goal.first,
+        interrupted_id=goal.interrupted_id,
     )
 
 
@@ -219,4 +221,6 @@ def waypoints_result(make: Callable[..., M], finished: GoalFinished, stamp: Time
         stamp,
         waypoints_reached=finished.waypoints_reached,
         waypoints_missed=finished.waypoints_missed,
+        next_index=finished.next_index,
+        route_id=finished.route_id,
     )

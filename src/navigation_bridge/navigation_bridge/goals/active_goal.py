@@ -366,5 +366,7 @@ class ActiveGoal:
             final_error_m=error_m,
             waypoints_reached=route.reached if route is not None else 0,
             waypoints_missed=route.missed if route is not None else (),
+            next_index=route.next_index if route is not None else 0,
+            route_id=route.route_id if route is not None else 0,
             action=self.kind,
         )

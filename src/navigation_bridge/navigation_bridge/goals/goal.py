@@ -68,6 +68,8 @@ class GoalFinished:
         final_error_m: measured distance to the target; None when it could not be measured.
         waypoints_reached: for a route, how many waypoints were reached, all laps counted.
         waypoints_missed: for a route, those passed outside their radius, from 0 over all laps.
+        next_index: for a route, the first waypoint that is left, from 0 over all laps.
+        route_id: for a route, a number that others would not have; 0 for other goals.
         action: name of the goal's action; ids are unique within one action only.
     """
 
@@ -80,6 +82,8 @@ class GoalFinished:
     final_error_m: float | None
     waypoints_reached: int = 0
     waypoints_missed: tuple[int, ...] = ()
+    next_index: int = 0
+    route_id: int = 0
     action: str = ""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
@@ -71,6 +72,8 @@ class WaypointsRequest:
         laps: number of times the route is flown; 0 = once.
         max_speed_m_s: highest ground speed; 0 = the configured default.
         avoid_obstacles: whether the client asked for obstacle avoidance.
+        first: where an interrupted route continues, from 0 over all laps.
+        interrupted_id: ``route_id`` of that route; 0 = not compared.
     """
 
     waypoints: tuple[WaypointRequest, ...]
@@ -78,6 +81,13 @@ class WaypointsRequest:
     laps: int = 0
     max_speed_m_s: float = 0.0
     avoid_obstacles: bool = False
+    first: int = 0
+    interrupted_id: int = 0
+
+    @property
+    def route_id(self) -> int:
+        """A number of 32 bits, never 0, that other waypoints or laps would not have."""
+        return zlib.crc32(repr((self.waypoints, max(self.laps, 1))).encode()) or 1
 
 
 @dataclass(frozen=True)

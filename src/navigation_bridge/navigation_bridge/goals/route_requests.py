@@ -97,6 +97,14 @@ def _problem_of_route(request: WaypointsRequest) -> str | None:
         return f"The route has {count} waypoints; send at most {WAYPOINTS_MAX}."
     if request.laps > LAPS_MAX:
         return f"The route has {request.laps} laps; send at most {LAPS_MAX}."
+    total = count * max(request.laps, 1)
+    if request.first >= total:
+        return f"first is {request.first}; the route has {total} waypoints over all laps."
+    if request.interrupted_id not in (0, request.route_id):
+        return (
+            f"The route is not the one that was interrupted: its route_id is {request.route_id}, "
+            f"and interrupted_id is {request.interrupted_id}."
+        )
     return _problem_of_speed(request.max_speed_m_s)
 
 

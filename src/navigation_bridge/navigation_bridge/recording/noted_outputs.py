@@ -92,6 +92,8 @@ class NotedOutputs:
             final_error_m=noted.final_error_m,
             waypoints_reached=noted.waypoints_reached,
             waypoints_missed=noted.waypoints_missed,
+            next_index=noted.next_index,
+            route_id=noted.route_id,
             action=self.action_of(noted.happened.goal_id),
         )
 

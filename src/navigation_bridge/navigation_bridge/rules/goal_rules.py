@@ -256,8 +256,9 @@ def judge_fence(snapshot: Snapshot, goal: ActiveGoal) -> Verdict | None:
     if plan is None or snapshot.pose is None or fence is None or fence == goal.facts.get(_FENCE):
         return None
     route = None if goal.progress is None else goal.progress.route
-    again = plan.laps > 1 and (route is None or route.lap < plan.laps - 1)
-    first = 0 if route is None or again else route.current
+    ahead = len(plan.targets_enu_m) if route is None else route.remaining
+    again = ahead > len(plan.targets_enu_m) or (plan.laps > 1 and route is None)
+    first = max(len(plan.targets_enu_m) - ahead, 0)
     rejection = check_fence(snapshot, fence, plan, first, again)
     if rejection is None:
         return Warn(_FENCE, "", fence)

@@ -58,8 +58,8 @@ def _admit(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Admitted | R
     )
     if isinstance(waypoints, Rejection):
         return waypoints
-    route = Route(waypoints, max(request.laps, 1))
-    targets = tuple(waypoint.position_enu_m for waypoint in waypoints)
+    route = Route(waypoints, max(request.laps, 1), request.first, request.route_id)
+    targets = tuple(waypoint.position_enu_m for waypoint in route.flown[: len(waypoints)])
     warnings = check_obstacles(targets, request.avoid_obstacles, request.by_mission, snapshot)
     if isinstance(warnings, Rejection):
         return warnings
@@ -76,7 +76,7 @@ def _admit(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Admitted | R
         return fly_route(route, terms, turns_back)
 
     return Admitted(
-        f"route of {len(waypoints)} waypoints{_laps(route)}",
+        f"route of {_named(route)}",
         waypoints[-1].position_enu_m,
         make_task,
         warnings,
@@ -88,11 +88,13 @@ def _admit(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Admitted | R
 
 
 def _plan(route: Route, speed_m_s: float, straight: bool = True) -> FlightPlan:
+    # The rest of an interrupted route is flown once, however many laps it has.
+    waypoints, laps = (route.flown, 1) if route.first else (route.waypoints, route.laps)
     return FlightPlan(
-        tuple(waypoint.position_enu_m for waypoint in route.waypoints),
-        tuple(waypoint.max_speed_m_s or speed_m_s for waypoint in route.waypoints),
-        route.laps,
-        math.fsum(waypoint.hold_time_s for waypoint in route.waypoints),
+        tuple(waypoint.position_enu_m for waypoint in waypoints),
+        tuple(waypoint.max_speed_m_s or speed_m_s for waypoint in waypoints),
+        laps,
+        math.fsum(waypoint.hold_time_s for waypoint in waypoints),
         straight,
     )
 
@@ -115,7 +117,7 @@ def _mission(
     if request.max_speed_m_s > 0.0:
         speed_m_s = min(request.max_speed_m_s, snapshot.speed_max_m_s)
     return Admitted(
-        f"mission of {len(route.waypoints)} waypoints{_laps(route)}",
+        f"mission of {_named(route)}",
         route.waypoints[-1].position_enu_m,
         lambda _handover: FlyMission(route, config, traits, speed_m_s),
         warnings,
@@ -165,10 +167,10 @@ def admit_plane(
         warnings += (_AIRSPEED if known else _NO_SPEED,)
     config = snapshot.config.goto
     # It turns back only from a safe height, and climbs to the target's on the leg.
-    first_m = waypoints[0].position_enu_m[2] - ground_m
+    first_m = route.at(0).position_enu_m[2] - ground_m
     takeoff_m = min(first_m, max(config.takeoff_height_m, traits.takeoff_height_m))
     return Admitted(
-        f"circle about the last of {len(waypoints)} waypoints{_laps(route)}",
+        f"circle about the last of {_named(route)}",
         waypoints[-1].position_enu_m,
         lambda _handover: FlyPlane(route, config, traits, takeoff_m),
         warnings,
@@ -179,5 +181,7 @@ def admit_plane(
 NAVIGATE_WAYPOINTS = TaskKind(WAYPOINTS_ACTION_NAME, WaypointsRequest, _admit)
 
 
-def _laps(route: Route) -> str:
-    return f", {route.laps} laps" if route.laps > 1 else ""
+def _named(route: Route) -> str:
+    laps = f", {route.laps} laps" if route.laps > 1 else ""
+    rest = f", from waypoint {route.numbers((0,))} on" if route.first else ""
+    return f"{len(route.waypoints)} waypoints{laps}{rest}"

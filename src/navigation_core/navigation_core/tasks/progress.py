@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 
@@ -35,6 +35,9 @@ class RouteProgress:
         remaining: waypoints that are left, the current one and all laps included.
         reached: waypoints that were reached, all laps counted.
         missed: those that were passed outside their radius, from 0 over all laps.
+        next_index: the first waypoint that is left, from 0 over all laps; one beyond the last at
+            the end.
+        route_id: number of the route, see `Route`.
     """
 
     current: int
@@ -42,6 +45,9 @@ class RouteProgress:
     remaining: int
     reached: int
     missed: tuple[int, ...] = ()
+    # For the result alone, not for feedback.
+    next_index: int = field(default=0, compare=False)
+    route_id: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from navigation_core.geometry import Vector3
@@ -36,44 +37,61 @@ class RouteWaypoint:
 
 @dataclass(frozen=True)
 class Route:
-    """Waypoints and how often they are flown; indices count from 0 over all laps.
+    """Waypoints and how often they are flown; indices count from 0 at the first that is flown.
 
     Attributes:
         waypoints: those of one lap, at least one; they are expected to have passed
             ``safety.check_target``.
         laps: at least one.
+        first: where an interrupted route continues, counted from 0 over all laps.
+        route_id: a number that other waypoints or laps would not have.
     """
 
     waypoints: tuple[RouteWaypoint, ...]
     laps: int = 1
+    first: int = 0
+    route_id: int = 0
 
     def __post_init__(self) -> None:
         """Check the numbers.
 
         Raises:
-            RouteError: there is no waypoint or no lap.
+            RouteError: there is no waypoint or no lap, or it begins outside.
         """
         if not self.waypoints or self.laps < 1:
             raise RouteError("A route needs at least one waypoint and one lap.")
+        if not 0 <= self.first < len(self.waypoints) * self.laps:
+            raise RouteError(f"Waypoint {self.first} to begin with is outside the route.")
 
     @property
     def total(self) -> int:
-        """Waypoints of all laps."""
-        return len(self.waypoints) * self.laps
+        """Waypoints that are flown to, all laps counted."""
+        return len(self.waypoints) * self.laps - self.first
+
+    @property
+    def flown(self) -> tuple[RouteWaypoint, ...]:
+        """The waypoints that are flown to, of all laps."""
+        return (self.waypoints * self.laps)[self.first :]
 
     def at(self, index: int) -> RouteWaypoint:
         """Return a waypoint; the last for any index beyond it."""
-        return self.waypoints[min(index, self.total - 1) % len(self.waypoints)]
+        return self.waypoints[(self.first + min(index, self.total - 1)) % len(self.waypoints)]
+
+    def numbers(self, indices: Iterable[int]) -> str:
+        """Return waypoints as people count them, from 1 over all laps."""
+        return ", ".join(str(self.first + index + 1) for index in indices)
 
     def progress(self, index: int, reached: int, missed: tuple[int, ...] = ()) -> RouteProgress:
         """Return the progress of a vehicle on its way to a waypoint; ``total`` is after the end."""
-        lap, current = divmod(min(index, self.total - 1), len(self.waypoints))
+        lap, current = divmod(self.first + min(index, self.total - 1), len(self.waypoints))
         return RouteProgress(
             current=current,
             lap=lap,
             remaining=self.total - index,
             reached=reached,
-            missed=missed,
+            missed=tuple(self.first + each for each in missed),
+            next_index=self.first + index,
+            route_id=self.route_id,
         )
 
 

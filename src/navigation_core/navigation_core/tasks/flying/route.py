@@ -46,7 +46,7 @@ class RouteItinerary:
         self._route = route
         self._limits = terms.config.limits
         self._traits = terms.traits
-        # The next waypoint that the vehicle has not passed, counted over all laps.
+        # The next waypoint that the vehicle has not passed.
         self._next = 0
         self._reached = 0
         self._missed: list[int] = []
@@ -129,7 +129,7 @@ class RouteItinerary:
         text = f"Flew {self._reached} of {self._route.total} waypoints."
         if not self._missed:
             return Outcome(OutcomeCode.SUCCESS, text, error_m)
-        names = ", ".join(str(index + 1) for index in self._missed)
+        names = self._route.numbers(self._missed)
         text += f" Passed outside their radius: {names} (counted over all laps)."
         return Outcome(OutcomeCode.WAYPOINT_MISSED, text, error_m)
 

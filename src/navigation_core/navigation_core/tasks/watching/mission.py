@@ -64,16 +64,14 @@ class FlyMission(PhasedTask):
             speed_m_s: ground speed where a waypoint has none; None leaves it to the vehicle.
         """
         super().__init__(config, Phase.HALTING)
-        self._traits = traits
-        self._plan = MissionPlan(
-            route.waypoints * route.laps, speed_m_s=speed_m_s, circle_at_end=not traits.hovers
-        )
+        self._traits, self._route = traits, route
+        self._plan = MissionPlan(route.flown, speed_m_s=speed_m_s, circle_at_end=not traits.hovers)
         self._mission = MissionTally(
             route,
             speed_m_s or config.limits.speed_horizontal_m_s,
             passing_m=max(_PASSING_M, _PASSING_CIRCLES * traits.circle_radius_m),
         )
-        self._measures = MissionMeasures(route.waypoints, config, traits)
+        self._measures = MissionMeasures(route.flown, config, traits)
         self._departure = Departure(config, traits, self._requests)
         self._end = MissionEnd(config, traits, self._requests)
         self._started = False
@@ -275,8 +273,8 @@ class FlyMission(PhasedTask):
         away_m = () if position is None else (distance(position, target.position_enu_m),)
         if self._motion.is_astray(away_m, now, target.hold_time_s):
             text = (
-                f"The vehicle moves but gets no closer to waypoint {current + 1} "
-                "(counted over all laps)."
+                "The vehicle moves but gets no closer to waypoint "
+                f"{self._route.numbers((current,))} (counted over all laps)."
             )
             return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         return Wait()

@@ -26,7 +26,8 @@ class MissionTally:
         """
         self.current = 0
         self._route = route
-        self._waypoints = route.waypoints * route.laps
+        self._finished = False
+        self._waypoints = route.flown
         self._reached: set[int] = set()
         self._nearest_m = [math.inf] * len(self._waypoints)
         self._passing_m = passing_m
@@ -65,17 +66,19 @@ class MissionTally:
 
     def finish(self) -> str:
         """Take the last waypoint as reached; returns what was flown, as a sentence."""
-        self.current = len(self._waypoints) - 1
+        self.current, self._finished = len(self._waypoints) - 1, True
         self._reached.add(self.current)
         text = f"Flew {len(self._reached)} of {len(self._waypoints)} waypoints."
         if self.missed:
-            names = ", ".join(str(index + 1) for index in self.missed)
+            names = self._route.numbers(self.missed)
             text += f" Skipped or passed outside their radius: {names} (counted over all laps)."
         return text
 
     def route(self, over: bool) -> RouteProgress:
         """Return the counts for the feedback."""
         progress = self._route.progress(self.current, len(self._reached), self.missed)
+        if self._finished:
+            progress = replace(progress, next_index=progress.next_index + progress.remaining)
         return replace(progress, remaining=0) if over else progress
 
     def left(self, position_enu_m: Vector3 | None) -> tuple[float, float]:
