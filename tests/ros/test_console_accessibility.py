@@ -121,7 +121,7 @@ def test_a_goal_in_flight_and_its_end_which_is_read_aloud_once(page: Tab) -> Non
     page.wait(ACTIVE)
     page.wait("document.getElementById('progress').dataset.status === 'NAVIGATING'", _FLIGHT_S)
     assert violations_at_all_widths(page) == []
-    page.press("c", "KeyC")
+    # It arrives by itself: on a busy machine the look at the page takes longer than the flight.
     page.wait(f"document.getElementById('end').dataset.number > {before}", _FLIGHT_S)
     assert violations_at_all_widths(page) == []
     assert page.text("end").partition(": ")[2] in page.text("answer")
