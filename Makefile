@@ -95,7 +95,7 @@ test-kilted: ## Run the tests that need ROS on ROS 2 Kilted, in out/kilted (ARGS
 	@scripts/try_kilted.sh $(ARGS)
 
 test-night: test-all test-arm64 test-kilted ## And those with all their parameters (an hour), and both before
-	@$(ENTER) $(PYTEST) -n 4 -m night $(TESTS)
+	@$(ENTER) $(PYTEST) -n 4 -m night $(SLOWEST) $(TESTS)
 
 SEEDS ?= 200
 FIRST ?= 0
@@ -119,7 +119,8 @@ lint: setup-dev ## Check style, types and import rules
 
 # `uv pip compile` keeps locked versions; UPGRADE=--upgrade takes the newest. All that developing
 # needs is resolved first, and the other locks take its versions. Only the build needs empy; lxml
-# is for pymavlink's generator, setuptools for building.
+# is for pymavlink's generator, setuptools for building. colcon-core asks for plugins of pytest that
+# no build uses, and that would change every run of the tests.
 LOCK := uv pip compile --universal --python-version 3.10 --generate-hashes --no-header \
 	--no-emit-index-url --no-annotate --quiet --system-certs $(UPGRADE)
 
@@ -128,8 +129,9 @@ lock: setup-dev ## Write requirements/*.txt from pyproject.toml (UPGRADE=--upgra
 		running="--group runtime --group ros-$$ros --no-emit-package empy"; \
 		light="--no-emit-package lxml --no-emit-package setuptools"; \
 		extras="--group extras --group ros-$$ros-extras"; \
+		unused=$$(printf ' --no-emit-package %s' coverage pytest-{cov,repeat,rerunfailures}); \
 		at=requirements/$$ros; \
-		$(LOCK) $$running $$extras --group dev -o $$at-dev.txt; \
+		$(LOCK) $$running $$extras --group dev $$unused -o $$at-dev.txt; \
 		$(LOCK) $$running $$light $$extras -c $$at-dev.txt -o $$at-extras.txt; \
 		$(LOCK) $$running $$light -c $$at-dev.txt -o $$at.txt; \
 		$(LOCK) --group build --group ros-$$ros --group ros-$$ros-build -c $$at-dev.txt \

@@ -188,8 +188,12 @@ def test_a_second_ctrl_c_stops_waiting_for_a_server_that_hangs(
         assert terminal.wait(10.0) == 1, terminal.text
     finally:
         flight.server.signal(signal.SIGCONT)
-    # The cancel may have got lost; away from where the next test sends the vehicle.
-    flight.wait_for_result(flight.send(navigate_goal(0.0, 0.0, 3.0)))
+    # The cancel may have got lost; away from where the next test sends the vehicle. The server
+    # rejects goals until it has heard a position since it was stopped.
+    record = flight.send(navigate_goal(0.0, 0.0, 3.0))
+    while not record.accepted:
+        record = flight.send(navigate_goal(0.0, 0.0, 3.0))
+    flight.wait_for_result(record)
     assert "No longer waiting" in terminal.text
     assert terminal.modes == terminal.modes_before
 

@@ -109,6 +109,11 @@ def test_compiler_named_by_the_environment_is_the_one_looked_for(fresh_clone: Pa
 @pytest.fixture
 def setup_environment() -> ModuleType:
     """The module that does the set-up."""
+    return load_set_up()
+
+
+def load_set_up() -> ModuleType:
+    """A new instance of that module, which belongs to no package."""
     path = ROOT / "scripts/setup_environment.py"
     spec = importlib.util.spec_from_file_location("setup_environment", path)
     assert spec is not None

@@ -27,6 +27,7 @@ from drone_navigation.console.shown_values import ShownValues
 from drone_navigation.console.tiles.folder import TileError, Tiles
 from drone_navigation.console.tiles.source import open_tiles
 from drone_navigation.process_control.ros_arguments import own_arguments
+from drone_navigation.process_control.ros_start import starting_ros
 from drone_navigation.process_control.stop_signals import StopSignals
 
 if TYPE_CHECKING:
@@ -72,9 +73,10 @@ def _serve_until(
     with ExitStack() as on_exit:
         # Only for its owner: a command line, with the address on it, is for everybody.
         folder = on_exit.enter_context(TemporaryDirectory(prefix="navigation_console_"))
-        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
         on_exit.callback(rclpy.try_shutdown)
-        node = Node("navigation_console")
+        with starting_ros():
+            rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+            node = Node("navigation_console")
         on_exit.callback(node.destroy_node)
         board = ShownValues()
         fleet = Fleet(node, board)

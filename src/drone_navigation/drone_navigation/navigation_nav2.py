@@ -13,6 +13,7 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 
 from drone_navigation.process_control.ros_arguments import own_arguments
+from drone_navigation.process_control.ros_start import starting_ros
 from drone_navigation.process_control.stop_signals import StopSignals
 from flight_logs.command_version import add_version
 
@@ -64,7 +65,8 @@ def _main(argv: list[str]) -> int:
 
     signals = StopSignals("navigation_nav2")
     code = EXIT_OK
-    rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+    with starting_ros():
+        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
     try:
         run(signals, _PARAMETERS)
     except StartError as error:

@@ -16,6 +16,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from drone_navigation.process_control.ros_arguments import own_arguments
+from drone_navigation.process_control.ros_start import starting_ros
 from drone_navigation.process_control.stop_signals import EXIT_HUNG, StopSignals
 from drone_navigation.server.lateness.lateness_trace import LatenessTrace
 from drone_navigation.server.lifecycle.managed_server import ManagedServer
@@ -73,7 +74,8 @@ def _main(argv: list[str]) -> int:
         return EXIT_USAGE
     signals = StopSignals("navigation_server")
     try:
-        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+        with starting_ros():
+            rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:
         print(f"navigation_server: {_first_line(error)}", file=sys.stderr)
         return EXIT_USAGE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -13,6 +14,9 @@ from drone_navigation.process_control.middleware import middleware_problem
 from drone_navigation.process_control.quiet_start import PROGRAMS
 from tests.support.processes import HANGS_AFTER_S
 
+NEEDS_NAV2 = pytest.mark.skipif(
+    importlib.util.find_spec("nav2_msgs") is None, reason="make setup-nav2 builds it"
+)
 ENFORCED = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce"}
 
 
@@ -58,3 +62,31 @@ def test_each_program_ends_with_the_sentence(
     assert done.returncode == 2, done.stderr
     assert said in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["navigation_server"],
+        pytest.param(["navigation_client", "status"], marks=pytest.mark.wide),
+        pytest.param(["navigation_console"], marks=pytest.mark.wide),
+        pytest.param(["navigation_nav2"], marks=[pytest.mark.wide, NEEDS_NAV2]),
+        pytest.param(["ros2", "node", "list"], marks=pytest.mark.wide),
+    ],
+    ids=lambda command: command[0],
+)
+def test_an_enclave_that_the_middleware_cannot_use_is_one_sentence(
+    command: list[str], tmp_path: Path
+) -> None:
+    # It has no certificates; the wheels' Fast DDS has no security either.
+    (tmp_path / "enclaves").mkdir()
+    keystore = {**ENFORCED, "ROS_SECURITY_KEYSTORE": str(tmp_path)}
+    done = subprocess.run(
+        command, env={**os.environ, **keystore}, capture_output=True, text=True,
+        timeout=HANGS_AFTER_S, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    (said,) = (line for line in done.stderr.splitlines() if line.startswith(command[0]))
+    assert said.startswith(f"{command[0]}: ROS cannot start: ")
+    assert "a keystore is for the ROS_DOMAIN_ID it was made with" in said

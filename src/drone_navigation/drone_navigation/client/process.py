@@ -13,6 +13,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from custom_interfaces.msg import VehicleStatus
+from drone_navigation.process_control.ros_start import starting_ros
 from drone_navigation.qos import LATCHED_QOS
 from navigation_bridge.names import SERVER_NODE_NAME
 
@@ -36,9 +37,11 @@ def client_node(argv: list[str], vehicle: str) -> Iterator[Node]:
         argv: ROS arguments.
         vehicle: the namespace.
     """
-    rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
+    with starting_ros():
+        rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = Node("navigation_client", namespace=vehicle)
+        with starting_ros():
+            node = Node("navigation_client", namespace=vehicle)
         try:
             yield node
         finally:

@@ -16,6 +16,7 @@ from drone_navigation.nav2.other_servers import ACTION, OtherServers
 from drone_navigation.nav2.planners import Planners
 from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.services import LifeCycle, offer_clearing, reject_the_rest
+from drone_navigation.process_control.ros_start import starting_ros
 from drone_navigation.process_control.stop_signals import StopSignals
 
 # Once it is cancelled the server stops the vehicle, whether or not a client waits for that.
@@ -46,7 +47,8 @@ def run(signals: StopSignals, defaults: Mapping[str, float | bool]) -> None:
     Raises:
         StartError: a parameter is invalid, or others serve Nav2's clients.
     """
-    node = Node("navigation_nav2")
+    with starting_ros():
+        node = Node("navigation_nav2")
     preferences = _preferences(node, defaults)
     executor = SingleThreadedExecutor()
     executor.add_node(node)

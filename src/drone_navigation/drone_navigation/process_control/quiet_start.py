@@ -14,13 +14,17 @@ from pathlib import Path
 
 from drone_navigation.process_control.middleware import middleware_problem
 
-__all__ = ["PROGRAMS", "run_program"]
+__all__ = ["PROGRAMS", "RosStartError", "run_program"]
 
-_EXIT_NO_MIDDLEWARE = 2
+_EXIT_NO_ROS = 2
 
 PROGRAMS = frozenset(
     {"navigation_client", "navigation_console", "navigation_nav2", "navigation_server", "ros2"}
 )
+
+
+class RosStartError(Exception):
+    """ROS cannot start in this process; the text is the reason."""
 
 
 def run_program(
@@ -31,6 +35,8 @@ def run_program(
     interrupted_text: str = "",
 ) -> int:
     """Run a program, which may be interrupted until it takes the signals; return its exit code.
+
+    A `RosStartError` ends it with 2 and the sentence.
 
     Args:
         name: of the program.
@@ -44,6 +50,9 @@ def run_program(
         if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         return program(argv)
+    except RosStartError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return _EXIT_NO_ROS
     except KeyboardInterrupt:
         if interrupted_text:
             print(interrupted_text, file=sys.stderr)
@@ -55,4 +64,4 @@ if Path(sys.argv[0]).stem in PROGRAMS:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     if problem := middleware_problem(os.environ):
         print(problem, file=sys.stderr)
-        sys.exit(_EXIT_NO_MIDDLEWARE)
+        sys.exit(_EXIT_NO_ROS)

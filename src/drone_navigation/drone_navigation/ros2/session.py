@@ -18,6 +18,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from drone_navigation.process_control.ros_start import starting_ros
+
 __all__ = [
     "CommandError", "Interface", "Interrupted", "Message", "MessageClass", "NamesAndTypes",
     "Session", "absolute", "interface", "is_hidden", "list_of", "session",
@@ -135,11 +137,13 @@ class Session:
 @contextmanager
 def session() -> Iterator[Session]:
     """Begin with ROS, and end with it; SIGINT and SIGTERM end what the command waits for."""
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    with starting_ros():
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         # A name that begins with an underscore is hidden.
         name = f"_ros2cli_{os.getpid()}"
-        node = Node(name, start_parameter_services=False, enable_rosout=False)
+        with starting_ros():
+            node = Node(name, start_parameter_services=False, enable_rosout=False)
         try:
             made = Session(node)
             for number in (signal.SIGINT, signal.SIGTERM):

@@ -18,6 +18,7 @@ from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallba
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from drone_navigation.process_control.ros_start import starting_ros
 from drone_navigation.server.lateness.lateness_trace import LatenessTrace
 from drone_navigation.server.parameters import declare_parameters
 from drone_navigation.server.server import NavigationServer
@@ -194,7 +195,8 @@ class _ManagedNode(LifecycleNodeMixin, Node):
     """Passes the transitions of a managed node on."""
 
     def __init__(self, given: list[Parameter], server: ManagedServer) -> None:
-        Node.__init__(self, SERVER_NODE_NAME, parameter_overrides=given)
+        with starting_ros():
+            Node.__init__(self, SERVER_NODE_NAME, parameter_overrides=given)
         # A transition takes as long as its vehicles need to stop; other callbacks do not wait.
         group = MutuallyExclusiveCallbackGroup()
         LifecycleNodeMixin.__init__(self, callback_group=group)
