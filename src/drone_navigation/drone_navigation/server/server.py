@@ -113,6 +113,9 @@ class NavigationServer:
         if config.vehicles:
             refuse_changes(root, settings[0][0].get_fully_qualified_name())
             self._spinners = [Spinner(node) for node, _, _ in settings]
+        traffic = config.bridge.traffic
+        several = len(config.vehicles) > 1 or bool(traffic.peers or traffic.topic)
+        self._meets_others = traffic.on and several
         self._collections = ShortCollections()
         on_exit.callback(self._collections.close)
         self._network = network
@@ -171,7 +174,8 @@ class NavigationServer:
         for spinner in self._spinners:
             spinner.start()
         if self._searches is not None:
-            self._searches.warm_up(lambda: self._collections.begin(self._at_rest))
+            self._searches.run(self._begin_collections)
+        self._prepare_searches()
 
     def activate(self) -> None:
         """Accept goals."""
@@ -191,12 +195,27 @@ class NavigationServer:
             is_new: whether to look for others of all names, which else are looked for in turn.
         """
         self._collections.tend(self._at_rest)
+        self._prepare_searches()
         for _ in range(len(self._looked) if is_new else min(_LOOKS_MAX, len(self._looked))):
             self._looked[0].presence.look()
             self._looked.rotate(-1)
         for vehicle in self._vehicles:
             if not vehicle.ready_logged and self._is_open(vehicle):
                 vehicle.log_ready()
+
+    def _prepare_searches(self) -> None:
+        """Load what searches need, once there is something to avoid: a third of the memory.
+
+        What is met by surprise, as a vehicle of a server that is no peer, has its first search load
+        it.
+        """
+        if self._searches is None or self._searches.is_warm:
+            return
+        if self._meets_others or any(vehicle.has_to_avoid for vehicle in self._vehicles):
+            self._searches.warm_up(self._begin_collections)
+
+    def _begin_collections(self) -> None:
+        self._collections.begin(self._at_rest)
 
     @property
     def _at_rest(self) -> bool:
