@@ -47,6 +47,11 @@ class _Server(ServerParts):
         self.topic.serve(member)
         self.start(driver, SingleThreadedExecutor(context=self.context))
 
+    def close(self) -> None:
+        """Stop all."""
+        self.topic.close()
+        super().close()
+
 
 @pytest.fixture
 def server() -> Iterator[_Server]:
