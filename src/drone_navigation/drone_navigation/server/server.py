@@ -206,8 +206,7 @@ class NavigationServer:
     def _prepare_searches(self) -> None:
         """Load what searches need, once there is something to avoid: a third of the memory.
 
-        What is met by surprise, as a vehicle of a server that is no peer, has its first search load
-        it.
+        The first search loads it for anything else, such as a vehicle of a server that is no peer.
         """
         if self._searches is None or self._searches.is_warm:
             return

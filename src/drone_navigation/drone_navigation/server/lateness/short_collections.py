@@ -17,8 +17,8 @@ from typing import Any
 _THRESHOLDS = (700, 10, 2)
 # As many more frozen objects are worth a collection at rest, and make one necessary in flight.
 _SOME, _MOST = 10_000, 200_000
-# So many collections may add the most. To count walks through all that is frozen, 14 ms with 20
-# vehicles, in which no other thread runs.
+# This number of collections may add the most. To count walks through all that is frozen, 14 ms with
+# 20 vehicles, in which no other thread runs.
 _COLLECTIONS_WITHIN_MOST = 10
 
 
