@@ -36,16 +36,25 @@ print(resident_kb() - before_kb)
 
 def test_what_the_user_has_set_is_left_alone(tmp_path: Path) -> None:
     ours = small_histories({}, tmp_path)
-    assert len(ours) == 3
-    for name in ours:
+    assert len(ours) == 2
+    for name in (*ours, "FASTDDS_DEFAULT_PROFILES_FILE"):
         assert small_histories({name: "/the/users.xml"}, tmp_path) == {}
     (tmp_path / "DEFAULT_FASTRTPS_PROFILES.xml").touch()
     assert small_histories({}, tmp_path) == {}
 
 
+def test_fast_dds_3_has_another_name_for_the_file(tmp_path: Path) -> None:
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "libfastdds.so.3.2").touch()
+    variables = small_histories({"AMENT_PREFIX_PATH": f"/elsewhere:{tmp_path}"}, tmp_path)
+    assert "FASTDDS_DEFAULT_PROFILES_FILE" in variables
+    assert "FASTRTPS_DEFAULT_PROFILES_FILE" not in variables
+
+
 @pytest.mark.wide
 def test_readers_keep_no_memory_for_messages_that_have_not_come(tmp_path: Path) -> None:
-    variables = small_histories({}, tmp_path)
+    ros = {"AMENT_PREFIX_PATH": os.environ["AMENT_PREFIX_PATH"]}
+    variables = small_histories(ros, tmp_path)
     environment = {name: text for name, text in os.environ.items() if name not in variables}
     environment["ROS_DOMAIN_ID"] = str(free_domain(os.getpid()))
     grown_kb = []
