@@ -138,7 +138,7 @@ def measure(count: int, window_s: float) -> Cost:
             memory_mb = _memory_mb(server.pid)
             times_s = json.loads(counts)
             feedback_hz = sum(map(len, times_s)) / count / window_s
-            if feedback_hz == 0.0:
+            if feedback_hz == 0.0 and count <= max(GOALS):
                 raise RuntimeError(f"None of {count} vehicles gave feedback.")
         finally:
             for process in reversed(processes):
