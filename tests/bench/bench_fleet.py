@@ -1,8 +1,7 @@
 """Cost of a server with 1 to 100 simulated vehicles that fly goals with 10 Hz of feedback.
 
-On a machine that others keep busy, simulator and server get less of it, and there is less
-feedback. So the processor time is that of a feedback and all that belongs to it, times the rate
-that was asked for: what the vehicles would need.
+The processor time is what the server took. Where there is less feedback than was asked for, it did
+less: so the rate of feedback has a goal beside each goal of cores.
 """
 
 from __future__ import annotations
@@ -26,9 +25,21 @@ from tests.bench.rows import NO_GOAL, row
 
 HERE = Path(__file__).resolve().parent
 COUNTS, SHORT_COUNTS = (1, 5, 20, 50, 100), (1,)
-GOAL_COUNT = 100
-GOAL_CORES, GOAL_MB, GOAL_HZ, GOAL_GAP_MS = 1.0, 500.0, 9.0, 150.0
-FEW_GOALS = {(20, "processor"): "< 0.25 cores"}
+GOALS = {
+    20: {
+        "processor": "< 0.25 cores",
+        "memory": "< 280 MB",
+        "feedback": "> 9 Hz",
+        "gap": "< 150 ms",
+    },
+    50: {
+        "processor": "< 0.7 cores",
+        "memory": "< 450 MB",
+        "feedback": "> 9 Hz",
+        "gap": "< 200 ms",
+    },
+}
+"""None for 100, more than a server takes by default: how it fails is to be seen"""
 FEEDBACK_HZ = 10.0
 WINDOW_S, SHORT_WINDOW_S = 5.0, 1.0
 _TICKS_S = float(os.sysconf("SC_CLK_TCK"))
@@ -40,7 +51,7 @@ class Cost:
     """Consumption of a server process while its vehicles flew.
 
     Attributes:
-        cores: processor time by wall time, at 10 Hz of feedback.
+        cores: processor time by wall time.
         memory_mb: resident memory.
         feedback_hz: on average.
         gap_ms: time between two feedbacks of a vehicle, 99th percentile of all.
@@ -59,13 +70,13 @@ def measures(short: bool = False) -> Iterator[dict[str, Any]]:
         cost = measure(count, SHORT_WINDOW_S if short else WINDOW_S)
         one = one or cost
         alone = "one vehicle"
-        for what, value, reference, goal in (
-            ("processor", (cost.cores, "cores"), (alone, one.cores), f"< {GOAL_CORES:g} cores"),
-            ("memory", (cost.memory_mb, "MB"), (alone, one.memory_mb), f"< {GOAL_MB:g} MB"),
-            ("feedback", (cost.feedback_hz, "Hz"), ("asked", FEEDBACK_HZ), f"> {GOAL_HZ:g} Hz"),
-            ("gap", (cost.gap_ms, "ms"), (alone, one.gap_ms), f"< {GOAL_GAP_MS:g} ms"),
+        for what, value, reference in (
+            ("processor", (cost.cores, "cores"), (alone, one.cores)),
+            ("memory", (cost.memory_mb, "MB"), (alone, one.memory_mb)),
+            ("feedback", (cost.feedback_hz, "Hz"), ("asked", FEEDBACK_HZ)),
+            ("gap", (cost.gap_ms, "ms"), (alone, one.gap_ms)),
         ):
-            bound = FEW_GOALS.get((count, what)) or (goal if count == GOAL_COUNT else NO_GOAL)
+            bound = GOALS.get(count, {}).get(what, NO_GOAL)
             yield row(f"server with {count} vehicles in flight, {what}", value, reference, bound)
 
 
@@ -127,14 +138,12 @@ def measure(count: int, window_s: float) -> Cost:
             memory_mb = _memory_mb(server.pid)
             times_s = json.loads(counts)
             feedback_hz = sum(map(len, times_s)) / count / window_s
-            if feedback_hz == 0.0:
+            if feedback_hz == 0.0 and count <= max(GOALS):
                 raise RuntimeError(f"None of {count} vehicles gave feedback.")
         finally:
             for process in reversed(processes):
                 process.stop(0.1)  # nobody waits for these vehicles to stop
-    return Cost(
-        needed_s / window_s * FEEDBACK_HZ / feedback_hz, memory_mb, feedback_hz, _gap_ms(times_s)
-    )
+    return Cost(needed_s / window_s, memory_mb, feedback_hz, _gap_ms(times_s))
 
 
 def _gap_ms(times_s: list[list[float]]) -> float:

@@ -26,7 +26,7 @@ HERE = Path(__file__).resolve().parent
 WINDOW_S, SHORT_WINDOW_S = 20.0, 1.0
 SETTLES_S = 5.0
 """The server requests rates and reads parameters, and freezes what it has"""
-CPU_GOAL, MEMORY_GOAL_MB = 3.0, 90.0
+CPU_GOAL, MEMORY_GOAL_MB = 3.0, 120.0
 OURS, MAVSDK, LOOP = "navigation_server", "mavsdk_server", "a pymavlink loop"
 
 

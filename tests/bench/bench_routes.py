@@ -31,13 +31,14 @@ from navigation_core.tasks.progress import Status
 from tests.bench.rows import row
 from tests.support.flights.simulated_flight import SimulatedFlight
 
-ROUTES, CORNERS, GOAL = 6, 3, 1.15
+ROUTES, CORNERS = 6, 3
 STRAY_GOAL = 0.35
-# Speeds, and acceptance radii of the waypoints: the default, and ArduPilot's own default.
+# Speeds, acceptance radii of the waypoints (the default, and ArduPilot's own default), and goals.
+# With a small radius a fast vehicle slows down at each corner, a point mass does not turn.
 _FLOWN = (
-    (3.0, GotoConfig.arrival_radius_m),
-    (8.0, GotoConfig.arrival_radius_m),
-    (8.0, 2.0),
+    (3.0, GotoConfig.arrival_radius_m, 1.15),
+    (8.0, GotoConfig.arrival_radius_m, 1.25),
+    (8.0, 2.0, 1.15),
 )
 _LEGS_M = (8.0, 40.0)
 _WITHIN_M, _HEIGHT_M = 60.0, 5.0
@@ -52,7 +53,7 @@ def measures(short: bool = False) -> Iterator[dict[str, Any]]:
     """Fly all routes with both firmwares."""
     routes, tries = (1, _SHORT_TRIES) if short else (ROUTES, _TRIES)
     for autopilot in ("px4",) if short else ("ardupilot", "px4"):
-        for speed_m_s, radius_m in _FLOWN[-1:] if short else _FLOWN:
+        for speed_m_s, radius_m, goal in _FLOWN[-1:] if short else _FLOWN:
             flown_s, least_s, stray_m = _fly(autopilot, speed_m_s, radius_m, routes, tries)
             flown = (
                 f"{autopilot} copter: routes through corners at {speed_m_s:g} m/s, "
@@ -63,7 +64,7 @@ def measures(short: bool = False) -> Iterator[dict[str, Any]]:
                     flown,
                     (flown_s, "s"),
                     ("fastest point mass", least_s),
-                    f"<= {GOAL:g} x",
+                    f"<= {goal:g} x",
                 ),
                 row(
                     f"{flown}: mean distance from the lines",

@@ -4,7 +4,8 @@ One server, one simulated copter, a relay between them that stamps each setpoint
 1,000 posts; others only the scanner sees, and some move, so that it replans again and again. The
 copter flies legs in turns: through the wood with avoidance, and beside the wood, along an aisle
 without anything, with avoid_obstacles false. So both have the same server, map and scans, at nearly
-the same time. Each leg is cut into windows of some seconds; the longest interval of each counts.
+the same time. Each leg is cut into windows of 40 setpoints; the longest interval of each counts.
+Two legs of each kind, of 25 s or more, make the 20 windows.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ PERIOD_MS = 50.0
 LONGEST_MS, LATE_MS = 75.0, 60.0
 REPLANS_MIN = 3
 WINDOWS, SHORT_WINDOWS = 20, 1
-WINDOW_S, SHORT_WINDOW_S = 5.0, 1.0
+WINDOW_S, SHORT_WINDOW_S = 2.0, 1.0
 LEG_MAX_S = 600.0
 """An idle machine needs 30 s"""
 LEGS_MAX = 12

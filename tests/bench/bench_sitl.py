@@ -31,7 +31,7 @@ from tests.support.messages.random_messages import CLASSES, STRANGE_FLOATS, rand
 
 ROOT = Path(__file__).resolve().parents[2]
 PLOT, SHORT_PLOT = ROOT / "out" / "sitl_growth.png", ROOT / "out" / "sitl_growth_short.png"
-ARDUPILOT_GOAL, PX4_GOAL, MANY_GOAL, MEMORY_GOAL_MB = 300.0, 200.0, 2.0, 200.0
+ARDUPILOT_GOAL, PX4_GOAL, MANY_GOAL, MEMORY_GOAL_MB = 300.0, 150.0, 1.0, 200.0
 LOCKSTEP_GOAL = 300.0
 LONG_TICK_S, USUAL_TICK_S = 0.05, 0.01
 FUZZ_GOAL = 0.2

@@ -37,11 +37,11 @@ SIZES_MB, SHORT_SIZES_MB = (1, 10, 100, 1000), (1,)
 WHOLE_LIMIT_MB = 100
 """Longer logs are read piece by piece."""
 ROUNDS = {1: 9, 10: 3, 100: 2}
-RATIO_GOAL = 60.0
+RATIO_GOAL = 40.0
 MEMORY_GOAL_MB = 2048.0
 FOLDER_LOGS, FOLDER_LOG_MB = 12, 100
 SHORT_FOLDER_LOGS, SHORT_FOLDER_LOG_MB = 2, 1
-FOLDER_GOAL = 5e6
+FOLDER_GOAL = 3.5e6
 """Messages per second of one core."""
 STAMP_SIZE = 8
 MB = 1_000_000

@@ -14,7 +14,7 @@ from typing import Any
 
 import rclpy
 from rclpy.action import ActionClient
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 
 from custom_interfaces.action import Navigate
 from navigation_bridge.names import ACTION_NAME
@@ -46,7 +46,9 @@ class Flights:
     def __init__(self, count: int) -> None:
         """Make the clients."""
         self.node = rclpy.create_node("fleet_client")
-        self.executor = SingleThreadedExecutor()
+        # The others ask about all entities for each message, which starves this client at 50
+        # vehicles, whatever the server does.
+        self.executor = EventsExecutor()
         self.executor.add_node(self.node)
         self.clients = [
             ActionClient(self.node, Navigate, f"/{name(number)}/{ACTION_NAME}")

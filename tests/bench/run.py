@@ -45,7 +45,8 @@ EXIT_FAILED = 3
 
 Rows = list[dict[str, Any]]
 Results = dict[str, dict[str, Any]]
-"""Of each file: the load of the machine when it began, the rows, and why it failed, if it did"""
+"""Of each file: the load of the machine when it began, the rows, why it failed, if it did, and how
+long it ran"""
 
 
 def main() -> int:
@@ -141,7 +142,13 @@ def measured(
         started_s = time.monotonic()
         console.print(f"{name} ...", end=" ", highlight=False)
         load = round(os.getloadavg()[0], 1)
-        result: dict[str, Any] = {"short": short, "load": load, "rows": [], "failed": ""}
+        result: dict[str, Any] = {
+            "short": short,
+            "load": load,
+            "rows": [],
+            "failed": "",
+            "took_s": 0,
+        }
         results[name] = result
         try:
             for row in measures():
@@ -151,8 +158,9 @@ def measured(
             result["failed"] = traceback.format_exception_only(error)[-1].strip()
             traceback.print_exc()
             console.print("failed after", end=" ", highlight=False)
+        result["took_s"] = round(time.monotonic() - started_s)
         write(results)
-        console.print(f"{time.monotonic() - started_s:.0f} s", highlight=False)
+        console.print(f"{result['took_s']} s", highlight=False)
 
 
 def _table(rows: Rows) -> Table:

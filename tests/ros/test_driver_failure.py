@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -11,79 +10,41 @@ from concurrent.futures import Future
 from typing import Any
 
 import pytest
-import rclpy
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 
 from custom_interfaces.action import Navigate
 from custom_interfaces.msg import GoalEvent
-from drone_navigation.processes import free_udp_port, ros_environment
 from drone_navigation.qos import STREAM_QOS
 from drone_navigation.server.actions import GoalServers
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.publishing.topics import Topics
 from drone_navigation.server.service_servers import ServiceServers
 from drone_navigation.server.vehicle_outputs import VehicleOutputs
-from mavlink_vehicle.codec import Codec
-from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
-from mavlink_vehicle.io.links import open_link
-from mavlink_vehicle.io.router import Router
-from mavlink_vehicle.vehicle import Vehicle
-from navigation_bridge.bridge import Bridge
-from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.names import ACTION_NAME
 from navigation_core.outcomes import OutcomeCode
 from tests.support.processes import Process, patient_s
-from tests.support.ros.ros_flight import navigate_goal, new_domain
+from tests.support.ros.ros_flight import navigate_goal
+from tests.support.ros.server_parts import ServerParts
 
 pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_demo")]
 
 
-class _Server:
-    """The navigation server's parts in this process, so that a test can break one."""
+class _Server(ServerParts):
+    """The navigation server's parts that take goals."""
 
     def __init__(self) -> None:
-        os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-        domain = new_domain()
-        port = free_udp_port()
-        self.environment = ros_environment(domain)
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
-        self.node = rclpy.create_node("navigation_server", context=self.context)
-        config = make_config({"arming": "auto"})
-        clock = MonotonicClock()
-        self.bridge = Bridge(Vehicle(config.vehicle), config.bridge)
-        link = open_link(f"udpin://127.0.0.1:{port}")
-        router = Router([link], lambda: Codec(1, 191))
-        self.driver = Driver(self.bridge, router, clock)
-        topics = Topics(self.node, self.bridge, lambda: router.statistics.of_system(0))
-        access = BridgeAccess(self.node, self.bridge, self.driver, clock, config, topics)
+        super().__init__({"arming": "auto"})
+        driver = Driver(self.bridge, self.router, self.clock)
+        topics = Topics(self.node, self.bridge, lambda: self.router.statistics.of_system(0))
+        access = BridgeAccess(self.node, self.bridge, driver, self.clock, self.config, topics)
         self.server = GoalServers(access)
         services = ServiceServers(access)
         VehicleOutputs(self.bridge).attach(self.node, self.server, services, topics)
         self.client = ActionClient(self.node, Navigate, ACTION_NAME)
-        self.executor = MultiThreadedExecutor(num_threads=6, context=self.context)
-        self.executor.add_node(self.node)
-        self.spinner = threading.Thread(target=self.executor.spin, daemon=True)
-        self.driver.start()
-        self.spinner.start()
-        self.simulator = Process(
-            "mavlink_sitl",
-            ["python", "-m", "mavlink_sitl", "--link", f"udpout://127.0.0.1:{port}",
-             "--ready-after", "0.5"],
-            self.environment,
-        )  # fmt: skip
-
-    def close(self) -> None:
-        self.simulator.stop()
-        self.driver.stop(5.0)
-        self.executor.shutdown(timeout_sec=2.0)
-        self.spinner.join(5.0)
-        self.client.destroy()
-        self.node.destroy_node()
-        rclpy.try_shutdown(context=self.context)
+        self.start(driver, MultiThreadedExecutor(num_threads=6, context=self.context))
 
 
 @pytest.fixture

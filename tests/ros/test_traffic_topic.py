@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Iterator
 
@@ -12,19 +11,11 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_sensor_data
 
 from custom_interfaces.msg import TrafficState
-from drone_navigation.processes import free_udp_port, ros_environment
 from drone_navigation.server.traffic.traffic_topic import TRAFFIC_TOPIC, TrafficTopic
-from mavlink_vehicle.codec import Codec
-from mavlink_vehicle.io.clock import MonotonicClock
 from mavlink_vehicle.io.driver import Driver
-from mavlink_vehicle.io.links import open_link
-from mavlink_vehicle.io.router import Router
-from mavlink_vehicle.vehicle import Vehicle
-from navigation_bridge.bridge import Bridge
-from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.fleet import FleetApplication, Member
-from tests.support.processes import Process, patient_s
-from tests.support.ros.ros_flight import new_domain
+from tests.support.processes import patient_s
+from tests.support.ros.server_parts import ServerParts
 
 pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_demo")]
 
@@ -42,43 +33,24 @@ class _Topic(TrafficTopic):
         super()._take_state(message)
 
 
-class _Server:
-    """The parts of a server that share traffic, with a simulated vehicle."""
+class _Server(ServerParts):
+    """The parts of a server that share traffic."""
 
     def __init__(self) -> None:
-        domain, port = new_domain(), free_udp_port()
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
-        self.node = rclpy.create_node("navigation_server", context=self.context)
-        config, clock = make_config({}), MonotonicClock()
-        self.bridge = Bridge(Vehicle(config.vehicle), config.bridge)
+        super().__init__({})
         member = Member("", 0, self.bridge)
-        fleet = FleetApplication([member], clock)
-        link = open_link(f"udpin://127.0.0.1:{port}")
-        self.driver = Driver(fleet, Router([link], lambda: Codec(1, 191)), clock)
-        fleet.attach(self.driver)
-        self.topic = _Topic(self.node, config, clock)
+        fleet = FleetApplication([member], self.clock)
+        driver = Driver(fleet, self.router, self.clock)
+        fleet.attach(driver)
+        self.topic = _Topic(self.node, self.config, self.clock)
         self.topic.join(self.bridge)
         self.topic.serve(member)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
-        self.spinner = threading.Thread(target=self.executor.spin, daemon=True)
-        self.driver.start()
-        self.spinner.start()
-        self.simulator = Process(
-            "mavlink_sitl",
-            ["python", "-m", "mavlink_sitl", "--link", f"udpout://127.0.0.1:{port}",
-             "--ready-after", "0.5"],
-            ros_environment(domain),
-        )  # fmt: skip
+        self.start(driver, SingleThreadedExecutor(context=self.context))
 
     def close(self) -> None:
-        self.simulator.stop()
-        self.driver.stop(5.0)
-        self.executor.shutdown(timeout_sec=2.0)
-        self.spinner.join(5.0)
-        self.node.destroy_node()
-        rclpy.try_shutdown(context=self.context)
+        """Stop all."""
+        self.topic.close()
+        super().close()
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ from drone_navigation.process_control.quiet_start import run_program
 
 # isort: split
 import argparse
+import os
 import sys
 from contextlib import ExitStack
 from pathlib import Path
@@ -15,6 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
+from drone_navigation.process_control.fast_dds import small_histories
 from drone_navigation.process_control.ros_arguments import own_arguments
 from drone_navigation.process_control.ros_start import starting_ros
 from drone_navigation.process_control.stop_signals import EXIT_HUNG, StopSignals
@@ -73,6 +75,7 @@ def _main(argv: list[str]) -> int:
         print(f"navigation_server: {error}", file=sys.stderr)
         return EXIT_USAGE
     signals = StopSignals("navigation_server")
+    os.environ.update(small_histories(os.environ, Path.cwd()))
     try:
         with starting_ros():
             rclpy.init(args=argv, signal_handler_options=SignalHandlerOptions.NO)

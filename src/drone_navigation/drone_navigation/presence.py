@@ -6,6 +6,7 @@ that finds another one of its name takes no goals, and one that has just started
 
 from __future__ import annotations
 
+import threading
 import time
 import uuid
 
@@ -45,7 +46,10 @@ class Presence:
     """
 
     def __init__(self, node: Node, own_id: str = "") -> None:
-        """Listen.
+        """Listen; a server begins when it finds another one.
+
+        A server would hear itself first of all, and each message wakes its executor, which asks
+        about all its readers: a fifth of the processor time of 20 vehicles in flight.
 
         Args:
             node: a server's, or a client's.
@@ -58,8 +62,18 @@ class Presence:
         self._others_since_s: float | None = None
         self._reported = False
         self.other_server = False
-        topic = "~/vehicle_status" if own_id else f"{SERVER_NODE_NAME}/vehicle_status"
-        node.create_subscription(VehicleStatus, topic, self._take, _STATUS_QOS)
+        self._begins = threading.Lock()
+        self._listens = False
+        if not own_id:
+            self._listen()
+
+    def _listen(self) -> None:
+        with self._begins:
+            if self._listens:
+                return
+            self._listens = True
+            topic = "~/vehicle_status" if self.own_id else f"{SERVER_NODE_NAME}/vehicle_status"
+            self._node.create_subscription(VehicleStatus, topic, self._take, _STATUS_QOS)
 
     def _take(self, status: VehicleStatus) -> None:
         server_id = status.server_id
@@ -92,6 +106,7 @@ class Presence:
             self._others_since_s = None
             self._tell(False)
             return None
+        self._listen()
         now_s = time.monotonic()
         if self._others_since_s is None:
             self._others_since_s = now_s

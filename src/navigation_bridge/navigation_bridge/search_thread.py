@@ -14,6 +14,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from typing import Generic, TypeVar
 
 from navigation_core.searches import IsWanted, Search
@@ -46,28 +47,38 @@ class _ThreadSearch(Generic[ResultT]):
 
 
 class SearchThread:
-    """Runs the searches of all vehicles of a server, one at a time."""
+    """Runs the searches of all vehicles of a server, one at a time.
+
+    Attributes:
+        is_warm: whether `warm_up` was called.
+    """
 
     def __init__(self) -> None:
         """Prepare; the thread starts with its first work."""
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="path-search")
         self._took_s: deque[float] = deque(maxlen=_REMEMBERED)
+        self.is_warm = False
         sys.setswitchinterval(SWITCH_INTERVAL_S)
 
     def warm_up(self, then: Callable[[], object] = lambda: None) -> None:
         """Load SciPy beside the flight, before the first search.
 
-        It takes half a second, so the server does not load it to get ready. Call this when the
-        server is ready and no vehicle is under control. The driver thread gets its turns meanwhile,
-        as during a search. A goal that avoids obstacles does not move before: its search waits
-        here.
+        It takes half a second and 35 MB, so the server does not load it to get ready. Call this
+        when the server is ready and there is something to avoid, best before a vehicle is under
+        control. The driver thread gets its turns meanwhile, as during a search. A goal that avoids
+        obstacles does not move before: its search waits here.
 
         Args:
             then: called in the thread once it is loaded.
         """
+        self.is_warm = True
         for name in _LOADED_BEFOREHAND:
-            self._pool.submit(importlib.import_module, name)
-        self._pool.submit(then)
+            self.run(partial(importlib.import_module, name))
+        self.run(then)
+
+    def run(self, work: Callable[[], object]) -> None:
+        """Have the thread do something beside searches."""
+        self._pool.submit(work)
 
     @property
     def lead_s(self) -> float:

@@ -59,12 +59,9 @@ def are_clear(
     Raises:
         ValueError: an array has another shape.
     """
-    starts, ends = _rows(starts_enu_m, 3), _rows(ends_enu_m, 3)
-    _check_pairs(starts, ends)
-    clear = np.empty(len(starts), dtype=np.bool_)
-    tables = _Tables(posts, boxes)
-    lines = _at(starts), _at(ends), len(starts), clearance_m
-    _checked(_ARE_CLEAR(*tables.arguments, *lines, _at(clear)))
+    tables, lines = _Tables(posts, boxes), _Lines(starts_enu_m, ends_enu_m)
+    clear = np.empty(len(lines), dtype=np.bool_)
+    _checked(_ARE_CLEAR(*tables.arguments, *lines.arguments, clearance_m, _at(clear)))
     return clear
 
 
@@ -86,16 +83,14 @@ def hits(
     Raises:
         ValueError: an array has another shape.
     """
-    starts, ends = _rows(starts_enu_m, 3), _rows(ends_enu_m, 3)
-    _check_pairs(starts, ends)
-    tables = _Tables(posts, boxes)
+    tables, lines = _Tables(posts, boxes), _Lines(starts_enu_m, ends_enu_m)
     capacity = _HITS_EXPECTED
     while True:
-        lines, obstacles = np.empty((2, capacity), dtype=np.int64)
-        given = _at(starts), _at(ends), len(starts), clearance_m
-        found = _checked(_HITS(*tables.arguments, *given, _at(lines), _at(obstacles), capacity))
+        rows, obstacles = np.empty((2, capacity), dtype=np.int64)
+        into = _at(rows), _at(obstacles), capacity
+        found = _checked(_HITS(*tables.arguments, *lines.arguments, clearance_m, *into))
         if found <= capacity:
-            return lines[:found].astype(np.intp), obstacles[:found].astype(np.intp)
+            return rows[:found].astype(np.intp), obstacles[:found].astype(np.intp)
         capacity = found
 
 
@@ -150,16 +145,26 @@ class _Tables:
         self.arguments = _at(self._posts), len(self._posts), _at(self._boxes), len(self._boxes)
 
 
+class _Lines:
+    """Straight lines as arguments of the library; keeps the arrays that it reads."""
+
+    def __init__(self, starts_enu_m: Array, ends_enu_m: Array) -> None:
+        self._starts, self._ends = _rows(starts_enu_m, 3), _rows(ends_enu_m, 3)
+        if len(self._starts) != len(self._ends):
+            raise ValueError(
+                f"there are {len(self._starts)} starts and {len(self._ends)} ends of lines"
+            )
+        self.arguments = _at(self._starts), _at(self._ends), len(self._starts)
+
+    def __len__(self) -> int:
+        return len(self._starts)
+
+
 def _rows(values: Array, columns: int) -> Array:
     rows = np.ascontiguousarray(values, dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != columns:
         raise ValueError(f"rows of {columns} numbers are needed, and the shape is {rows.shape}")
     return rows
-
-
-def _check_pairs(starts: Array, ends: Array) -> None:
-    if len(starts) != len(ends):
-        raise ValueError(f"there are {len(starts)} starts and {len(ends)} ends of lines")
 
 
 def _at(array: NDArray[np.generic]) -> int:

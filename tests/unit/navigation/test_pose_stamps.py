@@ -18,16 +18,17 @@ _BEGAN_S = 1_700_000_000
 
 
 class KeptTopic:
-    """A publisher that keeps what is published, with one subscriber."""
+    """A publisher that keeps what is published, with one subscriber at first."""
 
     def __init__(self) -> None:
         """Begin empty."""
         self.messages: list[Any] = []
         self.publish = self.messages.append
+        self.readers = 1
 
     def get_subscription_count(self) -> int:
-        """Return that somebody listens."""
-        return 1
+        """Return how many listen."""
+        return self.readers
 
 
 class Node:
@@ -70,3 +71,23 @@ def test_a_thread_that_is_late_does_not_put_stamps_out_of_order() -> None:
     assert len(stamps_s) > 5
     assert all(earlier < later for earlier, later in pairwise(stamps_s))
     assert stamps_s == pytest.approx(measured_s, abs=0.1)
+
+
+def test_streams_are_made_while_somebody_listens_only() -> None:
+    flight = SimulatedFlight().ready()
+    clock = ManualClock()
+    node = Node(clock)
+    topics = Topics(node, flight.bridge, LinkStatistics, clock=clock)
+    # Latched, and so kept for who listens later, are other topics.
+    streams = [node.topics[name] for name in ("/diagnostics", "/tf", "~/pose", "~/fix")]
+    counts = []
+    for readers in (1, 0, 1):
+        for stream in streams:
+            stream.readers = readers
+            stream.messages.clear()
+        for _ in range(30):
+            flight.run_for(0.1)
+            clock.advance_to(flight.now)
+            topics.update(flight.now)
+        counts.append([bool(stream.messages) for stream in streams])
+    assert counts == [[True] * 4, [False] * 4, [True] * 4]

@@ -86,6 +86,24 @@ print(json.dumps([begun, frozen, found]))
 """
 )
 
+COUNTED = (
+    READY
+    + """
+collections.settle()
+count, counted = gc.get_freeze_count, []
+gc.get_freeze_count = lambda: counted.append(1) or count()
+kept = []
+def looks(at_rest):
+    counted.clear()
+    for _ in range(5):
+        kept.append([Node() for _ in range(6_000)])
+        gc.collect()  # they survive, and are frozen
+        collections.tend(at_rest)
+    return len(counted)
+print(json.dumps([looks(at_rest=False), looks(at_rest=True)]))
+"""
+)
+
 
 def printed(statements: str) -> Any:
     done = subprocess.run(
@@ -125,3 +143,9 @@ def test_frozen_garbage_is_freed_at_rest_and_not_in_flight() -> None:
     assert not at_rest
     assert frozen == 0
     assert reset
+
+
+def test_all_that_is_frozen_is_not_counted_at_each_look_in_flight() -> None:
+    in_flight, at_rest = printed(COUNTED)
+    assert in_flight == 0
+    assert at_rest > 0  # so the count above sees what is counted

@@ -11,7 +11,7 @@ from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.io.links.tcp import MAX_CLIENTS
 from mavlink_vehicle.io.links.udp import MAX_PEERS, PEER_EXPIRY_S
 from mavlink_vehicle.io.ports import NEIGHBOUR_FRAMES_HZ, STATION_BURST, STATION_FRAMES_HZ
-from mavlink_vehicle.io.router import STATION_COPIES_HZ
+from mavlink_vehicle.io.router import STATION_COPIES_HZ, VEHICLE_COPIES_HZ
 from mavlink_vehicle.io.routes import ROUTE_EXPIRY_S
 from navigation_bridge.vehicle.station_health import COUNTS, StationHealth
 
@@ -56,8 +56,8 @@ def test_the_page_names_every_count_and_the_limits() -> None:
     page = (ROOT / "docs/ground_stations.md").read_text("utf-8")
     for words in COUNTS.values():
         assert words.removesuffix(" since start") in page, words
-    limits = (STATION_FRAMES_HZ, STATION_BURST, NEIGHBOUR_FRAMES_HZ, STATION_COPIES_HZ)
-    assert all(f"{limit:.0f}" in page for limit in limits)
+    limits = (STATION_FRAMES_HZ, STATION_BURST, NEIGHBOUR_FRAMES_HZ)
+    assert all(f"{limit:.0f}" in page for limit in (*limits, STATION_COPIES_HZ, VEHICLE_COPIES_HZ))
     assert all(str(number) in page for number in (MAX_PEERS, MAX_CLIENTS))
     assert f"{ROUTE_EXPIRY_S:.0f} s" in page
     assert PEER_EXPIRY_S == ROUTE_EXPIRY_S

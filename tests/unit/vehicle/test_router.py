@@ -248,6 +248,23 @@ def test_a_flood_of_a_station_is_throttled_and_the_quiet_vehicle_is_heard(
     assert counts.frames >= STATION_BURST
 
 
+def test_each_of_fifty_stations_gets_all_that_a_vehicle_says_in_a_second(
+    server: Server, closing: ExitStack
+) -> None:
+    craft = vehicle(closing, server, 1)
+    for system in range(200, 250):
+        station(closing, server, system)
+    ((_, before),) = server.router.statistics.station_links()  # their own HEARTBEATs
+    now_s = time.monotonic() + 10.0  # all at one moment: nothing is filled up again meanwhile
+    for number in range(70):
+        craft.say("ATTITUDE", time_boot_ms=number)
+        while len([m for m in server.received if m.get_type() == "ATTITUDE"]) <= number:
+            server.turn(now_s)
+    ((_, counts),) = server.router.statistics.station_links()
+    assert counts.sent - before.sent == 50 * 70
+    assert counts.withheld == before.withheld
+
+
 def test_a_peer_that_speaks_for_several_vehicles_may_send_as_much_as_they(
     closing: ExitStack,
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -47,6 +48,8 @@ _SPINNERS_S = 0.4
 _DRIVER_S = 0.3
 _LOOK_S = 0.02
 _LINK_GRACE_S = 0.5
+# To look for other servers of a vehicle's name walks through all readers and writers of the domain.
+_LOOKS_MAX = 5
 _REMAPS = ("-r", "--remap")
 _NODE_REMAPS = ("__ns:=", "__node:=", "__name:=")
 
@@ -110,6 +113,9 @@ class NavigationServer:
         if config.vehicles:
             refuse_changes(root, settings[0][0].get_fully_qualified_name())
             self._spinners = [Spinner(node) for node, _, _ in settings]
+        traffic = config.bridge.traffic
+        several = len(config.vehicles) > 1 or bool(traffic.peers or traffic.topic)
+        self._meets_others = traffic.on and several
         self._collections = ShortCollections()
         on_exit.callback(self._collections.close)
         self._network = network
@@ -120,6 +126,7 @@ class NavigationServer:
             VehicleNode(node, own, made, network.recorder, clock, turns, searcher, self._shared)
             for (node, own, made), turns in zip(settings, self._spinners or [spinner], strict=True)
         ]
+        self._looked = deque(self._vehicles)
         self._driver: Driver | ReplayDriver
         if isinstance(network, ReplayNetwork):
             self._driver = network.driver
@@ -167,7 +174,8 @@ class NavigationServer:
         for spinner in self._spinners:
             spinner.start()
         if self._searches is not None:
-            self._searches.warm_up(lambda: self._collections.begin(self._at_rest))
+            self._searches.run(self._begin_collections)
+        self._prepare_searches()
 
     def activate(self) -> None:
         """Accept goals."""
@@ -180,13 +188,33 @@ class NavigationServer:
             vehicle.deactivate()
         self._end_goals()
 
-    def check_links(self) -> None:
-        """Log newly opened links, look for other servers, free memory; call periodically."""
+    def check_links(self, is_new: bool) -> None:
+        """Log newly opened links, look for other servers, free memory; call periodically.
+
+        Args:
+            is_new: whether to look for others of all names, which else are looked for in turn.
+        """
         self._collections.tend(self._at_rest)
+        self._prepare_searches()
+        for _ in range(len(self._looked) if is_new else min(_LOOKS_MAX, len(self._looked))):
+            self._looked[0].presence.look()
+            self._looked.rotate(-1)
         for vehicle in self._vehicles:
-            vehicle.presence.look()
             if not vehicle.ready_logged and self._is_open(vehicle):
                 vehicle.log_ready()
+
+    def _prepare_searches(self) -> None:
+        """Load what searches need, once there is something to avoid: a third of the memory.
+
+        The first search loads it for anything else, such as a vehicle of a server that is no peer.
+        """
+        if self._searches is None or self._searches.is_warm:
+            return
+        if self._meets_others or any(vehicle.has_to_avoid for vehicle in self._vehicles):
+            self._searches.warm_up(self._begin_collections)
+
+    def _begin_collections(self) -> None:
+        self._collections.begin(self._at_rest)
 
     @property
     def _at_rest(self) -> bool:

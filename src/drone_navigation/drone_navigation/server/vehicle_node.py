@@ -209,6 +209,13 @@ class VehicleNode:
         """Whether the vehicle is disarmed, or unknown, and has no goal."""
         return not self._bridge.vehicle.live.known.armed and self.is_idle()
 
+    @property
+    def has_to_avoid(self) -> bool:
+        """Whether obstacles, a fence or a sensor are known, so that paths may be needed."""
+        bridge = self._bridge
+        known, fence = bridge.config.obstacles.known, bridge.vehicle.stored_lists.fence
+        return bool(known.items or fence or bridge.obstacles.has_sensor)
+
     def abandon(self) -> None:
         """End the goals still open."""
         if self._server is not None:

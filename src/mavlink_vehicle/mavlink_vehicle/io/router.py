@@ -41,8 +41,12 @@ STATIONS_FRAMES_HZ, STATIONS_BURST = 2000.0, 4000.0
 """Frames that all ground stations together may send, however many there are."""
 
 STATION_COPIES_HZ, STATION_COPIES_BURST = 4000.0, 1000.0
-"""Frames passed on to all ground stations together, each some 10 to 20 us of work: four stations
-that hear ten vehicles. Without it what every station says to all others grows with their square."""
+"""Frames of ground stations passed on to others of them, all together, each some 5 to 20 us of
+work. Without it what every station says to all others grows with their square."""
+
+VEHICLE_COPIES_HZ, VEHICLE_COPIES_BURST = 16_000.0, 4000.0
+"""Frames of vehicles passed on to all ground stations together: a vehicle to 128 stations, or ten
+vehicles to twelve. Those that came last got less than the others of 50 with less."""
 
 _PAUSE_S = 0.005
 _EXPIRY_CHECK_S = 1.0
@@ -90,7 +94,8 @@ class Router:
         self._table: RoutingTable[PeerEndpoint] = RoutingTable()
         self._unknown: list[bytes] = []
         self._stations_bucket = TokenBucket(STATIONS_FRAMES_HZ, STATIONS_BURST)
-        self._copies = TokenBucket(STATION_COPIES_HZ, STATION_COPIES_BURST)
+        self._copies_of_stations = TokenBucket(STATION_COPIES_HZ, STATION_COPIES_BURST)
+        self._copies_of_vehicles = TokenBucket(VEHICLE_COPIES_HZ, VEHICLE_COPIES_BURST)
         self._now = 0.0
         self._next_expiry_s = -math.inf
         self.statistics = RouterStatistics(self._vehicle_ports, self._station_ports)
@@ -276,8 +281,9 @@ class Router:
 
     def _pass_on(self, origin: PeerEndpoint, frame: bytes, system: int, component: int) -> None:
         found = self._table.destinations(origin, system, component)
+        copies = self._copies_of_stations if origin.station else self._copies_of_vehicles
         for endpoint in found:
-            if endpoint.station and not self._copies.take(1, self._now):
+            if endpoint.station and not copies.take(1, self._now):
                 endpoint.counts.withheld += 1
                 continue
             endpoint.send(self._as_spoken_by(endpoint, origin, frame))

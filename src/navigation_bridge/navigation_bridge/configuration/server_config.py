@@ -29,7 +29,7 @@ _HEARTBEAT_TYPES: dict[str, int | None] = {"auto": None, "gcs": 6, "onboard": 18
 _POSITIONS = ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED")
 # A server is one Python process, which has one core however many there are. 20 vehicles in flight
 # took 0.36 cores of a quiet machine, 50 took 0.66, and 100 starved (docs/scaling.md).
-VEHICLES_MEASURED = 25
+_VEHICLES_MAX = 25
 # Requested rate of the vehicle's range sensors.
 _RANGES_HZ = 10.0
 # An ArduPilot sends one aircraft at a time, of up to 25 (ADSB_LIST_MAX).
@@ -85,7 +85,7 @@ class ServerConfig:
     )
     vehicles_max: int = parameter(
         "vehicles_max",
-        VEHICLES_MEASURED,
+        _VEHICLES_MAX,
         "Most vehicles of this server: with more in `vehicles` it does not start. The default is "
         "what was [measured](scaling.md#what-bounds-a-server) to leave room.",
         (1, 254),

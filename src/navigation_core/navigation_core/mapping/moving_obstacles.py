@@ -187,16 +187,16 @@ class Movers:
         return hits[was_free | rest]
 
     def _track(self, hits: Array, origin: Array, now: float) -> None:
-        if not len(hits) and not len(self._hits):
-            self.moving = ()
+        self.moving = ()
+        kept = self._hits[self._hits[:, 3] >= now - _TRACK_S]
+        if not len(hits) and not len(kept):
+            self._hits = kept
             return
         rays = (hits - origin)[:, :2]
         rays /= np.maximum(np.hypot(rays[:, 0], rays[:, 1]), 1e-9)[:, None]
         new = np.column_stack([hits, np.full(len(hits), now), rays])
-        kept = self._hits[self._hits[:, 3] >= now - _TRACK_S]
         self._hits = np.concatenate([kept, new])[-_HITS_MAX:]
-        if not len(self._hits) or now - self._hits[-1, 3] > _FRESH_S:
-            self.moving = ()
+        if now - self._hits[-1, 3] > _FRESH_S:
             return
         found = (_fitted(hits, now) for hits in _things(self._hits))
         self.moving = tuple(one for one in found if one is not None)

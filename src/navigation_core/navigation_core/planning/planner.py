@@ -61,10 +61,10 @@ class Path:
 
 @dataclass(frozen=True)
 class NoPath:
-    """There is no path.
+    """There is no path, or the search has reached a bound on its work.
 
     Attributes:
-        reason: a sentence with the numbers that matter.
+        reason: a sentence with the numbers that matter, which claims no more than is known.
     """
 
     reason: str
@@ -102,9 +102,9 @@ def plan(
     )
     if not _is_clear(path, obstacles, clearance_m):
         return NoPath(
-            f"No path to {_point_text(goal_enu_m)} keeps {clearance_m:.2f} m clear of all "
-            f"{len(obstacles)} obstacles: the target is enclosed, or every gap is narrower than "
-            f"{2.0 * clearance_m:.2f} m."
+            f"No path to {_point_text(goal_enu_m)} was found that keeps {clearance_m:.2f} m clear "
+            f"of all {len(obstacles)} obstacles: the target may be enclosed, or every gap narrower "
+            f"than {2.0 * clearance_m:.2f} m."
         )
     if turns:
         heading_rad = limits.heading_enu_rad if len(begin) == 1 else None

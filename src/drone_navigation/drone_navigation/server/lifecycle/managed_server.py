@@ -99,8 +99,8 @@ class ManagedServer:
             server = self._server
             if server is None:
                 return ""
-            server.check_links()
             is_new = self._clock.now() - self._configured_s < _NEW_S
+            server.check_links(is_new)
             return server.duplicate if is_new else ""
 
     @property

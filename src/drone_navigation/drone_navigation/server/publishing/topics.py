@@ -251,6 +251,13 @@ class Topics:
     def _publish_diagnostics(self, stamp: Time, now: float) -> None:
         vehicle = self._bridge.vehicle
         self._health.update(vehicle, self._statistics(), now)
+        stations = []
+        for url, statistics in self._stations() if self._stations else ():
+            health = self._station_health.setdefault(url, StationHealth())
+            health.update(statistics)
+            stations.append((url, health))
+        if not is_heard(self._diagnostics):
+            return
         message = DiagnosticArray()
         message.header.stamp = stamp
         system_id = vehicle.state.system_id
@@ -265,9 +272,7 @@ class Topics:
         ]
         further = (state_of(self._name, hardware, now) for state_of in self.diagnostics)
         message.status += [status for status in further if status is not None]
-        for url, statistics in self._stations() if self._stations else ():
-            health = self._station_health.setdefault(url, StationHealth())
-            health.update(statistics)
+        for url, health in stations:
             message.status.append(messages.station_diagnostic(health, SERVER_NODE_NAME, url))
         self._diagnostics.publish(message)
 

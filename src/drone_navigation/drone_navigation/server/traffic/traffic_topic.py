@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import threading
 from collections.abc import Callable
 from datetime import datetime, timezone
 
@@ -16,7 +17,6 @@ from drone_navigation.server.traffic.traffic_messages import (
     state_from,
     state_message,
 )
-from drone_navigation.steady_timer import steady_timer
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.configuration.make_config import ServerConfig
@@ -54,6 +54,10 @@ class TrafficTopic:
         epoch_s = datetime.now(timezone.utc).timestamp() - clock.now()
         self._shared = SharedTraffic(self._config.separation, epoch_s)
         self._has_listeners = False
+        self._closing = threading.Event()
+        # Not a timer of the node: its executor would ask about all readers several times for each
+        # call.
+        self._thread = threading.Thread(target=self._keep_looking, name="traffic", daemon=True)
 
     def join(self, bridge: Bridge) -> None:
         """Keep one more vehicle apart from the others."""
@@ -75,12 +79,18 @@ class TrafficTopic:
         node.create_subscription(TrafficState, TRAFFIC_TOPIC, self._take_state, _QOS)
         if self._config.topic:
             node.create_subscription(TrafficReport, self._config.topic, self._take_report, _QOS)
-        steady_timer(node, _PERIOD_S, self._look)
+        self._thread.start()
 
     def close(self) -> None:
         """Report to others that this server ends, and that nothing of it is agreed any more."""
         if self._config.on:
+            self._closing.set()
+            self._thread.join(_PERIOD_S)
             self._post(lambda: self._send(ends=True))
+
+    def _keep_looking(self) -> None:
+        while not self._closing.wait(_PERIOD_S):
+            self._look()
 
     def _look(self) -> None:
         others = self._node.count_publishers(TRAFFIC_TOPIC) - 1
