@@ -352,6 +352,7 @@ class ActiveGoal:
         if error_m is None and pose is not None and self.target_enu_m is not None:
             error_m = math.dist(pose.position_enu_m, self.target_enu_m)
         route = None if self.progress is None else self.progress.route
+        orbit = None if self.progress is None else self.progress.orbit
         words = [self.cancelled_by, outcome.message] if self.cancelled_by else [outcome.message]
         message = f"{code.value}: {' '.join([*words, *dict.fromkeys(self.notes)])}"
         if said and said not in message:
@@ -366,5 +367,6 @@ class ActiveGoal:
             final_error_m=error_m,
             waypoints_reached=route.reached if route is not None else 0,
             waypoints_missed=route.missed if route is not None else (),
+            laps_flown=orbit.laps_flown if orbit is not None else 0.0,
             action=self.kind,
         )

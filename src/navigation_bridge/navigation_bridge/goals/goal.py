@@ -12,7 +12,7 @@ from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.progress import RouteProgress, Status
+from navigation_core.tasks.progress import OrbitProgress, RouteProgress, Status
 
 
 class LogLevel(Enum):
@@ -36,6 +36,7 @@ class GoalFeedback:
         status: current activity.
         height_m: height above the ground; None while unknown.
         route: progress along the route, for a goal with a route.
+        orbit: progress on the circle, for a goal that has one.
         replans: number of replans because of obstacles.
         late_s: the worst delay of a setpoint in the last seconds.
         action: name of the goal's action; ids are unique within one action only.
@@ -49,6 +50,7 @@ class GoalFeedback:
     status: Status
     height_m: float | None = None
     route: RouteProgress | None = None
+    orbit: OrbitProgress | None = None
     replans: int = 0
     late_s: float = 0.0
     action: str = ""
@@ -68,6 +70,7 @@ class GoalFinished:
         final_error_m: measured distance to the target; None when it could not be measured.
         waypoints_reached: for a route, how many waypoints were reached, all laps counted.
         waypoints_missed: for a route, those passed outside their radius, from 0 over all laps.
+        laps_flown: for a circle, how many laps were flown.
         action: name of the goal's action; ids are unique within one action only.
     """
 
@@ -80,6 +83,7 @@ class GoalFinished:
     final_error_m: float | None
     waypoints_reached: int = 0
     waypoints_missed: tuple[int, ...] = ()
+    laps_flown: float = 0.0
     action: str = ""
 
 
