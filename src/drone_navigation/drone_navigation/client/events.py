@@ -99,6 +99,7 @@ class Ended:
         waypoints_reached: of a route, all laps counted; None for a point.
         waypoints_missed: of a route, those passed outside their radius, from 0 over all laps; None
             for a point.
+        laps_flown: of a circle; None for others.
     """
 
     name: ClassVar[str] = "ended"
@@ -112,6 +113,7 @@ class Ended:
     error_m: float = math.nan
     waypoints_reached: int | None = None
     waypoints_missed: tuple[int, ...] | None = None
+    laps_flown: float | None = None
 
     @property
     def bad(self) -> bool:
@@ -164,6 +166,9 @@ class Telemetry:
         waypoints: how many the route has; None for a point.
         lap: of a route, counted from 1; None for a point.
         setpoint_delay_s: how late the server was in the last seconds.
+        laps_flown: of a circle; None for others.
+        radius_error_m: of a circle, the distance to the centre minus the radius; NaN while it is
+            not flown, None for others.
     """
 
     name: ClassVar[str] = "feedback"
@@ -178,6 +183,8 @@ class Telemetry:
     waypoints: int | None = None
     lap: int | None = None
     setpoint_delay_s: float = 0.0
+    laps_flown: float | None = None
+    radius_error_m: float | None = None
 
 
 def as_json(what: Event | Telemetry, t_s: float) -> str:

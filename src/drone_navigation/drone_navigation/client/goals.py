@@ -169,6 +169,7 @@ class SentGoal:
             error_m=getattr(result, "final_error", math.nan),
             waypoints_reached=getattr(result, "waypoints_reached", None),
             waypoints_missed=_missed(result),
+            laps_flown=getattr(result, "laps_flown", None),
         )
 
     def _telemetry(self, feedback: Navigate.Feedback | NavigateWaypoints.Feedback) -> Telemetry:
@@ -186,6 +187,8 @@ class SentGoal:
             waypoint=feedback.current_waypoint + 1 if route else None,
             waypoints=self.client_goal.waypoints if route else None,
             lap=feedback.current_lap + 1 if route else None,
+            laps_flown=getattr(feedback, "laps_flown", None),
+            radius_error_m=getattr(feedback, "radius_error", None),
         )
 
 
