@@ -4,6 +4,7 @@ from __future__ import annotations
 
 ACTION_NAME = "navigate_to_waypoint"
 WAYPOINTS_ACTION_NAME = "navigate_waypoints"
+ORBIT_ACTION_NAME = "orbit"
 TAKEOFF_ACTION_NAME = "takeoff"
 LAND_ACTION_NAME = "land"
 RETURN_ACTION_NAME = "return_to_launch"
@@ -12,6 +13,7 @@ VELOCITY_ACTION_NAME = "follow_velocity"
 ACTION_NAMES = (
     ACTION_NAME,
     WAYPOINTS_ACTION_NAME,
+    ORBIT_ACTION_NAME,
     TAKEOFF_ACTION_NAME,
     LAND_ACTION_NAME,
     RETURN_ACTION_NAME,

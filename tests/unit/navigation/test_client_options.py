@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from drone_navigation.client.client_goal import make_point_client_goal
+from custom_interfaces.action import Orbit
+from drone_navigation.client.client_goal import make_client_goal, make_point_client_goal
 from drone_navigation.client.options import (
     ACTION_COMMANDS,
     COMMANDS,
@@ -14,6 +15,9 @@ from drone_navigation.client.options import (
     make_parser,
     parse_options,
 )
+
+WORDS = {"mode": ["MODE"], "parameters": ["list"], "orbit": ["30", "-10", "--radius", "-8"]}
+"""What a command needs"""
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -32,7 +36,7 @@ def test_command_lines_without_a_command_still_work() -> None:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_takes_the_options_of_all(command: str) -> None:
-    words = {"mode": ["MODE"], "parameters": ["list"]}.get(command, [])
+    words = WORDS.get(command, [])
     common = ["--vehicle", "a/b", "--json", "--server-timeout", "3"]
     options = parse_options([command, *words, *common])
     assert (options.command, options.vehicle, options.json) == (command, "a/b", True)
@@ -41,9 +45,10 @@ def test_every_command_takes_the_options_of_all(command: str) -> None:
 
 @pytest.mark.parametrize("command", ACTION_COMMANDS)
 def test_goal_commands_take_the_options_of_goals(command: str) -> None:
-    options = parse_options([command, "--cancel-after", "2", "--lost-timeout", "9"])
+    words = [command, *WORDS.get(command, [])]
+    options = parse_options([*words, "--cancel-after", "2", "--lost-timeout", "9"])
     assert (options.cancel_after, options.lost_timeout, options.update) == (2.0, 9.0, [])
-    assert parse_options([command]).cancel_after == math.inf
+    assert parse_options(words).cancel_after == math.inf
     # Another goal may be typed while it is under way.
     goal = make_point_client_goal(options, (1.0, 2.0, 3.0)).goal
     assert (goal.max_speed, goal.avoid_obstacles) == (0.0, False)
@@ -55,6 +60,24 @@ def test_other_commands_reject_the_options_of_goals(
 ) -> None:
     words = ["MODE"] if command == "mode" else []
     assert "--cancel-after" in refusal(capsys, command, *words, "--cancel-after", "2")
+
+
+def test_a_circle_is_named_by_its_centre_and_radius(capsys: pytest.CaptureFixture[str]) -> None:
+    plain = make_client_goal(parse_options(["orbit", "30", "-10", "--radius", "-8"]))
+    goal = plain.goal
+    assert isinstance(goal, Orbit.Goal)
+    place = goal.centre.pose.position
+    assert (plain.name, place.x, place.y, goal.radius, goal.laps) == ("orbit", 30.0, -10.0, -8, 1)
+    assert math.isnan(goal.height)
+    assert plain.description == "circle of -8 m about (30, -10) in frame map, 1 laps"
+    more = ["--height", "6", "--laps", "0", "--speed", "4", "--yaw-mode", "keep", "--avoid"]
+    words = ["orbit", "1", "2", "--radius", "9", "--frame", "base_link", *more]
+    goal = make_client_goal(parse_options(words)).goal
+    assert isinstance(goal, Orbit.Goal)
+    assert (goal.height, goal.laps, goal.max_speed, goal.yaw_mode) == (6, 0, 4, goal.YAW_KEEP)
+    assert (goal.avoid_obstacles, goal.centre.header.frame_id) == (True, "base_link")
+    assert "--radius" in refusal(capsys, "orbit", "30", "10")
+    assert "'wide' is not a number" in refusal(capsys, "orbit", "1", "2", "--radius", "wide")
 
 
 def test_takeoff_takes_a_height_and_mode_a_name(capsys: pytest.CaptureFixture[str]) -> None:
@@ -72,7 +95,7 @@ def test_takeoff_takes_a_height_and_mode_a_name(capsys: pytest.CaptureFixture[st
     ("arguments", "sentence"),
     [
         (["lnad"], "'lnad' is not a command; did you mean 'land'?"),
-        (["xyzzy"], "give one of takeoff, land, return"),
+        (["xyzzy"], "give one of orbit, takeoff, land"),
         (["--laps", "2"], "--laps needs a route; give --plan or --waypoints as well."),
         (["--goal", "1", "2", "3", "--mission"], "--mission needs a route"),
         (["--plan", "a.plan", "--laps", "-1"], "--laps is -1"),
@@ -96,7 +119,7 @@ def test_the_help_names_every_command() -> None:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_options_of_all_commands_may_precede_them(command: str) -> None:
-    words = {"mode": ["MODE"], "parameters": ["list"]}.get(command, [])
+    words = WORDS.get(command, [])
     options = parse_options(["--vehicle", "land", "--json", command, *words])
     assert (options.command, options.vehicle, options.json) == (command, "land", True)
 

@@ -7,13 +7,21 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
+from custom_interfaces.action import (
+    Land,
+    Navigate,
+    NavigateWaypoints,
+    Orbit,
+    ReturnToLaunch,
+    Takeoff,
+)
 from custom_interfaces.msg import Waypoint
 from drone_navigation.client.options import ACTION_COMMANDS, make_parser
 from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest
 from navigation_bridge.names import (
     ACTION_NAME,
     LAND_ACTION_NAME,
+    ORBIT_ACTION_NAME,
     RETURN_ACTION_NAME,
     TAKEOFF_ACTION_NAME,
     WAYPOINTS_ACTION_NAME,
@@ -24,6 +32,11 @@ _FRAMES = {
     AltitudeReference.AMSL: Waypoint.FRAME_GEODETIC_AMSL,
     AltitudeReference.HOME: Waypoint.FRAME_GEODETIC_ABOVE_HOME,
     AltitudeReference.GROUND: Waypoint.FRAME_GEODETIC_ABOVE_GROUND,
+}
+_YAW_MODES = {
+    "centre": Orbit.Goal.YAW_CENTRE,
+    "tangent": Orbit.Goal.YAW_TANGENT,
+    "keep": Orbit.Goal.YAW_KEEP,
 }
 
 
@@ -73,6 +86,8 @@ def make_point_client_goal(options: argparse.Namespace, position_m: Vector3) -> 
 
 def _command(options: argparse.Namespace) -> ClientGoal:
     """Return the goal of a command."""
+    if options.command == "orbit":
+        return _orbit(options)
     if options.command == "takeoff":
         goal = Takeoff.Goal()
         goal.height = options.height
@@ -81,6 +96,22 @@ def _command(options: argparse.Namespace) -> ClientGoal:
     if options.command == "land":
         return ClientGoal(Land, LAND_ACTION_NAME, Land.Goal(), "landing")
     return ClientGoal(ReturnToLaunch, RETURN_ACTION_NAME, ReturnToLaunch.Goal(), "return to launch")
+
+
+def _orbit(options: argparse.Namespace) -> ClientGoal:
+    goal = Orbit.Goal()
+    goal.centre.header.frame_id = options.frame
+    goal.centre.pose.position.x, goal.centre.pose.position.y = options.x, options.y
+    goal.radius, goal.height, goal.laps = options.radius, options.height, options.laps
+    goal.yaw_mode = _YAW_MODES[options.yaw_mode]
+    goal.max_speed = options.speed
+    goal.avoid_obstacles = bool(options.avoid)
+    laps = f"{options.laps:g} laps" if options.laps else "until it is cancelled"
+    description = (
+        f"circle of {options.radius:g} m about ({options.x:.10g}, {options.y:.10g}) in frame "
+        f"{options.frame or 'map'}, {laps}"
+    )
+    return ClientGoal(Orbit, ORBIT_ACTION_NAME, goal, description)
 
 
 def _point(options: argparse.Namespace, position_m: Vector3) -> Navigate.Goal:

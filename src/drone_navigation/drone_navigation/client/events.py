@@ -102,6 +102,7 @@ class Ended:
         next_index: of a route, the first waypoint that is left, from 0 over all laps; None for a
             point.
         route_id: of a route, its number; None for a point.
+        laps_flown: of a circle; None for others.
     """
 
     name: ClassVar[str] = "ended"
@@ -117,6 +118,7 @@ class Ended:
     waypoints_missed: tuple[int, ...] | None = None
     next_index: int | None = None
     route_id: int | None = None
+    laps_flown: float | None = None
 
     @property
     def bad(self) -> bool:
@@ -172,6 +174,9 @@ class Telemetry:
         waypoints: how many the route has; None for a point.
         lap: of a route, counted from 1; None for a point.
         setpoint_delay_s: how late the server was in the last seconds.
+        laps_flown: of a circle; None for others.
+        radius_error_m: of a circle, the distance to the centre minus the radius; NaN while it is
+            not flown, None for others.
     """
 
     name: ClassVar[str] = "feedback"
@@ -186,6 +191,8 @@ class Telemetry:
     waypoints: int | None = None
     lap: int | None = None
     setpoint_delay_s: float = 0.0
+    laps_flown: float | None = None
+    radius_error_m: float | None = None
 
 
 def as_json(what: Event | Telemetry, t_s: float) -> str:

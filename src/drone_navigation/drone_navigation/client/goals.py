@@ -171,6 +171,7 @@ class SentGoal:
             waypoints_missed=_missed(result),
             next_index=getattr(result, "next_index", None),
             route_id=getattr(result, "route_id", None),
+            laps_flown=getattr(result, "laps_flown", None),
         )
 
     def _telemetry(self, feedback: Navigate.Feedback | NavigateWaypoints.Feedback) -> Telemetry:
@@ -188,6 +189,8 @@ class SentGoal:
             waypoint=feedback.current_waypoint + 1 if route else None,
             waypoints=self.client_goal.waypoints if route else None,
             lap=feedback.current_lap + 1 if route else None,
+            laps_flown=getattr(feedback, "laps_flown", None),
+            radius_error_m=getattr(feedback, "radius_error", None),
         )
 
 

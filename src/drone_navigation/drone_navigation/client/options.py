@@ -27,6 +27,7 @@ EXIT_CANCELED = 4
 EXIT_NO_SERVER = 5
 
 ACTION_COMMANDS = {
+    "orbit": "fly or drive a circle around a point",
     "takeoff": "take off and hold at a height",
     "land": "land where the vehicle is",
     "return": "return to the launch point; aircraft land there",
@@ -63,6 +64,7 @@ commands (each has its own --help):
 
 examples:
   navigation_client takeoff --height 5
+  navigation_client orbit 30 10 --radius 12 --laps 2
   navigation_client status --json
   navigation_client --goal 10 5 2 --avoid
   navigation_client --goal 10 5 2 --update "t=8: 5 5 2" --update "t=15: 0 0 2"
@@ -138,11 +140,29 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
         epilog=codes,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.set_defaults(
-        command=command, update=[], frame="map", laps=1, mission=False, first=1, interrupted=0
-    )
+    parser.set_defaults(command=command, update=[], frame="map", mission=False)
+    parser.set_defaults(first=1, interrupted=0)
+    if command != "orbit":
+        parser.set_defaults(laps=1)
     _add_vehicle(parser)
-    if command == "takeoff":
+    _add_own(parser, command)
+    if is_action:
+        # Those of goals that are typed meanwhile.
+        parser.set_defaults(yaw=None)
+        if command != "orbit":
+            parser.set_defaults(speed=0.0, avoid=None)
+        _add_following(parser)
+    else:
+        _add_server_timeout(parser)
+    _add_output(parser)
+    return parser
+
+
+def _add_own(parser: argparse.ArgumentParser, command: str) -> None:
+    """Add the options that only this command has."""
+    if command == "orbit":
+        _add_orbit(parser)
+    elif command == "takeoff":
         parser.add_argument(
             "--height",
             type=_height,
@@ -163,14 +183,6 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
             metavar="LOG",
             help="number of the log, as `logs` shows it (default: the newest)",
         )
-    if is_action:
-        # Those of goals that are typed meanwhile.
-        parser.set_defaults(yaw=None, speed=0.0, avoid=None)
-        _add_following(parser)
-    else:
-        _add_server_timeout(parser)
-    _add_output(parser)
-    return parser
 
 
 def _add_output(parser: argparse.ArgumentParser) -> None:
@@ -225,12 +237,7 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         metavar="ID",
         help="route_id of that route, so that another one is rejected",
     )
-    parser.add_argument(
-        "--frame",
-        default="map",
-        help="frame of the target: map (ENU, default), base_link (FLU), "
-        "or wgs84 (latitude, longitude, metres above sea level)",
-    )
+    _add_frame(parser)
     parser.add_argument(
         "--yaw",
         type=float,
@@ -238,6 +245,20 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         help="yaw at the target, counter-clockwise from east; "
         "default: face the direction of travel",
     )
+    _add_speed(parser)
+
+
+def _add_frame(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--frame",
+        default="map",
+        help="frame of the target: map (ENU, default), base_link (FLU), "
+        "or wgs84 (latitude, longitude, metres above sea level)",
+    )
+
+
+def _add_speed(parser: argparse.ArgumentParser) -> None:
+    """Add the options of how something is flown."""
     parser.add_argument(
         "--speed", type=float, default=0.0, metavar="M_S", help="max_speed (default: the server's)"
     )
@@ -255,6 +276,44 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="do not avoid obstacles: fly straight, through them",
     )
+
+
+def _add_orbit(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "x", type=_finite, metavar="X", help="centre: east (forward, latitude), in the frame"
+    )
+    parser.add_argument(
+        "y", type=_finite, metavar="Y", help="centre: north (left, longitude), in the frame"
+    )
+    parser.add_argument(
+        "--radius",
+        type=_finite,
+        required=True,
+        metavar="M",
+        help="radius; positive is anticlockwise seen from above, negative clockwise",
+    )
+    parser.add_argument(
+        "--height",
+        type=_finite,
+        default=math.nan,
+        metavar="M",
+        help="height above the ground (default: the present one, or that of a take-off)",
+    )
+    parser.add_argument(
+        "--laps",
+        type=_finite,
+        default=1.0,
+        metavar="N",
+        help="number of laps; 0 is until it is cancelled (default: 1)",
+    )
+    parser.add_argument(
+        "--yaw-mode",
+        choices=("centre", "tangent", "keep"),
+        default="centre",
+        help="yaw on the circle: to the centre (default), in the direction of travel, or as it is",
+    )
+    _add_frame(parser)
+    _add_speed(parser)
 
 
 def _add_course(parser: argparse.ArgumentParser) -> None:
@@ -367,6 +426,16 @@ def _command_first(arguments: list[str]) -> list[str]:
     if others or not rest or rest[0] not in COMMANDS:
         return arguments
     return [*rest[:1], *arguments[: len(arguments) - len(rest)], *rest[1:]]
+
+
+def _finite(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
+    return value
 
 
 def _height(text: str) -> float:

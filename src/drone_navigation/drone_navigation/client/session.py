@@ -19,7 +19,7 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
-from custom_interfaces.action import Navigate, NavigateWaypoints
+from custom_interfaces.action import Navigate, NavigateWaypoints, Orbit
 from drone_navigation.client.client_goal import ClientGoal, make_client_goal, make_point_client_goal
 from drone_navigation.client.course import Course
 from drone_navigation.client.events import Exit
@@ -49,7 +49,7 @@ _SERVERS_S = 1.5
 # A server without a status is not ours, but ours may be beside it, not discovered yet: DDS repeats
 # the announcement of a participant every 3 s. Two of these periods, as one may be lost.
 _STRANGER_S = 6.5
-_AVOIDING = (Navigate.Goal, NavigateWaypoints.Goal)
+_AVOIDING = (Navigate.Goal, NavigateWaypoints.Goal, Orbit.Goal)
 _AVOIDED = (
     "Obstacles are avoided, because the vehicle has sensors or known obstacles; "
     "--straight flies straight."

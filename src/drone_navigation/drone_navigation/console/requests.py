@@ -17,7 +17,14 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
-from custom_interfaces.action import Land, Navigate, NavigateWaypoints, ReturnToLaunch, Takeoff
+from custom_interfaces.action import (
+    Land,
+    Navigate,
+    NavigateWaypoints,
+    Orbit,
+    ReturnToLaunch,
+    Takeoff,
+)
 from custom_interfaces.msg import Waypoint
 from custom_interfaces.srv import SeekReplay
 from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Replay
@@ -26,6 +33,7 @@ from navigation_bridge.names import (
     ACTION_NAME,
     FRAME_MAP,
     LAND_ACTION_NAME,
+    ORBIT_ACTION_NAME,
     RETURN_ACTION_NAME,
     SERVER_NODE_NAME,
     TAKEOFF_ACTION_NAME,
@@ -43,6 +51,7 @@ _Take: TypeAlias = Callable[..., None]
 ACTIONS = {
     ACTION_NAME: Navigate,
     WAYPOINTS_ACTION_NAME: NavigateWaypoints,
+    ORBIT_ACTION_NAME: Orbit,
     TAKEOFF_ACTION_NAME: Takeoff,
     LAND_ACTION_NAME: Land,
     RETURN_ACTION_NAME: ReturnToLaunch,
@@ -52,6 +61,7 @@ ACTIONS = {
 _COMMANDS = {
     ACTION_NAME: "The goal",
     WAYPOINTS_ACTION_NAME: "The route",
+    ORBIT_ACTION_NAME: "The orbit",
     TAKEOFF_ACTION_NAME: "The take-off",
     LAND_ACTION_NAME: "The landing",
     RETURN_ACTION_NAME: "The return",

@@ -34,6 +34,7 @@ from custom_interfaces.action import (
     Land,
     Navigate,
     NavigateWaypoints,
+    Orbit,
     ReturnToLaunch,
     Takeoff,
 )
@@ -47,6 +48,7 @@ from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import (
     LandRequest,
     NavigateRequest,
+    OrbitRequest,
     Request,
     ReturnRequest,
     TakeoffRequest,
@@ -66,11 +68,12 @@ _CANCEL_STATE_TIMEOUT_S = 2.0
 
 
 ActionType: TypeAlias = (
-    type[Navigate | NavigateWaypoints | Takeoff] | type[Land | ReturnToLaunch | FollowVelocity]
+    type[Navigate | NavigateWaypoints | Orbit | Takeoff]
+    | type[Land | ReturnToLaunch | FollowVelocity]
 )
 RequestType: TypeAlias = type[Any]
 GoalMessage: TypeAlias = (
-    Navigate.Goal | NavigateWaypoints.Goal | Takeoff.Goal
+    Navigate.Goal | NavigateWaypoints.Goal | Orbit.Goal | Takeoff.Goal
     | Land.Goal | ReturnToLaunch.Goal | FollowVelocity.Goal
 )  # fmt: skip
 
@@ -125,6 +128,9 @@ _INTERFACES: dict[type[Request], _Interface] = {
         convert.request_from_waypoints,
         convert.waypoints_feedback,
         convert.waypoints_result,
+    ),
+    OrbitRequest: _Interface(
+        Orbit, convert.request_from_orbit, convert.orbit_feedback, convert.orbit_result
     ),
     TakeoffRequest: _Interface(
         Takeoff, convert.request_from_takeoff, convert.height_feedback, convert.result_of
@@ -291,7 +297,7 @@ class GoalServers:
 
     def _request(self, kind: ActionKind, goal: GoalMessage) -> Request:
         request = kind.request(goal)
-        if isinstance(request, NavigateRequest):
+        if isinstance(request, NavigateRequest | OrbitRequest):
             return replace(request, frame_id=self._frames.plain(request.frame_id))
         return request
 

@@ -14,6 +14,7 @@ from custom_interfaces.action import (
     Land,
     Navigate,
     NavigateWaypoints,
+    Orbit,
     ReturnToLaunch,
     Takeoff,
 )
@@ -24,6 +25,8 @@ from navigation_bridge.goals.requests import (
     AltitudeReference,
     LandRequest,
     NavigateRequest,
+    OrbitRequest,
+    OrbitYaw,
     ReturnRequest,
     TakeoffRequest,
     VelocityRequest,
@@ -82,6 +85,24 @@ def _waypoint(message: Waypoint) -> WaypointRequest:
         hold_time_s=message.hold_time,
         yaw_enu_rad=message.yaw if message.use_yaw else None,
         max_speed_m_s=message.max_speed,
+    )
+
+
+def request_from_orbit(
+    goal: Orbit.Goal, request: type[OrbitRequest] = OrbitRequest
+) -> OrbitRequest:
+    """Return the request that an Orbit goal makes."""
+    centre = goal.centre.pose.position
+    modes = [yaw for yaw in OrbitYaw if yaw.value == goal.yaw_mode]
+    return request(
+        frame_id=goal.centre.header.frame_id,
+        centre=(centre.x, centre.y, centre.z),
+        radius_m=goal.radius,
+        height_m=goal.height,
+        laps=goal.laps,
+        max_speed_m_s=goal.max_speed,
+        yaw=modes[0] if modes else None,
+        avoid_obstacles=goal.avoid_obstacles,
     )
 
 
@@ -195,6 +216,18 @@ def waypoints_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Ti
     )
 
 
+def orbit_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
+    """Return the feedback of a circle."""
+    orbit = feedback.orbit
+    return flown_feedback(
+        make,
+        feedback,
+        stamp,
+        laps_flown=0.0 if orbit is None else orbit.laps_flown,
+        radius_error=math.nan if orbit is None else orbit.radius_error_m,
+    )
+
+
 def result_of(make: Callable[..., M], finished: GoalFinished, stamp: Time, **more: object) -> M:
     """Return a result with the fields that all have, and more."""
     return make(
@@ -224,3 +257,8 @@ def waypoints_result(make: Callable[..., M], finished: GoalFinished, stamp: Time
         next_index=finished.next_index,
         route_id=finished.route_id,
     )
+
+
+def orbit_result(make: Callable[..., M], finished: GoalFinished, stamp: Time) -> M:
+    """Return the result of a circle."""
+    return flown_result(make, finished, stamp, laps_flown=finished.laps_flown)

@@ -352,6 +352,7 @@ class ActiveGoal:
         if error_m is None and pose is not None and self.target_enu_m is not None:
             error_m = math.dist(pose.position_enu_m, self.target_enu_m)
         route = None if self.progress is None else self.progress.route
+        orbit = None if self.progress is None else self.progress.orbit
         words = [self.cancelled_by, outcome.message] if self.cancelled_by else [outcome.message]
         message = f"{code.value}: {' '.join([*words, *dict.fromkeys(self.notes)])}"
         if said and said not in message:
@@ -368,5 +369,6 @@ class ActiveGoal:
             waypoints_missed=route.missed if route is not None else (),
             next_index=route.next_index if route is not None else 0,
             route_id=route.route_id if route is not None else 0,
+            laps_flown=orbit.laps_flown if orbit is not None else 0.0,
             action=self.kind,
         )

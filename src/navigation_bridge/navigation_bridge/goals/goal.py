@@ -12,7 +12,7 @@ from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.progress import RouteProgress, Status
+from navigation_core.tasks.progress import OrbitProgress, RouteProgress, Status
 
 
 class LogLevel(Enum):
@@ -36,6 +36,7 @@ class GoalFeedback:
         status: current activity.
         height_m: height above the ground; None while unknown.
         route: progress along the route, for a goal with a route.
+        orbit: progress on the circle, for a goal that has one.
         replans: number of replans because of obstacles.
         late_s: the worst delay of a setpoint in the last seconds.
         action: name of the goal's action; ids are unique within one action only.
@@ -49,6 +50,7 @@ class GoalFeedback:
     status: Status
     height_m: float | None = None
     route: RouteProgress | None = None
+    orbit: OrbitProgress | None = None
     replans: int = 0
     late_s: float = 0.0
     action: str = ""
@@ -70,6 +72,7 @@ class GoalFinished:
         waypoints_missed: for a route, those passed outside their radius, from 0 over all laps.
         next_index: for a route, the first waypoint that is left, from 0 over all laps.
         route_id: for a route, a number that others would not have; 0 for other goals.
+        laps_flown: for a circle, how many laps were flown.
         action: name of the goal's action; ids are unique within one action only.
     """
 
@@ -84,6 +87,7 @@ class GoalFinished:
     waypoints_missed: tuple[int, ...] = ()
     next_index: int = 0
     route_id: int = 0
+    laps_flown: float = 0.0
     action: str = ""
 
 

@@ -14,7 +14,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
 
-__all__ = ["avoidance_of", "check_obstacles"]
+__all__ = ["avoidance_of", "check_obstacles", "obstacle_on_line"]
 
 _NO_SENSOR = "No obstacle sensor reports; only the known obstacles are avoided."
 _MISSION = "The autopilot flies the mission itself; obstacles are not avoided."
@@ -64,6 +64,31 @@ def _check_targets(
                 f"{_named(obstacle)}; the required clearance is {kept_m:.2f} m "
                 "(vehicle_radius_m + obstacle_margin_m).",
             )
+    return None
+
+
+def obstacle_on_line(
+    line_enu_m: tuple[Vector3, ...], avoid: bool, snapshot: Snapshot
+) -> Rejection | None:
+    """Return which known obstacle stands on a line that a goal is about, and where, or None.
+
+    Args:
+        line_enu_m: its corners in the map frame.
+        avoid: whether a clearance is to be kept; otherwise nothing is to be hit.
+        snapshot: what is known.
+    """
+    config = snapshot.config.obstacles
+    kept_m = config.vehicle_radius_m + (config.margin_m if avoid else 0.0)
+    words = "vehicle_radius_m + obstacle_margin_m" if avoid else "vehicle_radius_m"
+    for start, end in itertools.pairwise(line_enu_m):
+        leg = _level(start, snapshot), _level(end, snapshot)
+        for obstacle in snapshot.known_obstacles:
+            if not Obstacles.of((obstacle,)).is_clear(*leg, kept_m):
+                return Rejection(
+                    OutcomeCode.NO_PATH,
+                    f"The known obstacle {_named(obstacle)} is nearer to the circle than "
+                    f"{kept_m:.2f} m ({words}), at {_point_text(end)}.",
+                )
     return None
 
 

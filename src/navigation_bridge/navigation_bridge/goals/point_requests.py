@@ -10,7 +10,7 @@ from mavlink_vehicle.positions import frames
 from navigation_bridge.goals.requests import NavigateRequest
 from navigation_bridge.names import FRAME_BASE_LINK, FRAME_MAP, FRAME_WGS84
 from navigation_bridge.vehicle.map_frame import MapPose
-from navigation_core.geometry import Vector3
+from navigation_core.geometry import Vector3, add
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import FlightVolume, Rejection, check_target
 from navigation_core.tasks.flying.goto import GotoGoal
@@ -38,18 +38,8 @@ def check_request(request: NavigateRequest) -> Rejection | None:
         return Rejection(
             OutcomeCode.INVALID_NUMBER, f"{', '.join(bad)}; every number must be finite."
         )
-    if request.frame_id not in ("", FRAME_MAP, FRAME_BASE_LINK, FRAME_WGS84):
-        return Rejection(
-            OutcomeCode.UNKNOWN_FRAME,
-            f"Unknown frame '{request.frame_id}'; use '{FRAME_MAP}' (ENU metres from the "
-            f"vehicle's local origin), '{FRAME_BASE_LINK}' (FLU metres from the vehicle) or "
-            f"'{FRAME_WGS84}' (latitude, longitude, altitude above mean sea level).",
-        )
-    if request.frame_id == FRAME_WGS84:
-        rejection = check_geodetic(request.position)
-        if rejection is not None:
-            return rejection
-    rejection = check_speed(request.max_speed_m_s)
+    rejection = check_frame(request.frame_id, request.position)
+    rejection = rejection or check_speed(request.max_speed_m_s)
     if rejection is not None:
         return rejection
     norm = math.sqrt(math.fsum(part * part for part in request.orientation_xyzw))
@@ -66,6 +56,40 @@ def check_request(request: NavigateRequest) -> Rejection | None:
             "about z, or all zeros to face the direction of travel.",
         )
     return None
+
+
+def check_frame(frame_id: str, position: Vector3) -> Rejection | None:
+    """Return why a finite position in a frame is not one, or None."""
+    if frame_id not in ("", FRAME_MAP, FRAME_BASE_LINK, FRAME_WGS84):
+        return Rejection(
+            OutcomeCode.UNKNOWN_FRAME,
+            f"Unknown frame '{frame_id}'; use '{FRAME_MAP}' (ENU metres from the "
+            f"vehicle's local origin), '{FRAME_BASE_LINK}' (FLU metres from the vehicle) or "
+            f"'{FRAME_WGS84}' (latitude, longitude, altitude above mean sea level).",
+        )
+    return check_geodetic(position) if frame_id == FRAME_WGS84 else None
+
+
+def position_in_map(
+    frame_id: str,
+    position: Vector3,
+    pose: MapPose,
+    geodetic_to_enu: Callable[[Vector3], Vector3],
+) -> Vector3:
+    """Return a position of a frame that passed :func:`check_frame` in the map frame.
+
+    Args:
+        frame_id: its frame.
+        position: in that frame.
+        pose: the vehicle's present pose; a base_link position is relative to its position and yaw
+            (the level body frame: roll and pitch do not tilt it).
+        geodetic_to_enu: converts (latitude, longitude, altitude AMSL) into the map frame.
+    """
+    if frame_id == FRAME_WGS84:
+        return geodetic_to_enu(position)
+    if frame_id == FRAME_BASE_LINK:
+        return add(pose.position_enu_m, frames.body_flu_to_enu(position, pose.yaw_enu_rad))
+    return position
 
 
 def check_speed(max_speed_m_s: float) -> Rejection | None:
@@ -141,8 +165,7 @@ def resolve(
 
     Args:
         request: the client's request.
-        pose: the vehicle's present pose; a base_link target is relative to its position and yaw
-            (the level body frame: roll and pitch do not tilt the target).
+        pose: the vehicle's present pose, as for :func:`position_in_map`.
         geodetic_to_enu: converts (latitude, longitude, altitude AMSL) into the map frame.
         ground_enu_m: height of the ground in the map frame.
         volume: where targets are accepted.
@@ -153,18 +176,9 @@ def resolve(
         The goal, or the reason for its rejection.
     """
     yaw = yaw_enu_rad(request.orientation_xyzw)
-    position = request.position
-    if request.frame_id == FRAME_WGS84:
-        position = geodetic_to_enu(position)
-    elif request.frame_id == FRAME_BASE_LINK:
-        offset = frames.body_flu_to_enu(request.position, pose.yaw_enu_rad)
-        position = (
-            pose.position_enu_m[0] + offset[0],
-            pose.position_enu_m[1] + offset[1],
-            pose.position_enu_m[2] + offset[2],
-        )
-        if yaw is not None:
-            yaw = frames.normalize_angle(pose.yaw_enu_rad + yaw)
+    position = position_in_map(request.frame_id, request.position, pose, geodetic_to_enu)
+    if request.frame_id == FRAME_BASE_LINK and yaw is not None:
+        yaw = frames.normalize_angle(pose.yaw_enu_rad + yaw)
     speed = None
     if request.max_speed_m_s > 0.0:
         speed = min(request.max_speed_m_s, speed_max_m_s)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from dataclasses import dataclass
 from enum import Enum
@@ -90,6 +91,39 @@ class WaypointsRequest:
         return zlib.crc32(repr((self.waypoints, max(self.laps, 1))).encode()) or 1
 
 
+class OrbitYaw(Enum):
+    """The yaw on a circle, by the numbers of ``custom_interfaces/action/Orbit``."""
+
+    CENTRE = 0
+    TANGENT = 1
+    KEEP = 2
+
+
+@dataclass(frozen=True)
+class OrbitRequest:
+    """A goal of ``custom_interfaces/action/Orbit`` as it was sent.
+
+    Attributes:
+        frame_id: frame of the centre, as of a `NavigateRequest`.
+        centre: centre in that frame; its altitude is not used.
+        radius_m: radius; positive is anticlockwise seen from above, negative clockwise.
+        height_m: height above the ground; NaN = the present altitude.
+        laps: number of laps; 0 = until the goal is cancelled.
+        max_speed_m_s: highest ground speed; 0 = the configured default.
+        yaw: yaw on the circle; None for a number that means nothing.
+        avoid_obstacles: whether the client asked for obstacle avoidance.
+    """
+
+    frame_id: str
+    centre: Vector3
+    radius_m: float
+    height_m: float = math.nan
+    laps: float = 1.0
+    max_speed_m_s: float = 0.0
+    yaw: OrbitYaw | None = OrbitYaw.CENTRE
+    avoid_obstacles: bool = False
+
+
 @dataclass(frozen=True)
 class TakeoffRequest:
     """A goal of ``custom_interfaces/action/Takeoff``; height 0 = the configured default."""
@@ -121,6 +155,7 @@ class VelocityRequest:
 Request: TypeAlias = (
     NavigateRequest
     | WaypointsRequest
+    | OrbitRequest
     | TakeoffRequest
     | LandRequest
     | ReturnRequest

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,8 @@ from navigation_bridge.goals.requests import (
     AltitudeReference,
     LandRequest,
     NavigateRequest,
+    OrbitRequest,
+    OrbitYaw,
     Request,
     ReturnRequest,
     TakeoffRequest,
@@ -39,6 +42,7 @@ from navigation_bridge.names import (
     FRAME_MAP,
     FRAME_WGS84,
     LAND_ACTION_NAME,
+    ORBIT_ACTION_NAME,
     RETURN_ACTION_NAME,
     TAKEOFF_ACTION_NAME,
     WAYPOINTS_ACTION_NAME,
@@ -113,6 +117,21 @@ def _waypoint(
     return make(position, yaw_enu_rad=yaw_enu_rad if use_yaw else None, **more)
 
 
+def _orbit(
+    centre: tuple[tuple[Vector3, tuple[float, float, float, float]], str],
+    radius: float,
+    height: float = math.nan,
+    laps: float = 0.0,
+    max_speed: float = 0.0,
+    yaw_mode: OrbitYaw = OrbitYaw.CENTRE,
+    avoid_obstacles: bool = False,
+) -> OrbitRequest:
+    (position, _), frame_id = centre
+    return OrbitRequest(
+        frame_id, position, radius, height, laps, max_speed, yaw_mode, avoid_obstacles
+    )
+
+
 _IDENTITY = _quaternion()
 _NUMBER, _NEEDED, _FLAG = (
     RecordMember(number()),
@@ -169,11 +188,24 @@ _GOALS: Mapping[str, Kind[Request]] = {
         max_speed_m_s=_SPEED_M_S,
         avoid_obstacles=_FLAG,
     ),
+    ORBIT_ACTION_NAME: record(
+        _orbit,
+        centre=RecordMember(_TARGET, required=True),
+        radius=RecordMember(number(), required=True),
+        height=_NUMBER,
+        laps=_NUMBER,
+        max_speed=_NUMBER,
+        yaw_mode=RecordMember(
+            words({each.value: each for each in OrbitYaw}),
+            text="YAW_CENTRE 0, YAW_TANGENT 1, YAW_KEEP 2.",
+        ),
+        avoid_obstacles=_FLAG,
+    ),
     TAKEOFF_ACTION_NAME: record(lambda height=0.0: TakeoffRequest(height), height=_NUMBER),
     LAND_ACTION_NAME: record(LandRequest),
     RETURN_ACTION_NAME: record(ReturnRequest),
 }
-_WITH_TARGETS = (ACTION_NAME, WAYPOINTS_ACTION_NAME)
+_WITH_TARGETS = (ACTION_NAME, WAYPOINTS_ACTION_NAME, ORBIT_ACTION_NAME)
 
 
 def _entry(action: str) -> Kind[ShadowGoal]:

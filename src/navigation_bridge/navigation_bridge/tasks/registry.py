@@ -10,11 +10,13 @@ from navigation_bridge.tasks.follow_velocity import FOLLOW_VELOCITY
 from navigation_bridge.tasks.land_and_return import LAND, RETURN_TO_LAUNCH
 from navigation_bridge.tasks.navigate import NAVIGATE, TAKEOFF
 from navigation_bridge.tasks.navigate_waypoints import NAVIGATE_WAYPOINTS
+from navigation_bridge.tasks.orbit import ORBIT
 from navigation_bridge.tasks.task_kind import TaskKind
 
 TASKS: tuple[TaskKind[Any], ...] = (
     NAVIGATE,
     NAVIGATE_WAYPOINTS,
+    ORBIT,
     TAKEOFF,
     LAND,
     RETURN_TO_LAUNCH,

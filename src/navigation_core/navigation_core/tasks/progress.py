@@ -51,6 +51,19 @@ class RouteProgress:
 
 
 @dataclass(frozen=True)
+class OrbitProgress:
+    """Progress on a circle.
+
+    Attributes:
+        laps_flown: laps that are flown, or driven.
+        radius_error_m: distance to the centre minus the radius; NaN while the circle is not flown.
+    """
+
+    laps_flown: float
+    radius_error_m: float
+
+
+@dataclass(frozen=True)
 class Progress:
     """Progress of a task. Both numbers are always finite and not negative.
 
@@ -61,6 +74,7 @@ class Progress:
         route: how far the route is flown, for a task that has one.
         replans: how often the path was replanned because of obstacles.
         blocked: why obstacles leave no path, or for whom it waits; empty otherwise.
+        orbit: how far the circle is flown, for a task that has one.
     """
 
     status: Status
@@ -69,3 +83,4 @@ class Progress:
     route: RouteProgress | None = None
     replans: int = 0
     blocked: str = ""
+    orbit: OrbitProgress | None = None

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Protocol
 
 from navigation_core.geometry import (
     ZERO,
@@ -83,7 +83,26 @@ class Overlap:
         )
 
 
-Piece: TypeAlias = MotionPiece | Overlap
+class Piece(Protocol):
+    """A part of a trajectory, as `MotionPiece` and `Overlap` are."""
+
+    @property
+    def duration_s(self) -> float:
+        """Its duration."""
+
+    @property
+    def limits(self) -> Limits:
+        """What it was planned with."""
+
+    @property
+    def end(self) -> KinematicState:
+        """State at its end."""
+
+    def sample(self, t_s: float) -> KinematicState:
+        """Return the state at a time since its beginning."""
+
+    def samples(self, times_s: Array) -> tuple[Array, Array, Array]:
+        """Return the same for many times (N,): positions, velocities, accelerations (N, 3)."""
 
 
 def overlap_s(first: MotionPiece, second: MotionPiece) -> float:

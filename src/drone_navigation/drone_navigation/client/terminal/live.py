@@ -183,6 +183,8 @@ class LiveView:
         if telemetry.waypoint is not None:
             line.append(f", waypoint {telemetry.waypoint} of {telemetry.waypoints}")
             line.append(f", lap {telemetry.lap}" if telemetry.lap != 1 else "")
+        if telemetry.laps_flown is not None:
+            line.append(f", {telemetry.laps_flown:.1f} laps flown")
         return line
 
     def _done(self, telemetry: Telemetry) -> float:

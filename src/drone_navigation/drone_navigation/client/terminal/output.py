@@ -162,6 +162,8 @@ def _summary(telemetry: Telemetry) -> str:
     ]
     if telemetry.waypoint is not None:
         parts.append(f"waypoint {telemetry.waypoint} of {telemetry.waypoints}")
+    if telemetry.laps_flown is not None:
+        parts.append(f"{telemetry.laps_flown:.1f} laps flown")
     if telemetry.replans:
         parts.append(f"replans {telemetry.replans}")
     if telemetry.setpoint_delay_s >= LATE_S:

@@ -55,7 +55,7 @@ class SetpointFlight(PhasedTask):
         self._itinerary = itinerary
         self._traits = traits
         self._follower = PathFollower(section.goal, terms)
-        self._follower.lead_to(section.goal, section.points, section.yaws_enu_rad)
+        self._follower.lead_to(section.goal, section.points, section.yaws_enu_rad, section.part)
         self._avoider = None
         self.may_replan = terms.avoidance is not None
         if terms.avoidance is not None:
@@ -249,8 +249,8 @@ class SetpointFlight(PhasedTask):
 
     def _begin_flight(self, observation: Observation, now: float) -> None:
         """Plan the flight, and begin it or wait for a path."""
-        section = self._itinerary.begin_section()
-        self._follower.lead_to(section.goal, section.points, section.yaws_enu_rad)
+        section = self._itinerary.begin_section(observation)
+        self._follower.lead_to(section.goal, section.points, section.yaws_enu_rad, section.part)
         self._estimator.set_goal(section.goal.position_enu_m)
         self._arrival.expect(section)
         if self._phase not in _LED:

@@ -17,6 +17,7 @@ from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.path_follower import PathFollower
+from navigation_core.tasks.leading.ring_path import RingPart
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.phases import BEFORE_FLIGHT, STATUS, Phase
 from navigation_core.tasks.progress import Progress, Status
@@ -35,6 +36,7 @@ class Section:
         yaws_enu_rad: for each point the yaw on the way to it, None for the direction of travel.
         radius_m: how near to the stop is near enough; None for the configured radius.
         hold_time_s: how long to stay there.
+        part: the part of a circle that leads there, instead of points; None for points.
     """
 
     goal: GotoGoal
@@ -42,13 +44,18 @@ class Section:
     yaws_enu_rad: tuple[float | None, ...] = ()
     radius_m: float | None = None
     hold_time_s: float = 0.0
+    part: RingPart | None = None
 
 
 class Itinerary(Protocol):
     """The sections of a flight, and how far they are flown."""
 
-    def begin_section(self) -> Section:
-        """Return what is to be flown from now on, up to the next stop."""
+    def begin_section(self, observation: Observation | None = None) -> Section:
+        """Return what is to be flown from now on, up to the next stop.
+
+        Args:
+            observation: what is known; None before the flight.
+        """
 
     def note_place(self, position_enu_m: Vector3 | None, passed: int, leaves: bool) -> bool:
         """Record where the vehicle is, and return whether to replan from there.
@@ -88,7 +95,7 @@ class SingleStop:
         """Go there."""
         self._section = Section(goal)
 
-    def begin_section(self) -> Section:
+    def begin_section(self, observation: Observation | None = None) -> Section:
         """Return the only section."""
         return self._section
 

@@ -24,6 +24,7 @@ from navigation_core.tasks.goto_config import GotoGoal
 from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import cruise_limits
+from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.progress import Progress
 from navigation_core.tasks.waypoint import Route
 from navigation_core.trajectories.route_trajectory import RoutePoint
@@ -62,7 +63,7 @@ class RouteItinerary:
                 return index
         return self._route.total - 1
 
-    def begin_section(self) -> Section:
+    def begin_section(self, observation: Observation | None = None) -> Section:
         """Return the waypoints up to the next stop."""
         end = self._section_end()
         indices = range(self._next, end + 1)

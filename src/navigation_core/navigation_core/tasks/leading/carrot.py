@@ -6,12 +6,13 @@ A plan begins at the setpoint sent last, or where the vehicle is.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from navigation_core.geometry import (
     ZERO,
     KinematicState,
     Vector3,
+    add,
     limit_norm,
     scale,
     slew_angle,
@@ -72,6 +73,7 @@ class Carrot:
         state: the setpoint's position and its true derivatives.
         yaw_enu_rad: the setpoint's yaw.
         distance_remaining_m: length of the path that is left.
+        aside_enu_m: how far beside the trajectory the setpoint is sent.
     """
 
     def __init__(
@@ -106,6 +108,7 @@ class Carrot:
         self.state = self.nominal
         self._yaw_rate_rad_s = trajectory.limits.yaw_rate_rad_s
         self._driven: DrivenPath | None = None
+        self.aside_enu_m = ZERO
 
     def ahead(self, lead_s: float) -> tuple[float, KinematicState]:
         """Return where it will stand after a while at its present pace, and in which state.
@@ -146,7 +149,8 @@ class Carrot:
                 acceleration[1] + gain * (then[1] - now[1]),
                 acceleration[2],
             )
-        return Setpoint(state.position_enu_m, velocity, acceleration, self.yaw_enu_rad)
+        position = add(state.position_enu_m, self.aside_enu_m)
+        return Setpoint(position, velocity, acceleration, self.yaw_enu_rad)
 
     @property
     def stalled_s(self) -> float:
@@ -206,7 +210,7 @@ class Carrot:
             The path, which knows what is ahead.
         """
         if self._driven is None:
-            self._driven = DrivenPath(self.trajectory, braking_m_s2)
+            self._driven = DrivenPath(self.trajectory, braking_m_s2, self.time_s)
         self._driven.limit(until_s)
         self._driven.advance(position_enu_m)
         if dt_s > 0.0:
@@ -214,6 +218,22 @@ class Carrot:
             self._walk_to(time_s, (time_s - self.time_s) / dt_s, dt_s)
             self.state = self.nominal
         return self._driven
+
+    def wind_back(self, duration_s: float) -> Trajectory:
+        """Continue from an earlier time at which the trajectory was in the same state as now.
+
+        Args:
+            duration_s: how much earlier that was.
+
+        Returns:
+            The trajectory, as another object: what was reserved along it has been passed.
+        """
+        self.trajectory = replace(self.trajectory)
+        self.time_s -= duration_s
+        self._stalled_at_s -= duration_s
+        self._driven = None
+        self.distance_remaining_m = self.trajectory.remaining_distance_m(self.time_s)
+        return self.trajectory
 
     def restart_patience(self) -> None:
         """Count the time without progress from now on: it was to wait."""

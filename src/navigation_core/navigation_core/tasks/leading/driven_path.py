@@ -32,12 +32,13 @@ class DrivenPath:
         time_s: when the trajectory is where the vehicle has come to.
     """
 
-    def __init__(self, trajectory: Trajectory, braking_m_s2: float) -> None:
-        """Begin at its beginning.
+    def __init__(self, trajectory: Trajectory, braking_m_s2: float, time_s: float = 0.0) -> None:
+        """Begin at its beginning, or further on.
 
         Args:
             trajectory: gives the path, and the speeds of its corners.
             braking_m_s2: how hard the vehicle is meant to brake before them.
+            time_s: when the trajectory is where the vehicle is.
         """
         duration_s = trajectory.duration_s
         count = min(max(math.ceil(duration_s / _STEP_S), 1), _STEPS_MAX)
@@ -50,7 +51,8 @@ class DrivenPath:
         for length_m in self._lengths:
             self._gone_m.append(self._gone_m[-1] + length_m)
         self._allowed_m_s = self._speeds(braking_m_s2)
-        self._index, self._share = 0, 0.0
+        self._index = min(int(time_s / self._step_s), count - 1) if self._step_s else 0
+        self._share = 0.0
         self._until_m = self._gone_m[-1]
 
     @property

@@ -23,8 +23,9 @@ from navigation_core.tasks.goto_config import GotoGoal
 from navigation_core.tasks.leading.carrot import Carrot, Commanded, SentSetpoint
 from navigation_core.tasks.leading.checked_path import CheckedPath
 from navigation_core.tasks.leading.driven_path import DrivenPath
-from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.leading.flight_terms import AvoidanceConfig, FlightTerms
 from navigation_core.tasks.leading.path_search import PathBeginning, PathSearch
+from navigation_core.tasks.leading.ring_path import RingGuide, RingPart
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
 from navigation_core.trajectories.route_trajectory import RoutePoint, plan_route
@@ -82,6 +83,7 @@ class PathFollower:
         # Whether one is still searched for.
         self.undecided = False
         self._leads_to_goal = False
+        self._ring = RingGuide(terms.avoidance, led=traits.flies)
         self._traits = traits
         self._search: PathSearch | None = None
         if terms.avoidance is not None:
@@ -101,17 +103,19 @@ class PathFollower:
         goal: GotoGoal,
         points: tuple[RoutePoint, ...],
         yaws_enu_rad: tuple[float | None, ...],
+        part: RingPart | None = None,
     ) -> None:
-        """Fly to another goal by way of points from the next plan on.
+        """Fly to another goal by way of points, or along a circle, from the next plan on.
 
         Args:
             goal: the goal.
             points: the path; the last is the goal. Empty for the straight path.
-            yaws_enu_rad: for each point the yaw on the way to it, None for the direction of
-                travel.
+            yaws_enu_rad: for each point the yaw on the way to it, None for that of travel.
+            part: the part of a circle that leads to the goal; None for points.
         """
         self._goal = goal
         self._via, self._via_yaw = points, yaws_enu_rad
+        self._ring.lead_along(part)
 
     @property
     def points(self) -> tuple[RoutePoint, ...]:
@@ -134,29 +138,34 @@ class PathFollower:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        if self._search is not None:
+        if self._search is not None and self._ring.part is None:
             self._plan_around(self._search, observation)
             return
-        self.carrot = None
+        self.carrot, self.no_path, self.undecided = None, "", False
         sent = self._choose_start(observation)
         if sent is None:
             return
-        yaw_goal = self._goal.yaw_enu_rad
-        if yaw_goal is None:
-            goal_enu_m, least_m = self._goal.position_enu_m, self._config.yaw_distance_min_m
-            yaw_goal = _yaw_of_travel(sent, goal_enu_m, least_m)
-        start = sent.state
-        if not self._traits.flies:
-            # Of its path only the line counts; how it gets round to that is the pursuit's.
-            start = KinematicState(start.position_enu_m)
+        if self._ring.part is not None:
+            self._take_or_stop(self._ring.plan(sent.state, self.limits, observation), observation)
+            return
+        # How what drives gets round to the line is the pursuit's.
+        start = sent.state if self._traits.flies else KinematicState(sent.state.position_enu_m)
         if self._via:
             route = plan_route(start, self._via)
             trajectory, self._passed_s = route.trajectory, route.passed_s
         else:
             trajectory = plan_to(start, self._goal.position_enu_m, self.limits)
             self._passed_s = ()
-        self.carrot = Carrot(trajectory, self._config, sent.yaw_enu_rad, yaw_goal)
+        yaw_enu_rad = _first_yaw(self._goal, sent, self._config.yaw_distance_min_m)
+        self.carrot = Carrot(trajectory, self._config, sent.yaw_enu_rad, yaw_enu_rad)
         self.path_enu_m = trajectory.path_enu_m
+
+    def _take_or_stop(self, path: CheckedPath | NoPath, observation: Observation) -> None:
+        if isinstance(path, CheckedPath):
+            self.take(path)
+        else:
+            self.plan_stop(observation)
+            self.no_path = path.reason
 
     def _plan_around(self, search: PathSearch, observation: Observation) -> None:
         """Advance to the goal around obstacles, or stop while no path is known."""
@@ -208,6 +217,8 @@ class PathFollower:
         search, sent = self._search, self.sent.commanded
         if search is None or sent is None:
             return None
+        if self._ring.part is not None:
+            return self._ring.another_path(observation)
         if not search.continues(self.carrot, self._points):
             self._begin_search(search, sent, observation, under_way)
         found = search.result(sent.state, observation.time_s)
@@ -218,26 +229,15 @@ class PathFollower:
     def _begin_search(
         self, search: PathSearch, sent: Commanded, observation: Observation, under_way: bool
     ) -> None:
-        begins_here, carrot = self.sent.is_left(sent, observation), self.carrot
-        start, joint_s = self.sent.start_around(sent, observation), 0.0
-        lead_s = search.config.searcher.lead_s
-        if begins_here:
-            # The vehicle keeps its present velocity at least until the new path is found.
-            moved = scale(start.velocity_enu_m_s, lead_s)
-            start = replace(start, position_enu_m=add(start.position_enu_m, moved))
-        elif carrot is not None and carrot.state.position_enu_m == start.position_enu_m:
-            joint_s, start = carrot.ahead(lead_s)
-        elif carrot is not None:
-            joint_s = carrot.time_s
+        beginning = _beginning(self.sent, sent, self.carrot, observation, search.config)
         points = self._points
         if under_way:
             # A path from where the vehicle is joins nothing: what it has passed counts from there.
-            passed = self.passed if begins_here else bisect_right(self._passed_s, joint_s)
-            points = points[passed:] or points[-1:]
-            gap_m = distance(points[0].position_enu_m, start.position_enu_m)
+            joined = bisect_right(self._passed_s, beginning.joint_s)
+            points = points[self.passed if beginning.begins_here else joined :] or points[-1:]
+            gap_m = distance(points[0].position_enu_m, beginning.start.position_enu_m)
             if len(points) > 1 and gap_m <= _PASSED_CORNERS * points[0].corner_m:
                 points = points[1:]
-        beginning = PathBeginning(carrot, joint_s, start, begins_here)
         search.begin(beginning, points, self._points, observation)
 
     def path_away(self, observation: Observation) -> CheckedPath | None:
@@ -266,9 +266,8 @@ class PathFollower:
             gone = len(self._points) - len(path.passed_s)
             self._passed_s = (-math.inf,) * gone + path.passed_s
             self.path_enu_m = path.trajectory.path_enu_m
-        self.carrot = Carrot(
-            path.trajectory, self._config, yaw_enu_rad, yaw_enu_rad, path.entered_s
-        )
+        config = self._ring.config(self._config) if leads_to_goal else self._config
+        self.carrot = Carrot(path.trajectory, config, yaw_enu_rad, yaw_enu_rad, path.entered_s)
         self.path = path
         self._leads_to_goal = leads_to_goal
 
@@ -294,10 +293,12 @@ class PathFollower:
     def walk(self, position_enu_m: Vector3 | None, rate_max: float = 1.0) -> None:
         """Let the carrot walk on by the time of this step, at a share of its speed at most."""
         dt_s = self.sent.take_time_s()
-        if self.carrot is not None:
-            if self._passed_s:
-                self.carrot.turn_to(self._yaw_on_route(self.carrot))
-            self.carrot.advance(dt_s, position_enu_m, rate_max)
+        if self.carrot is None:
+            return
+        if self._passed_s:
+            self.carrot.turn_to(self._yaw_on_route(self.carrot))
+        self.carrot.advance(dt_s, position_enu_m, rate_max)
+        self._ring.lead(self.carrot, position_enu_m, dt_s)
 
     def follow(self, position_enu_m: Vector3, until_s: float) -> DrivenPath | None:
         """Let the carrot be where a vehicle that drives has come to; return the path ahead.
@@ -310,18 +311,18 @@ class PathFollower:
         if self.carrot is None:
             return None
         braking_m_s2 = min(self._traits.braking_m_s2, self.limits.acceleration_horizontal_m_s2)
+        self._ring.lead(self.carrot, None, dt_s)
         return self.carrot.follow(dt_s, position_enu_m, braking_m_s2, until_s)
 
     def _yaw_on_route(self, carrot: Carrot) -> float:
         """Return the yaw of the leg that the carrot is on, or its direction of travel."""
+        if self._ring.part is not None:
+            return self._ring.part.yaw_at(carrot.state.position_enu_m)
         yaws = self._via_yaw or (self._goal.yaw_enu_rad,)
         yaw = yaws[min(self.passed, len(yaws) - 1)]
         if yaw is not None and (self._via or _is_time_to_turn(carrot, yaw)):
             return yaw
-        east, north, _ = carrot.state.velocity_enu_m_s
-        if math.hypot(east, north) < _COURSE_SPEED_M_S:
-            return carrot.yaw_enu_rad
-        return math.atan2(north, east)
+        return _yaw_of_motion(carrot)
 
     def forget_commanded(self) -> None:
         """Drop the last setpoint; the next flight begins where the vehicle is."""
@@ -358,6 +359,27 @@ class PathFollower:
         return sent
 
 
+def _beginning(
+    setpoint: SentSetpoint,
+    sent: Commanded,
+    carrot: Carrot | None,
+    observation: Observation,
+    config: AvoidanceConfig,
+) -> PathBeginning:
+    """Return where a path begins that is found after the usual time of a search."""
+    begins_here, lead_s = setpoint.is_left(sent, observation), config.searcher.lead_s
+    start, joint_s = setpoint.start_around(sent, observation), 0.0
+    if begins_here:
+        # The vehicle keeps its present velocity at least until the new path is found.
+        moved = scale(start.velocity_enu_m_s, lead_s)
+        start = replace(start, position_enu_m=add(start.position_enu_m, moved))
+    elif carrot is not None and carrot.state.position_enu_m == start.position_enu_m:
+        joint_s, start = carrot.ahead(lead_s)
+    elif carrot is not None:
+        joint_s = carrot.time_s
+    return PathBeginning(carrot, joint_s, start, begins_here)
+
+
 def _is_time_to_turn(carrot: Carrot, yaw_enu_rad: float) -> bool:
     """Whether to turn to the goal's yaw. Until then the nose, and its sensor, looks ahead."""
     turn_rad = abs(wrap_angle(yaw_enu_rad - carrot.yaw_enu_rad))
@@ -365,9 +387,19 @@ def _is_time_to_turn(carrot: Carrot, yaw_enu_rad: float) -> bool:
     return left_s <= turn_rad / carrot.trajectory.limits.yaw_rate_rad_s
 
 
-def _yaw_of_travel(start: Commanded, goal_enu_m: Vector3, distance_min_m: float) -> float:
-    """Return the heading from a setpoint to the goal, or its yaw if the goal is close."""
-    offset = subtract(goal_enu_m, start.state.position_enu_m)
+def _yaw_of_motion(carrot: Carrot) -> float:
+    """Return the direction of travel; at rest the yaw."""
+    east, north, _ = carrot.state.velocity_enu_m_s
+    if math.hypot(east, north) < _COURSE_SPEED_M_S:
+        return carrot.yaw_enu_rad
+    return math.atan2(north, east)
+
+
+def _first_yaw(goal: GotoGoal, start: Commanded, distance_min_m: float) -> float:
+    """Return the yaw of the goal, or the heading to it; if it is close, that at the beginning."""
+    if goal.yaw_enu_rad is not None:
+        return goal.yaw_enu_rad
+    offset = subtract(goal.position_enu_m, start.state.position_enu_m)
     if horizontal_norm(offset) < distance_min_m:
         return start.yaw_enu_rad
     return math.atan2(offset[1], offset[0])
