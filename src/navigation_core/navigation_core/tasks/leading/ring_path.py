@@ -164,7 +164,7 @@ class RingGuide:
     def lead(self, carrot: Carrot, position_enu_m: Vector3 | None, dt_s: float) -> None:
         """Begin another lap where one ends, and lead a vehicle back that goes round beside.
 
-        What holds an autopilot against its own drag turns with it, and comes late. So a vehicle
+        The correction that holds an autopilot against its own drag turns with it, too late. A vehicle
         that follows each setpoint well goes round outside of them all. The setpoint is moved
         sideways until that is made up for; at rest it is not.
 
