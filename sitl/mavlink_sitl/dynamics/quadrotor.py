@@ -29,7 +29,9 @@ class QuadrotorModel(NamedTuple):
     """Natural frequency of the closed attitude loop."""
     attitude_damping: float = 0.8
     """Damping ratio of the closed attitude loop."""
-    yaw_time_constant_s: float = 0.15
+    yaw_time_constant_s: float = 0.2
+    yaw_share: float = 0.75
+    """Of a yaw rate asked for, what the rate loop reaches against drag: its integrator is weak."""
     thrust_time_constant_s: float = 0.05
     max_thrust_m_s2: float = GRAVITY_M_S2 / 0.39
     """Full throttle; hover is 39 % of it, as MOT_THST_HOVER was recorded."""
@@ -99,7 +101,7 @@ def step(
     follow = dt / (model.thrust_time_constant_s + dt)
     thrust = thrust + (thrust_cmd - thrust) * follow
     follow = dt / (model.yaw_time_constant_s + dt)
-    yaw_rate = yaw_rate + (yaw_rate_cmd - yaw_rate) * follow
+    yaw_rate = yaw_rate + (yaw_rate_cmd * model.yaw_share - yaw_rate) * follow
 
     air_n, air_e, air_d = v_n - wind[0], v_e - wind[1], v_d - wind[2]
     airspeed = o.sqrt(air_n * air_n + air_e * air_e + air_d * air_d)

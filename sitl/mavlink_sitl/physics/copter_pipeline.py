@@ -61,6 +61,7 @@ class Physics:
         state: the form of their state.
         gains: of their controllers.
         over_ground: the law of their motion over ground.
+        up_and_down: the law of their climb and descent.
     """
 
     flies = True
@@ -68,6 +69,7 @@ class Physics:
     state: Any = quadrotor.QuadrotorState
     gains: Any = control_state.ControllerGains()
     over_ground: controller.HorizontalLaw = staticmethod(controller.horizontal)
+    up_and_down: controller.VerticalLaw = staticmethod(controller.vertical)
 
     def __init__(self, start: PhysicsStart) -> None:
         self.count = len(start.yaw_rad)
@@ -127,7 +129,7 @@ class Physics:
             self.gains,
             self.body_model,
             self.o,
-            self.over_ground,
+            (self.over_ground, self.up_and_down),
         )
 
     def step_sensors(self, time_s: float) -> None:
@@ -365,12 +367,12 @@ def _fly(
     gains: control_state.ControllerGains,
     model: quadrotor.QuadrotorModel,
     o: Ops,
-    law: controller.HorizontalLaw,
+    laws: tuple[controller.HorizontalLaw, controller.VerticalLaw],
 ) -> tuple[control_state.ControllerState, quadrotor.QuadrotorState, sensors.EstimateError]:
     """Controllers, bodies and errors, a step onwards; `felt` are efficiency, wind and ground."""
     efficiency, wind, ground_down_m = felt
     believed = _belief(body, error)
-    control, output = controller.step(control, targets, believed, dt_s, gains, o, law)
+    control, output = controller.step(control, targets, believed, dt_s, gains, o, *laws)
     lean_n, lean_e, thrust, yaw_rate = output
     command = quadrotor.QuadrotorCommand(lean_n, lean_e, thrust * efficiency, yaw_rate)
     body = quadrotor.step(body, command, wind, ground_down_m, dt_s, model, o)
@@ -394,6 +396,8 @@ BODY = QuadrotorModel(
     drag_quadratic_1_m=0.0,
     attitude_rate_rad_s=6.0,
     attitude_damping=1.0,
+    yaw_time_constant_s=0.15,
+    yaw_share=1.0,
     max_lean=1.0,
 )
 """The real simulator's own quadrotor: its drag grows with speed (SIH_KDV over SIH_MASS), and its
@@ -413,6 +417,8 @@ GAINS = ControllerGains(
     restart_keeps_lean=False,
     max_lean=1.0,
     most_faster_m_s=20.0,
+    yaw=3.0,
+    shapes_yaw=False,
 )
 """MPC_XY_P, MPC_XY_VEL_P_ACC, MPC_XY_VEL_I_ACC, MPC_Z_VEL_P_ACC, MPC_Z_VEL_I_ACC, MPC_TILTMAX_AIR
 (45 degrees). MPC_XY_VEL_D_ACC stands in the law of OFFBOARD."""
@@ -424,3 +430,4 @@ class Px4Physics(Physics):
     body_model = BODY
     gains = GAINS
     over_ground = staticmethod(position_law.horizontal)
+    up_and_down = staticmethod(position_law.vertical)

@@ -96,14 +96,17 @@ def test_rover_reports_each_arrival_as_item_0_in_time() -> None:
 
 @of("rover_auto")
 def test_rover_takes_as_long_to_each_item() -> None:
-    """The way to item 4 was begun again by the second upload: its time says nothing."""
+    """The way to item 4 was begun again by the second upload: its time says nothing.
+
+    HOLD before item 2 stops it 2 m farther from there.
+    """
     real, ours = (
         [t for t, m in side if m.get_type() == "MISSION_ITEM_REACHED"]
         for side in sides("rover_auto")
     )
     begin_s = [(42.49, 42.49), (55.59, 55.59), (60.96, ours[1])]
     for real_s, our_s, (real_from_s, our_from_s) in zip(real[:3], ours[:3], begin_s, strict=True):
-        assert our_s - our_from_s == pytest.approx(real_s - real_from_s, rel=0.1)
+        assert our_s - our_from_s == pytest.approx(real_s - real_from_s, rel=0.15)
 
 
 # Planes.

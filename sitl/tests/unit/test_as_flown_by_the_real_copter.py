@@ -21,6 +21,7 @@ from sitl_support.ground_station import (
     LAND,
     POSITION,
     VELOCITY,
+    YAW,
     GroundStation,
     copter,
     flying,
@@ -289,6 +290,46 @@ def test_a_lean_is_kept_for_a_while_when_another_kind_of_setpoint_comes() -> Non
     assert station.position[1] - east_0 == pytest.approx(6.06, abs=1.0)
 
 
+# Yaw.
+
+BODY_NED = 8
+
+
+def yaw_deg(station: GroundStation) -> float:
+    return math.degrees(station.last("ATTITUDE").yaw)
+
+
+def test_a_velocity_of_the_body_turns_it_40_degrees_a_second() -> None:
+    """2 m/s forward and 1 to the right: the nose follows the course, and the velocity the nose."""
+    station = flying(20.0)
+    station.interval(30, 50.0)
+    station.run(4.0)
+    seen: list[float] = []
+    for seconds in (1.6, 1.4):
+        station.stream(
+            seconds,
+            10.0,
+            lambda: station.setpoint(VELOCITY, velocity=(2.0, 1.0, 0.0), frame=BODY_NED),
+        )
+        seen.append(yaw_deg(station))
+    assert (seen[1] - seen[0]) % 360.0 / 1.4 == pytest.approx(40.5, abs=6.0)
+
+
+def test_a_turn_ends_when_the_vehicle_stops() -> None:
+    """It had turned half way to its new course, 94 degrees, braked, and looked there for good."""
+    station = flying(20.0)
+    station.interval(30, 50.0)
+    station.run(2.0)
+    station.setpoint(POSITION & ~YAW, (0.0, 0.0, -20.0), yaw=math.radians(178.0))
+    station.run(7.0)
+    station.stream(1.2, 10.0, lambda: station.setpoint(ACCELERATION, acceleration=(1.5, 0.0, 0.0)))
+    station.stream(3.0, 10.0, lambda: station.setpoint(VELOCITY, velocity=(0.0, 0.0, 0.0)))
+    seen_deg = yaw_deg(station)
+    assert seen_deg == pytest.approx(86.0, abs=30.0)
+    station.stream(2.0, 10.0, lambda: station.setpoint(VELOCITY, velocity=(0.0, 0.0, 0.0)))
+    assert yaw_deg(station) == pytest.approx(seen_deg, abs=2.0)
+
+
 # Out of AUTO at full speed.
 
 SPED_UP = [(3.0, 2.86, 2.97), (4.5, 9.58, 6.09), (6.0, 20.8, 8.64), (7.5, 34.65, 9.53)]
@@ -316,6 +357,24 @@ def test_the_time_of_a_leg_passes_more_slowly_while_the_copter_is_behind() -> No
     ):
         assert north == pytest.approx(real, abs=2.2), after_s
         assert speed == pytest.approx(real_m_s, abs=0.5), after_s
+
+
+def test_a_mission_that_begins_before_the_vehicle_stands_is_no_slower() -> None:
+    """Still on its way at 0.2 m/s: 17.9 m after 5.5 s, and 17.5 m from a stand."""
+    station = flying(10.0)
+    station.run(6.0)
+    assert upload(station, [home(), waypoint(0, 0), waypoint(120, 0), waypoint(120, 60)]) == 0
+    station.setpoint(POSITION, (30.0, 0.0, -10.0))
+    station.run(14.0)
+    station.setpoint(POSITION, (0.0, 0.0, -10.0))
+    station.run_until(lambda: station.position[0] < 1.0)
+    station.run(2.0)
+    assert station.mode(AUTO) == ACCEPTED
+    begin_s, north_m = station.now_s, station.position[0]
+    station.run(0.2)
+    station.send(mav.MAVLink_mission_set_current_message(1, 1, 2))
+    station.run(begin_s + 5.5 - station.now_s)
+    assert station.position[0] - north_m == pytest.approx(17.9, abs=3.5)
 
 
 @pytest.mark.parametrize("setpoint", ["none", "ahead of it", "position", "velocity"])

@@ -294,6 +294,35 @@ def test_a_position_in_offboard_is_flown_to_as_fast_as_by_the_real_one(
     assert there_s == pytest.approx(within_s, abs=0.3)
 
 
+CLIMB_OF_5_M = [(0.33, 0.31), (0.63, 1.05), (0.93, 1.88), (1.23, 2.68), (1.83, 3.88), (2.43, 4.47)]
+"""Seconds after a setpoint 5 m above, and metres climbed"""
+
+
+def test_a_height_in_offboard_is_flown_to_without_a_trajectory() -> None:
+    """P and PI alone: 2 m/s after 0.33 s, and at most MPC_Z_VEL_MAX_UP."""
+    air = flying_px4()
+    air.stream_to(3.0, 0.0, 0.0, -10.0)
+    begin_s, height_m = air.now_s, -air.position[2]
+    for after_s, climbed_m in CLIMB_OF_5_M:
+        air.stream_to(begin_s + after_s - air.now_s, 0.0, 0.0, -height_m - 5.0)
+        assert -air.position[2] - height_m == pytest.approx(climbed_m, abs=0.3), after_s
+
+
+CLIMB_AT_SPEED = [(0.9, 0.42), (1.3, 0.71), (1.7, 1.08), (2.1, 1.6), (2.5, 1.85)]
+"""Seconds after the failsafe of a stream that ended at 9 m/s, and climb rate, m/s"""
+
+
+def test_a_return_at_speed_climbs_as_slowly_as_it_stops() -> None:
+    """The axes of a trajectory take equally long (VelocitySmoothing::timeSynchronization)."""
+    air = flying_px4()
+    air.stream_to(3.9, 80.0, 0.0, -10.0)
+    air.run_until(lambda: air.vehicle.firmware.failsafe.active)
+    begin_s = air.now_s
+    for after_s, real_m_s in CLIMB_AT_SPEED:
+        air.run(begin_s + after_s - air.now_s)
+        assert -air.velocity[2] == pytest.approx(real_m_s, abs=0.4), after_s
+
+
 def test_a_return_from_15_m_takes_as_long_as_the_real_ones() -> None:
     """49.4, 53.4 and 57.5 s were seen, and 56 s; it stands on the ground after 43 s."""
     air = flying_px4()

@@ -8,7 +8,7 @@ import pytest
 from pymavlink.dialects.v20 import all as mav
 
 from mavlink_sitl import Simulation, VehicleConfig, Wind, World
-from sitl_support.ground_station import ACCEPTED, GroundStation
+from sitl_support.ground_station import ACCEPTED, DENIED, GroundStation
 
 RAW = {"RAW_IMU", "SCALED_IMU2", "SCALED_IMU3", "SCALED_PRESSURE", "SCALED_PRESSURE2"}
 STATUS = {"SYS_STATUS", "POWER_STATUS", "MEMINFO", "MISSION_CURRENT", "GPS_RAW_INT"}
@@ -165,3 +165,12 @@ def test_a_banked_plane_feels_its_turn_along_its_own_axis() -> None:
     imu = station.last("RAW_IMU")
     assert abs(imu.yacc) < 150
     assert imu.zacc < -1050
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_more_than_four_fifths_of_the_loops_50_hz_are_sent(kind: str) -> None:
+    """Seen with ATTITUDE at 50 Hz; a copter's loop runs at 400 Hz."""
+    station = vehicle(kind)
+    attitude = mav.MAVLINK_MSG_ID_ATTITUDE
+    assert station.interval(attitude, 50.0) == DENIED
+    assert station.interval(attitude, 40.0) == ACCEPTED

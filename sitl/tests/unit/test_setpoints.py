@@ -279,7 +279,7 @@ def test_a_yaw_rate_needs_streaming_and_stops_after_3_s(hover: GroundStation) ->
         4.0, 10.0, lambda: hover.setpoint(VELOCITY - YAW_RATE, velocity=(0, 0, 0), yaw_rate=0.5)
     )
     assert hover.last("ATTITUDE").yawspeed == pytest.approx(0.5, abs=0.03)
-    hover.run(4.0)
+    hover.run(5.0)
     assert hover.last("ATTITUDE").yawspeed == pytest.approx(0.0, abs=0.03)
 
 

@@ -50,10 +50,16 @@ class ControllerGains(NamedTuple):
     """How far the desired velocity may be from the vehicle's, North and East"""
     most_below_m: float = 2.0
     """The same, down"""
-    yaw: float = 3.0
-    """From yaw error to rate"""
+    yaw: float = 4.5
+    """ATC_ANG_YAW_P: from yaw error to rate"""
     yaw_slew_rad_s: float = 1.0472
     """ATC_SLEW_YAW, 60 degrees a second"""
+    yaw_shaped_1_s: float = 6.667
+    """1 / ATC_INPUT_TC: how fast the desired yaw closes on the one asked for"""
+    yaw_acceleration_rad_s2: float = 4.712
+    """ATC_ACCEL_Y_MAX, 270 degrees/s2: of the desired yaw"""
+    shapes_yaw: bool = True
+    """Whether the desired yaw has limits of rate and acceleration (not in PX4)"""
     spool_up_s: float = 1.0
     """From idle to the thrust that lifts"""
     spool_thrust: float = 1.12
@@ -129,19 +135,30 @@ class VerticalState(NamedTuple):
     """The estimate one step before"""
 
 
+class YawState(NamedTuple):
+    """The state of the yaw controller. Every field is a lane."""
+
+    asked_rad: Lane
+    """Where the nose is to look"""
+    yaw_rad: Lane
+    """The desired yaw on its way there"""
+    rate_rad_s: Lane
+    """Of the desired yaw"""
+
+
 class ControllerState(NamedTuple):
     """The state of the controllers. NED and SI units.
 
     Attributes:
         horizontal: targets, desired motion and integrators, North and East.
         vertical: the same, down.
-        yaw_rad: the desired yaw, a lane.
+        yaw: the yaw asked for and the desired one.
         spool: 0 at idle .. 1 when the motors may give the thrust that is asked for, a lane.
     """
 
     horizontal: HorizontalState
     vertical: VerticalState
-    yaw_rad: Lane
+    yaw: YawState
     spool: Lane
 
 
@@ -180,7 +197,7 @@ def initial(belief: Belief, o: Ops) -> ControllerState:
             belief.down_m, zero, belief.down_m, zero, zero, zero, zero, zero,
             belief.velocity_down_m_s,
         ),
-        belief.yaw_rad,
+        YawState(belief.yaw_rad, belief.yaw_rad, zero),
         zero,
     )  # fmt: skip
 
@@ -224,7 +241,7 @@ def retargeted(
         get: reads the vehicle's number in a lane.
         put: writes the vehicle's number into a lane.
     """
-    level, upright, yaw_rad = state.horizontal, state.vertical, state.yaw_rad
+    level, upright, yaw = state.horizontal, state.vertical, state.yaw
     level = level._replace(
         target_north_m=put(level.target_north_m, g.north_m),
         target_east_m=put(level.target_east_m, g.east_m),
@@ -264,8 +281,8 @@ def retargeted(
             acceleration_down_m_s2=put(upright.acceleration_down_m_s2, g.acceleration_down_m_s2),
         )
     if g.yaw_mode is YawMode.ANGLE:
-        yaw_rad = put(yaw_rad, g.yaw_rad)
-    return ControllerState(level, upright, yaw_rad, state.spool)
+        yaw = yaw._replace(asked_rad=put(yaw.asked_rad, g.yaw_rad))
+    return ControllerState(level, upright, yaw, state.spool)
 
 
 def _keeping_lean(

@@ -22,6 +22,7 @@ from mavlink_sitl.autopilot.control.control_state import (
     Output,
     Targets,
     VerticalState,
+    YawState,
 )
 from mavlink_sitl.exchange import GRAVITY_M_S2, YawMode
 
@@ -30,11 +31,18 @@ HorizontalLaw = Callable[
     tuple[HorizontalState, Lane, Lane],
 ]
 """Like `horizontal`: from state, targets and estimate to the leans north and east"""
+VerticalLaw = Callable[
+    [VerticalState, Targets, Belief, Lane, float, ControllerGains, Ops, Lane],
+    tuple[VerticalState, Lane],
+]
+"""Like `vertical`: from state, targets and estimate to the upward specific force"""
 OVERSPEED_GAIN = 2.0
 """POSCONTROL_OVERSPEED_GAIN_Z of the firmware"""
 CORNER_SHARE = math.sqrt(0.5)
 """CORNER_ACCELERATION_RATIO of the firmware"""
-_LOOK_AHEAD, _RATE = float(YawMode.LOOK_AHEAD), float(YawMode.RATE)  # as the lanes have them
+_ANGLE, _LOOK_AHEAD, _RATE = (
+    float(mode) for mode in (YawMode.ANGLE, YawMode.LOOK_AHEAD, YawMode.RATE)
+)  # as the lanes have them
 
 
 def sqrt_approach(error: Lane, gain: Lane, limit: Lane, o: Ops) -> Lane:
@@ -65,6 +73,7 @@ def step(
     gains: ControllerGains,
     o: Ops,
     over_ground: HorizontalLaw | None = None,
+    up_and_down: VerticalLaw | None = None,
 ) -> tuple[ControllerState, Output]:
     """One fixed step of shaping and tracking."""
     spool = o.clip(state.spool + (2.0 * targets.fly - 1.0) * (dt / gains.spool_up_s), 0.0, 1.0)
@@ -83,18 +92,16 @@ def step(
     turns = free + by_pilot
     lean_n = lean_n * own + targets.lean_north * targets.direct_lean * turns
     lean_e = lean_e * own + targets.lean_east * targets.direct_lean * turns
-    vertical, lift = _vertical(state.vertical, targets, belief, free, dt, gains, o, most_upright)
+    climb = up_and_down or vertical
+    upright_state, lift = climb(state.vertical, targets, belief, free, dt, gains, o, most_upright)
     upright = o.sqrt(1.0 + lean_n * lean_n + lean_e * lean_e)
     thrust = lift * upright
     ramp = o.where(spool >= 1.0, gains.max_thrust_m_s2, spool * gains.spool_thrust * GRAVITY_M_S2)
     thrust = targets.fly * o.clip(thrust, 0.0, ramp)
     thrust = thrust + targets.manual * targets.throttle * gains.max_thrust_m_s2 * upright
-    speed = o.hypot(level.velocity_north_m_s, level.velocity_east_m_s)
-    course = o.atan2(level.velocity_east_m_s, level.velocity_north_m_s)
-    ahead = (targets.yaw_mode == _LOOK_AHEAD) * (speed > 0.05 * targets.speed_xy_m_s)
-    wanted = o.where(ahead, course, state.yaw_rad)
-    yaw_rad, yaw_rate = _yaw(wanted, targets, belief, turns, dt, gains, o)
-    state = ControllerState(level, vertical, yaw_rad, spool)
+    turned = _shaped_yaw if gains.shapes_yaw else _yaw
+    yaw, yaw_rate = turned(state.yaw, level, targets, belief, turns, dt, gains, o)
+    state = ControllerState(level, upright_state, yaw, spool)
     return state, Output(lean_n, lean_e, thrust, yaw_rate)
 
 
@@ -244,7 +251,7 @@ def horizontal(
     return state, p_n * scale / GRAVITY_M_S2, p_e * scale / GRAVITY_M_S2
 
 
-def _vertical(
+def vertical(
     s: VerticalState,
     t: Targets,
     b: Belief,
@@ -298,13 +305,56 @@ def _vertical(
     return state, GRAVITY_M_S2 - asked
 
 
-def _yaw(
-    wanted: Lane, t: Targets, b: Belief, free: Lane, dt: float, k: ControllerGains, o: Ops
-) -> tuple[Lane, Lane]:
-    """Turn towards the wanted yaw; returns that yaw, turned on in rate mode, and the rate."""
+def _shaped_yaw(
+    s: YawState,
+    level: HorizontalState,
+    t: Targets,
+    b: Belief,
+    free: Lane,
+    dt: float,
+    k: ControllerGains,
+    o: Ops,
+) -> tuple[YawState, Lane]:
+    """Turn the desired yaw towards the one asked for, within limits; returns it and the rate.
+
+    Looking ahead, it also turns as fast as the desired velocity does; below a twentieth of the
+    speed, and where no yaw is asked for, it stops turning (calculate_yaw_and_rate_yaw and
+    input_thrust_vector_heading of the firmware).
+    """
+    v_n, v_e = level.velocity_north_m_s, level.velocity_east_m_s
+    a_n, a_e = level.acceleration_north_m_s2, level.acceleration_east_m_s2
+    speed = o.hypot(v_n, v_e)
+    ahead = (t.yaw_mode == _LOOK_AHEAD) & (speed > 0.05 * t.speed_xy_m_s)
     turning = t.yaw_mode == _RATE
-    wanted = o.where(turning, wanted + t.yaw_rate_rad_s * dt, wanted)
-    wanted = o.where(free, wanted, b.yaw_rad)
-    error = o.wrap_pi(wanted - b.yaw_rad)
+    asked = o.where(t.yaw_mode == _ANGLE, s.asked_rad, s.yaw_rad)
+    asked = o.where(ahead, o.atan2(v_e, v_n), asked)
+    error = o.wrap_pi(asked - s.yaw_rad)
+    limit = k.yaw_acceleration_rad_s2
+    closing = sqrt_approach(abs(error), k.yaw_shaped_1_s, limit, o)
+    curve = (v_n * a_e - v_e * a_n) / o.maximum(speed * speed, 1e-6)
+    wanted = o.where(error > 0.0, closing, -closing) + ahead * curve
+    wanted = o.clip(wanted, -k.yaw_slew_rad_s, k.yaw_slew_rad_s) + turning * t.yaw_rate_rad_s
+    most = limit * dt
+    rate = (s.rate_rad_s + o.clip(wanted - s.rate_rad_s, -most, most)) * free
+    yaw = o.where(free, s.yaw_rad + rate * dt, b.yaw_rad)
+    asked = o.where(free, asked, b.yaw_rad)
+    return YawState(asked, yaw, rate), (rate + k.yaw * o.wrap_pi(yaw - b.yaw_rad)) * free
+
+
+def _yaw(
+    s: YawState,
+    _level: HorizontalState,
+    t: Targets,
+    b: Belief,
+    free: Lane,
+    dt: float,
+    k: ControllerGains,
+    o: Ops,
+) -> tuple[YawState, Lane]:
+    """Turn towards the yaw asked for; returns that yaw, turned on in rate mode, and the rate."""
+    turning = t.yaw_mode == _RATE
+    asked = o.where(turning, s.asked_rad + t.yaw_rate_rad_s * dt, s.asked_rad)
+    asked = o.where(free, asked, b.yaw_rad)
+    error = o.wrap_pi(asked - b.yaw_rad)
     rate = o.clip(k.yaw * error, -k.yaw_slew_rad_s, k.yaw_slew_rad_s)
-    return wanted, (rate + turning * t.yaw_rate_rad_s) * free
+    return YawState(asked, asked, 0.0 * rate), (rate + turning * t.yaw_rate_rad_s) * free

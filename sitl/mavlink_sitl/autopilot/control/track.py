@@ -59,7 +59,7 @@ Motion3 = tuple[Vector, Vector, Vector]
 
 
 SNAP_S = 0.3
-"""Time in which the jerk changes: twice ATC_INPUT_TC (calc_scurve_jerk_and_snap)"""
+"""Time in which a copter's jerk changes: twice ATC_INPUT_TC (calc_scurve_jerk_and_snap)"""
 MARGIN = 0.05
 """Share of its speed by which the vehicle may be slower than its track without delaying it"""
 CORNER = 2.0
@@ -69,12 +69,13 @@ TINY_M_S2 = 1e-6
 
 
 class SmoothProfile:
-    """A `LineProfile` averaged over SNAP_S, which limits the change of its jerk."""
+    """A `LineProfile` averaged over a time, which limits the change of its jerk."""
 
-    def __init__(self, line: LineProfile) -> None:
+    def __init__(self, line: LineProfile, snap_s: float) -> None:
         self._line = line
-        self.duration_s = line.duration_s + SNAP_S
-        self.speeds_up_until_s = line.speeds_up_until_s + SNAP_S
+        self._snap_s = snap_s
+        self.duration_s = line.duration_s + snap_s
+        self.speeds_up_until_s = line.speeds_up_until_s + snap_s
         self.brakes_from_s = line.brakes_from_s
 
     def change_speed(self, speed_m_s: float, time_s: float) -> None:
@@ -82,16 +83,17 @@ class SmoothProfile:
         line = self._line.with_speed(speed_m_s, max(time_s, 0.0))
         if line is not None:
             self._line = line
-            self.duration_s = line.duration_s + SNAP_S
+            self.duration_s = line.duration_s + self._snap_s
             self.brakes_from_s = line.brakes_from_s
 
     def at(self, time_s: float) -> Vector:
         """Distance, speed and acceleration `time_s` after the start."""
-        s0, v0, _ = self._line.at(time_s - SNAP_S)
-        s1, _, _ = self._line.at(time_s - 0.5 * SNAP_S)
+        snap_s = self._snap_s
+        s0, v0, _ = self._line.at(time_s - snap_s)
+        s1, _, _ = self._line.at(time_s - 0.5 * snap_s)
         s2, v2, _ = self._line.at(time_s)
         # Simpson's rule; exact but where two phases meet.
-        return (s0 + 4.0 * s1 + s2) / 6.0, (s2 - s0) / SNAP_S, (v2 - v0) / SNAP_S
+        return (s0 + 4.0 * s1 + s2) / 6.0, (s2 - s0) / snap_s, (v2 - v0) / snap_s
 
 
 class TrackLeg:
@@ -102,9 +104,17 @@ class TrackLeg:
         end: NED metres.
         limits: speed and acceleration along it, as its slope allows.
         jerk_m_s3: jerk along it.
+        snap_s: the time in which the jerk changes.
     """
 
-    def __init__(self, start: Vector, end: Vector, limits: Limits, jerk_m_s3: float) -> None:
+    def __init__(
+        self,
+        start: Vector,
+        end: Vector,
+        limits: Limits,
+        jerk_m_s3: float,
+        snap_s: float = SNAP_S,
+    ) -> None:
         self.start = start
         self.end = end
         self.limits = limits
@@ -125,7 +135,7 @@ class TrackLeg:
         if length == 0.0:
             speed = acceleration = 1.0
         line = LineProfile(length, speed, acceleration, jerk_m_s3)
-        self.profile = SmoothProfile(line)
+        self.profile = SmoothProfile(line, snap_s)
 
     def speed_m_s(self) -> float:
         """The largest speed along it."""
@@ -154,8 +164,12 @@ def _share(limit: float, part: float) -> float:
 class LegTrack:
     """The leg in flight and, while a corner is rounded, the next one."""
 
-    def __init__(self, leg: TrackLeg, now_s: float) -> None:
+    def __init__(
+        self, leg: TrackLeg, now_s: float, position_gain_1_s: float = ControllerGains().position_xy
+    ) -> None:
+        """Begin a leg; the gain is from the distance to the track to a velocity."""
         self.leg = leg
+        self._position_gain_1_s = position_gain_1_s
         self.time_scale = TrackTimeScale(leg.limits)
         self._seen_s = now_s
         self._progress = 1.0
@@ -194,8 +208,8 @@ class LegTrack:
             return 1.0
         behind = _along(_subtract(position, motion[:3]), velocity) / speed
         real_m_s = _along(velocity, motion[3:6]) / speed
-        gain = ControllerGains().position_xy
-        return min(max(MARGIN + (real_m_s - gain * behind) / speed, 0.0), 1.0)
+        lag_m_s = self._position_gain_1_s * behind
+        return min(max(MARGIN + (real_m_s - lag_m_s) / speed, 0.0), 1.0)
 
     def _remaining_s(self, track_s: float) -> float:
         return self._began_s + self.leg.profile.duration_s - track_s

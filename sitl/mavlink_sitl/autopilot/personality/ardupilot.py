@@ -78,7 +78,7 @@ ARDUCOPTER = Personality(
         },
         otherwise=shared.FLOWN,
     ),
-    shortest_interval_us=3125,
+    shortest_interval_us=3000,
     saved=shared.saved(1.93, 3.46, calibrations_s=(1.93, 2.46)),
     estimators=("EKF3 IMU0", "EKF3 IMU1"),
     banner=("ArduCopter V4.7.0-dev (cef8bcef)", "Frame: QUAD/PLUS"),
@@ -91,8 +91,10 @@ TRAVELLER = replace(
     aloft_texts=(),
     armed_text="Throttle armed",
     disarmed_text="Throttle disarmed",
+    shortest_interval_us=25_000,
 )
-"""Common part of the personalities of rovers, boats and planes"""
+"""Common part of the personalities of rovers, boats and planes. Their loop has 50 Hz, a copter's
+400 Hz; messages come at most at 0.8 of it (cap_message_interval)"""
 
 _PLANE_MODES = (
     ModeSpec(0, "MANUAL", "stick", armable=True),

@@ -22,7 +22,7 @@ from mavlink_sitl.autopilot.ardupilot.copter.rtl import stopping_point
 from mavlink_sitl.autopilot.common.auto import TAKE_OFFS, Delay
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, MissionState, PlanItem
-from mavlink_sitl.exchange import Motors, Result, Vector
+from mavlink_sitl.exchange import ZERO, Motors, Result, Vector
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
@@ -50,9 +50,11 @@ class CopterAuto(LegAuto):
     """The speeds of the parameters, when they were last looked at"""
 
     def enter(self) -> None:
-        """See `Auto`."""
+        """See `Auto`; in the air, from where the vehicle stops (wp_and_spline_init)."""
         self._speeds = {}
         super().enter()
+        if not self.vehicle.landed:
+            self.guide(self.hold_guidance().exactly(stopping_point(self.vehicle), ZERO, ZERO))
 
     def update(self) -> None:
         """See `Auto`."""

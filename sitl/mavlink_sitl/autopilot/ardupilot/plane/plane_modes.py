@@ -156,6 +156,10 @@ class PlaneMode(Mode):
         """The climb rate starts from what it is."""
         self._climb_m_s = -self.vehicle.motion.velocity_down_m_s
 
+    def level_off(self) -> None:
+        """A take-off's climb ends at once: 9.9 m/s were 1.9 m/s a second later (AUTO)."""
+        self._climb_m_s = 0.0
+
 
 class Circle(PlaneMode):
     """CIRCLE: a steady gentle turn at this height, without a place to keep."""

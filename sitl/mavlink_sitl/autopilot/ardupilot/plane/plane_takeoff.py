@@ -131,7 +131,7 @@ class TakeOff(PlaneMode):
         height = plane.navigator.height_above_home_m() - self._began_at_m
         if height >= plane.parameters["TKOFF_ALT"] - LEVELLED_OFF_M:
             self.climbing = False
-            self._climb_m_s = 0.0
+            self.level_off()
         climb = self._launch.climb_m_s()
         throttle, level_m = self._launch.throttle(), max(plane.parameters["TKOFF_LVL_ALT"], 1.0)
         if height < level_m:

@@ -96,7 +96,7 @@ class Climb(GlideTask):
         if self._launch is None or height < self.height_m:
             return False
         self.vehicle.say(Severity.INFO, f"Takeoff complete at {height:.2f}m")
-        self.auto.begin_level()
+        self.auto.level_off()
         return True
 
 

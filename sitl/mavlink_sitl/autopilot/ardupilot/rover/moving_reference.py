@@ -31,6 +31,8 @@ BRAKING = 0.67
 ARRIVED_M = 0.22
 SETTLED_M = 0.01
 """The same for the reference of a setpoint"""
+KEEPING_UP = 0.05
+"""Share of its speed by which the vehicle may be slower than its reference without delaying it"""
 CORNER_M_S = 2.0
 """How fast it may be where a leg ends and another begins: 2.06 in two corners of `rover_auto`"""
 
@@ -95,6 +97,9 @@ class LegReference:
         self._length_m = math.dist(self._start, destination)
         self._updated_s: float | None = None
         self._along_m = self._reference_m_s2 = 0.0
+        self._from_rest = moving_m_s == 0.0
+        self._progress = 1.0
+        """Seconds of the reference in a second"""
         self._leaving_m_s = leaving_m_s
         self._reference_m_s = min(moving_m_s, speed_m_s)
 
@@ -144,10 +149,28 @@ class LegReference:
         p = self._vehicle.parameters
         return max(p["WP_ACCEL"] or p["ATC_ACCEL_MAX"], 0.1), max(p["WP_JERK"] or JERK_M_S3, 0.1)
 
+    def _keeping_up(self) -> float:
+        """The share of the reference's speed that the vehicle has, less what it is behind.
+
+        As advance_wp_target_along_track of AR_WPNav: a rover that has to turn first is waited for.
+        In a corner its reference turns with the vehicle, unlike the one here.
+        """
+        speed, m = self._reference_m_s, self._vehicle.motion
+        if speed <= 0.0 or not self._from_rest:
+            return 1.0
+        n, e = self._direction()
+        here_m = (m.north_m - self._start[0]) * n + (m.east_m - self._start[1]) * e
+        real_m_s = m.velocity_north_m_s * n + m.velocity_east_m_s * e
+        gain = max(self._vehicle.parameters["PSC_POS_P"], 0.01)
+        share = KEEPING_UP + (real_m_s - gain * (self._along_m - here_m)) / speed
+        return min(max(share, 0.0), 1.0)
+
     def _advance(self) -> Motion2:
         """Move the reference on to now."""
-        dt = self._passed_s()
         most, jerk = self._limits()
+        passed_s = self._passed_s()
+        self._progress += (self._keeping_up() - self._progress) * min(passed_s * jerk / most, 1.0)
+        dt = passed_s * self._progress
         left = max(self._length_m - self._along_m, 0.0)
         in_time = float(sqrt_approach(left, 1.0, BRAKING * most, _SCALAR))
         if self._leaving_m_s > 0.0:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from mavlink_sitl.autopilot.ardupilot.rover.moving_reference import CORNER_M_S, LegReference
 from mavlink_sitl.autopilot.ardupilot.rover.rover_modes import DriveMode
+from mavlink_sitl.autopilot.ardupilot.rover.track_reference import TrackReference
 from mavlink_sitl.autopilot.common.auto import Auto, AutoTask, Delay
 from mavlink_sitl.autopilot.plans.plan_commands import MOVING
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
@@ -19,8 +19,10 @@ from mavlink_sitl.guidance import DriveGuidance
 
 if TYPE_CHECKING:
     from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
-START_S = 0.9
+START_S = 0.1
 """From arming until a mission moves"""
+STAYING = (Cmd.TAKEOFF, Cmd.LAND)
+"""Items that lead to nowhere else"""
 
 
 class DriveTo(AutoTask):
@@ -29,35 +31,30 @@ class DriveTo(AutoTask):
     Args:
         target: its place, NED metres.
         last: whether nothing comes after it.
-        speed_m_s: how fast it drives already.
     """
 
     auto: DriveAuto
     vehicle: Rover
 
-    def __init__(
-        self, auto: DriveAuto, item: PlanItem, target: Vector, last: bool, speed_m_s: float
-    ) -> None:
+    def __init__(self, auto: DriveAuto, item: PlanItem, target: Vector, last: bool) -> None:
         super().__init__(auto, item)
         self._target = target
         waits = item.command in (Cmd.WAYPOINT, Cmd.LOITER_TIME)
         self._wait_s = max(item.params[0], 0.0) if waits else 0.0
         self._stops = last or self._wait_s > 0.0
         self._endless = item.command == Cmd.LOITER_UNLIM
-        self.begin(speed_m_s)
-
-    def begin(self, speed_m_s: float) -> None:
-        """Set off from where the vehicle is."""
         rover = self.vehicle
-        here = (rover.motion.north_m, rover.motion.east_m) if speed_m_s > 0.0 else None
-        leaving = 0.0 if self._stops else min(CORNER_M_S, rover.navigator.cruise_m_s())
-        self.route = LegReference(
-            rover, self._target[:2], rover.navigator.cruise_m_s(), here, speed_m_s, leaving
-        )
-        self.auto.route = self.route
+        self.route = TrackReference(rover, target[:2], rover.navigator.cruise_m_s())
+        if isinstance(auto.task, DriveTo):
+            self.route.continue_from(auto.task.route)
+        auto.route = self.route
 
     def update(self) -> None:
         """Drive on, or stay."""
+        if not self._stops:
+            following = self.auto.following_point(self._target)
+            if following is not None:
+                self.route.offer(following)
         if not self.route.reached:
             self.auto.drive(self.route.follow())
         else:
@@ -150,19 +147,24 @@ class DriveAuto(DriveMode, Auto):
         self.vehicle.say(Severity.NOTICE, "Mission Complete")
 
     def _begin(self, item: PlanItem) -> None:
-        rover, here = self.vehicle, self.vehicle.motion[:3]
-        on_the_way = isinstance(self.task, DriveTo)
+        here = self.vehicle.motion[:3]
         if item.command == Cmd.DELAY:
             self.task = Delay(self, item)
             return
         if item.command == Cmd.GUIDED_ENABLE:
             self.task = Obey(self, item, *self._bounds)
             return
-        target = here
-        if item.command == Cmd.RTL:
-            target = rover.navigator.home_ned_m()
-        elif item.command not in (Cmd.TAKEOFF, Cmd.LAND):
-            target = self.place_of(item, here)
         last = not any(i.command in self.moving for i in self.following_items())
-        speed_m_s = rover.motion.speed_m_s if on_the_way else 0.0
-        self.task = DriveTo(self, item, target, last, speed_m_s)
+        self.task = DriveTo(self, item, self._place(item, here), last)
+
+    def _place(self, item: PlanItem, here: Vector) -> Vector:
+        if item.command == Cmd.RTL:
+            return self.vehicle.navigator.home_ned_m()
+        return here if item.command in STAYING else self.place_of(item, here)
+
+    def following_point(self, here: Vector) -> tuple[float, float] | None:
+        """Where the next item leads, if it is driven to without a stop before."""
+        item = next((i for i in self.following_items() if i.command in self.moving), None)
+        if item is None or item.command in (Cmd.DELAY, Cmd.GUIDED_ENABLE, *STAYING):
+            return None
+        return self._place(item, here)[:2]

@@ -10,7 +10,6 @@ from mavlink_sitl.autopilot.px4.navigation import Px4Navigator
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
 from mavlink_sitl.exchange import Limits, Motion, Vector
 
-ACCELERATION_Z_M_S2 = 5.0
 FADING_1_S = 10.0
 """An acceleration of a trajectory ends as late as the jerk allows (VelocitySmoothing): with a large
 gain from the last error of the desired velocity to the acceleration"""
@@ -36,9 +35,9 @@ class CopterNavigator(Px4Navigator):
             speed_up_m_s=max(p["MPC_Z_VEL_MAX_UP"], LEAST_LIMIT),
             speed_down_m_s=max(p["MPC_Z_VEL_MAX_DN"], LEAST_LIMIT),
             acceleration_xy_m_s2=UNSHAPED_M_S2,
-            acceleration_z_m_s2=ACCELERATION_Z_M_S2,
+            acceleration_z_m_s2=UNSHAPED_M_S2,
             jerk_xy_m_s3=2.0 * gain_xy * UNSHAPED_M_S2,
-            jerk_z_m_s3=2.0 * gain_z * ACCELERATION_Z_M_S2,
+            jerk_z_m_s3=2.0 * gain_z * UNSHAPED_M_S2,
         )
 
     def limits(self) -> Limits:
@@ -69,6 +68,8 @@ class CopterNavigator(Px4Navigator):
         """A climb to above where it is, along a line from where it stops.
 
         The horizontal part of that line uses up some of the speed, which the climb then lacks.
+        And it takes as long to reach its speed as the vehicle to stop: the axes of a trajectory
+        are synchronized (VelocitySmoothing::timeSynchronization).
         """
         limits = self.limits()
         speed = motion.speed_m_s
@@ -78,8 +79,10 @@ class CopterNavigator(Px4Navigator):
         climb_m = abs(motion.down_m - down_m)
         length_m = max(math.hypot(away_m, climb_m), 0.1)
         climbing = CLIMB_REACHED * limits.speed_up_m_s
+        stopping_s = max(speed / acceleration, climbing / limits.acceleration_z_m_s2)
         return replace(
             limits,
+            acceleration_z_m_s2=climbing / stopping_s,
             speed_xy_m_s=max(climbing * away_m / length_m, LEAST_CLIMB_M_S),
             speed_up_m_s=max(climbing * climb_m / length_m, LEAST_CLIMB_M_S),
         )

@@ -1,7 +1,7 @@
-"""PX4's horizontal position control: OFFBOARD's loops and smoothed trajectories.
+"""PX4's position control: OFFBOARD's loops and smoothed trajectories.
 
 OFFBOARD has no trajectory in front of it: a proportional position loop gives a velocity, a
-PID loop around that an acceleration, and that a lean. The AUTO modes follow a smooth
+PID loop around that an acceleration, and that a lean and a thrust. The AUTO modes follow a smooth
 trajectory, which is slowed down while the vehicle lags behind it. Read in the firmware
 (PositionControl, PositionSmoothing); gains are its parameters' default values.
 """
@@ -15,6 +15,7 @@ from mavlink_sitl.autopilot.control.control_state import (
     ControllerGains,
     HorizontalState,
     Targets,
+    VerticalState,
 )
 from mavlink_sitl.exchange import GRAVITY_M_S2
 
@@ -101,3 +102,50 @@ def _direct(
         0.0 * free, 0.0 * free, 0.0 * free, 0.0 * free,
     )  # fmt: skip
     return state, p_n * scale / GRAVITY_M_S2, p_e * scale / GRAVITY_M_S2
+
+
+def vertical(
+    s: VerticalState,
+    t: Targets,
+    b: Belief,
+    free: Lane,
+    dt: float,
+    k: ControllerGains,
+    o: Ops,
+    most_m_s: Lane,
+) -> tuple[VerticalState, Lane]:
+    """See `controller.vertical`."""
+    direct = t.acceleration_z_m_s2 >= UNSHAPED_M_S2
+    if isinstance(direct, bool):
+        law = _direct_vertical if direct else controller.vertical
+        return law(s, t, b, free, dt, k, o, most_m_s)
+    bare = _direct_vertical(s, t, b, free, dt, k, o, most_m_s)
+    smooth = controller.vertical(s, t, b, free, dt, k, o, most_m_s)
+    state = VerticalState(*(o.where(direct, x, y) for x, y in zip(bare[0], smooth[0], strict=True)))
+    return state, o.where(direct, bare[1], smooth[1])
+
+
+def _direct_vertical(
+    s: VerticalState,
+    t: Targets,
+    b: Belief,
+    free: Lane,
+    dt: float,
+    k: ControllerGains,
+    o: Ops,
+    _most_m_s: Lane,
+) -> tuple[VerticalState, Lane]:
+    """P and PI; a trajectory that follows begins where the vehicle is, without acceleration."""
+    here, speed = b.down_m, b.velocity_down_m_s
+    target, target_v = s.target_down_m, s.target_velocity_down_m_s
+    gain = 0.5 * t.jerk_z_m_s3 / t.acceleration_z_m_s2
+    wanted = target_v + t.track_position_z * gain * (target - here)
+    wanted = o.clip(wanted, -t.speed_up_m_s, t.speed_down_m_s)
+    error = (wanted - speed) * t.track_velocity_z
+    asked = t.acceleration_down_m_s2 + k.velocity_z * error + s.integrator_down_m_s2
+    most = k.max_thrust_m_s2 - GRAVITY_M_S2
+    grow = k.velocity_z_i * dt * (abs(asked) < most)
+    integrator = (s.integrator_down_m_s2 + error * grow) * free
+    zero = 0.0 * free
+    state = VerticalState(target, target_v, here, speed, zero, integrator, zero, zero, speed)
+    return state, GRAVITY_M_S2 - asked
