@@ -11,6 +11,8 @@ from PIL import Image
 
 mpl.use("Agg")
 from matplotlib import pyplot
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
@@ -31,7 +33,7 @@ def main() -> None:
     figure, (above, error) = pyplot.subplots(
         1, 2, figsize=(11.0, 5.0), width_ratios=(1.0, 1.3), layout="constrained"
     )
-    above.add_patch(pyplot.Circle(_CENTRE[:2], _RADIUS_M, fill=False, color="0.7", lw=4))
+    above.add_patch(Circle(_CENTRE[:2], _RADIUS_M, fill=False, color="0.7", lw=4))
     above.plot(*_CENTRE[:2], "k+", ms=12)
     for autopilot, colour in _COLOURS.items():
         _draw(autopilot, colour, above, error)
@@ -56,7 +58,7 @@ def main() -> None:
         image.convert("RGB").quantize(_PALETTE).save(PICTURE, optimize=True)
 
 
-def _draw(autopilot: str, colour: str, above: pyplot.Axes, error: pyplot.Axes) -> None:
+def _draw(autopilot: str, colour: str, above: Axes, error: Axes) -> None:
     flight = SimulatedFlight(
         simulated=VehicleConfig(autopilot=autopilot, ready_after_s=1.0),
         world=World(wind=Wind((0.0, _WIND_M_S, 0.0))),

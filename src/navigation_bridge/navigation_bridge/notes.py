@@ -32,7 +32,8 @@ _CHUNKS_MAX = 256
 _EVENT = re.compile(
     r"goal (?P<id>[0-9a-f]+|-) (?P<event>ACCEPTED|REJECTED|STATUS|ENDED) (?P<what>\w+)"
     r"(?: after (?P<elapsed>[\d.]+) s)?(?:, (?P<error>[\d.]+) m off)?"
-    r"(?:, (?P<reached>\d+) waypoints)?(?:, missed (?P<missed>[\d ]+))?:(?: (?P<message>.*))?"
+    r"(?:, (?P<reached>\d+) waypoints)?(?:, (?P<laps>[\d.e+-]+) laps)?"
+    r"(?:, missed (?P<missed>[\d ]+))?:(?: (?P<message>.*))?"
 )
 
 
@@ -79,6 +80,7 @@ class NotedEvent:
         final_error_m: for ENDED, the distance to the target; None if it could not be measured.
         waypoints_reached: for ENDED, of a route.
         waypoints_missed: for ENDED, of a route.
+        laps_flown: for ENDED, of a circle.
     """
 
     happened: GoalHappened
@@ -87,6 +89,7 @@ class NotedEvent:
     final_error_m: float | None = None
     waypoints_reached: int = 0
     waypoints_missed: tuple[int, ...] = ()
+    laps_flown: float = 0.0
 
 
 def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None = None) -> str:
@@ -104,6 +107,8 @@ def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None 
             words += f", {finished.final_error_m:.3f} m off"
         if finished.waypoints_reached:
             words += f", {finished.waypoints_reached} waypoints"
+        if finished.laps_flown:
+            words += f", {finished.laps_flown:.4g} laps"
         if finished.waypoints_missed:
             words += f", missed {' '.join(map(str, finished.waypoints_missed))}"
     return f"{words}: {happened.message}".rstrip()
@@ -128,6 +133,7 @@ def parse_event(words: str) -> NotedEvent | None:
         _number(found["error"]),
         int(found["reached"] or 0),
         tuple(int(index) for index in (found["missed"] or "").split()),
+        _number(found["laps"]) or 0.0,
     )
 
 
@@ -196,13 +202,16 @@ def progress(state: Progress, now: float) -> list[Message]:
     """Return the content of a feedback as named values; "replans" is the last of each feedback.
 
     Remaining distance (m) and time (s); for a route the current waypoint, the lap, and the numbers
-    of waypoints left and reached; the number of replans.
+    of waypoints left and reached; for a circle the laps flown and the radius error (m); then the
+    number of replans.
     """
     boot_ms = int(now * 1000.0) & 0xFFFFFFFF
     figures: dict[str, float] = {
         "dist_rem": state.distance_remaining_m,
         "time_rem": state.time_remaining_s,
     }
+    if (orbit := state.orbit) is not None:
+        figures |= {"laps": orbit.laps_flown, "radius_err": orbit.radius_error_m}
     counts = {"replans": state.replans}
     if (route := state.route) is not None:
         counts = {
