@@ -32,8 +32,9 @@ _CHUNKS_MAX = 256
 _EVENT = re.compile(
     r"goal (?P<id>[0-9a-f]+|-) (?P<event>ACCEPTED|REJECTED|STATUS|ENDED) (?P<what>\w+)"
     r"(?: after (?P<elapsed>[\d.]+) s)?(?:, (?P<error>[\d.]+) m off)?"
-    r"(?:, (?P<reached>\d+) waypoints)?(?:, missed (?P<missed>[\d ]+))?"
-    r"(?:, next (?P<next>\d+) of route (?P<route>\d+))?:(?: (?P<message>.*))?"
+    r"(?:, (?P<reached>\d+) waypoints)?(?:, (?P<laps>[\d.e+-]+) laps)?"
+    r"(?:, missed (?P<missed>[\d ]+))?(?:, next (?P<next>\d+) of route (?P<route>\d+))?"
+    r":(?: (?P<message>.*))?"
 )
 
 
@@ -82,6 +83,7 @@ class NotedEvent:
         waypoints_missed: for ENDED, of a route.
         next_index: for ENDED, of a route.
         route_id: for ENDED, of a route; 0 in older recordings.
+        laps_flown: for ENDED, of a circle.
     """
 
     happened: GoalHappened
@@ -92,6 +94,7 @@ class NotedEvent:
     waypoints_missed: tuple[int, ...] = ()
     next_index: int = 0
     route_id: int = 0
+    laps_flown: float = 0.0
 
 
 def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None = None) -> str:
@@ -109,6 +112,8 @@ def event(happened: GoalHappened, kind: str = "", finished: GoalFinished | None 
             words += f", {finished.final_error_m:.3f} m off"
         if finished.waypoints_reached:
             words += f", {finished.waypoints_reached} waypoints"
+        if finished.laps_flown:
+            words += f", {finished.laps_flown:.4g} laps"
         if finished.waypoints_missed:
             words += f", missed {' '.join(map(str, finished.waypoints_missed))}"
         if finished.route_id:
@@ -137,6 +142,7 @@ def parse_event(words: str) -> NotedEvent | None:
         tuple(int(index) for index in (found["missed"] or "").split()),
         int(found["next"] or 0),
         int(found["route"] or 0),
+        _number(found["laps"]) or 0.0,
     )
 
 
@@ -205,13 +211,16 @@ def progress(state: Progress, now: float) -> list[Message]:
     """Return the content of a feedback as named values; "replans" is the last of each feedback.
 
     Remaining distance (m) and time (s); for a route the current waypoint, the lap, and the numbers
-    of waypoints left and reached; the number of replans.
+    of waypoints left and reached; for a circle the laps flown and the radius error (m); then the
+    number of replans.
     """
     boot_ms = int(now * 1000.0) & 0xFFFFFFFF
     figures: dict[str, float] = {
         "dist_rem": state.distance_remaining_m,
         "time_rem": state.time_remaining_s,
     }
+    if (orbit := state.orbit) is not None:
+        figures |= {"laps": orbit.laps_flown, "radius_err": orbit.radius_error_m}
     counts = {"replans": state.replans}
     if (route := state.route) is not None:
         counts = {

@@ -233,6 +233,19 @@ def test_the_end_of_a_lap_that_was_not_flown_is_no_end() -> None:
     assert told(task, vehicle).laps_flown == 1.0
 
 
+def test_gusts_that_let_nothing_stand_still_do_not_keep_it_from_the_circle() -> None:
+    vehicle, task = hovering(), orbit(1.0)
+    rounds = False
+
+    def watch(elapsed_s: float) -> None:
+        nonlocal rounds
+        rounds = rounds or on_ring(task, vehicle)
+        vehicle.wind = (0.0, 0.0, 0.0) if rounds else (0.8 * math.sin(2.0 * elapsed_s), 0.0, 0.0)
+
+    outcome = fly(task, vehicle, watch, time_max_s=90.0).outcome
+    assert outcome.code is OutcomeCode.SUCCESS, outcome.message
+
+
 # --- phases and events -------------------------------------------------------------------
 
 

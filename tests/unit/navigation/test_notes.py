@@ -16,7 +16,7 @@ from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import LandRequest
 from navigation_bridge.recording.recorded_notes import NotesReader
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.progress import Progress, RouteProgress, Status
+from navigation_core.tasks.progress import OrbitProgress, Progress, RouteProgress, Status
 from tests.support.flights.recorded_flight import EPOCH_S, Recorder
 from tests.support.flights.simulated_flight import SimulatedFlight
 
@@ -94,6 +94,27 @@ def test_a_lost_chunk_costs_that_text_only() -> None:
     texts = [text for _, text in reader.remarks]
     assert f"second {'y' * 100}" in texts
     assert not any(text == f"first {'x' * 100}" for text in texts)
+
+
+@pytest.mark.parametrize("laps", [0.0, 1.25, 1000.0, 0.001])
+def test_the_laps_of_a_circle_that_ended_are_read_back(laps: float) -> None:
+    text = "Went round 7 laps: all."
+    end = GoalFinished(
+        GOAL, GoalState.SUCCEEDED, OutcomeCode.SUCCESS, text, None, 9.5, 0.25, laps_flown=laps
+    )
+    happened = GoalHappened(GOAL, "ENDED", "SUCCESS", text)
+    ((_, noted),) = written_and_read(notes.long_text(notes.event(happened, "", end), 7)).events
+    assert noted.happened == happened
+    assert noted.laps_flown == laps
+
+
+def test_a_feedback_has_the_laps_of_a_circle() -> None:
+    orbit = OrbitProgress(1.25, -0.5)
+    reader = written_and_read(
+        notes.progress(Progress(Status.NAVIGATING, 1.5, 2.5, orbit=orbit), 9.0)
+    )
+    assert reader.laps == {"laps": 1.25, "radius_err": -0.5}
+    assert reader.counts == {"replans": 0}
 
 
 def test_a_feedback_has_the_waypoint_and_the_lap() -> None:

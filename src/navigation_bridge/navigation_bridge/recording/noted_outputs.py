@@ -19,7 +19,7 @@ from navigation_bridge.notes import NotedEvent
 from navigation_bridge.recording.recorded_notes import NotesReader
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.progress import RouteProgress, Status
+from navigation_core.tasks.progress import OrbitProgress, RouteProgress, Status
 
 
 class NotedOutputs:
@@ -94,6 +94,7 @@ class NotedOutputs:
             waypoints_missed=noted.waypoints_missed,
             next_index=noted.next_index,
             route_id=noted.route_id,
+            laps_flown=noted.laps_flown,
             action=self.action_of(noted.happened.goal_id),
         )
 
@@ -105,6 +106,9 @@ class NotedOutputs:
             route = RouteProgress(
                 counts["waypoint"], counts["lap"], counts["left"], counts["reached"]
             )
+        orbit = None
+        if {"laps", "radius_err"} <= noted.laps.keys():
+            orbit = OrbitProgress(noted.laps["laps"], noted.laps["radius_err"])
         return GoalFeedback(
             goal_id=goal_id,
             pose=self._bridge.pose,
@@ -114,6 +118,7 @@ class NotedOutputs:
             status=self._status,
             height_m=self._bridge.height_m,
             route=route,
+            orbit=orbit,
             replans=counts["replans"],
             action=self.action_of(goal_id),
         )

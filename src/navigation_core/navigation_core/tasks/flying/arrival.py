@@ -40,7 +40,7 @@ class Arrival:
         radius_m = self._config.arrival_radius_m if section.radius_m is None else section.radius_m
         self.goal: GotoGoal = section.goal
         self.radius_m = max(radius_m, self._traits.arrival_radius_m)
-        self.hold_time_s = section.hold_time_s
+        self.hold_time_s, self.settles = section.hold_time_s, section.settles
         self._dwell = Dwell(max(self._config.arrival_dwell_s, section.hold_time_s))
 
     def restart(self) -> None:

@@ -280,7 +280,7 @@ class SetpointFlight(PhasedTask):
         if not traffic.leads_elsewhere:
             if carrot.arrived if path is None else path.left_m <= radius_m:
                 carrot.finish()
-                return Phase.SETTLING
+                return Phase.SETTLING if self._arrival.settles else self._arrived(here)
             if carrot.stalled_s > self._arrival.patience_s:
                 return self._arrival.timeout("The vehicle made no progress", observation)
             self._standing.note_left(carrot.distance_remaining_m)

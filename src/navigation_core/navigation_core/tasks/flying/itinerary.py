@@ -37,6 +37,8 @@ class Section:
         radius_m: how near to the stop is near enough; None for the configured radius.
         hold_time_s: how long to stay there.
         part: the part of a circle that leads there, instead of points; None for points.
+        settles: whether the vehicle has to be still there; otherwise the next section begins as
+            soon as the setpoint stands.
     """
 
     goal: GotoGoal
@@ -45,6 +47,7 @@ class Section:
     radius_m: float | None = None
     hold_time_s: float = 0.0
     part: RingPart | None = None
+    settles: bool = True
 
 
 class Itinerary(Protocol):

@@ -34,6 +34,8 @@ __all__ = ["Orbit", "OrbitItinerary", "fly_orbit"]
 _LEAST_TURN_RAD = math.radians(10.0)
 # Steps in which a place to come back to the circle is looked for.
 _SEARCH_RAD = math.radians(5.0)
+# At the end of a part the vehicle may be this many arrival radii behind its setpoint.
+_SHORT_ARRIVALS = 3.0
 # A vehicle that comes back to the circle this far behind where it left it has drifted back.
 _BACK_RAD = math.radians(60.0)
 
@@ -102,7 +104,7 @@ class OrbitItinerary:
             first_rad = self._ring.entry_rad(place)
         self._part = None
         self._entry_rad = self._free_entry_rad(first_rad, obstacles)
-        return Section(self._goal(self._entry_rad))
+        return Section(self._goal(self._entry_rad), settles=False)
 
     def _round(self, turn_rad: float) -> Section:
         """Return a part of the circle, from where it was entered."""
@@ -111,7 +113,9 @@ class OrbitItinerary:
         self._part, self._part_flown_rad = part, 0.0
         self._angle_rad = self._entry_rad
         end_rad = turn_rad if math.isfinite(turn_rad) else 0.0
-        return Section(self._goal(self._entry_rad + self._ring.sign * end_rad), part=part)
+        goal = self._goal(self._entry_rad + self._ring.sign * end_rad)
+        is_last = turn_rad >= self._turn_rad - self._flown_rad
+        return Section(goal, part=part, settles=is_last)
 
     def _goal(self, angle_rad: float) -> GotoGoal:
         orbit, place = self._orbit, self._ring.point(angle_rad)
@@ -158,7 +162,7 @@ class OrbitItinerary:
             self._enter()
             return None
         self._part = None
-        if self._part_flown_rad < part.turn_rad - 2.0 * self._arrival_rad:
+        if self._part_flown_rad < part.turn_rad - _SHORT_ARRIVALS * self._arrival_rad:
             return None  # it was stopped near the end of a lap that it had not flown
         end_rad = part.from_rad + self._ring.sign * part.turn_rad
         self._flown_rad += part.turn_rad - self._part_flown_rad

@@ -74,6 +74,7 @@ class Carrot:
         yaw_enu_rad: the setpoint's yaw.
         distance_remaining_m: length of the path that is left.
         aside_enu_m: how far beside the trajectory the setpoint is sent.
+        room_m: tracking error at which it waits for the vehicle.
     """
 
     def __init__(
@@ -109,6 +110,7 @@ class Carrot:
         self._yaw_rate_rad_s = trajectory.limits.yaw_rate_rad_s
         self._driven: DrivenPath | None = None
         self.aside_enu_m = ZERO
+        self.room_m = config.tracking_error_max_m
 
     def ahead(self, lead_s: float) -> tuple[float, KinematicState]:
         """Return where it will stand after a while at its present pace, and in which state.
@@ -268,7 +270,7 @@ class Carrot:
             (x, y, z), (x_0, y_0, z_0) = self.state.position_enu_m, position_enu_m
             offset = (x - x_0, y - y_0, z - z_0)
             behind_m = offset[0] * course[0] + offset[1] * course[1] + offset[2] * course[2]
-            room_m = self._config.tracking_error_max_m
+            room_m = self.room_m
             free_m = room_m * (1.0 - _FREE_SHARE)
             led_m_s = self.rate * speed_m_s
             if led_m_s < _MOVES_M_S:

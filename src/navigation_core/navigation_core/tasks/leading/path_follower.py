@@ -83,7 +83,7 @@ class PathFollower:
         # Whether one is still searched for.
         self.undecided = False
         self._leads_to_goal = False
-        self._ring = RingGuide(terms.avoidance, led=traits.flies)
+        self._ring = RingGuide(terms)
         self._traits = traits
         self._search: PathSearch | None = None
         if terms.avoidance is not None:
@@ -266,8 +266,9 @@ class PathFollower:
             gone = len(self._points) - len(path.passed_s)
             self._passed_s = (-math.inf,) * gone + path.passed_s
             self.path_enu_m = path.trajectory.path_enu_m
-        config = self._ring.config(self._config) if leads_to_goal else self._config
-        self.carrot = Carrot(path.trajectory, config, yaw_enu_rad, yaw_enu_rad, path.entered_s)
+        self.carrot = Carrot(
+            path.trajectory, self._config, yaw_enu_rad, yaw_enu_rad, path.entered_s
+        )
         self.path = path
         self._leads_to_goal = leads_to_goal
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum, auto
 
 import numpy as np
@@ -13,10 +13,9 @@ from navigation_core.limits import Limits
 from navigation_core.mapping.obstacles import Obstacles
 from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, first_conflict
 from navigation_core.planning.planner import NoPath
-from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.leading.carrot import Carrot
 from navigation_core.tasks.leading.checked_path import CheckedPath
-from navigation_core.tasks.leading.flight_terms import AvoidanceConfig
+from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import Observation
 from navigation_core.trajectories.ring import Ring, RingMotion, plan_ring
 from navigation_core.trajectories.trajectory import plan_to
@@ -25,8 +24,8 @@ __all__ = ["RingGuide", "RingPart", "RingWalk", "RingYaw", "free_turn_rad"]
 
 # Chords by which a circle is looked at for obstacles: their angle, and their length at most.
 _CHORD_RAD, _CHORD_M = math.radians(5.0), 1.0
-# The setpoint stands for a vehicle that is this far away from it.
-_WAITS_M = 0.8
+# The setpoint stands for a vehicle that is this far away from it, for no longer than this.
+_WAITS_M, _WAITS_S = 0.8, 3.0
 # How fast the setpoint is moved aside by the vehicle's distance from the circle, and how far at
 # most; not while it is slower than this share of its speed.
 _TRIM_PER_S, _TRIM_SHARE, _TRIM_MAX_M, _STEADY_SHARE = 0.15, 0.05, 0.8, 0.5
@@ -115,10 +114,11 @@ class RingGuide:
         part: what leads to the goal; None for a goal that no circle leads to.
     """
 
-    def __init__(self, avoidance: AvoidanceConfig | None, *, led: bool) -> None:
-        """Prepare; the arguments are those of `RingWalk`, and how obstacles are avoided."""
-        self._avoidance = avoidance
-        self._led = led
+    def __init__(self, terms: FlightTerms) -> None:
+        """Prepare a flight with these terms."""
+        self._avoidance = terms.avoidance
+        self._led = terms.traits.flies
+        self._room_m = terms.config.tracking_error_max_m
         self.part: RingPart | None = None
         self._walk: RingWalk | None = None
         # How far outside of the circle the setpoint is, at full speed.
@@ -151,22 +151,14 @@ class RingGuide:
             blocked = self._conflict(MotionSamples.of(self._walk.trajectory), observation)
         return blocked or NoPath("The circle is free; there is no shorter path along it.")
 
-    def config(self, config: GotoConfig) -> GotoConfig:
-        """Return the settings of a flight for the part.
-
-        On a circle the setpoint waits sooner for a vehicle that is away from it: one that the wind
-        pushes as hard as it can lean against would leave the circle.
-        """
-        if self.part is None:
-            return config
-        return replace(config, tracking_error_max_m=min(_WAITS_M, config.tracking_error_max_m))
-
     def lead(self, carrot: Carrot, position_enu_m: Vector3 | None, dt_s: float) -> None:
         """Begin another lap where one ends, and lead a vehicle back that goes round beside.
 
         The correction that holds an autopilot against its own drag turns with it, too late. A vehicle
         that follows each setpoint well goes round outside of them all. The setpoint is moved
-        sideways until that is made up for; at rest it is not.
+        sideways until that is made up for; at rest it is not. It waits sooner than elsewhere for a
+        vehicle that is away from it: one that the wind pushes as hard as it can lean against would
+        leave the circle. Where no waiting helps, it continues as elsewhere.
 
         Args:
             carrot: the setpoint.
@@ -177,6 +169,8 @@ class RingGuide:
         if walk is None or carrot.trajectory is not walk.trajectory:
             return
         walk.wind(carrot)
+        waits = carrot.stalled_s < _WAITS_S
+        carrot.room_m = min(_WAITS_M, self._room_m) if waits else self._room_m
         ring, velocity = walk.part.ring, carrot.state.velocity_enu_m_s
         speed_m_s = math.hypot(velocity[0], velocity[1])
         share = min(speed_m_s / carrot.trajectory.limits.speed_horizontal_m_s, 1.0)
