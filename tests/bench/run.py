@@ -82,6 +82,7 @@ def main() -> int:
     results = {name: results[name] for name in names if name in results}
     rows = rows_of({name: results[name] for name in chosen})
     console.print(_table(rows))
+    console.print(f"In all: {sum(results[name]['took_s'] for name in chosen)} s")
     if options.compare:
         console.print(comparison(earlier, rows))
     if options.docs:
