@@ -199,7 +199,7 @@ def test_a_stick_in_loiter_leads_to_its_share_of_loit_speed_and_let_go_of_it_sto
 def test_the_sticks_lean_with_the_nose() -> None:
     station, pilot = up(LOITER)
     pilot.move({YAW: 1760}, 0.9)
-    pilot.move({YAW: 1500}, 1.0)
+    pilot.move({YAW: 1500}, 2.0)
     yaw = station.vehicle.firmware.motion.yaw_rad
     pilot.move({PITCH: 1000}, 4.0)
     course = math.atan2(station.velocity[1], station.velocity[0])

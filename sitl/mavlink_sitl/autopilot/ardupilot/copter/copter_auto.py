@@ -55,6 +55,8 @@ class CopterAuto(LegAuto):
         super().enter()
         if not self.vehicle.landed:
             self.guide(self.hold_guidance().exactly(stopping_point(self.vehicle), ZERO, ZERO))
+            if isinstance(self.task, FlyTo):
+                self.task.goes_on()
 
     def update(self) -> None:
         """See `Auto`."""

@@ -124,6 +124,10 @@ class FlyTo(CopterTask):
         self.track.go_on(self.leg, self.vehicle.now_s)
         self._restarted = False
 
+    def goes_on(self) -> None:
+        """The controllers are where the leg begins already."""
+        self._restarted = False
+
     def forget_following(self) -> None:
         """Drop the planned next leg: the next item may have changed."""
         if self.track.rounding:
