@@ -92,7 +92,7 @@ class Piece(Protocol):
 
     @property
     def limits(self) -> Limits:
-        """What it was planned with."""
+        """The limits that it was planned with."""
 
     @property
     def end(self) -> KinematicState:

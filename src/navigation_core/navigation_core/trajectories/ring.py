@@ -27,8 +27,8 @@ __all__ = ["Ring", "RingMotion", "plan_ring", "ring_speed_m_s"]
 # Shares of the acceleration that are planned with: towards the centre, and along the circle. The
 # norm of both is the whole.
 _INWARD_SHARE, _ALONG_SHARE = 0.8, 0.6
-# What is planned of a motion of many laps: after the first it is wound back to its beginning, so
-# that at least a lap is ahead.
+# Of a motion of many laps as many are planned: it is wound back after the first, so that at least
+# a lap is ahead.
 _LAPS_AHEAD = 2
 
 

@@ -154,11 +154,11 @@ class RingGuide:
     def lead(self, carrot: Carrot, position_enu_m: Vector3 | None, dt_s: float) -> None:
         """Begin another lap where one ends, and lead a vehicle back that goes round beside.
 
-        What holds an autopilot against its own drag turns with it, and comes late. So a vehicle
-        that follows each setpoint well goes round outside of them all. The setpoint is moved
-        sideways until that is made up for; at rest it is not. It waits sooner than elsewhere for a
-        vehicle that is away from it: one that the wind pushes as hard as it can lean against would
-        leave the circle. Where no waiting helps, it continues as elsewhere.
+        The integrator of an autopilot, which holds it against its own drag, turns with it, and
+        comes late. So a vehicle that follows each setpoint well goes round outside of them all. The
+        setpoint is moved sideways until that is made up for; at rest it is not. It waits sooner
+        than elsewhere for a vehicle that is away from it: one that the wind pushes as hard as it
+        can lean against would leave the circle. Where no waiting helps, it continues.
 
         Args:
             carrot: the setpoint.
