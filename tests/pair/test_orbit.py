@@ -70,7 +70,7 @@ def watch(
         pytest.param("copter", "px4", 0.05, marks=pytest.mark.wide),
         pytest.param("rover", "ardupilot", 0.05, marks=pytest.mark.wide),
         pytest.param("rover", "px4", 0.05, marks=pytest.mark.wide),
-        # A boat drifts outwards.
+        # A boat drifts outwards, until that is known.
         pytest.param("boat", "ardupilot", 0.25, marks=pytest.mark.wide),
         pytest.param("boat", "px4", 0.25, marks=pytest.mark.wide),
     ],
@@ -88,6 +88,7 @@ def test_it_goes_round_on_the_circle_in_its_direction(
     assert end.laps_flown == 1.25
     assert watched.turned_rad == pytest.approx(-1.25 * math.tau, abs=0.5)
     assert np.percentile(np.abs(watched.errors_m), 95) < share * 10.0
+    assert np.median(np.abs(watched.errors_m)) < 0.05 * 10.0
     if vehicle == "copter":
         assert flight.truth()[0][2] == pytest.approx(6.0, abs=0.5)
         assert max(watched.off_rad) < math.radians(25.0)
@@ -112,6 +113,34 @@ def test_in_a_strong_wind_it_keeps_to_the_circle(autopilot: str) -> None:
     shares = 100.0 * np.array([np.median(errors_m), np.percentile(errors_m, 95), errors_m.max()])
     print(f"{autopilot}: radius error {shares / 30.0} % (median, p95, max) of 30 m")
     assert np.percentile(errors_m, 95) < 0.03 * 30.0
+
+
+@pytest.mark.wide
+@pytest.mark.parametrize(("autopilot", "share"), [("ardupilot", 0.1), ("px4", 0.03)])
+def test_a_plane_goes_round_on_its_own_circle(autopilot: str, share: float) -> None:
+    """The circle of 80 m to the right that both firmwares have by default."""
+    flight = SimulatedFlight(simulated=kind_of("plane", autopilot)).ready()
+    request = replace(ORBIT, centre=(200.0, 100.0, 0.0), radius_m=-80.0, height_m=80.0, laps=1.5)
+    goal_id = flight.start(replace(request, max_speed_m_s=0.0))
+    watched = watch(flight, goal_id, request)
+    (end,) = flight.ends(goal_id)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert end.laps_flown == 1.5
+    assert watched.turned_rad == pytest.approx(-1.5 * math.tau, abs=0.3)
+    assert np.percentile(np.abs(watched.errors_m), 95) < share * 80.0
+    assert not flight.simulation.truth.on_ground[0]
+
+
+def test_a_circle_that_a_plane_does_not_fly_by_itself_is_rejected() -> None:
+    flight = SimulatedFlight(simulated=kind_of("plane")).ready()
+    for radius_m in (80.0, -40.0, -100.0):
+        rejection = flight.check(replace(ORBIT, radius_m=radius_m, height_m=80.0))
+        assert rejection is not None
+        assert rejection.code is OutcomeCode.UNSUPPORTED_VEHICLE
+        assert "circles by itself with -80 m" in rejection.message
+    low = flight.check(replace(ORBIT, radius_m=-80.0, height_m=10.0))
+    assert low is not None
+    assert low.code is OutcomeCode.UNSUPPORTED_VEHICLE
 
 
 def test_a_speed_that_the_circle_does_not_allow_is_reduced_and_said_so() -> None:

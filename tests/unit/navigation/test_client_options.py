@@ -17,7 +17,7 @@ from drone_navigation.client.options import (
 )
 
 WORDS = {"mode": ["MODE"], "parameters": ["list"], "orbit": ["30", "-10", "--radius", "-8"]}
-"""What a command needs"""
+"""The arguments that a command needs"""
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from navigation_bridge.goals.point_requests import (
 from navigation_bridge.goals.requests import LAPS_MAX, OrbitRequest, OrbitYaw
 from navigation_bridge.names import ORBIT_ACTION_NAME
 from navigation_bridge.snapshot import LocatedSnapshot
+from navigation_bridge.tasks.navigate_waypoints import admit_plane
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
@@ -31,6 +33,9 @@ from navigation_core.tasks.intents import Handover
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.ring_path import RingYaw
 from navigation_core.tasks.task import Task
+from navigation_core.tasks.traits import Traits
+from navigation_core.tasks.watching.plane_orbit import FlyPlaneOrbit
+from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from navigation_core.trajectories.ring import Ring, ring_speed_m_s
 
 __all__ = ["ORBIT"]
@@ -42,6 +47,8 @@ _YAWS = {
 }
 # A smaller circle would be lost in the noise of any position estimate.
 _RADIUS_MIN_M = 1.0
+# A plane's circle is the one that was asked for within this share of its radius.
+_OWN_CIRCLE_SHARE = 0.1
 # Corners of the polygon about the circle by which fence, flight volume and battery are checked.
 _CORNERS = 36
 
@@ -91,8 +98,9 @@ def _resolve(request: OrbitRequest, snapshot: LocatedSnapshot) -> Ring | Rejecti
     else:
         z = ground_m + max(snapshot.config.goto.takeoff_height_m, traits.takeoff_height_m)
     if not traits.hovers:
-        text = f"A {traits.name} flies no orbit yet; send it to the centre, which it circles."
-        return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, text)
+        rejection = _check_own_circle(request, traits)
+        if rejection is not None:
+            return rejection
     if radius_m < traits.turning_radius_m:
         return Rejection(
             OutcomeCode.UNSUPPORTED_VEHICLE,
@@ -103,6 +111,47 @@ def _resolve(request: OrbitRequest, snapshot: LocatedSnapshot) -> Ring | Rejecti
     if isinstance(centre, Rejection):
         return centre
     return Ring(centre, radius_m, request.radius_m > 0.0)
+
+
+def _check_own_circle(request: OrbitRequest, traits: Traits) -> Rejection | None:
+    """Return why a plane, which flies a circle of its own, does not fly this one, or None."""
+    own_m = traits.circle_radius_m if traits.circles_left else -traits.circle_radius_m
+    if abs(request.radius_m - own_m) <= _OWN_CIRCLE_SHARE * traits.circle_radius_m:
+        return None
+    return Rejection(
+        OutcomeCode.UNSUPPORTED_VEHICLE,
+        f"The radius is {request.radius_m:g} m; this {traits.name} circles by itself with "
+        f"{own_m:g} m (negative is clockwise), which its parameters set.",
+    )
+
+
+def _admit_plane(
+    request: OrbitRequest, ring: Ring, snapshot: LocatedSnapshot
+) -> Admitted | Rejection:
+    """Return the goal of a plane, which is sent to the centre and goes round by itself."""
+    config, traits = snapshot.config.goto, snapshot.traits
+    speed_m_s = min(request.max_speed_m_s, snapshot.speed_max_m_s) or None
+    centre = RouteWaypoint(ring.centre_enu_m, config.arrival_radius_m, max_speed_m_s=speed_m_s)
+    warnings = check_obstacles((ring.centre_enu_m,), request.avoid_obstacles, False, snapshot)
+    if isinstance(warnings, Rejection):
+        return warnings
+    admitted = admit_plane(Route((centre,)), snapshot, warnings)
+    if isinstance(admitted, Rejection) or admitted.plan is None:
+        return admitted
+    height_m = ring.centre_enu_m[2] - snapshot.ground_enu_m
+    takeoff_m = min(height_m, max(config.takeoff_height_m, traits.takeoff_height_m))
+    round_s = max(request.laps, 1.0) * math.tau * ring.radius_m / admitted.plan.speeds_m_s[0]
+    laps = request.laps or math.inf
+    return replace(
+        admitted,
+        description=f"circle of its own, {traits.circle_radius_m:g} m, {_laps(request)}",
+        make_task=lambda _handover: FlyPlaneOrbit(centre, laps, config, traits, takeoff_m),
+        plan=replace(admitted.plan, hold_s=round_s),
+    )
+
+
+def _laps(request: OrbitRequest) -> str:
+    return f"{request.laps:g} laps" if request.laps else "until it is cancelled"
 
 
 def _speed_m_s(request: OrbitRequest, ring: Ring, snapshot: LocatedSnapshot) -> tuple[float, str]:
@@ -152,6 +201,8 @@ def _admit(request: OrbitRequest, snapshot: LocatedSnapshot) -> Admitted | Rejec
     if isinstance(ring, Rejection):
         return ring
     here_enu_m, traits = snapshot.pose.position_enu_m, snapshot.traits
+    if not traits.hovers:
+        return _admit_plane(request, ring, snapshot)
     from_rad = ring.entry_rad(here_enu_m)
     corners = _corners(ring, from_rad)
     rejection = _check_ring(ring, corners, request.avoid_obstacles, snapshot)
@@ -177,11 +228,10 @@ def _admit(request: OrbitRequest, snapshot: LocatedSnapshot) -> Admitted | Rejec
 
     end_rad = from_rad + ring.sign * math.tau * request.laps
     direction = "anticlockwise" if ring.anticlockwise else "clockwise"
-    laps = f"{request.laps:g} laps" if request.laps else "until it is cancelled"
     x, y, z = ring.centre_enu_m
     return Admitted(
         f"circle of {ring.radius_m:g} m about east {x:.2f}, north {y:.2f}, up {z:.2f} m, "
-        f"{direction}, {laps}, at up to {speed_m_s:.3g} m/s",
+        f"{direction}, {_laps(request)}, at up to {speed_m_s:.3g} m/s",
         ring.point(end_rad),
         make_task,
         (*warnings, note) if note else warnings,

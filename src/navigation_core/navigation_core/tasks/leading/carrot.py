@@ -214,6 +214,7 @@ class Carrot:
         if self._driven is None:
             self._driven = DrivenPath(self.trajectory, braking_m_s2, self.time_s)
         self._driven.limit(until_s)
+        self._driven.aside_enu_m = self.aside_enu_m
         self._driven.advance(position_enu_m)
         if dt_s > 0.0:
             time_s = max(self._driven.time_s, self.time_s)

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from navigation_core.geometry import Vector3, add, distance, dot, scale, subtract
+from navigation_core.geometry import ZERO, Vector3, add, distance, dot, scale, subtract
 from navigation_core.trajectories.trajectory import Trajectory
 
 # The path is sampled in such steps of time, and no more often than this.
@@ -30,6 +30,7 @@ class DrivenPath:
 
     Attributes:
         time_s: when the trajectory is where the vehicle has come to.
+        aside_enu_m: how far beside the path the points ahead are, but for its end.
     """
 
     def __init__(self, trajectory: Trajectory, braking_m_s2: float, time_s: float = 0.0) -> None:
@@ -52,7 +53,7 @@ class DrivenPath:
             self._gone_m.append(self._gone_m[-1] + length_m)
         self._allowed_m_s = self._speeds(braking_m_s2)
         self._index = min(int(time_s / self._step_s), count - 1) if self._step_s else 0
-        self._share = 0.0
+        self._share, self.aside_enu_m = 0.0, ZERO
         self._until_m = self._gone_m[-1]
 
     @property
@@ -129,7 +130,8 @@ class DrivenPath:
             return self._points[-1]
         index = bisect.bisect_right(self._gone_m, wanted_m) - 1
         start, line = self._points[index], subtract(self._points[index + 1], self._points[index])
-        return add(start, scale(line, (wanted_m - self._gone_m[index]) / self._lengths[index]))
+        share = (wanted_m - self._gone_m[index]) / self._lengths[index]
+        return add(add(start, self.aside_enu_m), scale(line, share))
 
     def _speeds(self, braking_m_s2: float) -> list[float]:
         """Return the speed that each step allows.

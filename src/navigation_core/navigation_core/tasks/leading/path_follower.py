@@ -312,7 +312,7 @@ class PathFollower:
         if self.carrot is None:
             return None
         braking_m_s2 = min(self._traits.braking_m_s2, self.limits.acceleration_horizontal_m_s2)
-        self._ring.lead(self.carrot, None, dt_s)
+        self._ring.lead(self.carrot, position_enu_m, dt_s)
         return self.carrot.follow(dt_s, position_enu_m, braking_m_s2, until_s)
 
     def _yaw_on_route(self, carrot: Carrot) -> float:

@@ -29,6 +29,8 @@ _WAITS_M, _WAITS_S = 0.8, 3.0
 # How fast the setpoint is moved aside by the vehicle's distance from the circle, and how far at
 # most; not while it is slower than this share of its speed.
 _TRIM_PER_S, _TRIM_SHARE, _TRIM_MAX_M, _STEADY_SHARE = 0.15, 0.05, 0.8, 0.5
+# A boat drifts further than a copter.
+_DRIFT_TIMES = 3.0
 # Nearer than this to the circle's beginning, and slower, a motion begins there.
 _AT_M, _STANDS_M_S = 1e-6, 1e-6
 
@@ -154,15 +156,15 @@ class RingGuide:
     def lead(self, carrot: Carrot, position_enu_m: Vector3 | None, dt_s: float) -> None:
         """Begin another lap where one ends, and lead a vehicle back that goes round beside.
 
-        The correction that holds an autopilot against its own drag turns with it, too late. A
-        vehicle that follows each setpoint well goes round outside of them all. The setpoint is
-        moved sideways until that is made up for; at rest it is not. It waits sooner than elsewhere
-        for a vehicle that is away from it: one that the wind pushes as hard as it can lean against
-        would leave the circle. Where no waiting helps, it continues as elsewhere.
+        The integrator of an autopilot, which holds it against its own drag, turns with it, and
+        comes late. So a vehicle that follows each setpoint well goes round outside of them all. The
+        setpoint is moved sideways until that is made up for; at rest it is not. It waits sooner
+        than elsewhere for a vehicle that is away from it: one that the wind pushes as hard as it
+        can lean against would leave the circle. Where no waiting helps, it continues.
 
         Args:
             carrot: the setpoint.
-            position_enu_m: where the vehicle is; None if it is not led by the setpoint.
+            position_enu_m: where the vehicle is; None where it is not known.
             dt_s: time since the last call.
         """
         walk = self._walk
@@ -175,7 +177,8 @@ class RingGuide:
         speed_m_s = math.hypot(velocity[0], velocity[1])
         share = min(speed_m_s / carrot.trajectory.limits.speed_horizontal_m_s, 1.0)
         if position_enu_m is not None and share > _STEADY_SHARE:
-            most_m = min(_TRIM_SHARE * ring.radius_m, _TRIM_MAX_M)
+            most_m = _TRIM_SHARE * ring.radius_m
+            most_m = min(most_m, _TRIM_MAX_M) if self._led else _DRIFT_TIMES * most_m
             trim_m = self._trim_m - _TRIM_PER_S * dt_s * ring.error_m(position_enu_m)
             self._trim_m = min(max(trim_m, -most_m), most_m)
         angle = ring.angle_rad(carrot.state.position_enu_m)
