@@ -203,7 +203,9 @@ class _Author:
         draw = rng.random()
         avoid = posts and rng.random() < 0.8
         speed = rng.choice((0.0, 0.0, 0.5, 2.0, 6.0)) if self.crafts[craft].kind != "plane" else 0.0
-        if draw < 0.45:
+        if draw < 0.06:
+            self._ask_round(t, craft, speed, avoid)
+        elif draw < 0.45:
             self._add(t, craft, "navigate", place=self._place(craft), speed=speed, avoid=avoid)
         elif draw < 0.52:
             place = self._place(craft)
@@ -227,6 +229,22 @@ class _Author:
             self._add(t, craft, "land")
         else:
             self._add(t, craft, "go_home")
+
+    def _ask_round(self, t: float, craft: int, speed: float, avoid: bool) -> None:
+        """A circle, with an end: after the last event every goal has to end."""
+        rng = self.rng
+        radius = rng.choice((2.0, 5.0, 5.0, 12.0)) * rng.choice((-1.0, 1.0))
+        laps = rng.choice((0.3, 1.0, 1.0, 2.5))
+        if rng.random() < 0.1:
+            radius, laps = rng.choice(((0.0, 1.0), (math.nan, 1.0), (0.3, 1.0), (5.0, -1.0)))
+        x, y, height = self._place(craft)
+        if rng.random() < 0.3:
+            height = math.nan
+        self._add(
+            t, craft, "orbit", centre=[x, y], radius=radius, laps=laps,
+            height=height, speed=max(speed, 2.0) if speed else 0.0,
+            yaw=rng.choice(("CENTRE", "TANGENT", "KEEP")), avoid=avoid,
+        )  # fmt: skip
 
     def _stations(self, craft: int) -> None:
         rng = self.rng

@@ -15,6 +15,8 @@ from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
     LandRequest,
     NavigateRequest,
+    OrbitRequest,
+    OrbitYaw,
     ReturnRequest,
     TakeoffRequest,
     WaypointRequest,
@@ -64,6 +66,27 @@ def route(
         for p in places
     )
     ship.ask(WaypointsRequest(waypoints, mission, laps, speed, avoid))
+
+
+def orbit(
+    ship: Ship,
+    centre: list[float],
+    radius: float,
+    laps: float = 1.0,
+    height: float = math.nan,
+    speed: float = 0.0,
+    frame: str = "map",
+    yaw: str = "CENTRE",
+    avoid: bool = False,
+) -> None:
+    """An Orbit goal; the numbers may be anything."""
+    x, y = (float(v) for v in centre)
+    ship.ask(
+        OrbitRequest(
+            frame, (x, y, 0.0), float(radius), float(height), float(laps), speed,
+            OrbitYaw[yaw], avoid,
+        )
+    )  # fmt: skip
 
 
 def takeoff(ship: Ship, height: float = 0.0) -> None:
@@ -291,7 +314,7 @@ def noise(ship: Ship, seed: int, count: int) -> None:
 ACTIONS: dict[str, Action] = {
     action.__name__: action
     for action in (
-        *(navigate, route, takeoff, land, go_home, cancel, pause, resume, serve),
+        *(navigate, route, orbit, takeoff, land, go_home, cancel, pause, resume, serve),
         *(station_mode, station_pause, station_arm, station_clear, station_current),
         *(station_upload, station_goto, pilot_mode, pilot_throttle),
         *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),

@@ -25,6 +25,7 @@ from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import (
     LandRequest,
     NavigateRequest,
+    OrbitRequest,
     ReturnRequest,
     TakeoffRequest,
     WaypointsRequest,
@@ -757,6 +758,23 @@ def route_progress_is_consistent(feedback: GoalFeedback, view: View, now_s: floa
     return in_route and 0 <= route.lap < max(1, request.laps)
 
 
+@always(_SUCCESS, OURS)
+def all_laps_are_flown(end: GoalFinished, view: View, now_s: float) -> bool:
+    """A circle that succeeds has all its laps."""
+    request = view.goal(end.goal_id).request
+    return not isinstance(request, OrbitRequest) or abs(end.laps_flown - request.laps) < 1e-6
+
+
+@always(_FEEDBACK, OURS)
+def a_circle_is_kept(feedback: GoalFeedback, view: View, now_s: float) -> bool:
+    """A copter that goes round is near its circle, as far as a wind lets it."""
+    goal, orbit = view.goal(feedback.goal_id), feedback.orbit
+    if orbit is None or math.isnan(orbit.radius_error_m) or not view.copter:
+        return True
+    near = abs(orbit.radius_error_m) < 2.0 + 0.5 * view.gust_m_s
+    return near or goal.disturbed or not view.calm(now_s, 30.0)
+
+
 @always(_FEEDBACK, OURS)
 def link_lost_is_reported(feedback: GoalFeedback, view: View, now_s: float) -> bool:
     """A vehicle that is silent is not reported as navigating."""
@@ -1362,6 +1380,7 @@ ON_TRIAL = frozenset(
     {
         *("a_flight_away", "a_mishap_of_a_first_goal", "relative_targets_are_near"),
         *("setpoints_flow", "setpoints_keep_the_goals_speed", "a_wait_circle_ends"),
+        *("all_laps_are_flown", "a_circle_is_kept"),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand
