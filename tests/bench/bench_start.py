@@ -17,7 +17,7 @@ from tests.bench.limits import READY_S
 from tests.bench.rows import row
 
 STARTS, SHORT_STARTS = 5, 1
-GOAL_RATIO = 3.0
+GOAL_RATIO = 4.0
 HELP_S, GOAL_SENT_S = 0.2, 0.5
 _BARE = """
 import rclpy
