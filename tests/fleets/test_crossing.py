@@ -9,7 +9,12 @@ import pytest
 
 from mavlink_sitl import VehicleConfig
 from mavlink_vehicle.codec import Codec, make
-from navigation_bridge.goals.requests import LandRequest, NavigateRequest, ReturnRequest
+from navigation_bridge.goals.requests import (
+    LandRequest,
+    NavigateRequest,
+    OrbitRequest,
+    ReturnRequest,
+)
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.tasks.traffic.volumes import Separation
 from tests.fleets.flown import FlownFleet, homes
@@ -109,6 +114,26 @@ def test_a_target_of_another_is_waited_for() -> None:
         fleet.go(first, 0.0, -10.0, 5.0)
         fleet.run_to_end()
     assert codes(fleet) == ["SUCCESS"] * 3
+
+
+@pytest.mark.wide
+def test_a_circle_is_crossed_by_another_and_waits_for_who_stays_on_it() -> None:
+    fleet = FlownFleet(copters([(0.0, -20.0), (30.0, 0.0)]), traffic_timeout_s=15.0).ready()
+    first, second = fleet.crafts
+    with fleet.holding():
+        centre = fleet.place(first, 0.0, 0.0, 5.0)
+        sent = fleet.send(first, OrbitRequest("map", centre, 12.0, 5.0, 2.0, 3.0))
+        assert isinstance(sent, str)
+        fleet.run_for(12.0)
+        fleet.go(second, -30.0, 0.0, 5.0)
+        fleet.run_to_end()
+        assert codes(fleet) == ["SUCCESS"] * 2
+        # The first stands where its circle ended, and the second comes the other way round.
+        centre = fleet.place(second, 0.0, 0.0, 5.0)
+        sent = fleet.send(second, OrbitRequest("map", centre, -12.0, 5.0, 1.0, 3.0))
+        assert isinstance(sent, str)
+        fleet.run_to_end()
+    assert second.ends()[-1][1].code.value == "TRAFFIC"
 
 
 @pytest.mark.wide

@@ -83,7 +83,7 @@ class PathFollower:
         # Whether one is still searched for.
         self.undecided = False
         self._leads_to_goal = False
-        self._ring = RingGuide(terms)
+        self.ring = RingGuide(terms)
         self._traits = traits
         self._search: PathSearch | None = None
         if terms.avoidance is not None:
@@ -115,7 +115,7 @@ class PathFollower:
         """
         self._goal = goal
         self._via, self._via_yaw = points, yaws_enu_rad
-        self._ring.lead_along(part)
+        self.ring.lead_along(part)
 
     @property
     def points(self) -> tuple[RoutePoint, ...]:
@@ -138,15 +138,15 @@ class PathFollower:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        if self._search is not None and self._ring.part is None:
+        if self._search is not None and self.ring.part is None:
             self._plan_around(self._search, observation)
             return
         self.carrot, self.no_path, self.undecided = None, "", False
         sent = self._choose_start(observation)
         if sent is None:
             return
-        if self._ring.part is not None:
-            self._take_or_stop(self._ring.plan(sent.state, self.limits, observation), observation)
+        if self.ring.part is not None:
+            self._take_or_stop(self.ring.plan(sent.state, self.limits, observation), observation)
             return
         # How what drives gets round to the line is the pursuit's.
         start = sent.state if self._traits.flies else KinematicState(sent.state.position_enu_m)
@@ -217,8 +217,8 @@ class PathFollower:
         search, sent = self._search, self.sent.commanded
         if search is None or sent is None:
             return None
-        if self._ring.part is not None:
-            return self._ring.another_path(observation)
+        if self.ring.part is not None:
+            return self.ring.another_path(observation)
         if not search.continues(self.carrot, self._points):
             self._begin_search(search, sent, observation, under_way)
         found = search.result(sent.state, observation.time_s)
@@ -299,7 +299,7 @@ class PathFollower:
         if self._passed_s:
             self.carrot.turn_to(self._yaw_on_route(self.carrot))
         self.carrot.advance(dt_s, position_enu_m, rate_max)
-        self._ring.lead(self.carrot, position_enu_m, dt_s)
+        self.ring.lead(self.carrot, position_enu_m, dt_s)
 
     def follow(self, position_enu_m: Vector3, until_s: float) -> DrivenPath | None:
         """Let the carrot be where a vehicle that drives has come to; return the path ahead.
@@ -312,13 +312,13 @@ class PathFollower:
         if self.carrot is None:
             return None
         braking_m_s2 = min(self._traits.braking_m_s2, self.limits.acceleration_horizontal_m_s2)
-        self._ring.lead(self.carrot, position_enu_m, dt_s)
+        self.ring.lead(self.carrot, position_enu_m, dt_s)
         return self.carrot.follow(dt_s, position_enu_m, braking_m_s2, until_s)
 
     def _yaw_on_route(self, carrot: Carrot) -> float:
         """Return the yaw of the leg that the carrot is on, or its direction of travel."""
-        if self._ring.part is not None:
-            return self._ring.part.yaw_at(carrot.state.position_enu_m)
+        if self.ring.part is not None:
+            return self.ring.part.yaw_at(carrot.state.position_enu_m)
         yaws = self._via_yaw or (self._goal.yaw_enu_rad,)
         yaw = yaws[min(self.passed, len(yaws) - 1)]
         if yaw is not None and (self._via or _is_time_to_turn(carrot, yaw)):

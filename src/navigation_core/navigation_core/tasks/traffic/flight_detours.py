@@ -130,6 +130,8 @@ class FlightDetours:
             is_stuck: whether the vehicle stands and waits.
             now: time in seconds.
         """
+        if self._follower.ring.part is not None:
+            return  # the straight line to the end of a circle is not around anybody: it waits
         is_new = path is not self._looked_at
         if self._pending is not None or not (is_new or now - self._looked_s >= _DETOUR_RETRY_S):
             return
