@@ -5,12 +5,15 @@ from __future__ import annotations
 import ast
 import re
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
 import pytest
 
 import mavlink_sitl
+
+pytestmark = pytest.mark.xdist_group("test_house")  # it parses each module once
 
 ROOT = Path(__file__).parents[2]
 PRODUCT = sorted([*ROOT.glob("src/*/**/*.py"), *ROOT.glob("sitl/mavlink_sitl/**/*.py")])
@@ -27,6 +30,13 @@ def _name(file: Path) -> str:
 @cache
 def _parsed(file: Path) -> ast.Module:
     return ast.parse(file.read_text())
+
+
+@pytest.fixture(autouse=True, scope="module")
+def forget_the_trees() -> Iterator[None]:
+    """A million nodes would make each later collection of the process take a second."""
+    yield
+    _parsed.cache_clear()
 
 
 def test_the_product_is_found() -> None:
