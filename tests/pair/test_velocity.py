@@ -110,7 +110,8 @@ def test_a_copter_keeps_the_limits(vehicle: tuple[str, str]) -> None:
     flight.begin()
     level, up = [], []
     for linear in ((50.0, 0.0, 0.0), (0.0, 50.0, 0.0), (0.0, 0.0, 50.0), (0.0, 0.0, -50.0)):
-        for _ in range(40):
+        # The integrator of a PX4's climb takes some seconds from one direction to the other.
+        for _ in range(60):
             flight.steer(0.1, linear, frame="map")
             north, east, down = (float(v) for v in flight.simulation.truth.velocity_ned_m_s[0])
             level.append(math.hypot(north, east))
