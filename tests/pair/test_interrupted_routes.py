@@ -107,6 +107,7 @@ def test_another_route_and_a_waypoint_that_it_does_not_have_are_rejected() -> No
         (replace(shorter, first=1, interrupted_id=cancelled.route_id), "not the one that was"),
         (replace(ROUTE, laps=2, first=1, interrupted_id=cancelled.route_id), "not the one that"),
         (replace(ROUTE, first=4), "first is 4; the route has 4 waypoints over all laps"),
+        (WaypointsRequest(ROUTE.waypoints * 250, laps=1000, first=1), "The rest has 999999"),
     ):
         rejection = flight.check(other)
         assert rejection is not None

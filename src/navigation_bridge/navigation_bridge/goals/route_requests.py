@@ -23,6 +23,8 @@ from navigation_core.safety.target_checks import Rejection, check_target
 from navigation_core.tasks.waypoint import RouteWaypoint
 
 WAYPOINTS_MAX = 1000
+# The rest of an interrupted route is checked leg by leg, over all laps, by the thread that flies.
+REST_MAX = 10_000
 # An ArduPilot stores 650 items or more, and a waypoint may need two more for speed and heading.
 MISSION_WAYPOINTS_MAX = 500
 # Within less than this, arrival cannot be distinguished from position noise.
@@ -100,6 +102,9 @@ def _problem_of_route(request: WaypointsRequest) -> str | None:
     total = count * max(request.laps, 1)
     if request.first >= total:
         return f"first is {request.first}; the route has {total} waypoints over all laps."
+    if request.first and total - request.first > REST_MAX:
+        left = total - request.first
+        return f"The rest has {left} waypoints over all laps; send at most {REST_MAX}."
     if request.interrupted_id not in (0, request.route_id):
         return (
             f"The route is not the one that was interrupted: its route_id is {request.route_id}, "

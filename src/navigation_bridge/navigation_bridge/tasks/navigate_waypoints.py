@@ -59,7 +59,8 @@ def _admit(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Admitted | R
     if isinstance(waypoints, Rejection):
         return waypoints
     route = Route(waypoints, max(request.laps, 1), request.first, request.route_id)
-    targets = tuple(waypoint.position_enu_m for waypoint in route.flown[: len(waypoints)])
+    one_lap = range(min(route.total, len(waypoints)))
+    targets = tuple(route.at(index).position_enu_m for index in one_lap)
     warnings = check_obstacles(targets, request.avoid_obstacles, request.by_mission, snapshot)
     if isinstance(warnings, Rejection):
         return warnings
