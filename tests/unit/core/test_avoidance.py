@@ -228,14 +228,51 @@ def test_a_goal_on_the_ground_takes_off_and_waits_when_there_is_no_path() -> Non
     assert vehicle.position[2] > 1.0
 
 
-def test_a_target_that_is_too_near_to_an_obstacle_says_so() -> None:
+def test_a_target_that_is_too_near_to_an_obstacle_is_approached_and_says_so() -> None:
     vehicle, task = hovering(), goto()
-    vehicle.obstacles = post(30.0, 1.7)
+    vehicle.obstacles = post(30.0, 0.7)
     watched = Watched(task, vehicle)
     outcome = watched.fly().outcome
     assert outcome.code is OutcomeCode.NO_PATH
-    assert "1.20 m from an obstacle" in outcome.message
+    assert "0.20 m from an obstacle" in outcome.message
     assert "1.5 m" in outcome.message
+    # It waits where there is room, as near to the target as that allows.
+    assert 1.0 < distance(vehicle.position, TARGET) < 2.0
+    assert watched.nearest_m >= AVOIDANCE.conflict_clearance_m
+    assert Status.SETTLING not in watched.statuses
+
+
+def test_a_target_beside_which_there_is_room_within_its_radius_is_reached() -> None:
+    vehicle, task = hovering(), goto()
+    vehicle.obstacles = post(30.0, 1.7)
+    outcome = fly(task, vehicle).outcome
+    assert outcome.code is OutcomeCode.SUCCESS, outcome.message
+    assert distance(vehicle.position, TARGET) <= CONFIG.arrival_radius_m
+
+
+@pytest.mark.parametrize("free_s", [4.0, 25.0], ids=["before it is there", "while it waits"])
+def test_a_target_that_seems_occupied_from_afar_is_reached_once_it_is_free(free_s: float) -> None:
+    vehicle, task = hovering(), goto(avoidance=PATIENT)
+    watched = Watched(task, vehicle)
+
+    def change(elapsed_s: float) -> None:
+        vehicle.obstacles = post(30.0, 0.5) if elapsed_s < free_s else NOTHING
+
+    assert watched.fly(change).outcome.code is OutcomeCode.SUCCESS
+    assert (Status.BLOCKED in watched.statuses) is (free_s > 20.0)
+
+
+def test_what_drives_stops_before_a_target_that_is_occupied() -> None:
+    vehicle = PointMass(armed=True, in_control=True, airborne=None, position=(0.0, 0.0, 0.0))
+    vehicle.obstacles = post(30.0, 0.0)
+    avoidance = dataclasses.replace(AVOIDANCE, heights_m=None, blocked_timeout_s=3.0)
+    task = fly_to(
+        GotoGoal((30.0, 0.0, 0.0)), FlightTerms(CONFIG, traits=ROVER, avoidance=avoidance)
+    )
+    watched = Watched(task, vehicle)
+    assert watched.fly().outcome.code is OutcomeCode.NO_PATH
+    assert 1.5 < distance(vehicle.position, (30.0, 0.0, 0.0)) < 3.5
+    assert watched.nearest_m >= AVOIDANCE.brake_clearance_m
 
 
 def test_who_is_blocked_where_it_was_to_go_has_arrived() -> None:
@@ -531,7 +568,7 @@ def test_a_waypoint_inside_an_obstacle_blocks_until_it_is_free() -> None:
     watched = Watched(task, vehicle)
 
     def change(elapsed_s: float) -> None:
-        vehicle.obstacles = post(20.0, 0.0) if elapsed_s < 8.0 else NOTHING
+        vehicle.obstacles = post(20.0, 0.0) if elapsed_s < 15.0 else NOTHING
 
     flight = watched.fly(change)
     assert flight.outcome.code is OutcomeCode.SUCCESS

@@ -256,8 +256,7 @@ class SetpointFlight(PhasedTask):
         if self._phase not in _LED:
             self._leader.restart()
         self._follower.plan_to_goal(observation)
-        avoider = self._avoider
-        may_begin = avoider is None or avoider.may_begin(observation, now)
+        may_begin = self._avoider is None or self._avoider.may_begin(observation, now)
         self._go(Phase.NAVIGATING if may_begin else Phase.BLOCKED, now)
 
     def _navigate(self, observation: Observation, now: float) -> Answer:
@@ -279,6 +278,8 @@ class SetpointFlight(PhasedTask):
         radius_m = self._arrival.radius_m
         if not traffic.leads_elsewhere:
             if carrot.arrived if path is None else path.left_m <= radius_m:
+                if self._avoider is not None and self._avoider.has_ended_short(observation, now):
+                    return Phase.BLOCKED
                 carrot.finish()
                 return Phase.SETTLING if self._arrival.settles else self._arrived(here)
             if carrot.stalled_s > self._arrival.patience_s:
@@ -288,9 +289,8 @@ class SetpointFlight(PhasedTask):
 
     def _among_others(self, observation: Observation, now: float) -> TrafficStep:
         """Reserve what is ahead, where there is anybody to keep apart from."""
-        if observation.traffic is None and self._in_traffic.last is ALONE:
-            return ALONE
-        return self._in_traffic.step(observation, now)
+        is_alone = observation.traffic is None and self._in_traffic.last is ALONE
+        return ALONE if is_alone else self._in_traffic.step(observation, now)
 
     def _settle(self, observation: Observation, now: float) -> Answer:
         here, carrot = located(observation, self._config.position_stale_s), self._follower.carrot

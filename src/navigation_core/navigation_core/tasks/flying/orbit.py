@@ -78,6 +78,8 @@ class OrbitItinerary:
         # Where the circle was left, or will be entered, and the part of it that is flown.
         self._angle_rad: float | None = None
         self._entry_rad = 0.0
+        # Where it waits beside a circle that is free nowhere, so that it does not go round it.
+        self._occupied_rad: float | None = None
         self._is_entered = False
         self._part: RingPart | None = None
         self._part_flown_rad = 0.0
@@ -103,7 +105,7 @@ class OrbitItinerary:
         else:
             first_rad = self._ring.entry_rad(place)
         self._part = None
-        self._entry_rad = self._free_entry_rad(first_rad, obstacles)
+        self._entry_rad = self._choose_entry_rad(first_rad, obstacles)
         return Section(self._goal(self._entry_rad), settles=False)
 
     def _round(self, turn_rad: float) -> Section:
@@ -129,13 +131,16 @@ class OrbitItinerary:
         clearance_m = self._avoidance.plan_clearance_m
         return free_turn_rad(self._ring, from_rad, turn_rad, obstacles, clearance_m)
 
-    def _free_entry_rad(self, first_rad: float, obstacles: Obstacles | None) -> float:
-        """Return the first angle from which on the circle is free; the first if there is none."""
+    def _choose_entry_rad(self, first_rad: float, obstacles: Obstacles | None) -> float:
+        """Return the first angle from which on the circle is free; always the same without one."""
         for step_rad in np.arange(0.0, math.tau, _SEARCH_RAD):
             angle_rad = first_rad + self._ring.sign * float(step_rad)
             if self._free_rad(angle_rad, _LEAST_TURN_RAD, obstacles) >= _LEAST_TURN_RAD:
+                self._occupied_rad = None
                 return angle_rad
-        return first_rad
+        if self._occupied_rad is None:
+            self._occupied_rad = first_rad
+        return self._occupied_rad
 
     # --- what was flown ---------------------------------------------------------------
 

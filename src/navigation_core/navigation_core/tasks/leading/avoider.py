@@ -123,6 +123,14 @@ class Avoider:
         else:
             self._plan_on(path, carrot, observation, now)
 
+    def has_ended_short(self, observation: Observation, now: float) -> bool:
+        """Stop at the end of a path, if that ends before its points do; return whether it does."""
+        path = self._follower.path
+        if path is None or not path.ends_short:
+            return False
+        self._stop(observation, now, path.ends_short)
+        return True
+
     def wait(self, observation: Observation, now: float, may_plan: bool) -> Decision:
         """Decide what to do while there is no path, which may be looked for or not."""
         may_plan = not self._hears_nothing(observation) and may_plan
@@ -238,7 +246,7 @@ class Avoider:
     def _plan_on(
         self, path: CheckedPath, carrot: Carrot, observation: Observation, now: float
     ) -> None:
-        """Plan the rest of a long path before it gets there, or stop where its plan ends."""
+        """Plan the rest of a path before it gets there, or stop where its plan ends."""
         if carrot.time_s < path.extend_s:
             return
         # In a corner, or right before one, it could not be done without a stop.

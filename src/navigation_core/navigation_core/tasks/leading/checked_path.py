@@ -30,6 +30,7 @@ from navigation_core.geometry import (
 )
 from navigation_core.limits import Limits
 from navigation_core.mapping.obstacles import Obstacles
+from navigation_core.planning.clearance_escape import escape_point
 from navigation_core.planning.conflicts import MotionSamples, clearance_at_m, first_conflict
 from navigation_core.planning.planner import NoPath, PlanLimits, plan
 from navigation_core.safety.braking import must_brake, stopping_ends
@@ -42,6 +43,9 @@ from navigation_core.trajectories.trajectory import Trajectory, plan_stop
 # A route is planned around obstacles for this distance ahead, or this many of its points, to bound
 # the work; the path is extended this time before its end.
 _HORIZON_M, _POINTS_MAX, _EXTEND_BEFORE_END_S = 100.0, 6, 10.0
+# A place beside a target without room is worth a flight if it is this far away. Halfway there the
+# target is looked at again, unless the rest takes less than this time.
+_APPROACH_MIN_M, _LOOK_AGAIN_MIN_S = 1.0, 1.0
 # Slower than this a vehicle need not stop before it takes another path.
 _SLOW_M_S = 0.3
 # Maximum number of trajectories tried along the same lines, and from the same start.
@@ -73,6 +77,7 @@ class CheckedPath:
         samples: the motion, to be checked against obstacles.
         extend_s: when it is to be planned on, in trajectory time.
         entered_s: where it is gone over to, in trajectory time.
+        ends_short: why it ends before a point that was asked for; empty if it passes all of them.
     """
 
     trajectory: Trajectory
@@ -80,6 +85,7 @@ class CheckedPath:
     samples: MotionSamples
     extend_s: float = math.inf
     entered_s: float = 0.0
+    ends_short: str = ""
 
     @property
     def length_m(self) -> float:
@@ -101,6 +107,23 @@ class _Via:
 
     point: RoutePoint
     asked: bool
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """The part of a route that is planned through now.
+
+    Attributes:
+        points: at least one.
+        room_m: the least clearance of them.
+        far: the points that are for later.
+        ends_short: why the last point stands for one that was asked for; empty if it does not.
+    """
+
+    points: tuple[RoutePoint, ...]
+    room_m: float
+    far: tuple[RoutePoint, ...]
+    ends_short: str = ""
 
 
 class _Fault(Enum):
@@ -152,16 +175,9 @@ class PathPlanner:
         Raises:
             TrajectoryError: no trajectory could be calculated.
         """
-        points, far = self._split(start.position_enu_m, points)
-        nearest = min(points, key=lambda p: self._clearance_m(p.position_enu_m, obstacles))
-        room_m = self._clearance_m(nearest.position_enu_m, obstacles)
-        needed_m = self._config.plan_clearance_m
-        if room_m < needed_m:
-            x, y, z = nearest.position_enu_m
-            return NoPath(
-                f"The point ({x:.1f}, {y:.1f}, {z:.1f}) m on the route is {room_m:.2f} m from an "
-                f"obstacle; the required clearance is {needed_m:g} m."
-            )
+        stretch = self._stretch(start.position_enu_m, points, obstacles)
+        if isinstance(stretch, NoPath):
+            return stretch
         where_they_are = obstacles if seen is None else seen
         if self._is_cornered(start.position_enu_m, heading_enu_rad, where_they_are):
             return NoPath(
@@ -172,10 +188,10 @@ class PathPlanner:
         for begin in self._beginnings(start, obstacles):
             state = start if begin is None else KinematicState(begin.end_position_enu_m)
             left = _TRIES_IN_ALL
-            for extra_m in self._extras_m(room_m - needed_m):
+            for extra_m in self._extras_m(stretch.room_m - self._config.plan_clearance_m):
                 if not is_wanted():
                     return NoPath("The search was abandoned.")
-                lines = self._lines(state, heading_enu_rad, points, obstacles, extra_m)
+                lines = self._lines(state, heading_enu_rad, stretch.points, obstacles, extra_m)
                 if isinstance(lines, NoPath):
                     reason = lines.reason
                     continue
@@ -183,7 +199,9 @@ class PathPlanner:
                 path = self._fly(state, begin, lines, obstacles, tries)
                 left -= tries
                 if isinstance(path, CheckedPath):
-                    return self._continued(path, points[-1], far)
+                    if stretch.ends_short:
+                        return _ended_short(path, stretch, len(points))
+                    return self._continued(path, stretch.points[-1], stretch.far)
                 reason = (
                     "A path exists, but none that can be flown from here with a clearance of "
                     f"{self._config.flown_clearance_m:g} m to all obstacles."
@@ -193,17 +211,50 @@ class PathPlanner:
                     break
         return NoPath(reason)
 
-    def _split(
-        self, place_enu_m: Vector3, points: Sequence[RoutePoint]
-    ) -> tuple[Sequence[RoutePoint], tuple[RoutePoint, ...]]:
-        """Return the points that are planned through now, and those that are for later."""
-        ahead_m = 0.0
-        for count, point in enumerate(points, 1):
-            ahead_m += distance(place_enu_m, point.position_enu_m)
-            place_enu_m = point.position_enu_m
-            if count >= _POINTS_MAX or ahead_m >= _HORIZON_M:
-                return points[:count], tuple(points[count:])
-        return points, ()
+    def _stretch(
+        self, start_enu_m: Vector3, points: Sequence[RoutePoint], obstacles: Obstacles
+    ) -> _Stretch | NoPath:
+        """Return what is planned through now: up to the horizon, or to what has no room."""
+        near, far = _split(start_enu_m, points)
+        needed_m = self._config.plan_clearance_m
+        rooms_m = [self._clearance_m(point.position_enu_m, obstacles) for point in near]
+        blocked = next((i for i, room_m in enumerate(rooms_m) if room_m < needed_m), None)
+        if blocked is None:
+            return _Stretch(near, min(rooms_m), far)
+        x, y, z = near[blocked].position_enu_m
+        reason = (
+            f"The point ({x:.1f}, {y:.1f}, {z:.1f}) m on the route is {rooms_m[blocked]:.2f} m "
+            f"from an obstacle; the required clearance is {needed_m:g} m."
+        )
+        beside = self._beside(start_enu_m, near[: blocked + 1], obstacles)
+        if beside is None:
+            return NoPath(reason)
+        there_m = self._clearance_m(beside.position_enu_m, obstacles)
+        room_m = min(*rooms_m[:blocked], there_m) if blocked else there_m
+        return _Stretch((*near[:blocked], beside), room_m, (), reason)
+
+    def _beside(
+        self, start_enu_m: Vector3, points: Sequence[RoutePoint], obstacles: Obstacles
+    ) -> RoutePoint | None:
+        """Return a point with room near the last one, which has none; None if not worth a flight.
+
+        From afar a sensor sees an obstacle as wide as its beam, and what moves may have gone when
+        the vehicle is there.
+        """
+        before_enu_m = points[-2].position_enu_m if len(points) > 1 else start_enu_m
+        place = escape_point(
+            np.array(points[-1].position_enu_m),
+            np.array(before_enu_m),
+            obstacles,
+            self._config.plan_clearance_m,
+            self._config.heights_m if self._traits.flies else None,
+        )
+        if place is None:
+            return None
+        beside_enu_m = (float(place[0]), float(place[1]), float(place[2]))
+        if len(points) == 1 and distance(start_enu_m, beside_enu_m) < _APPROACH_MIN_M:
+            return None
+        return RoutePoint(beside_enu_m, 0.0, points[-1].limits)
 
     def _continued(
         self, path: CheckedPath, last: RoutePoint, far: tuple[RoutePoint, ...]
@@ -368,6 +419,28 @@ def _joined(begin: Trajectory | None, route: RouteTrajectory, vias: list[_Via]) 
         trajectory, before_s = begin.then(trajectory), begin.duration_s
     passed_s = [before_s + t for t, via in zip(route.passed_s, vias, strict=True) if via.asked]
     return CheckedPath(trajectory, tuple(passed_s), MotionSamples.of(trajectory))
+
+
+def _split(
+    place_enu_m: Vector3, points: Sequence[RoutePoint]
+) -> tuple[tuple[RoutePoint, ...], tuple[RoutePoint, ...]]:
+    """Return the points that are planned through now, and those that are for later."""
+    ahead_m = 0.0
+    for count, point in enumerate(points, 1):
+        ahead_m += distance(place_enu_m, point.position_enu_m)
+        place_enu_m = point.position_enu_m
+        if count >= _POINTS_MAX or ahead_m >= _HORIZON_M:
+            return tuple(points[:count]), tuple(points[count:])
+    return tuple(points), ()
+
+
+def _ended_short(path: CheckedPath, stretch: _Stretch, asked: int) -> CheckedPath:
+    """Return a path that is flown, and looked at again, though it passes not all points."""
+    duration_s = path.trajectory.duration_s
+    look_s = 0.5 * duration_s if duration_s >= 2.0 * _LOOK_AGAIN_MIN_S else math.inf
+    passed = len(stretch.points) - 1
+    passed_s = path.passed_s[:passed] + (math.inf,) * (asked - passed)
+    return replace(path, passed_s=passed_s, extend_s=look_s, ends_short=stretch.ends_short)
 
 
 def _gentler(
