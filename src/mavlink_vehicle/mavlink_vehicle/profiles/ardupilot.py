@@ -104,7 +104,21 @@ OTHER = Profile(
     # AP_ADSB.cpp: with 0 nothing is heard, and nothing sent.
     traffic_receiver_parameter="ADSB_TYPE",
 )
-_GUIDED = replace(OTHER, control_mode="GUIDED", return_mode="RTL", mission_mode="AUTO")
+# AP_Mount.cpp, AP_Camera.cpp, AP_Gripper.cpp: without them a command is not done.
+_EQUIPMENT = MappingProxyType(
+    {
+        "camera": ("CAM1_TYPE", 0.0),
+        "gimbal": ("MNT1_TYPE", 0.0),
+        "gripper": ("GRIP_ENABLE", 0.0),
+    }
+)
+_GUIDED = replace(
+    OTHER,
+    control_mode="GUIDED",
+    return_mode="RTL",
+    mission_mode="AUTO",
+    equipment=_EQUIPMENT,
+)
 
 # ArduCopter's mode_guided.cpp begins GUIDED with the waypoints' acceleration, and AC_PosControl.cpp
 # has the jerk; AP_Math's control.cpp says how a target is come to with both.

@@ -234,6 +234,8 @@ class Profile:
             when it has landed.
         messages: the messages that it sends and expects.
         wanted_parameters: parameters that are read and kept up to date.
+        equipment: by what may be missing ("camera", "gimbal", "gripper") the parameter that says so
+            and its value then; the parameter is read and kept up to date, too.
         traffic_receiver_parameter: the one that is 0 without an ADS-B receiver; None where there
             is none, and what a receiver reports is passed on.
         failsafe_settings: what says how it reacts to failures; read by `navigation_server --check`.
@@ -271,6 +273,7 @@ class Profile:
     earlier_mode_after_landing: bool = False
     messages: MessageProperties = MessageProperties()
     wanted_parameters: tuple[str, ...] = ()
+    equipment: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     traffic_receiver_parameter: str | None = None
     failsafe_settings: tuple[FailsafeSetting, ...] = ()
     parameters_bytewise: bool = False
