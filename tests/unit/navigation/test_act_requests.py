@@ -10,7 +10,7 @@ import pytest
 
 from drone_navigation.client.client_goal import _message
 from drone_navigation.server.conversions import _waypoint
-from mavlink_vehicle.profiles import ardupilot
+from mavlink_vehicle.profiles import Profile, ardupilot, px4
 from navigation_bridge.goals.act_requests import check_equipment, resolve_acts
 from navigation_bridge.goals.requests import (
     ActKind,
@@ -106,6 +106,27 @@ def test_ten_thousand_acts_at_a_waypoint_are_rejected() -> None:
     assert rejection is not None
     assert rejection.code is OutcomeCode.INVALID_WAYPOINTS
     assert "it has 10000 acts; send at most 20" in rejection.message
+
+
+@pytest.mark.parametrize(
+    ("profile", "act", "by_mission", "text"),
+    [
+        (px4.COPTER, EACH[6], False, "PX4 multicopter has 4 outputs"),
+        (px4.COPTER, replace(EACH[6], channel=2), True, "by setpoints only"),
+        (px4.COPTER, EACH[0], True, "required is for setpoints"),
+        (px4.PLANE, EACH[1], False, "a plane does acts in missions only"),
+        (ardupilot.PLANE, EACH[1], True, ""),
+    ],
+)
+def test_what_a_kind_of_vehicle_cannot_do_is_rejected(
+    profile: Profile, act: ActRequest, by_mission: bool, text: str
+) -> None:
+    waypoint = replace(PLACE, acts=(act,))
+    rejection = check_equipment(waypoint, profile, {}, by_mission=by_mission)
+    assert (rejection is None) == (not text)
+    if rejection is not None:
+        assert rejection.code is OutcomeCode.UNSUPPORTED_VEHICLE
+        assert text in rejection.message
 
 
 @pytest.mark.parametrize(

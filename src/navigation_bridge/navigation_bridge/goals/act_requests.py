@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from mavlink_vehicle.profiles import Profile
+from mavlink_vehicle.profiles import Profile, VehicleKind
 from navigation_bridge.goals.point_requests import check_geodetic
 from navigation_bridge.goals.requests import ActKind, ActRequest, PointMode, WaypointRequest
 from navigation_core.geometry import Vector3
@@ -61,19 +61,37 @@ def check_acts(waypoint: WaypointRequest) -> Rejection | None:
 
 
 def check_equipment(
-    waypoint: WaypointRequest, profile: Profile, parameters: Mapping[str, float]
+    waypoint: WaypointRequest,
+    profile: Profile,
+    parameters: Mapping[str, float],
+    *,
+    by_mission: bool = False,
 ) -> Rejection | None:
-    """Return why this vehicle cannot do the acts by what its parameters say, or None."""
+    """Return why this vehicle cannot do the acts, by its kind and its parameters, or None.
+
+    Args:
+        waypoint: the waypoint.
+        profile: that of the vehicle.
+        parameters: what is known of its parameters.
+        by_mission: whether the acts are stored in the vehicle.
+    """
+    rules = profile.equipment
     for number, act in enumerate(waypoint.acts, start=1):
-        if act.kind not in _EQUIPMENT:
-            continue
-        what = _EQUIPMENT[act.kind]
-        name, absent = profile.equipment.get(what, ("", math.nan))
+        what = "" if act.kind is None else _EQUIPMENT.get(act.kind, "")
+        name, absent = rules.absent.get(what, ("", math.nan))
+        text = ""
         if parameters.get(name) == absent:
-            text = (
-                f"act {number} ({act.kind.name}): the vehicle has no {what} ({name} is "
-                f"{absent:g}); set it up, or remove the act."
-            )
+            text = f"the vehicle has no {what} ({name} is {absent:g})"
+        elif act.kind is ActKind.SERVO and act.channel > rules.channel_max:
+            text = f"channel is {act.channel}; {profile.name} has {rules.channel_max} outputs"
+        elif act.kind is ActKind.SERVO and by_mission and rules.actuators:
+            text = f"{profile.name} takes outputs by setpoints only, not in a mission"
+        elif act.required and by_mission:
+            text = "required is for setpoints; a vehicle does not report the acts of its mission"
+        elif profile.kind is VehicleKind.PLANE and not by_mission:
+            text = "a plane does acts in missions only"
+        if act.kind is not None and text:
+            text = f"act {number} ({act.kind.name}): {text}; change or remove the act."
             return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, text)
     return None
 

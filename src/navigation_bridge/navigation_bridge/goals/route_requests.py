@@ -64,9 +64,7 @@ def resolve_waypoints(
         above_ground = waypoint.altitude_reference is AltitudeReference.GROUND
         if above_ground and not follows_terrain:
             return Rejection(OutcomeCode.INVALID_WAYPOINTS, f"Waypoint {number}: {_NO_TERRAIN}")
-        position = _place(waypoint, snapshot)
-        if not isinstance(position, Rejection):
-            position = check_equipment(waypoint, snapshot.profile, snapshot.parameters) or position
+        position = _place(waypoint, snapshot, by_mission=request.by_mission)
         if isinstance(position, Rejection):
             return Rejection(position.code, f"Waypoint {number}: {position.message}")
         speed_m_s = waypoint.max_speed_m_s or request.max_speed_m_s
@@ -84,13 +82,18 @@ def resolve_waypoints(
     return tuple(waypoints)
 
 
-def _place(waypoint: WaypointRequest, snapshot: LocatedSnapshot) -> Vector3 | Rejection:
-    rejection = check_waypoint(waypoint)
+def _place(
+    waypoint: WaypointRequest, snapshot: LocatedSnapshot, *, by_mission: bool
+) -> Vector3 | Rejection:
+    profile, parameters = snapshot.profile, snapshot.parameters
+    rejection = check_waypoint(waypoint) or check_equipment(
+        waypoint, profile, parameters, by_mission=by_mission
+    )
     if rejection is not None:
         return rejection
     ground_enu_m, traits = snapshot.ground_enu_m, snapshot.traits
-    position = _in_map(waypoint, snapshot, waypoint.position)
-    position = on_ground(position, ground_enu_m, traits)
+    place = _in_map(waypoint, snapshot, waypoint.position)
+    position = on_ground(place, ground_enu_m, traits)
     if isinstance(position, Rejection):
         return position
     volume = volume_for(snapshot.config.volume, traits)

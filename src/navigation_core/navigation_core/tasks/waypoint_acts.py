@@ -8,6 +8,8 @@ from typing import TypeAlias
 from navigation_core.geometry import Vector3
 
 __all__ = [
+    "ActOrder",
+    "ActReport",
     "PointAngle",
     "PointNeutral",
     "PointPosition",
@@ -109,3 +111,29 @@ class WaypointAct:
 
     act: VehicleAct | WaitHere
     required: bool = False
+
+
+@dataclass(frozen=True)
+class ActOrder:
+    """An act that a task asks the vehicle for.
+
+    Attributes:
+        number: counts the orders of a task from 1.
+        act: what is to be done.
+    """
+
+    number: int
+    act: VehicleAct
+
+
+@dataclass(frozen=True)
+class ActReport:
+    """The end of an act that a task has asked for.
+
+    Attributes:
+        number: that of the order.
+        failure: why it was not done, as a sentence without its subject; empty if it was.
+    """
+
+    number: int
+    failure: str = ""
