@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mavlink_vehicle.codec import Message, make, mavlink, with_source
+from mavlink_vehicle.events import EquipmentAnswered
 from mavlink_vehicle.profiles import ardupilot, px4
 from mavlink_vehicle.profiles.equipment import EquipmentCommand
 from mavlink_vehicle.protocols.equipment.equipment_commands import EquipmentCommands
@@ -19,7 +20,7 @@ def service() -> EquipmentCommands:
 
 
 def sent(equipment: EquipmentCommands) -> list[int]:
-    return [message.command for message in equipment.messages_to_send()]
+    return [getattr(message, "command", 0) for message in equipment.messages_to_send()]
 
 
 def answer(equipment: EquipmentCommands, command: int, result: int, now: float = 0.1) -> None:
@@ -30,7 +31,7 @@ def answer(equipment: EquipmentCommands, command: int, result: int, now: float =
 
 def failure_of(equipment: EquipmentCommands, number: int) -> str:
     event = equipment.next_event()
-    assert event is not None
+    assert isinstance(event, EquipmentAnswered)
     assert event.number == number
     assert equipment.next_event() is None, "one request, one answer"
     return event.failure
@@ -55,6 +56,8 @@ def test_a_lost_command_is_repeated_with_the_number_of_its_photo() -> None:
     (first,) = equipment.messages_to_send()
     equipment.handle_timer(0.6)
     (second,) = equipment.messages_to_send()
+    assert isinstance(first, mavlink.MAVLink_command_long_message)
+    assert isinstance(second, mavlink.MAVLink_command_long_message)
     assert (first.param4, second.param4) == (3.0, 3.0), "no second photo is taken"
     answer(equipment, mavlink.MAV_CMD_IMAGE_START_CAPTURE, ACCEPTED, 0.7)
     assert failure_of(equipment, 3) == ""
@@ -97,7 +100,7 @@ def test_a_place_is_sent_in_degrees_times_1e7() -> None:
     equipment = service()
     equipment.send(1, [RULES.point_position((47.5, -8.25, 410.0))], 0.0)
     (message,) = equipment.messages_to_send()
-    assert message.get_type() == "COMMAND_INT"
+    assert isinstance(message, mavlink.MAVLink_command_int_message)
     assert (message.x, message.y, message.z) == (475_000_000, -82_500_000, 410.0)
 
 
