@@ -135,3 +135,21 @@ def test_a_vehicle_without_a_camera_rejects_a_photo() -> None:
     assert rejection is not None
     assert rejection.code is OutcomeCode.UNSUPPORTED_VEHICLE
     assert rejection.message.startswith("Waypoint 1: act 1 (PHOTO): the vehicle has no camera")
+
+
+@pytest.mark.parametrize("by_mission", [False, True])
+def test_an_arducopter_points_shoots_and_grips_on_its_route(by_mission: bool) -> None:
+    flight = flight_of("ardupilot", CAM1_TYPE=1.0, MNT1_TYPE=1.0, GRIP_ENABLE=1.0)
+    payload = flight.simulation.vehicles[0].firmware.payload
+    first = (
+        ActRequest(ActKind.POINT, pitch_rad=-math.pi / 2, yaw_rad=-math.pi / 4),
+        ActRequest(ActKind.TRIGGER_DISTANCE, distance_m=3.0),
+        ActRequest(ActKind.GRIPPER, grabs=True),
+    )
+    last = (ActRequest(ActKind.TRIGGER_DISTANCE), ActRequest(ActKind.PHOTO))
+    end, _ = fly(flight, route(first, last, by_mission))
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert "Not done" not in end.message
+    assert (payload.pitch_deg, payload.yaw_deg) == pytest.approx((-90.0, 45.0))
+    assert payload.gripped is True
+    assert 4 <= payload.photos <= 5, "one at once, one each 3 m of 10 m, one at the end"
