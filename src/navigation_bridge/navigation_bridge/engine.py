@@ -99,6 +99,7 @@ class Engine:
             mode_requested=requested,
             mode_unclear=taken and overtaken.is_open,
             command=self._features.command if goal.follows_commands else None,
+            followed=None if goal.followed is None else self._features.followed,
             traffic=traffic,
         )
 

@@ -35,6 +35,7 @@ from navigation_core.tasks.observation import (
     OtherVehicles,
     VehicleMode,
 )
+from navigation_core.tasks.tracked_target import TrackedTarget
 from navigation_core.tasks.velocity_command import VelocityCommand
 
 __all__ = ["LatenessWatch", "Observer", "own_share", "position_fault"]
@@ -107,6 +108,7 @@ class Observer:
         mode_requested: bool = False,
         mode_unclear: bool = False,
         command: VelocityCommand | None = None,
+        followed: TrackedTarget | None = None,
         traffic: OtherVehicles | None = None,
     ) -> Snapshot:
         """Return all that is known now.
@@ -121,6 +123,7 @@ class Observer:
             mode_requested: whether a mode requested outside of the task is pending.
             mode_unclear: whether a request may still overtake the mode that somebody chose.
             command: the velocity command that the goal follows.
+            followed: the target that the goal follows.
             traffic: the other vehicles.
         """
         vehicle, obstacles = self._vehicle, self._obstacles
@@ -168,6 +171,7 @@ class Observer:
             position_doubt="" if fault is None else fault.reason,
             fence=standing.fence,
             command=command,
+            followed=followed,
             traffic=traffic,
             state=state,
             found=profile is not None,
