@@ -7,6 +7,7 @@ from navigation_bridge.requests.feature import Feature
 from navigation_bridge.requests.gps_corrections import GpsCorrections
 from navigation_bridge.requests.log_requests import LogRequests
 from navigation_bridge.storage.storage_requests import StorageRequests
+from navigation_bridge.tasks.followed_target import FollowedTarget
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_bridge.traffic.vehicle_separation import VehicleSeparation
 
@@ -18,5 +19,6 @@ FEATURES: tuple[type[Feature], ...] = (
     GpsCorrections,
     LogRequests,
     VelocityCommands,
+    FollowedTarget,
     VehicleSeparation,
 )

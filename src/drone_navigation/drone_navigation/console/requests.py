@@ -18,6 +18,7 @@ from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
 from custom_interfaces.action import (
+    Follow,
     Land,
     Navigate,
     NavigateWaypoints,
@@ -31,6 +32,7 @@ from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoin
 from drone_navigation.console.page_types import RouteValue
 from navigation_bridge.names import (
     ACTION_NAME,
+    FOLLOW_ACTION_NAME,
     FRAME_MAP,
     LAND_ACTION_NAME,
     ORBIT_ACTION_NAME,
@@ -51,6 +53,7 @@ _Take: TypeAlias = Callable[..., None]
 ACTIONS = {
     ACTION_NAME: Navigate,
     WAYPOINTS_ACTION_NAME: NavigateWaypoints,
+    FOLLOW_ACTION_NAME: Follow,
     ORBIT_ACTION_NAME: Orbit,
     TAKEOFF_ACTION_NAME: Takeoff,
     LAND_ACTION_NAME: Land,
@@ -61,6 +64,7 @@ ACTIONS = {
 _COMMANDS = {
     ACTION_NAME: "The goal",
     WAYPOINTS_ACTION_NAME: "The route",
+    FOLLOW_ACTION_NAME: "Following",
     ORBIT_ACTION_NAME: "The orbit",
     TAKEOFF_ACTION_NAME: "The take-off",
     LAND_ACTION_NAME: "The landing",

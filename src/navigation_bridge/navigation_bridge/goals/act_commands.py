@@ -8,7 +8,7 @@ from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles import GENERIC, Profile
 from mavlink_vehicle.profiles.equipment import EquipmentCommand, EquipmentRules
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_core.tasks.waypoint_acts import (
+from navigation_core.tasks.inputs.waypoint_acts import (
     ActOrder,
     PointAngle,
     PointNeutral,

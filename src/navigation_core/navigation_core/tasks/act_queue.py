@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections import deque
 
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.inputs.waypoint_acts import ActOrder, WaitHere, WaypointAct
 from navigation_core.tasks.intents import Outcome, StopFirst
 from navigation_core.tasks.observation import Observation
-from navigation_core.tasks.waypoint_acts import ActOrder, WaitHere, WaypointAct
 
 __all__ = ["ActQueue"]
 
