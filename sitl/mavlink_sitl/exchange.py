@@ -319,6 +319,13 @@ class ItemReached:
 
 
 @dataclass(frozen=True)
+class PhotoTaken:
+    """The camera has taken a photo; photos are counted from 1."""
+
+    number: int
+
+
+@dataclass(frozen=True)
 class HomeChanged:
     """Home was set."""
 
@@ -339,5 +346,11 @@ class RebootRequested:
 
 
 Event: TypeAlias = (
-    StatusText | ModeChanged | HomeChanged | ItemReached | ParameterSaved | RebootRequested
+    StatusText
+    | ModeChanged
+    | HomeChanged
+    | ItemReached
+    | ParameterSaved
+    | PhotoTaken
+    | RebootRequested
 )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.devices import aux_functions
 from mavlink_sitl.exchange import Result, Severity
-from mavlink_sitl.mavlink import kind_commands, setpoints
+from mavlink_sitl.mavlink import kind_commands, payload_commands, setpoints
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.messages import known_messages
 from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
@@ -85,6 +85,7 @@ def _look_at(_: MavlinkServer, command: ReceivedCommand) -> Result:
 
 
 GROUND_COMMANDS: dict[int, tuple[Handler, int]] = {
+    **payload_commands.PAYLOAD_COMMANDS,
     dialect.MAV_CMD_DO_SET_SERVO: (
         lambda s, c: s.vehicle.outputs.set_servo(int(c.params[0]), c.params[1]),
         2,
@@ -95,16 +96,10 @@ GROUND_COMMANDS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_SEND_BANNER: (_send_banner, 0),
     # Devices that are not simulated. The answers are those of the recording `copter_ground_cmds`.
     dialect.MAV_CMD_DO_SET_ROI: (_look_at, 0),
-    dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_look_at, 0),
-    dialect.MAV_CMD_DO_SET_ROI_NONE: (_always(Result.ACCEPTED), 0),
     dialect.MAV_CMD_DO_SET_RELAY: (_always(Result.ACCEPTED), 2),
     dialect.MAV_CMD_DO_REPEAT_RELAY: (_always(Result.ACCEPTED), 3),
     dialect.MAV_CMD_DO_REPEAT_SERVO: (_always(Result.ACCEPTED), 4),
-    dialect.MAV_CMD_DO_GRIPPER: (_always(Result.FAILED), 0),
     dialect.MAV_CMD_VIDEO_START_CAPTURE: (_always(Result.FAILED), 0),
-    dialect.MAV_CMD_DO_MOUNT_CONTROL: (_always(Result.FAILED), 0),
-    dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST: (_always(Result.ACCEPTED), 3),
-    dialect.MAV_CMD_DO_DIGICAM_CONTROL: (_always(Result.ACCEPTED), 4),
     dialect.MAV_CMD_DO_START_MAG_CAL: (_always(Result.ACCEPTED), 4),
     dialect.MAV_CMD_DO_ACCEPT_MAG_CAL: (_always(Result.ACCEPTED), 1),
     dialect.MAV_CMD_DO_CANCEL_MAG_CAL: (_always(Result.ACCEPTED), 1),

@@ -23,6 +23,7 @@ from mavlink_sitl.exchange import (
     ItemReached,
     ModeChanged,
     ParameterSaved,
+    PhotoTaken,
     RebootRequested,
     Severity,
     StatusText,
@@ -56,6 +57,7 @@ LATEST_SIGNATURE = 2**48 - 2**40
 SCANNER_US = 100_000
 """A scanner turns ten times a second"""
 _HOME_POSITION, _GPS_GLOBAL_ORIGIN, _OBSTACLE_DISTANCE = 242, 49, 330
+_CAMERA_FEEDBACK = 180
 
 
 class PoweredUp(NamedTuple):
@@ -283,6 +285,8 @@ class MavlinkServer:
             self._send_telemetry(_GPS_GLOBAL_ORIGIN)
         elif isinstance(event, ItemReached):
             self.send(dialect.MAVLink_mission_item_reached_message(event.seq))
+        elif isinstance(event, PhotoTaken):
+            self._send_telemetry(_CAMERA_FEEDBACK)
         elif isinstance(event, ParameterSaved):
             self.send(saved_parameter(event, self.vehicle.parameters))
         elif isinstance(event, RebootRequested):

@@ -275,6 +275,19 @@ class StoodStill:
 
 
 @dataclass(frozen=True)
+class EquipmentAnswered:
+    """A request to a camera, a gimbal, a gripper or an output has ended.
+
+    Attributes:
+        number: of the request.
+        failure: why it was not done, without a full stop; empty if the vehicle accepted it.
+    """
+
+    number: int
+    failure: str
+
+
+@dataclass(frozen=True)
 class StoredListFinished:
     """The reading or writing of a fence or of rally points ended.
 
@@ -431,6 +444,7 @@ VehicleEvent: TypeAlias = (
     | RangesMeasured
     | RangesRefused
     | StoodStill
+    | EquipmentAnswered
     | StoredListFinished
     | ParametersFinished
     | LogEvent

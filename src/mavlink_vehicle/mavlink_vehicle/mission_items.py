@@ -36,6 +36,15 @@ _PLACELESS = frozenset(
         mavlink.MAV_CMD_CONDITION_DELAY,
         mavlink.MAV_CMD_DO_JUMP,
         mavlink.MAV_CMD_DO_CHANGE_SPEED,
+        mavlink.MAV_CMD_DO_SET_ROI_NONE,
+        mavlink.MAV_CMD_DO_SET_SERVO,
+        mavlink.MAV_CMD_DO_SET_ACTUATOR,
+        mavlink.MAV_CMD_DO_GRIPPER,
+        mavlink.MAV_CMD_DO_DIGICAM_CONTROL,
+        mavlink.MAV_CMD_DO_MOUNT_CONTROL,
+        mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
+        mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW,
+        mavlink.MAV_CMD_IMAGE_START_CAPTURE,
     }
 )
 # ArduPilot keeps heights in centimetres, and all numbers travel as float32.

@@ -6,6 +6,7 @@ import math
 
 from mavlink_vehicle.errors import SetpointError
 from mavlink_vehicle.vehicle import SetpointNed, Vehicle
+from navigation_bridge.goals.act_commands import commands_of
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.operations import STREAMED, begin_operation, begin_upload
@@ -16,6 +17,7 @@ from navigation_bridge.vehicle.traits import velocity_only
 from navigation_core.geometry import dot, norm
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.intents import Fly, Outcome, Perform
+from navigation_core.tasks.waypoint_acts import ActOrder
 
 __all__ = ["Effects"]
 
@@ -68,6 +70,16 @@ class Effects:
             return Outcome(OutcomeCode.INTERNAL_ERROR, str(error), None)
         goal.times.setpoint_sent(goal.task.may_replan, now)
         return None
+
+    def act(self, goal: ActiveGoal, order: ActOrder | None, now: float) -> None:
+        """Ask the vehicle for an act that is new; its answer comes as an event."""
+        if order is None or not goal.act.is_new(order):
+            return
+        goal.act.began(order)
+        address = self._vehicle.address
+        sender = (address.source_system, address.source_component)
+        commands = commands_of(order, self._vehicle.profile, self._map_frame, sender)
+        self._vehicle.equipment.send(order.number, commands, now)
 
     def rest(self, goal: ActiveGoal, now: float) -> None:
         """Stop a vehicle that is still under our control, at the end of its goal."""

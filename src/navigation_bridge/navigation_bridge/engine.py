@@ -92,6 +92,7 @@ class Engine:
         return parts.observer.look(
             now,
             operation=goal.operation.report,
+            act=goal.act.report,
             mission=mission,
             fault=position_fault(parts.positions, goal.doubt.jumps_ned_m),
             late_s=parts.lateness.recent_s(now),
@@ -201,8 +202,7 @@ class Engine:
     def _step_task(self, goal: ActiveGoal, snapshot: Snapshot) -> None:
         now = snapshot.time_s
         intent = goal.task.step(snapshot, now)
-        if goal.operation.report is not None:
-            goal.operation.known()
+        goal.operation.known()
         ended: Outcome | None = None
         if isinstance(intent, Outcome):
             ended = own_share(intent, snapshot.late_s)
@@ -225,6 +225,7 @@ class Engine:
         if ended is not None:
             self.end(goal, ended, now)
             return
+        self._effects.act(goal, goal.task.act, now)
         self._show_status(goal, snapshot)
         if (path_enu_m := goal.task.path_enu_m) is not goal.path_enu_m:
             self._report.plan(goal, path_enu_m)

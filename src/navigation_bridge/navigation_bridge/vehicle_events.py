@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mavlink_vehicle.events import (
+    EquipmentAnswered,
     ModeChanged,
     ModeOvertaken,
     OperationFinished,
@@ -72,6 +73,8 @@ class VehicleEvents:
             self._change_mode(event, now)
         elif isinstance(event, StationActed):
             self._take_act(event, now)
+        elif isinstance(event, EquipmentAnswered):
+            self._answer_act(event)
         elif isinstance(event, VehicleRebooted):
             self._report.log(LogLevel.WARN, "The autopilot restarted")
             self._parts.features.lose_vehicle()
@@ -84,6 +87,17 @@ class VehicleEvents:
             self._parts.features.give_vehicle_away()
         on_pause = self._engine.config.on_station_pause
         self._parts.stations.take(acted, self._engine.goal, on_pause, now)
+
+    def _answer_act(self, event: EquipmentAnswered) -> None:
+        goal, failure = self._engine.goal, event.failure
+        order = None if goal is None else goal.act.ended(event.number, failure)
+        if goal is None or order is None:
+            return
+        name = order.act.name
+        text = f"Act {name} was not done: {failure}." if failure else f"Act {name} done."
+        level = LogLevel.WARN if failure else LogLevel.INFO
+        self._report.log(level, f"Goal {goal.short_id}: {text}")
+        self._report.remark(goal, text)
 
     def _finish_operation(self, event: OperationFinished, now: float) -> None:
         self._report.operation(event)

@@ -44,6 +44,7 @@ class OutcomeCode(str, Enum):
     NO_PATH = "NO_PATH"
     NO_OBSTACLE_DATA = "NO_OBSTACLE_DATA"
     TRAFFIC = "TRAFFIC"
+    ACT_FAILED = "ACT_FAILED"
     LINK_LOST = "LINK_LOST"
     DISARMED = "DISARMED"
     LANDED = "LANDED"

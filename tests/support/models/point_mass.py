@@ -21,6 +21,7 @@ from navigation_core.tasks.observation import (
     TaskOperation,
 )
 from navigation_core.tasks.task import Task
+from navigation_core.tasks.waypoint_acts import ActReport
 
 _FINAL = {
     OperationStatus.REFUSED,
@@ -45,6 +46,7 @@ class PointMass:
         believed_off: how far its estimate is from the truth, by a jump.
         results: how an operation ends, if not ACHIEVED.
         delays: how long an operation takes, in seconds.
+        act: the answer to the last act.
     """
 
     position: Vector3 = (0.0, 0.0, 0.0)
@@ -68,6 +70,7 @@ class PointMass:
     delays: dict[TaskOperation, float] = field(default_factory=dict)
     reason: str = ""
     now: float = 100.0
+    act: ActReport | None = None
     requests: list[Perform] = field(default_factory=list)
     _pending: Perform | None = None
     _report: OperationReport | None = None
@@ -91,6 +94,7 @@ class PointMass:
             obstacles=self.obstacles,
             obstacles_age_s=self.obstacles_age_s,
             position_doubt=self.position_doubt,
+            act=self.act,
         )
 
     @property

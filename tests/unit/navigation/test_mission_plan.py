@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -19,6 +20,13 @@ from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.goals.mission_plan import MissionTracker, PlannedItem, plan_items
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.waypoint_acts import (
+    PointAngle,
+    TakePhoto,
+    UseGripper,
+    WaitHere,
+    WaypointAct,
+)
 
 LATITUDE, LONGITUDE, AMSL_M = 47.3977, 8.5456, 488.0
 STATE = VehicleState(
@@ -27,6 +35,7 @@ STATE = VehicleState(
 )
 WAYPOINT, SPEED, YAW = 16, 178, 115
 TAKEOFF, LOITER_UNLIM, LOITER_TIME = 22, 17, 19
+PITCHYAW, DELAY, PHOTO, GRIPPER = 1000, 93, 2000, 211
 EAST = RouteWaypoint((30.0, 0.0, 6.0), 1.5, hold_time_s=2.4, yaw_enu_rad=0.0, max_speed_m_s=2.0)
 NORTH = RouteWaypoint((0.0, 50.0, 8.0), 2.0)
 PLAN = MissionPlan((EAST, NORTH), (1.0, 2.0, 0.0), 2.5, 5.0)
@@ -132,3 +141,27 @@ def test_a_changed_mission_is_reported() -> None:
     now = tracker.report(state(report(0, total=4)), "it was replaced")
     assert now is not None
     assert now.changed == "it was replaced"
+
+
+def test_acts_are_items_behind_their_waypoint() -> None:
+    acts = (WaypointAct(PointAngle(-0.8, 0.5)), WaypointAct(WaitHere(2.5)))
+    last = replace(NORTH, acts=(WaypointAct(TakePhoto()), WaypointAct(UseGripper(grabs=True))))
+    plan = MissionPlan((replace(NORTH, acts=acts), last))
+    items = planned(ardupilot.COPTER, plan)
+    assert [entry.item.command for entry in items] == [
+        WAYPOINT, PITCHYAW, DELAY, WAYPOINT, PHOTO, GRIPPER, WAYPOINT,
+    ]  # fmt: skip
+    assert [entry.waypoint for entry in items] == [0, 0, 0, 1, 1, 1, 1]
+    point = items[1].item
+    assert point.params == (-46.0, -29.0, 0.0, 0.0), "whole degrees, clockwise from the nose"
+    assert point.x == 12, "the horizon is kept, the yaw turns with the vehicle"
+    assert items[2].item.params[0] == 2.5
+    precise = planned(px4.COPTER, plan)
+    assert commands(px4.COPTER, plan)[-1] == GRIPPER, "nothing has to follow"
+    assert precise[1].item.params[0] == pytest.approx(math.degrees(-0.8))
+    assert math.isnan(precise[1].item.params[2]), "an angle, and no rate"
+
+
+def test_a_plane_waits_by_circling() -> None:
+    plan = MissionPlan((replace(NORTH, acts=(WaypointAct(WaitHere(20.0)),)),), circle_at_end=True)
+    assert commands(ardupilot.PLANE, plan) == [WAYPOINT, LOITER_TIME, LOITER_UNLIM]

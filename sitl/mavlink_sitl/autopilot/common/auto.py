@@ -257,6 +257,8 @@ class Auto(Mode):
             aux_functions.run(vehicle, int(value), int(item.params[1]))
         elif command == Cmd.FENCE_ENABLE and value in (0.0, 1.0):
             vehicle.fence.enable(value == 1.0)
+        else:
+            vehicle.payload.do(item, self._point_of(item))
         return True
 
     def _change_speed(self, kind: int, speed_m_s: float) -> None:

@@ -17,6 +17,7 @@ from mavlink_sitl.autopilot.common.auto import Auto
 from mavlink_sitl.autopilot.common.firmware import Firmware, Inputs, State, step
 from mavlink_sitl.autopilot.common.switches import Switches
 from mavlink_sitl.autopilot.devices.outputs import Outputs
+from mavlink_sitl.autopilot.devices.payload import Payload
 from mavlink_sitl.autopilot.parameters import Parameters
 from mavlink_sitl.autopilot.personality import Personality
 from mavlink_sitl.autopilot.plans.plans import PlanItem, Plans
@@ -161,6 +162,7 @@ class Commander(ABC):
         self.arming = self.table.arming(self)
         self.saved = Saved(self)
         self.outputs = Outputs(self)
+        self.payload = Payload(self)
         self.switches = Switches(self) if "ARMING_RUDDER" in start.parameters else None
         self.motors_stopped = False
         self.charge_added_mah = 0.0
@@ -276,6 +278,7 @@ class Commander(ABC):
         if self.arming.disarm_is_due(self.state.landing.since_s):
             self.arming.disarm(force=True)
         self.saved.update()
+        self.payload.update()
         self._settle()
         if begins and self.table.reports_start:
             self.events.append(ModeChanged(self.mode.spec.name, False))

@@ -14,6 +14,7 @@ NAMES = {
     201: "SetROI", 203: "DigiCamCtrl", 205: "MountControl", 206: "SetCamTrigDst",
     207: "FenceEnable", 211: "Gripper", 213: "SetYawSpd", 217: "Scripting", 218: "AuxFunction",
     222: "GuidedLimits", 600: "Tag", 601: "JumpToTag",
+    1000: "GimbalPitchYaw", 2000: "ImageStartCapture",
 }  # fmt: skip
 """As 'Mission: 2 WP' says them: the items that an ArduPilot of any kind accepts (uploads in
 `copter_mission_misc` and `rover_mission`); it passes over those that it cannot do"""
@@ -24,7 +25,7 @@ MOVING = frozenset((
 ))  # fmt: skip
 CONDITIONS = frozenset((Cmd.CONDITION_DELAY, Cmd.CONDITION_DISTANCE, Cmd.CONDITION_YAW))
 """Hold up what is to be done after them on the same way"""
-UNTOLD = frozenset((181, 182, 183, 184, 203, 206, 211, 217, 218, 600))
+UNTOLD = frozenset((181, 182, 183, 184, 203, 206, 211, 217, 218, 600, 1000, 2000))
 """Done by ArduPilot's mission library itself, which does not report them (seen in `plane_auto`)"""
 WITH_HEADING = MOVING - {Cmd.RTL, Cmd.DELAY} | {Cmd.VTOL_TAKEOFF, Cmd.VTOL_LAND}
 """Items at a place, whose param4 is a heading: NaN is none"""

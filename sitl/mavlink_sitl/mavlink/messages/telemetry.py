@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mavlink_sitl.mavlink.messages import payload_messages as payload
 from mavlink_sitl.mavlink.messages import position_messages as position
 from mavlink_sitl.mavlink.messages import range_messages as ranges
 from mavlink_sitl.mavlink.messages import sensor_messages as sensors
@@ -41,10 +42,17 @@ _EVERY_KIND: dict[int, Builder] = {
     164: position.simstate,
     168: position.wind,
     178: sensors.ahrs2,
+    180: payload.camera_feedback,
     193: status.ekf_status_report,
     241: status.vibration,
     242: position.home_position,
     245: status.extended_sys_state,
+    259: payload.camera_information,
+    260: payload.camera_settings,
+    262: payload.camera_capture_status,
+    280: payload.gimbal_manager_information,
+    281: payload.gimbal_manager_status,
+    285: payload.gimbal_device_attitude_status,
     295: sensors.airspeed,
     330: ranges.obstacle_distance,
     11020: sensors.aoa_ssa,

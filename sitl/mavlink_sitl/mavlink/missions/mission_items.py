@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from mavlink_sitl.autopilot.plans.plan_commands import CIRCLES, FENCE, POLYGONS, WITH_HEADING
-from mavlink_sitl.autopilot.plans.plan_rules import PlanRules
+from mavlink_sitl.autopilot.plans.plan_rules import PX4_DEVICES, PlanRules
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem, PlanType
 from mavlink_sitl.mavlink.codec import Message, dialect
 
@@ -91,11 +91,16 @@ def _fault_by_frame(
 
 def stored(item: PlanItem, rules: PlanRules) -> PlanItem:
     """As the firmware keeps it."""
+    if rules.keeps_nan and item.command in PX4_DEVICES:
+        return item
     first, second, third, yaw = (p if math.isfinite(p) else 0.0 for p in item.params)
     if math.isnan(item.params[3]) and rules.keeps_nan:
         yaw = math.nan
     if item.command == Cmd.LOITER_TURNS and rules.by_frame is None:
         first, third, yaw = _rounded_loiter(first, third, yaw)
+    if item.command == Cmd.GIMBAL_PITCHYAW and rules.by_frame is None:
+        # Observed: -45.5 and 30.25 degrees come back as -45 and 30.
+        first, second = float(int(first)), float(int(second))
     return replace(
         item,
         frame=rules.stored_frames.get(item.frame, item.frame),

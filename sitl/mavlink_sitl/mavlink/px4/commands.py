@@ -208,6 +208,8 @@ UNANSWERED = (
     dialect.MAV_CMD_DO_MOUNT_CONTROL,
     dialect.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
     dialect.MAV_CMD_DO_GRIPPER,
+    dialect.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW,
+    dialect.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE,
     dialect.MAV_CMD_REQUEST_CAMERA_INFORMATION,
     dialect.MAV_CMD_DO_VTOL_TRANSITION,
 )
@@ -226,6 +228,7 @@ HANDLERS: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_DO_GO_AROUND: (lambda *_: Result.ACCEPTED, 1),
     dialect.MAV_CMD_DO_SET_ROI_LOCATION: (_accept_place, 0),
     dialect.MAV_CMD_DO_SET_ROI_NONE: (lambda *_: Result.ACCEPTED, 0),
+    dialect.MAV_CMD_DO_SET_ACTUATOR: (lambda *_: Result.ACCEPTED, 0),
     **dict.fromkeys(UNANSWERED, (_ignore, 0)),
     dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: (_reboot, 1),
     dialect.MAV_CMD_PREFLIGHT_STORAGE: (_store, 1),

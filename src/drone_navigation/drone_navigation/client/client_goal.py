@@ -15,9 +15,9 @@ from custom_interfaces.action import (
     ReturnToLaunch,
     Takeoff,
 )
-from custom_interfaces.msg import Waypoint
+from custom_interfaces.msg import Waypoint, WaypointAct
 from drone_navigation.client.options import ACTION_COMMANDS, make_parser
-from navigation_bridge.goals.requests import AltitudeReference, WaypointRequest
+from navigation_bridge.goals.requests import ActRequest, AltitudeReference, WaypointRequest
 from navigation_bridge.names import (
     ACTION_NAME,
     LAND_ACTION_NAME,
@@ -170,4 +170,25 @@ def _message(waypoint: WaypointRequest) -> Waypoint:
     message.use_yaw = waypoint.yaw_enu_rad is not None
     message.yaw = waypoint.yaw_enu_rad or 0.0
     message.max_speed = waypoint.max_speed_m_s
+    message.acts = [_act(act) for act in waypoint.acts]
+    return message
+
+
+def _act(act: ActRequest) -> WaypointAct:
+    message = WaypointAct(
+        required=act.required,
+        distance=act.distance_m,
+        pitch=act.pitch_rad,
+        yaw=act.yaw_rad,
+        yaw_locked=act.yaw_locked,
+        channel=act.channel,
+        pulse=act.pulse_us,
+        duration=act.duration_s,
+    )
+    # What a file was read into has none of the unknown numbers of a message.
+    assert act.kind is not None
+    assert act.point is not None
+    message.kind, message.point = act.kind.value, act.point.value
+    message.gripper = WaypointAct.GRIPPER_GRAB if act.grabs else WaypointAct.GRIPPER_RELEASE
+    message.target.x, message.target.y, message.target.z = act.target
     return message

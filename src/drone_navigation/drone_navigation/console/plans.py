@@ -150,6 +150,8 @@ def map_waypoints(
         found.append({**place, "hold": waypoint.hold_time_s})
     if any(w.yaw_enu_rad is not None or w.max_speed_m_s for w in route.waypoints):
         notes.append("Headings and speeds of single waypoints are left out.")
+    if any(waypoint.acts for waypoint in route.waypoints):
+        notes.append("Acts at waypoints are left out; navigation_client flies them.")
     return found, tuple(notes)
 
 

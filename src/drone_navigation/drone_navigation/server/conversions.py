@@ -18,15 +18,18 @@ from custom_interfaces.action import (
     ReturnToLaunch,
     Takeoff,
 )
-from custom_interfaces.msg import GoalCode, Waypoint
+from custom_interfaces.msg import GoalCode, Waypoint, WaypointAct
 from navigation_bridge.goals.goal import GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import (
+    ActKind,
+    ActRequest,
     AltitudeReference,
     LandRequest,
     NavigateRequest,
     OrbitRequest,
     OrbitYaw,
+    PointMode,
     ReturnRequest,
     TakeoffRequest,
     VelocityRequest,
@@ -44,6 +47,7 @@ _REFERENCES = {
     Waypoint.FRAME_GEODETIC_ABOVE_HOME: AltitudeReference.HOME,
     Waypoint.FRAME_GEODETIC_ABOVE_GROUND: AltitudeReference.GROUND,
 }
+_GRABS = {WaypointAct.GRIPPER_RELEASE: False, WaypointAct.GRIPPER_GRAB: True}
 
 
 def request_from_goal(
@@ -85,6 +89,26 @@ def _waypoint(message: Waypoint) -> WaypointRequest:
         hold_time_s=message.hold_time,
         yaw_enu_rad=message.yaw if message.use_yaw else None,
         max_speed_m_s=message.max_speed,
+        acts=tuple(_act(act) for act in message.acts),
+    )
+
+
+def _act(message: WaypointAct) -> ActRequest:
+    kinds = [kind for kind in ActKind if kind.value == message.kind]
+    points = [point for point in PointMode if point.value == message.point]
+    return ActRequest(
+        kind=kinds[0] if kinds else None,
+        required=message.required,
+        distance_m=message.distance,
+        point=points[0] if points else None,
+        pitch_rad=message.pitch,
+        yaw_rad=message.yaw,
+        yaw_locked=message.yaw_locked,
+        target=(message.target.x, message.target.y, message.target.z),
+        grabs=_GRABS.get(message.gripper),
+        channel=message.channel,
+        pulse_us=message.pulse,
+        duration_s=message.duration,
     )
 
 

@@ -15,6 +15,7 @@ from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.positions.frames import MeanLatitude
 from mavlink_vehicle.profiles import failsafe_settings
+from mavlink_vehicle.profiles.equipment import EquipmentRules
 from mavlink_vehicle.profiles.profile import (
     FollowingLimits,
     MessageProperties,
@@ -104,7 +105,27 @@ OTHER = Profile(
     # AP_ADSB.cpp: with 0 nothing is heard, and nothing sent.
     traffic_receiver_parameter="ADSB_TYPE",
 )
-_GUIDED = replace(OTHER, control_mode="GUIDED", return_mode="RTL", mission_mode="AUTO")
+_EQUIPMENT = EquipmentRules(
+    # AP_Mount.cpp, AP_Camera.cpp, AP_Gripper.cpp: without them a command is not done.
+    absent=MappingProxyType(
+        {
+            "camera": ("CAM1_TYPE", 0.0),
+            "gimbal": ("MNT1_TYPE", 0.0),
+            "gripper": ("GRIP_ENABLE", 0.0),
+        }
+    ),
+    # Observed: a mission with NaN for a rate is rejected, and -45.5 degrees come back as -45.
+    whole_degrees=True,
+    # AP_Mission.cpp: behind the last waypoint the first command is started, and the mission ends.
+    open_end=True,
+)
+_GUIDED = replace(
+    OTHER,
+    control_mode="GUIDED",
+    return_mode="RTL",
+    mission_mode="AUTO",
+    equipment=_EQUIPMENT,
+)
 
 # ArduCopter's mode_guided.cpp begins GUIDED with the waypoints' acceleration, and AC_PosControl.cpp
 # has the jerk; AP_Math's control.cpp says how a target is come to with both.

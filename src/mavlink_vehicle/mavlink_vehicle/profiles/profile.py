@@ -11,6 +11,7 @@ from types import MappingProxyType
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.positions.frames import Projection
+from mavlink_vehicle.profiles.equipment import EquipmentRules
 from mavlink_vehicle.profiles.failsafe_settings import FailsafeSetting
 
 
@@ -234,6 +235,7 @@ class Profile:
             when it has landed.
         messages: the messages that it sends and expects.
         wanted_parameters: parameters that are read and kept up to date.
+        equipment: its commands for cameras, gimbals, grippers and outputs.
         traffic_receiver_parameter: the one that is 0 without an ADS-B receiver; None where there
             is none, and what a receiver reports is passed on.
         failsafe_settings: what says how it reacts to failures; read by `navigation_server --check`.
@@ -271,6 +273,7 @@ class Profile:
     earlier_mode_after_landing: bool = False
     messages: MessageProperties = MessageProperties()
     wanted_parameters: tuple[str, ...] = ()
+    equipment: EquipmentRules = field(default_factory=EquipmentRules)
     traffic_receiver_parameter: str | None = None
     failsafe_settings: tuple[FailsafeSetting, ...] = ()
     parameters_bytewise: bool = False

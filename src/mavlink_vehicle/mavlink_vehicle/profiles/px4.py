@@ -15,6 +15,7 @@ from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import MissionRules
 from mavlink_vehicle.positions.frames import AzimuthalEquidistant
 from mavlink_vehicle.profiles import failsafe_settings
+from mavlink_vehicle.profiles.equipment import EquipmentRules
 from mavlink_vehicle.profiles.profile import (
     CommandAltitude,
     MessageProperties,
@@ -123,6 +124,9 @@ _COMMON = Profile(
     # Navigator's geofence.cpp.
     wanted_parameters=("GF_ACTION", "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST", "COM_OF_LOSS_T"),
     failsafe_settings=failsafe_settings.PX4_ANY,
+    # Observed: DO_SET_SERVO is rejected as a command and in a mission. A command for equipment
+    # whose module does not run is not answered at all.
+    equipment=EquipmentRules(actuators=True, channel_max=4),
     parameters_bytewise=True,
 )
 

@@ -84,8 +84,11 @@ class ParameterReader(VehicleService):
     def vehicle_came(self, conversation: Conversation, now: float) -> None:
         """Read those that the profile needs."""
         profile = conversation.profile
-        names, bytewise = profile.wanted_parameters, profile.parameters_bytewise
-        self.resume(conversation.address, names, bytewise, now)
+        names = (
+            *profile.wanted_parameters,
+            *(name for name, _ in profile.equipment.absent.values()),
+        )
+        self.resume(conversation.address, names, profile.parameters_bytewise, now)
 
     def link_lost(self, state: VehicleState, now: float) -> None:
         """Stop asking."""

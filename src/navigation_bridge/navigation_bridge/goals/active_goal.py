@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.goals.admitted import FlightPlan
 from navigation_bridge.goals.goal import GoalFinished
-from navigation_bridge.goals.goal_operation import GoalOperation
+from navigation_bridge.goals.goal_operation import GoalAct, GoalOperation
 from navigation_bridge.goals.lifecycle import (
     GoalEvent,
     GoalState,
@@ -156,6 +156,7 @@ class ActiveGoal:
         follows_commands: whether it follows velocity commands.
         doubt: doubt about the vehicle's position.
         facts: what rules remember, by name of the rule.
+        act: the act that the task has asked for.
     """
 
     goal_id: str
@@ -184,6 +185,7 @@ class ActiveGoal:
     follows_commands: bool = False
     doubt: PositionDoubt = field(default_factory=PositionDoubt)
     facts: dict[str, object] = field(default_factory=dict)
+    act: GoalAct = field(default_factory=GoalAct)
 
     @property
     def ending(self) -> bool:

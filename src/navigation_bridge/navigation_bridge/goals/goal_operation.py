@@ -1,4 +1,4 @@
-"""The operation of the vehicle that the task of a goal has asked for."""
+"""The operation, and the act, that the task of a goal has asked the vehicle for."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from navigation_core.tasks.intents import Perform
 from navigation_core.tasks.observation import OperationReport, OperationStatus
+from navigation_core.tasks.waypoint_acts import ActOrder, ActReport
 
 
 @dataclass
@@ -49,3 +50,31 @@ class GoalOperation:
     def dropped(self) -> None:
         """It was given up."""
         self.report = self.operation_id = None
+
+
+@dataclass
+class GoalAct:
+    """One act at a time.
+
+    Attributes:
+        order: the act that the task has asked for last, or None.
+        report: its end, or None.
+    """
+
+    order: ActOrder | None = None
+    report: ActReport | None = None
+
+    def is_new(self, order: ActOrder) -> bool:
+        """Whether the task asks for another act than the last one."""
+        return order is not self.order
+
+    def began(self, order: ActOrder) -> None:
+        """The vehicle was asked for it."""
+        self.order, self.report = order, None
+
+    def ended(self, number: int, failure: str) -> ActOrder | None:
+        """The vehicle has answered, or not; return the act, or None if it is another one."""
+        if self.order is None or self.order.number != number:
+            return None
+        self.report = ActReport(number, failure)
+        return self.order

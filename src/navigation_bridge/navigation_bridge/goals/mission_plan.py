@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mavlink_vehicle.codec import mavlink
 from mavlink_vehicle.mission_items import (
@@ -18,10 +18,12 @@ from mavlink_vehicle.mission_items import (
 from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles import CommandAltitude, Profile, VehicleKind
 from mavlink_vehicle.state.reducer import VehicleState
+from navigation_bridge.goals.act_commands import stored_commands_of
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.observation import MissionReport
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
+from navigation_core.tasks.waypoint_acts import PointPosition, WaitHere, WaypointAct
 
 _GROUND_SPEED = 1.0
 # Minimum climb of a plane; TKOFF_LVL_PITCH and the like are the vehicle's own.
@@ -49,8 +51,8 @@ def plan_items(
     """Convert a plan to mission items for the vehicle's firmware and kind.
 
     By profile and rules: heights above home, or above sea level where home moves in flight; a
-    heading as a separate item; a hold as loitering for vehicles that cannot stand still. Home is
-    not among the items.
+    heading as a separate item; a hold as loitering for vehicles that cannot stand still; the acts
+    behind their waypoint. Home is not among the items.
     """
     return tuple(_Writer(plan, profile, rules, map_frame, state).items())
 
@@ -67,6 +69,7 @@ class _Writer:
         self._plan = plan
         self._rules = rules
         self._map_frame = map_frame
+        self._equipment = profile.equipment
         self._plane = profile.kind is VehicleKind.PLANE
         self._ground_enu_m = map_frame.ground_enu_m(state)
         above_home = profile.altitude_reference is CommandAltitude.HOME
@@ -83,10 +86,30 @@ class _Writer:
             if waypoint.yaw_enu_rad is not None and self._rules.yaw_command:
                 yield PlannedItem(_turn(waypoint.yaw_enu_rad), index)
             yield PlannedItem(self._waypoint(waypoint), index)
+            for act in waypoint.acts:
+                yield from (PlannedItem(item, index) for item in self._act(waypoint, act))
         if self._plan.circle_at_end:
             last = self._plan.waypoints[-1]
             item = self._at(last, mavlink.MAV_CMD_NAV_LOITER_UNLIM, (0.0, 0.0, 0.0, _NO_YAW))
             yield PlannedItem(item, len(self._plan.waypoints))
+        elif self._plan.waypoints[-1].acts and self._equipment.open_end:
+            # Without another waypoint behind them not all of them are done.
+            again = replace(self._plan.waypoints[-1], hold_time_s=0.0)
+            yield PlannedItem(self._waypoint(again), len(self._plan.waypoints) - 1)
+
+    def _act(self, waypoint: RouteWaypoint, act: WaypointAct) -> Iterator[MissionItem]:
+        if isinstance(act.act, WaitHere) and self._plane:
+            # It cannot stand, and flies on in a delay.
+            yield self._waypoint(replace(waypoint, hold_time_s=act.act.time_s))
+            return
+        for command in stored_commands_of(act.act, self._equipment, self._map_frame):
+            params = (*command.params, *([0.0] * (7 - len(command.params))))
+            first, second, third, fourth, x, y, z = params
+            four = (first, second, third, fourth)
+            if isinstance(act.act, PointPosition):
+                yield self._item(act.act.position_enu_m, command.command, four)
+            else:
+                yield MissionItem(command.command, NO_FRAME, four, round(x), round(y), z)
 
     def _takeoff(self) -> Iterator[PlannedItem]:
         start = self._plan.takeoff_from_enu_m

@@ -34,6 +34,58 @@ class NavigateRequest:
     max_speed_m_s: float
 
 
+class ActKind(Enum):
+    """What is done at a waypoint, by the numbers of ``custom_interfaces/msg/WaypointAct``."""
+
+    PHOTO = 0
+    TRIGGER_DISTANCE = 1
+    POINT = 2
+    GRIPPER = 3
+    SERVO = 4
+    WAIT = 5
+
+
+class PointMode(Enum):
+    """Where a gimbal is pointed, by the numbers of ``custom_interfaces/msg/WaypointAct``."""
+
+    ANGLE = 0
+    POSITION = 1
+    NEUTRAL = 2
+
+
+@dataclass(frozen=True)
+class ActRequest:
+    """An act at a waypoint as it was sent; each kind reads its own attributes.
+
+    Attributes:
+        kind: what is done; None for an unknown number.
+        required: whether the goal ends if the vehicle does not do it.
+        distance_m: distance between photos; 0 ends them.
+        point: where the gimbal is pointed; None for an unknown number.
+        pitch_rad: angle above the horizon.
+        yaw_rad: counter-clockwise from the nose, or from east if it is locked.
+        yaw_locked: whether the yaw is from east of the map.
+        target: what the gimbal points at, as the position of the waypoint.
+        grabs: whether the gripper closes; None for an unknown number.
+        channel: servo output, from 1.
+        pulse_us: its pulse width.
+        duration_s: how long to hold.
+    """
+
+    kind: ActKind | None
+    required: bool = False
+    distance_m: float = 0.0
+    point: PointMode | None = PointMode.ANGLE
+    pitch_rad: float = 0.0
+    yaw_rad: float = 0.0
+    yaw_locked: bool = False
+    target: Vector3 = (0.0, 0.0, 0.0)
+    grabs: bool | None = False
+    channel: int = 0
+    pulse_us: int = 0
+    duration_s: float = 0.0
+
+
 class AltitudeReference(Enum):
     """Altitude reference of a geodetic waypoint."""
 
@@ -53,6 +105,7 @@ class WaypointRequest:
         hold_time_s: time to hold there; 0 = fly through.
         yaw_enu_rad: heading, or None for the direction of travel.
         max_speed_m_s: highest ground speed on the leg to it; 0 = the goal's.
+        acts: what is done there.
     """
 
     position: Vector3
@@ -61,6 +114,7 @@ class WaypointRequest:
     hold_time_s: float = 0.0
     yaw_enu_rad: float | None = None
     max_speed_m_s: float = 0.0
+    acts: tuple[ActRequest, ...] = ()
 
 
 @dataclass(frozen=True)

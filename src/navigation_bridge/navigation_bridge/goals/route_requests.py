@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
+from navigation_bridge.goals.act_requests import check_acts, check_equipment, resolve_acts
 from navigation_bridge.goals.point_requests import (
     SPEED_MIN_M_S,
     check_geodetic,
@@ -62,7 +64,7 @@ def resolve_waypoints(
         above_ground = waypoint.altitude_reference is AltitudeReference.GROUND
         if above_ground and not follows_terrain:
             return Rejection(OutcomeCode.INVALID_WAYPOINTS, f"Waypoint {number}: {_NO_TERRAIN}")
-        position = _place(waypoint, snapshot)
+        position = _place(waypoint, snapshot, by_mission=request.by_mission)
         if isinstance(position, Rejection):
             return Rejection(position.code, f"Waypoint {number}: {position.message}")
         speed_m_s = waypoint.max_speed_m_s or request.max_speed_m_s
@@ -74,17 +76,24 @@ def resolve_waypoints(
                 yaw_enu_rad=waypoint.yaw_enu_rad,
                 max_speed_m_s=min(speed_m_s, speed_max_m_s) if speed_m_s > 0.0 else None,
                 height_above_ground_m=waypoint.position[2] if above_ground else None,
+                acts=resolve_acts(waypoint, partial(_in_map, waypoint, snapshot)),
             )
         )
     return tuple(waypoints)
 
 
-def _place(waypoint: WaypointRequest, snapshot: LocatedSnapshot) -> Vector3 | Rejection:
-    rejection = check_waypoint(waypoint)
+def _place(
+    waypoint: WaypointRequest, snapshot: LocatedSnapshot, *, by_mission: bool
+) -> Vector3 | Rejection:
+    profile, parameters = snapshot.profile, snapshot.parameters
+    rejection = check_waypoint(waypoint) or check_equipment(
+        waypoint, profile, parameters, by_mission=by_mission
+    )
     if rejection is not None:
         return rejection
     ground_enu_m, traits = snapshot.ground_enu_m, snapshot.traits
-    position = on_ground(_position(waypoint, snapshot), ground_enu_m, traits)
+    place = _in_map(waypoint, snapshot, waypoint.position)
+    position = on_ground(place, ground_enu_m, traits)
     if isinstance(position, Rejection):
         return position
     volume = volume_for(snapshot.config.volume, traits)
@@ -146,17 +155,18 @@ def check_waypoint(waypoint: WaypointRequest) -> Rejection | None:
         problem = f"hold_time is {waypoint.hold_time_s:g} s; give 0 to {HOLD_TIME_MAX_S:g} s."
     if problem is not None:
         return Rejection(OutcomeCode.INVALID_WAYPOINTS, problem)
-    if waypoint.altitude_reference is None:
-        return None
-    return check_geodetic(waypoint.position)
+    is_geodetic = waypoint.altitude_reference is not None
+    rejection = check_geodetic(waypoint.position) if is_geodetic else None
+    return rejection or check_acts(waypoint)
 
 
-def _position(waypoint: WaypointRequest, snapshot: LocatedSnapshot) -> Vector3:
+def _in_map(waypoint: WaypointRequest, snapshot: LocatedSnapshot, position: Vector3) -> Vector3:
+    """Return a position of the waypoint's frame in the map frame."""
     if waypoint.altitude_reference is None:
-        return waypoint.position
-    position = snapshot.enu(waypoint.position)
-    if waypoint.altitude_reference is AltitudeReference.AMSL:
         return position
+    place = snapshot.enu(position)
+    if waypoint.altitude_reference is AltitudeReference.AMSL:
+        return place
     above_home = waypoint.altitude_reference is AltitudeReference.HOME
     below_m = snapshot.home_z_enu_m if above_home else snapshot.ground_enu_m
-    return (position[0], position[1], below_m + waypoint.position[2])
+    return (place[0], place[1], below_m + position[2])

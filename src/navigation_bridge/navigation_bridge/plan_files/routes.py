@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mavlink_vehicle.codec import mavlink
-from navigation_bridge.goals.requests import WaypointRequest
+from navigation_bridge.goals.requests import ActKind, ActRequest, PointMode, WaypointRequest
+from navigation_bridge.plan_files.act_items import ACT_ITEMS, act_of
 from navigation_bridge.plan_files.items import (
     FRAME_REFERENCES,
     PlanError,
@@ -34,19 +35,15 @@ _YAW = mavlink.MAV_CMD_CONDITION_YAW
 _GATE = mavlink.MAV_CMD_CONDITION_GATE
 _WAYPOINTS = frozenset({_WAYPOINT, _LOITER_TIME, _LOITER_UNLIM})
 _ENDS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH})
-# Cameras and gimbals, and the gate that triggers one: the path is the same without them.
+# Cameras and gimbals that no act expresses, and the gate that triggers one: the path is the same
+# without them.
 _LEFT_OUT = frozenset(
     {
         mavlink.MAV_CMD_DO_CONTROL_VIDEO,
-        mavlink.MAV_CMD_DO_DIGICAM_CONTROL,
         mavlink.MAV_CMD_DO_DIGICAM_CONFIGURE,
-        mavlink.MAV_CMD_DO_MOUNT_CONTROL,
         mavlink.MAV_CMD_DO_MOUNT_CONFIGURE,
-        mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
         mavlink.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL,
-        mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW,
         mavlink.MAV_CMD_DO_TRIGGER_CONTROL,
-        mavlink.MAV_CMD_IMAGE_START_CAPTURE,
         mavlink.MAV_CMD_IMAGE_STOP_CAPTURE,
         mavlink.MAV_CMD_VIDEO_START_CAPTURE,
         mavlink.MAV_CMD_VIDEO_STOP_CAPTURE,
@@ -144,6 +141,7 @@ class _RouteMaker:
         self._zero_is_north = zero_is_north
         self._speed_m_s = 0.0
         self._yaw_deg = math.nan
+        self._early_acts: list[tuple[PlanItem, ActRequest]] = []
         self._after_gate = False
         self._ended = False
         self._left_out = 0
@@ -181,6 +179,8 @@ class _RouteMaker:
         elif command in _LEFT_OUT:
             self._after_gate = self._after_gate or command == _GATE
             self._left_out += 1
+        elif command in ACT_ITEMS:
+            self._add_act(item)
         elif command in self._changes:
             self._reject_unsupported(item)
             self._changes[command](item)
@@ -222,7 +222,34 @@ class _RouteMaker:
                 max_speed_m_s=self._speed_m_s,
             )
         )
+        for early, act in self._early_acts:
+            self._attach(early, act)
+        self._early_acts.clear()
         self._yaw_deg, self._after_gate = math.nan, False
+
+    def _add_act(self, item: PlanItem) -> None:
+        """Add the act to the waypoint before it, or to the first one."""
+        act = act_of(item)
+        # At a gate, and after a landing or a return, it would be done elsewhere.
+        if act is None or self._after_gate or self._ended:
+            self._left_out += 1
+            return
+        if self.waypoints:
+            self._attach(item, act)
+            return
+        name = command_name(item.command)
+        self.notes.append(f"{item.where}: {name} is done at the first waypoint.")
+        self._early_acts.append((item, act))
+
+    def _attach(self, item: PlanItem, act: ActRequest) -> None:
+        last = self.waypoints[-1]
+        at_position = act.point is PointMode.POSITION
+        if at_position and FRAME_REFERENCES.get(item.frame) is not last.altitude_reference:
+            raise PlanError(
+                f"{item.where}: its MAV_FRAME {item.frame} is not that of the waypoint, so that "
+                "the altitudes differ; give both the same."
+            )
+        self.waypoints[-1] = replace(last, acts=(*last.acts, act))
 
     def _change_speed(self, item: PlanItem) -> None:
         """Take a speed; a copter of either firmware takes an airspeed as a ground speed, too."""
@@ -267,7 +294,11 @@ class _RouteMaker:
                 "supported in a route."
             )
         last = self.waypoints[-1]
-        self.waypoints[-1] = replace(last, hold_time_s=last.hold_time_s + stay_s)
+        if last.acts:
+            wait = ActRequest(ActKind.WAIT, duration_s=stay_s)
+            self.waypoints[-1] = replace(last, acts=(*last.acts, wait))
+        else:
+            self.waypoints[-1] = replace(last, hold_time_s=last.hold_time_s + stay_s)
 
     def _is_without_effect(self, command: int) -> bool:
         """Return whether a change after the last waypoint changes nothing of the route."""

@@ -24,11 +24,14 @@ from navigation_bridge.configuration.checked_yaml import read_yaml
 from navigation_bridge.configuration.parameter_values import ConfigurationError
 from navigation_bridge.configuration.text_files import read_text
 from navigation_bridge.goals.requests import (
+    ActKind,
+    ActRequest,
     AltitudeReference,
     LandRequest,
     NavigateRequest,
     OrbitRequest,
     OrbitYaw,
+    PointMode,
     Request,
     ReturnRequest,
     TakeoffRequest,
@@ -110,6 +113,11 @@ def _navigate(
     )
 
 
+def _act(target: Vector3 = (0.0, 0.0, 0.0), **more: object) -> ActRequest:
+    make: Callable[..., ActRequest] = ActRequest
+    return make(target=target, **more)
+
+
 def _waypoint(
     position: Vector3, use_yaw: bool = False, yaw_enu_rad: float = 0.0, **more: object
 ) -> WaypointRequest:
@@ -154,6 +162,30 @@ _TARGET = record(
     header=RecordMember(_HEADER),
     pose=RecordMember(_POSE, required=True),
 )
+_ACT = record(
+    _act,
+    kind=RecordMember(
+        words({each.value: each for each in ActKind}),
+        required=True,
+        text="PHOTO 0, TRIGGER_DISTANCE 1, POINT 2, GRIPPER 3, SERVO 4, WAIT 5.",
+    ),
+    required=_FLAG,
+    distance_m=RecordMember(number(), name="distance"),
+    point=RecordMember(
+        words({each.value: each for each in PointMode}),
+        text="POINT_ANGLE 0, POINT_POSITION 1, POINT_NEUTRAL 2.",
+    ),
+    pitch_rad=RecordMember(number(), name="pitch"),
+    yaw_rad=RecordMember(number(), name="yaw"),
+    yaw_locked=_FLAG,
+    target=RecordMember(_POSITION),
+    grabs=RecordMember(
+        words({0: False, 1: True}), name="gripper", text="GRIPPER_RELEASE 0, GRIPPER_GRAB 1."
+    ),
+    channel=RecordMember(whole(0, 255)),
+    pulse_us=RecordMember(whole(0, 65_535), name="pulse"),
+    duration_s=RecordMember(number(), name="duration"),
+)
 _WAYPOINT = record(
     _waypoint,
     position=RecordMember(_POSITION, required=True),
@@ -168,6 +200,7 @@ _WAYPOINT = record(
     use_yaw=_FLAG,
     yaw_enu_rad=RecordMember(number(), name="yaw"),
     max_speed_m_s=_SPEED_M_S,
+    acts=RecordMember(items(_ACT, 0, 10_000)),
 )
 _GOALS: Mapping[str, Kind[Request]] = {
     ACTION_NAME: record(

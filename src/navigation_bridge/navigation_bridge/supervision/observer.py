@@ -36,6 +36,7 @@ from navigation_core.tasks.observation import (
     VehicleMode,
 )
 from navigation_core.tasks.velocity_command import VelocityCommand
+from navigation_core.tasks.waypoint_acts import ActReport
 
 __all__ = ["LatenessWatch", "Observer", "own_share", "position_fault"]
 
@@ -100,6 +101,7 @@ class Observer:
         now: float,
         *,
         operation: OperationReport | None = None,
+        act: ActReport | None = None,
         mission: MissionReport | None = None,
         fault: PositionFault | None = None,
         late_s: float = 0.0,
@@ -114,6 +116,7 @@ class Observer:
         Args:
             now: time in seconds.
             operation: state of the operation that the task has asked for last.
+            act: the end of the act that it has asked for last.
             mission: state of the mission that was uploaded for the goal.
             fault: why the position is in doubt for the goal.
             late_s: the worst lateness of the last seconds.
@@ -155,6 +158,7 @@ class Observer:
             position_age_s=age_s,
             connected=vehicle.heartbeats.alive,
             operation=operation,
+            act=act,
             mode=mode,
             home_enu_m=self._map_frame.home_enu_m(state),
             landing=state.landed_state is LandedState.LANDING,

@@ -95,7 +95,7 @@ def _plan(route: Route, speed_m_s: float, straight: bool = True) -> FlightPlan:
         tuple(waypoint.position_enu_m for waypoint in waypoints),
         tuple(waypoint.max_speed_m_s or speed_m_s for waypoint in waypoints),
         laps,
-        math.fsum(waypoint.hold_time_s for waypoint in waypoints),
+        math.fsum(waypoint.stay_s for waypoint in waypoints),
         straight,
     )
 
@@ -103,10 +103,12 @@ def _plan(route: Route, speed_m_s: float, straight: bool = True) -> FlightPlan:
 def _mission(
     request: WaypointsRequest, route: Route, snapshot: LocatedSnapshot, warnings: tuple[str, ...]
 ) -> Admitted | Rejection:
-    if route.total > MISSION_WAYPOINTS_MAX:
+    acts = sum(len(waypoint.acts) for waypoint in route.flown)
+    if route.total + acts > MISSION_WAYPOINTS_MAX:
+        with_acts = f" and {acts} acts" if acts else ""
         return Rejection(
             OutcomeCode.INVALID_WAYPOINTS,
-            f"The mission has {route.total} waypoints over all laps; the limit is "
+            f"The mission has {route.total} waypoints{with_acts} over all laps; the limit is "
             f"{MISSION_WAYPOINTS_MAX}. Use setpoints.",
         )
     config, traits = snapshot.config.goto, snapshot.traits

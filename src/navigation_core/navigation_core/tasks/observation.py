@@ -11,6 +11,7 @@ from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.safety.fences import Fence
 from navigation_core.tasks.velocity_command import VelocityCommand
+from navigation_core.tasks.waypoint_acts import ActReport
 
 
 class TaskOperation(Enum):
@@ -128,6 +129,7 @@ class Observation:
         fence: the vehicle's own fence, or None while it is not known.
         command: the last velocity command, for a task that follows them; None without one.
         traffic: the other vehicles; None where nobody keeps apart from them.
+        act: the end of the act that the task has ordered last, or None.
     """
 
     time_s: float
@@ -155,6 +157,7 @@ class Observation:
     fence: Fence | None = None
     command: VelocityCommand | None = None
     traffic: OtherVehicles | None = None
+    act: ActReport | None = None
 
     @property
     def obstacles_now(self) -> Obstacles:

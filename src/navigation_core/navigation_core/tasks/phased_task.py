@@ -7,12 +7,14 @@ from typing import ClassVar, TypeAlias
 
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
+from navigation_core.tasks.act_queue import ActQueue
 from navigation_core.tasks.conditions import Requester
 from navigation_core.tasks.goto_config import GotoConfig
 from navigation_core.tasks.intents import Intent, Outcome, StopFirst
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.phases import STOPPING, Phase, Table, check_change
 from navigation_core.tasks.task import Task
+from navigation_core.tasks.waypoint_acts import ActOrder
 
 Answer: TypeAlias = Intent | Outcome | Phase | StopFirst | None
 """The answer of a phase, or the phase that follows; None to ask the one that has begun."""
@@ -48,6 +50,7 @@ class PhasedTask(Task):
         self._phase = phase
         self._phase_since_s = 0.0
         self._requests = Requester(config.operation_timeout_s)
+        self._acts = ActQueue()
         self._cancel_asked = False
         self._pause_asked = False
         self._outcome: Outcome | None = None
@@ -76,6 +79,11 @@ class PhasedTask(Task):
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """The waypoints, where there are any: the vehicle flies by itself."""
         return self._path_enu_m
+
+    @property
+    def act(self) -> ActOrder | None:
+        """The act that is due at a waypoint."""
+        return self._acts.order
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""

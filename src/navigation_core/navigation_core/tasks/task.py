@@ -15,6 +15,7 @@ from navigation_core.outcomes import Rejection
 from navigation_core.tasks.intents import Intent, Outcome
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.progress import Progress
+from navigation_core.tasks.waypoint_acts import ActOrder
 
 
 class Task(Protocol):
@@ -31,6 +32,10 @@ class Task(Protocol):
     @property
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """The path that is planned, in the map frame; the same object until it is replanned."""
+
+    @property
+    def act(self) -> ActOrder | None:
+        """The act that the vehicle is asked for beside the flight, until it has answered."""
 
     @property
     def may_replan(self) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.progress import RouteProgress
+from navigation_core.tasks.waypoint_acts import WaitHere, WaypointAct
 
 
 class RouteError(ValueError):
@@ -25,6 +26,7 @@ class RouteWaypoint:
         max_speed_m_s: maximum ground speed on the way to it; None for the configured one.
         height_above_ground_m: height above the terrain, where a vehicle that knows it is to
             follow it; the position's z is then a guess. None elsewhere.
+        acts: what is done once it is reached, after the hold time, in their order.
     """
 
     position_enu_m: Vector3
@@ -33,6 +35,14 @@ class RouteWaypoint:
     yaw_enu_rad: float | None = None
     max_speed_m_s: float | None = None
     height_above_ground_m: float | None = None
+    acts: tuple[WaypointAct, ...] = ()
+
+    @property
+    def stay_s(self) -> float:
+        """How long the vehicle stays there: its hold time, and what its acts wait."""
+        return self.hold_time_s + sum(
+            each.act.time_s for each in self.acts if isinstance(each.act, WaitHere)
+        )
 
 
 @dataclass(frozen=True)

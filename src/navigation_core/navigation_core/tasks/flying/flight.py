@@ -13,6 +13,7 @@ from functools import partial
 from navigation_core.geometry import KinematicState, Vector3, distance
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.planning.replanner import Decision
+from navigation_core.tasks.act_queue import ActQueue
 from navigation_core.tasks.conditions import Dwell, Located, is_located, located, stand_on_ground
 from navigation_core.tasks.departure import Departure
 from navigation_core.tasks.flying.arrival import Arrival
@@ -30,7 +31,6 @@ from navigation_core.tasks.phased_task import Answer, PhasedTask
 from navigation_core.tasks.phases import FLIGHT, STOPPING, Phase
 from navigation_core.tasks.progress import Progress, Status
 from navigation_core.tasks.standstill import Standstill
-from navigation_core.tasks.traffic.path_in_traffic import ALONE, TrafficStep
 from navigation_core.trajectories.trajectory import TrajectoryError
 
 _PAUSABLE = frozenset({Phase.NAVIGATING, Phase.SETTLING, Phase.BLOCKED})
@@ -40,19 +40,19 @@ _DOUBTING = _PAUSABLE | {Phase.PAUSED}
 
 
 class SetpointFlight(PhasedTask):
-    """The task of a flight through the stops of an itinerary.
-
-    See :class:`~navigation_core.tasks.task.Task`.
-    """
+    """The :class:`~navigation_core.tasks.task.Task` of a flight through an itinerary's stops."""
 
     table = FLIGHT
 
-    def __init__(self, itinerary: Itinerary, terms: FlightTerms) -> None:
+    def __init__(
+        self, itinerary: Itinerary, terms: FlightTerms, acts: ActQueue | None = None
+    ) -> None:
         """Prepare; the itinerary is expected to have passed ``safety.check_target``."""
         config, traits = terms.config, terms.traits
         super().__init__(config, Phase.PREPARING)
         section = itinerary.begin_section()
         self._itinerary = itinerary
+        self._acts = acts or self._acts
         self._traits = traits
         self._follower = PathFollower(section.goal, terms)
         self._follower.lead_to(section.goal, section.points, section.yaws_enu_rad, section.part)
@@ -212,6 +212,7 @@ class SetpointFlight(PhasedTask):
         self._standing.begin(now)
 
     def _stop(self, ending: Outcome, observation: Observation, now: float) -> Outcome | None:
+        self._acts.give_up()
         first = first_phase(self._parts, self._departure, self._phase, self._by_itself, observation)
         if first is None:
             return ending
@@ -240,7 +241,9 @@ class SetpointFlight(PhasedTask):
                 return self._stopping.ended("The vehicle is on the ground.", observation)
             text = f"The vehicle has been on the ground for {self._config.landed_timeout_s:g} s."
             return self._over(OutcomeCode.LANDED, text, observation)
-        return stand_on_ground(observation) if on_ground else None
+        if on_ground:
+            return stand_on_ground(observation)
+        return self._acts.step(observation, now) if self._phase in _PAUSABLE else None
 
     def _over(self, code: OutcomeCode, text: str, observation: Observation) -> Outcome:
         return Outcome(code, text, self._arrival.error_m(observation))
@@ -263,10 +266,10 @@ class SetpointFlight(PhasedTask):
         here = located(observation, self._config.position_stale_s)
         if here is None:
             return self._standing.lose_position(observation)
-        traffic = self._among_others(observation, now)
+        traffic = self._leader.among_others(observation, now)
         if self._follower.sent.is_stale or self._follower.carrot is None:
             self._begin_flight(observation, now)
-            traffic = self._among_others(observation, now)
+            traffic = self._leader.among_others(observation, now)
         elif self._avoider is not None and not self._avoider.keeps_going(observation, now):
             return Phase.BLOCKED
         carrot = self._follower.carrot
@@ -287,11 +290,6 @@ class SetpointFlight(PhasedTask):
             self._standing.note_left(carrot.distance_remaining_m)
         return Fly(self._leader.setpoint(carrot, here, radius_m, observation, path))
 
-    def _among_others(self, observation: Observation, now: float) -> TrafficStep:
-        """Reserve what is ahead, where there is anybody to keep apart from."""
-        is_alone = observation.traffic is None and self._in_traffic.last is ALONE
-        return ALONE if is_alone else self._in_traffic.step(observation, now)
-
     def _settle(self, observation: Observation, now: float) -> Answer:
         here, carrot = located(observation, self._config.position_stale_s), self._follower.carrot
         if here is None:
@@ -305,9 +303,11 @@ class SetpointFlight(PhasedTask):
             self._go(Phase.NAVIGATING, now)
             return None
         arrival = self._arrival
-        if arrival.holds(observation, now, arrival.is_turned(observation)):
+        is_there = arrival.holds(observation, now, arrival.is_turned(observation))
+        if is_there and not self._acts.holds_at_stop():
             return self._arrived(here)
-        if now - self._phase_since_s > arrival.patience_s + arrival.hold_time_s:
+        stay_s = arrival.hold_time_s + self._acts.stop_s
+        if now - self._phase_since_s > arrival.patience_s + stay_s:
             return arrival.timeout("The vehicle did not settle", observation)
         return Fly(self._leader.setpoint(carrot, here, arrival.radius_m, observation))
 
@@ -328,7 +328,7 @@ class SetpointFlight(PhasedTask):
         # A vehicle that is at its target already only waits to be slow; but the first search,
         # without a reason yet, is no obstacle to a goal that is close by, or a turn.
         is_blocked = bool(avoider.reason)
-        if is_blocked and self._arrival.holds(observation, now):
+        if is_blocked and self._arrival.holds(observation, now) and not self._acts.holds_at_stop():
             return self._arrived(here)
         is_there = is_blocked and self._arrival.is_near(observation)
         decision = avoider.wait(observation, now, may_plan=not is_there)

@@ -16,7 +16,7 @@ from navigation_core.tasks.leading.pursuit import Pursuit
 from navigation_core.tasks.leading.run_out_limiter import RunOutLimiter
 from navigation_core.tasks.leading.turning_circle import Pursuer
 from navigation_core.tasks.observation import Observation
-from navigation_core.tasks.traffic.path_in_traffic import ALONE, PathInTraffic
+from navigation_core.tasks.traffic.path_in_traffic import ALONE, PathInTraffic, TrafficStep
 
 __all__ = ["PathLeader"]
 
@@ -37,6 +37,11 @@ class PathLeader:
         )
         self._pursuit = Pursuit(terms.traits)
         self.in_traffic = PathInTraffic(terms.traits, follower, terms.avoidance)
+
+    def among_others(self, observation: Observation, now: float) -> TrafficStep:
+        """Reserve what is ahead, where there is anybody to keep apart from."""
+        is_alone = observation.traffic is None and self.in_traffic.last is ALONE
+        return ALONE if is_alone else self.in_traffic.step(observation, now)
 
     def restart(self) -> None:
         """Begin again: something else has led the vehicle meanwhile."""

@@ -20,6 +20,7 @@ from navigation_core.tasks.task import Task
 from navigation_core.tasks.traffic.detours import DetourSearch
 from navigation_core.tasks.traffic.flight_detours import NO_DETOUR_RETRY_S, IsFree
 from navigation_core.tasks.traffic.traffic_view import TrafficView
+from navigation_core.tasks.waypoint_acts import ActOrder
 
 __all__ = ["RoomMaking"]
 
@@ -74,6 +75,11 @@ class RoomMaking:
     def path_enu_m(self) -> tuple[Vector3, ...]:
         """The path aside."""
         return self._current.path_enu_m
+
+    @property
+    def act(self) -> ActOrder | None:
+        """The act of the task that flies."""
+        return self._current.act
 
     def start(self, observation: Observation, now: float) -> None:
         """Begin."""

@@ -7,7 +7,8 @@ arming, take-off, pauses, cancels and lost positions are those of
 
 A waypoint counts as reached when the vehicle itself was within its radius, not when the
 setpoint was. One that was passed further off is turned back for, if that is wanted, or the route
-is flown on and ends with WAYPOINT_MISSED.
+is flown on and ends with WAYPOINT_MISSED. The acts of a waypoint are done once it is reached, those
+of a stop after its hold time.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from dataclasses import replace
 
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.act_queue import ActQueue
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.itinerary import Section
 from navigation_core.tasks.goto_config import GotoGoal
@@ -42,9 +44,10 @@ _MET_SHARE = 0.6
 class RouteItinerary:
     """The sections of a route. See :class:`~navigation_core.tasks.flying.itinerary.Itinerary`."""
 
-    def __init__(self, route: Route, terms: FlightTerms, turns_back: bool) -> None:
-        """Prepare; the arguments are those of :func:`fly_route`."""
+    def __init__(self, route: Route, terms: FlightTerms, turns_back: bool, acts: ActQueue) -> None:
+        """Prepare; the arguments are those of :func:`fly_route`, and what does the acts."""
         self._route = route
+        self._acts = acts
         self._limits = terms.config.limits
         self._traits = terms.traits
         # The next waypoint that the vehicle has not passed.
@@ -59,7 +62,7 @@ class RouteItinerary:
     def _section_end(self) -> int:
         """Return the index of the waypoint at which the section in progress stops."""
         for index in range(self._next, self._route.total - 1):
-            if self._route.at(index).hold_time_s > 0.0:
+            if self._route.at(index).stay_s > 0.0:
                 return index
         return self._route.total - 1
 
@@ -76,6 +79,7 @@ class RouteItinerary:
             for i in indices
         )
         stop = self._route.at(end)
+        self._acts.expect_stop(end, self._route.numbers((end,)), stop.acts)
         self._planned_from = self._next
         self._nearest_m = math.inf
         return Section(
@@ -108,6 +112,8 @@ class RouteItinerary:
     def _tick_off(self, reached: bool) -> None:
         if reached:
             self._reached += 1
+            if self._next != self._section_end():
+                self._acts.add(self._route.numbers((self._next,)), self._route.at(self._next).acts)
         else:
             self._missed.append(self._next)
         self._next += 1
@@ -128,6 +134,8 @@ class RouteItinerary:
         if self._next < self._route.total:
             return None
         text = f"Flew {self._reached} of {self._route.total} waypoints."
+        if self._acts.failed:
+            text += f" Not done: {', '.join(self._acts.failed)}."
         if not self._missed:
             return Outcome(OutcomeCode.SUCCESS, text, error_m)
         names = self._route.numbers(self._missed)
@@ -165,13 +173,13 @@ class RouteItinerary:
         if self._next >= self._route.total:
             return 0.0, 0.0
         end = self._section_end()
-        length_m, time_s = 0.0, self._route.at(end).hold_time_s
+        length_m, time_s = 0.0, self._route.at(end).stay_s
         for index in range(end + 1, self._route.total):
             waypoint = self._route.at(index)
             leg_m = distance(self._route.at(index - 1).position_enu_m, waypoint.position_enu_m)
             limits = cruise_limits(self._limits, waypoint.max_speed_m_s, self._traits)
             length_m += leg_m
-            time_s += leg_m / limits.speed_horizontal_m_s + waypoint.hold_time_s
+            time_s += leg_m / limits.speed_horizontal_m_s + waypoint.stay_s
         return length_m, time_s
 
 
@@ -183,4 +191,5 @@ def fly_route(route: Route, terms: FlightTerms, turns_back: bool = False) -> Set
         terms: how to fly.
         turns_back: whether to turn back for a waypoint that was passed outside its radius.
     """
-    return SetpointFlight(RouteItinerary(route, terms, turns_back), terms)
+    acts = ActQueue()
+    return SetpointFlight(RouteItinerary(route, terms, turns_back, acts), terms, acts)

@@ -266,12 +266,12 @@ class FlyMission(PhasedTask):
         if current != self._headed_for and position is not None:
             self._headed_for = current
             self._motion.has_other_lengths()
-        limit_s = _STUCK_AFTER_S + target.hold_time_s
+        limit_s = _STUCK_AFTER_S + target.stay_s
         if self._motion.is_stuck(position, now, limit_s):
             text = f"The vehicle has not moved for {limit_s:g} s in its mission."
             return StopFirst(Outcome(OutcomeCode.TIMEOUT, text, None))
         away_m = () if position is None else (distance(position, target.position_enu_m),)
-        if self._motion.is_astray(away_m, now, target.hold_time_s):
+        if self._motion.is_astray(away_m, now, target.stay_s):
             text = (
                 "The vehicle moves but gets no closer to waypoint "
                 f"{self._route.numbers((current,))} (counted over all laps)."

@@ -88,7 +88,7 @@ class MissionTally:
         start = places[0] if position_enu_m is None else position_enu_m
         legs = [distance(a, b) for a, b in itertools.pairwise([start, *places])]
         time_s = math.fsum(
-            leg_m / (waypoint.max_speed_m_s or self._speed_m_s) + waypoint.hold_time_s
+            leg_m / (waypoint.max_speed_m_s or self._speed_m_s) + waypoint.stay_s
             for leg_m, waypoint in zip(legs, ahead, strict=True)
         )
         return math.fsum(legs), time_s

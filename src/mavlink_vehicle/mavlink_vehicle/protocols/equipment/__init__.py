@@ -1,0 +1,1 @@
+"""Cameras, gimbals, grippers and servo outputs of the vehicle."""

@@ -1,0 +1,119 @@
+"""Commands for the vehicle's equipment, one after the other, each with its answer."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+
+from mavlink_vehicle.codec import mavlink
+from mavlink_vehicle.events import EquipmentAnswered
+from mavlink_vehicle.profiles.equipment import EquipmentCommand
+from mavlink_vehicle.protocols.operations.command import (
+    ACCEPTED,
+    Address,
+    CommandExchange,
+    CommandRequest,
+    CommandTiming,
+    command_name,
+    result_name,
+)
+from mavlink_vehicle.protocols.slot import Slot
+from mavlink_vehicle.state.vehicle_state import VehicleState
+
+__all__ = ["EquipmentCommands"]
+
+_LIMIT_S = 5.0
+_UNKNOWN = frozenset({mavlink.MAV_RESULT_UNSUPPORTED})
+
+
+class EquipmentCommands(Slot[CommandExchange]):
+    """Sends commands for equipment; each request ends in one `EquipmentAnswered`."""
+
+    handles = (mavlink.MAVLink_command_ack_message,)
+    # Who asks takes the answer in the same turn, also where no message brought it.
+    asked_directly = True
+
+    def __init__(self, address: Callable[[], Address | None], timing: CommandTiming) -> None:
+        """Prepare.
+
+        Args:
+            address: the addresses of the conversation; None without a vehicle.
+            timing: timeouts and repetitions of a command.
+        """
+        super().__init__()
+        self._address = address
+        self._timing = CommandTiming(timing.timeout_s, timing.retries, _LIMIT_S, _LIMIT_S)
+        self._number = 0
+        self._commands: deque[EquipmentCommand] = deque()
+
+    def send(self, number: int, commands: Iterable[EquipmentCommand], now: float) -> None:
+        """Send commands in their order; the last one's answer is that of the request.
+
+        A request that is under way is given up without an answer.
+
+        Args:
+            number: of the request, for its answer.
+            commands: at least one.
+            now: time in seconds.
+        """
+        self.give_up(now)
+        self._number, self._commands = number, deque(commands)
+        self._send_next(now)
+        self._set_deadline()
+
+    def give_up(self, now: float) -> None:
+        """Send nothing more of the request under way; it gets no answer."""
+        if self.pending is not None:
+            self.pending.cancel(now)
+            self.pending = None
+        self._commands.clear()
+        self._set_deadline()
+
+    def link_lost(self, state: VehicleState, now: float) -> None:
+        """Answer that the vehicle is not heard."""
+        self._fail("the link to the vehicle was lost", now)
+
+    def vehicle_gone(self, reason: str, now: float) -> None:
+        """Answer that the vehicle is not there any more."""
+        self._fail(reason, now)
+
+    def _fail(self, reason: str, now: float) -> None:
+        if self.pending is not None or self._commands:
+            self.give_up(now)
+            self.events.append(EquipmentAnswered(self._number, reason))
+
+    def _send_next(self, now: float) -> None:
+        address = self._address()
+        if address is None:
+            self._commands.clear()
+            self.events.append(EquipmentAnswered(self._number, "there is no vehicle"))
+            return
+        request = _request(self._commands[0])
+        self.pending = CommandExchange(request, address, self._timing)
+        self.pending.start(now)
+
+    def _take_done(self, now: float) -> None:
+        if self.pending is None or (finished := self.pending.next_event()) is None:
+            return
+        self._vacate()
+        command, result = self._commands.popleft(), finished.result
+        if result in _UNKNOWN and command.older is not None:
+            self._commands.appendleft(command.older)
+        if self._commands:
+            self._send_next(now)
+            return
+        failure = ""
+        if result is None:
+            failure = f"{command_name(command.command)} was not answered"
+        elif result != ACCEPTED:
+            failure = f"{command_name(command.command)} was answered with {result_name(result)}"
+        self.events.append(EquipmentAnswered(self._number, failure))
+
+
+def _request(command: EquipmentCommand) -> CommandRequest:
+    if command.place is None:
+        return CommandRequest(command.command, command.params)
+    latitude_deg, longitude_deg, altitude_m = command.place
+    head = (*command.params, *([0.0] * (4 - len(command.params))))
+    place = (round(latitude_deg * 1e7), round(longitude_deg * 1e7), altitude_m)
+    return CommandRequest(command.command, (*head, *place), mavlink.MAV_FRAME_GLOBAL)
