@@ -16,7 +16,8 @@ KEY_OF = {
     "PIL": "python3-pil", "jsonschema": "python3-jsonschema", "matplotlib": "python3-matplotlib",
     "mcap": "mcap-ros2-support", "numpy": "python3-numpy", "pymavlink": "python3-pymavlink-pip",
     "pytest": "python3-pytest", "rich": "python3-rich", "scipy": "python3-scipy",
-    "serial": "python3-serial", "websockets": "python3-websockets", "yaml": "python3-yaml",
+    "serial": "python3-serial", "shapely": "python3-shapely",
+    "websockets": "python3-websockets", "yaml": "python3-yaml",
 }  # fmt: skip
 """rosdep's key by the name of a Python module; those of ROS packages are the same"""
 PYPI_ONLY = {
@@ -28,7 +29,8 @@ DISTRIBUTION_OF = {
     "mcap-ros2-support": "mcap-ros2-support", "python3-jsonschema": "jsonschema",
     "python3-matplotlib": "matplotlib", "python3-numpy": "numpy", "python3-pil": "pillow",
     "python3-pymavlink-pip": "pymavlink", "python3-pytest": "pytest", "python3-rich": "rich",
-    "python3-scipy": "scipy", "python3-serial": "pyserial", "python3-websockets": "websockets",
+    "python3-scipy": "scipy", "python3-serial": "pyserial", "python3-shapely": "shapely",
+    "python3-websockets": "websockets",
     "python3-yaml": "PyYAML",
 }  # fmt: skip
 """Name on the package index by rosdep's key"""

@@ -12,6 +12,7 @@ from drone_navigation.process_control.quiet_start import run_program
 import argparse
 import sys
 
+from drone_navigation.client.option_groups.storage_options import STORAGE_COMMANDS
 from drone_navigation.client.options import (
     COURSE_GOAL_M,
     EXIT_CANCELED,
@@ -22,7 +23,6 @@ from drone_navigation.client.options import (
     make_parser,
     parse_options,
 )
-from drone_navigation.client.storage_options import STORAGE_COMMANDS
 
 _ROS_ARGUMENTS = "--ros-args"
 

@@ -191,6 +191,12 @@ class Bridge:
         snapshot = self._observer.look(0.0)
         return share_for_return(snapshot) if isinstance(snapshot, LocatedSnapshot) else math.nan
 
+    @property
+    def battery_rate_per_s(self) -> float:
+        """Share of the battery that a second under way takes, as measured; NaN before that."""
+        rate_per_s = self._observer.look(0.0).battery.consumption.measured_rate_per_s
+        return math.nan if rate_per_s is None else rate_per_s
+
     def begin_again(self) -> None:
         """Reset to the state before :meth:`start`, to replay a recording again."""
         self._compose(Vehicle(self.vehicle.config), self.config, self.services.refusal)

@@ -16,9 +16,8 @@ from custom_interfaces.action import (
     ReturnToLaunch,
     Takeoff,
 )
-from custom_interfaces.msg import Waypoint, WaypointAct
-from drone_navigation.client.options import ACTION_COMMANDS, make_parser
-from navigation_bridge.goals.requests import ActRequest, AltitudeReference, WaypointRequest
+from drone_navigation.client.options import ACTION_COMMANDS, make_command_parser, make_parser
+from drone_navigation.message_forms.waypoint_messages import waypoint_message
 from navigation_bridge.names import (
     ACTION_NAME,
     FOLLOW_ACTION_NAME,
@@ -30,11 +29,6 @@ from navigation_bridge.names import (
 )
 from navigation_core.geometry import Vector3
 
-_FRAMES = {
-    AltitudeReference.AMSL: Waypoint.FRAME_GEODETIC_AMSL,
-    AltitudeReference.HOME: Waypoint.FRAME_GEODETIC_ABOVE_HOME,
-    AltitudeReference.GROUND: Waypoint.FRAME_GEODETIC_ABOVE_GROUND,
-}
 _YAW_MODES = {
     "centre": Orbit.Goal.YAW_CENTRE,
     "tangent": Orbit.Goal.YAW_TANGENT,
@@ -97,6 +91,8 @@ def _command(options: argparse.Namespace) -> ClientGoal:
         return _orbit(options)
     if options.command == "follow":
         return _follow(options)
+    if options.command == "survey":
+        return _survey(options)
     if options.command == "takeoff":
         goal = Takeoff.Goal()
         goal.height = options.height
@@ -118,6 +114,24 @@ def _follow(options: argparse.Namespace) -> ClientGoal:
     goal.yaw_mode = _FOLLOW_YAW_MODES[options.yaw_mode]
     what = options.topic or options.tf or f"MAVLink system {options.system}"
     return ClientGoal(Follow, FOLLOW_ACTION_NAME, goal, f"following {what}")
+
+
+def _survey(options: argparse.Namespace) -> ClientGoal:
+    # With the planner of surveys, which would double what the client itself takes to start.
+    from drone_navigation.client.option_groups.survey_options import survey_request  # noqa: PLC0415
+    from navigation_bridge.goals.surveys import SurveyRoute, compute_survey  # noqa: PLC0415
+    from navigation_bridge.plan_files.routes import PlannedRoute  # noqa: PLC0415
+
+    route = compute_survey(survey_request(options))
+    if not isinstance(route, SurveyRoute):
+        make_command_parser("survey").error(route.message)
+    photos = f", {route.photos} photos" if route.photos else ""
+    note = (
+        f"The survey covers {route.area_m2:.0f} m2 by lines {route.spacing_m:.1f} m apart at "
+        f"{math.degrees(route.angle_enu_rad):.0f} degrees: {route.length_m:.0f} m, "
+        f"{route.duration_s / 60.0:.0f} min{photos}."
+    )
+    return _route(PlannedRoute(route.waypoints, (note,)), options)
 
 
 def _orbit(options: argparse.Namespace) -> ClientGoal:
@@ -165,7 +179,7 @@ def _planned(options: argparse.Namespace) -> PlannedRoute:
 def _route(route: PlannedRoute, options: argparse.Namespace) -> ClientGoal:
     goal = NavigateWaypoints.Goal()
     goal.execution = goal.EXECUTION_MISSION if options.mission else goal.EXECUTION_SETPOINTS
-    goal.waypoints = [_message(waypoint) for waypoint in route.waypoints]
+    goal.waypoints = [waypoint_message(waypoint) for waypoint in route.waypoints]
     goal.laps = options.laps
     goal.first, goal.interrupted_id = options.first - 1, options.interrupted
     goal.max_speed = options.speed
@@ -180,37 +194,3 @@ def _route(route: PlannedRoute, options: argparse.Namespace) -> ClientGoal:
         route.notes,
         len(route.waypoints),
     )
-
-
-def _message(waypoint: WaypointRequest) -> Waypoint:
-    message = Waypoint()
-    assert waypoint.altitude_reference is not None
-    message.frame = _FRAMES[waypoint.altitude_reference]
-    message.position.x, message.position.y, message.position.z = waypoint.position
-    message.acceptance_radius = waypoint.acceptance_radius_m
-    message.hold_time = waypoint.hold_time_s
-    message.use_yaw = waypoint.yaw_enu_rad is not None
-    message.yaw = waypoint.yaw_enu_rad or 0.0
-    message.max_speed = waypoint.max_speed_m_s
-    message.acts = [_act(act) for act in waypoint.acts]
-    return message
-
-
-def _act(act: ActRequest) -> WaypointAct:
-    message = WaypointAct(
-        required=act.required,
-        distance=act.distance_m,
-        pitch=act.pitch_rad,
-        yaw=act.yaw_rad,
-        yaw_locked=act.yaw_locked,
-        channel=act.channel,
-        pulse=act.pulse_us,
-        duration=act.duration_s,
-    )
-    # What a file was read into has none of the unknown numbers of a message.
-    assert act.kind is not None
-    assert act.point is not None
-    message.kind, message.point = act.kind.value, act.point.value
-    message.gripper = WaypointAct.GRIPPER_GRAB if act.grabs else WaypointAct.GRIPPER_RELEASE
-    message.target.x, message.target.y, message.target.z = act.target
-    return message

@@ -7,13 +7,14 @@ import difflib
 import math
 from pathlib import Path
 
-from drone_navigation.client.follow_options import add_follow
-from drone_navigation.client.storage_options import (
+from drone_navigation.client.option_groups.follow_options import add_follow
+from drone_navigation.client.option_groups.storage_options import (
     STORAGE_CODES,
     STORAGE_COMMANDS,
     add_storage,
     check_storage,
 )
+from drone_navigation.client.option_groups.survey_options import add_survey
 from drone_navigation.client.updates import Update, UpdateError, parse_update
 from drone_navigation.client.watch import LOST_TIMEOUT_S, SILENCE_S
 from flight_logs.command_version import add_version
@@ -30,6 +31,7 @@ EXIT_NO_SERVER = 5
 ACTION_COMMANDS = {
     "follow": "keep a place beside a target that moves",
     "orbit": "fly or drive a circle around a point",
+    "survey": "cover an area by parallel lines, with photos if a camera is given",
     "takeoff": "take off and hold at a height",
     "land": "land where the vehicle is",
     "return": "return to the launch point; aircraft land there",
@@ -68,6 +70,7 @@ examples:
   navigation_client takeoff --height 5
   navigation_client follow --topic /target --offset=-6,0,4
   navigation_client orbit 30 10 --radius 12 --laps 2
+  navigation_client survey --boundary "0,0 60,0 60,40 0,40" --height 20 --spacing 8
   navigation_client status --json
   navigation_client --goal 10 5 2 --avoid
   navigation_client --goal 10 5 2 --update "t=8: 5 5 2" --update "t=15: 0 0 2"
@@ -152,7 +155,7 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
     if is_action:
         # Those of goals that are typed meanwhile.
         parser.set_defaults(yaw=None)
-        if command == "follow":
+        if command == "follow" or command == "survey":
             parser.set_defaults(avoid=None)
         elif command != "orbit":
             parser.set_defaults(speed=0.0, avoid=None)
@@ -169,6 +172,8 @@ def _add_own(parser: argparse.ArgumentParser, command: str) -> None:
         _add_orbit(parser)
     elif command == "follow":
         add_follow(parser)
+    elif command == "survey":
+        add_survey(parser)
     elif command == "takeoff":
         parser.add_argument(
             "--height",

@@ -31,7 +31,7 @@ from drone_navigation.client.options import (
     make_command_parser,
 )
 from drone_navigation.client.terminal.progress import counting_bar
-from drone_navigation.storage_messages import area_message, rally_message
+from drone_navigation.message_forms.storage_messages import area_message, rally_message
 from mavlink_vehicle.events import Parameter, parameter_text
 from navigation_bridge.names import SERVER_NODE_NAME
 from navigation_bridge.plan_files.items import PlanError

@@ -17,6 +17,7 @@ from drone_navigation.server.subscribing.external_odometry import ExternalOdomet
 from drone_navigation.server.subscribing.sensor_topics import SensorTopics
 from drone_navigation.server.subscribing.target_topic import TargetTopic
 from drone_navigation.server.subscribing.velocity_topic import VelocityTopic
+from drone_navigation.server.surveys.survey_server import SurveyServer
 from drone_navigation.server.traffic.traffic_topic import TrafficTopic
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.bridge import Bridge
@@ -32,6 +33,7 @@ FEATURE_SERVERS: tuple[Callable[[BridgeAccess], object], ...] = (
     CorrectionTopic,
     ExternalOdometry,
     SensorTopics,
+    SurveyServer,
     TargetTopic,
     VelocityTopic,
     ComputerStatusTimer,

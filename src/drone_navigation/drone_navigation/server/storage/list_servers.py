@@ -9,9 +9,9 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 
 from custom_interfaces.msg import FenceArea
 from custom_interfaces.srv import GetFence, GetRallyPoints, SetFence, SetRallyPoints
+from drone_navigation.message_forms.storage_messages import REFERENCES, area_message, rally_message
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.waiting import STOPPED, Waiting
-from drone_navigation.storage_messages import REFERENCES, area_message, rally_message
 from mavlink_vehicle.mission_items import MissionType
 from navigation_bridge.storage.geographic import (
     GeoArea,

@@ -1,0 +1,1 @@
+"""Surveys: areas that are covered by parallel lines."""
