@@ -7,7 +7,6 @@ import math
 import pytest
 
 from mavlink_sitl import VehicleConfig
-from mavlink_sitl.autopilot.devices.payload import Payload
 from mavlink_vehicle.events import PhotoReported
 from navigation_bridge.requests.payload_requests import (
     GimbalMode,
@@ -32,11 +31,6 @@ def flight() -> SimulatedFlight:
     return flight_of(CAM1_TYPE=1.0, MNT1_TYPE=1.0)
 
 
-def payload_of(flight: SimulatedFlight) -> Payload:
-    payload: Payload = flight.simulation.vehicles[0].firmware.payload
-    return payload
-
-
 def point(flight: SimulatedFlight, request: PointGimbalRequest) -> PayloadDone:
     done: list[PayloadDone] = []
     flight.bridge.feature(PayloadRequests).point(request, done.append, flight.now)
@@ -46,13 +40,14 @@ def point(flight: SimulatedFlight, request: PointGimbalRequest) -> PayloadDone:
 
 
 def test_a_gimbal_is_pointed_and_reports_where(flight: SimulatedFlight) -> None:
+    payload = flight.simulation.vehicles[0].firmware.payload
     requests, heard = flight.bridge.feature(PayloadRequests), []  # type: ignore[var-annotated]
     requests.on_gimbal = heard.append
     assert point(flight, DOWN).code is OutcomeCode.SUCCESS
     flight.run_for(1.0)
-    assert payload_of(flight).pitch_deg == pytest.approx(-90.0)
-    assert payload_of(flight).yaw_deg == pytest.approx(-math.degrees(0.5)), "clockwise there"
-    assert payload_of(flight).control == (1, 191)
+    assert payload.pitch_deg == pytest.approx(-90.0)
+    assert payload.yaw_deg == pytest.approx(-math.degrees(0.5)), "clockwise there"
+    assert payload.control == (1, 191)
     assert requests.is_there(DOWN, flight.now) is True
     assert requests.is_there(PointGimbalRequest(GimbalMode.ANGLE, 0.0, 0.5), flight.now) is False
     report = heard[-1]
@@ -62,34 +57,37 @@ def test_a_gimbal_is_pointed_and_reports_where(flight: SimulatedFlight) -> None:
 
 
 def test_a_locked_yaw_is_from_east_whatever_the_vehicle_faces(flight: SimulatedFlight) -> None:
+    payload = flight.simulation.vehicles[0].firmware.payload
     north = PointGimbalRequest(GimbalMode.ANGLE, -0.3, math.pi / 2, yaw_locked=True)
     assert point(flight, north).code is OutcomeCode.SUCCESS
     flight.run_for(1.0)
-    assert payload_of(flight).yaw_locked
-    assert payload_of(flight).yaw_deg == pytest.approx(0.0, abs=1e-3)
+    assert payload.yaw_locked
+    assert payload.yaw_deg == pytest.approx(0.0, abs=1e-3)
     assert flight.bridge.feature(PayloadRequests).is_there(north, flight.now) is True
 
 
 def test_a_gimbal_follows_a_position_beside_a_goal_and_lets_it_go(
     flight: SimulatedFlight,
 ) -> None:
+    payload = flight.simulation.vehicles[0].firmware.payload
     flight.fly_up()
     goal_id = flight.send(20.0, 0.0, 3.0)
     target = PointGimbalRequest(GimbalMode.POINT, frame_id="map", target=(10.0, 20.0, 0.0))
     assert point(flight, target).code is OutcomeCode.SUCCESS
     assert flight.run_to_end(goal_id).code is OutcomeCode.SUCCESS
-    pitch_rad, yaw_rad, _ = payload_of(flight).angles_rad()
+    pitch_rad, yaw_rad, _ = payload.angles_rad()
     east, north, up = flight.truth()[0]
     assert yaw_rad == pytest.approx(math.atan2(10.0 - east, 20.0 - north), abs=0.05)
     assert pitch_rad == pytest.approx(
         -math.atan2(up, math.hypot(10.0 - east, 20.0 - north)), abs=0.05
     )
     assert point(flight, PointGimbalRequest(GimbalMode.NONE)).code is OutcomeCode.SUCCESS
-    assert payload_of(flight).target is None
-    assert payload_of(flight).control == (0, 0)
+    assert payload.target is None
+    assert payload.control == (0, 0)
 
 
 def test_a_photo_is_taken_once_and_reported_with_its_place(flight: SimulatedFlight) -> None:
+    payload = flight.simulation.vehicles[0].firmware.payload
     requests = flight.bridge.feature(PayloadRequests)
     photos: list[PhotoReported] = []
     done: list[PayloadDone] = []
@@ -97,7 +95,7 @@ def test_a_photo_is_taken_once_and_reported_with_its_place(flight: SimulatedFlig
     requests.take_photo(done.append, flight.now)
     flight.run_for(2.0)
     assert [each.code for each in done] == [OutcomeCode.SUCCESS]
-    assert payload_of(flight).photos == 1
+    assert payload.photos == 1
     (photo,) = photos
     place = flight.vehicle.state.global_position
     assert place is not None
@@ -135,10 +133,11 @@ def test_a_photo_is_taken_once_and_reported_with_its_place(flight: SimulatedFlig
 def test_a_bad_request_is_rejected_with_a_reason(
     flight: SimulatedFlight, request_: PointGimbalRequest, code: OutcomeCode, text: str
 ) -> None:
+    payload = flight.simulation.vehicles[0].firmware.payload
     done = point(flight, request_)
     assert done.code is code
     assert text in done.message
-    assert payload_of(flight).pitch_deg == 0.0
+    assert payload.pitch_deg == 0.0
 
 
 def test_a_vehicle_without_a_gimbal_and_one_that_is_silent_say_so() -> None:

@@ -136,9 +136,7 @@ class VehicleCore(KnownVehicle):
         self.rtcm = RtcmSender()
         self.external_position = ExternalPositionSender(config.external_origin)
         self.computer_status = ComputerStatusSender()
-        self.equipment = EquipmentCommands(
-            lambda: None if self.profile is None else self.address, timing
-        )
+        self.equipment = EquipmentCommands(lambda: self.address if self.profile else None, timing)
         self.payload = PayloadReports()
         self._direct = DirectMeasurements(
             self.live,

@@ -16,7 +16,12 @@ from drone_navigation.client.options import (
     parse_options,
 )
 
-WORDS = {"mode": ["MODE"], "parameters": ["list"], "orbit": ["30", "-10", "--radius", "-8"]}
+WORDS = {
+    "mode": ["MODE"],
+    "orbit": ["30", "-10", "--radius", "-8"],
+    "parameters": ["list"],
+    "point": ["--release"],
+}
 """The arguments that a command needs"""
 
 

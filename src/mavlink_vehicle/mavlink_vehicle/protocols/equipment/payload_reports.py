@@ -1,4 +1,4 @@
-"""What a gimbal and a camera report, through the autopilot or by themselves.
+"""Reports of a gimbal and of a camera, through the autopilot or by themselves.
 
 https://mavlink.io/en/services/gimbal_v2.html and camera.html; an ArduPilot reports photos of a
 camera that it triggers itself by CAMERA_FEEDBACK.
