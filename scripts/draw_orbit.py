@@ -38,7 +38,7 @@ def main() -> None:
     for autopilot, colour in _COLOURS.items():
         _draw(autopilot, colour, above, error)
     above.annotate(
-        f"wind, {_WIND_M_S:g} m/s", (18.0, 45.0), (-4.0, 44.4), arrowprops={"arrowstyle": "->"}
+        f"wind, {_WIND_M_S:g} m/s", (22.0, 45.0), (-1.0, 44.4), arrowprops={"arrowstyle": "->"}
     )
     above.set(
         xlabel="east, m",

@@ -11,7 +11,7 @@ from mavlink_sitl import VehicleConfig
 from navigation_bridge.goals.goal import LogLine
 from navigation_bridge.goals.requests import NavigateRequest, VelocityRequest
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
-from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
 from tests.fleets.encounters import Intruder, adsb, apart, begin, hear, meet, random_encounter
 from tests.fleets.flown import FlownFleet, homes
 

@@ -161,6 +161,20 @@ def test_a_route_with_a_hold_is_rehearsed(name: str) -> None:
     assert again.duration_s > 1.5 * flown.duration_s
 
 
+def test_a_circle_is_rehearsed() -> None:
+    flown = rehearse(replace(COPTER, radius_m=-8.0))
+    assert flown.code == "SUCCESS", flown.text
+    centre = COPTER.waypoints[0].position_enu_m
+    radii_m = [math.dist(point[:2], centre[:2]) for point in flown.path_enu_m[-80:]]
+    assert statistics.median(radii_m) == pytest.approx(8.0, abs=0.3)
+    (x, y, _), (last_x, last_y, _) = flown.path_enu_m[-30], flown.path_enu_m[-20]
+    assert (x - centre[0]) * (last_y - centre[1]) < (y - centre[1]) * (last_x - centre[0])
+    assert flown.path_enu_m[-1][2] == pytest.approx(centre[2], abs=0.5)
+    again = rehearse(replace(COPTER, radius_m=0.5))
+    assert not again.accepted
+    assert again.code == "INVALID_NUMBER"
+
+
 def test_obstacles_are_flown_round_only_where_that_is_asked_for() -> None:
     past = replace(
         COPTER,

@@ -11,7 +11,7 @@ from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import VelocityRequest
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
 from tests.support.flights.simulated_flight import SimulatedFlight
 from tests.support.flights.station_flight import StationFlight
 from tests.support.flights.velocity_stick import SteeredFlight

@@ -202,6 +202,25 @@ def test_a_goal_is_rehearsed_before_it_is_confirmed(page: Tab) -> None:
     page.wait("document.getElementById('rehearsal').hidden")
 
 
+def test_a_circle_is_drawn_rehearsed_and_flown(page: Tab) -> None:
+    before = ends(page)
+    page.drag(on_map(page, 6.0, 2.0))
+    page.value(
+        "(() => { const radius = document.getElementById('radius');"
+        " radius.value = '-4'; radius.dispatchEvent(new Event('change')); })()"
+    )
+    page.wait("document.getElementById('rehearsal').dataset.code === 'SUCCESS'", _REHEARSED_S)
+    page.press("g", "KeyG")
+    page.wait("!document.getElementById('confirm').hidden")
+    assert "clockwise on a circle of 4 m around east 6" in page.text("confirm-text")
+    page.press(" ", "Space", 1.8)
+    page.wait(ACTIVE)
+    # The next waypoint is a goal again.
+    assert page.value("document.getElementById('radius').value") == "0"
+    wait_for_end(page, before, "SUCCESS")
+    assert "Went round 1 times" in page.text("end")
+
+
 def test_a_route_is_slid_dragged_in_flight_and_cancelled(page: Tab) -> None:
     before = ends(page)
     page.value("document.getElementById('speed').value = '0.5'")  # it flies while it is dragged

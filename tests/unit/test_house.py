@@ -149,6 +149,7 @@ FEATURES = {
     "RTCM": (r"rtcm|correction", 3),
     "external position": (r"external_", 3),
     "velocity": (r"velocity_(commands|topic)|follow_velocity|tasks/steering", 3),
+    "target": (r"follow(ed)?_target|target_(topic|guide)|tracked_target", 4),
     "traffic": (r"/traffic/|in_traffic", 3),
     "rehearsal": (r"rehears", 2),
     "storage": (r"storage|list_operation", 3),
@@ -220,6 +221,9 @@ SETTABLE_CLOCKS = {
     "src/drone_navigation/drone_navigation/server/subscribing/external_odometry.py": {
         "get_clock": "when a position was measured, for the autopilot, which gets no other time; "
         "an impossible age is rejected with a reason"
+    },
+    "src/drone_navigation/drone_navigation/server/subscribing/target_topic.py": {
+        "get_clock": "how old a sample of a target is; an impossible age is rejected with a reason"
     },
     "src/drone_navigation/drone_navigation/presence.py": {
         "time_ns": "read once, at the start: which of two servers of one name ends; both reject "

@@ -10,9 +10,11 @@ for somebody goes where that one was heard last, and what others say is handed o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
+from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
 from mavlink_sitl.autopilot.ardupilot.rover.rover import Rover
 from mavlink_sitl.autopilot.common.commander import Commander
 from mavlink_sitl.exchange import (
@@ -149,6 +151,7 @@ class MavlinkServer:
             "SETUP_SIGNING": self._on_setup_signing,
             "GPS_RTCM_DATA": self.corrections.take,
             "ADSB_VEHICLE": self._on_traffic,
+            "LANDING_TARGET": self._on_landing_target,
             **dict.fromkeys(self._missions.handlers, self._now(self._missions.receive)),
             **dict.fromkeys(self._logs.handlers, self._now(self._logs.receive)),
             "FILE_TRANSFER_PROTOCOL": self._now(self._files.receive),
@@ -377,6 +380,17 @@ class MavlinkServer:
         if isinstance(self.vehicle, Rover):
             take = self.vehicle.attitude
             self._take_setpoint(lambda: setpoints.from_attitude_target(message), take)
+
+    def _on_landing_target(self, message: Message) -> None:
+        """Take where a landing target is, in a copter's axes; the message has no addressee."""
+        seen = (message.x, message.y, message.z)
+        usable = all(map(math.isfinite, (*seen, message.distance)))
+        if not isinstance(self.vehicle, Copter) or message.position_valid != 1 or not usable:
+            return
+        if message.frame == dialect.MAV_FRAME_BODY_FRD:
+            self.vehicle.landing_target.hear(seen, message.distance)
+        else:
+            self.vehicle.landing_target.refuse_frame()
 
     def _take_setpoint(self, decode: Callable[[], T | None], take: Callable[[T], None]) -> None:
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -15,6 +16,7 @@ from mavlink_sitl.autopilot.personality.ardupilot import ARDUCOPTER
 from mavlink_sitl.config import PERSONALITIES
 from sitl_support.ground_station import (
     AUTO,
+    LAND,
     LOITER,
     POSITION,
     RTL,
@@ -54,6 +56,21 @@ class Flight:
             self.station.run(1.0, step_s=0.5)
             place = tuple(round(value, 1) for value in self.station.position)
             self.seen += [place, self.station.vehicle.firmware.mode.spec.name]
+
+
+def on_target(flight: Flight) -> None:
+    """Landing on a target, 5 m ahead of where it begins."""
+    station = flight.up()
+    station.mode(LAND)
+    for _ in range(100):
+        ahead_m = 5.0 - math.hypot(*station.position[:2])
+        seen = mav.MAVLink_landing_target_message(
+            0, 0, mav.MAV_FRAME_BODY_FRD, 0.0, 0.0, 1.0, 0.0, 0.0, ahead_m, 0.0, 5.0, [1, 0, 0, 0],
+            2, 1
+        )  # fmt: skip
+        station.send(seen)
+        station.run(0.1)
+    flight.watch(1)
 
 
 def guided(flight: Flight) -> None:
@@ -298,6 +315,9 @@ CASES: dict[str, Case] = {
     "PILOT_SPEED_UP": (sticks, {}, 100.0),
     "PILOT_Y_RATE": (by_pilot, {}, 20.0),
     "PILOT_TKOFF_ALT": (by_throttle, {}, 300.0),
+    "PLND_ENABLED": (on_target, {"PLND_ENABLED": 1.0, "PLND_TYPE": 1.0}, 0.0),
+    "PLND_TYPE": (on_target, {"PLND_ENABLED": 1.0, "PLND_TYPE": 1.0}, 0.0),
+    "PLND_XY_DIST_MAX": (on_target, {"PLND_ENABLED": 1.0, "PLND_TYPE": 1.0}, 0.5),
     "PSC_JERK_XY": (guided, {}, 1.0),
     "PSC_JERK_Z": (guided, {}, 1.0),
     "RALLY_INCL_HOME": (back_from_near, {}, 0.0),

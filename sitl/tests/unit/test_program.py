@@ -123,8 +123,9 @@ def test_a_px4_plane_takes_off_over_udp() -> None:
             "px4",
             "--ready-after",
             "1",
+            # An emulated ARM64 station loses frames at 20 times real time, the mode's among them.
             "--speedup",
-            "20",
+            "8",
             "--link",
             f"udpout:127.0.0.1:{port}",
         ) as program,

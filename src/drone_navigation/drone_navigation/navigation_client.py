@@ -45,7 +45,7 @@ def _main(argv: list[str]) -> int:
 
         return run_command(options, argv)
     if options.command in GIMBAL_COMMANDS:
-        from drone_navigation.client.gimbal import run_point  # noqa: PLC0415
+        from drone_navigation.client.payload.gimbal import run_point  # noqa: PLC0415
 
         return run_point(options, argv)
     if options.command in STORAGE_COMMANDS:

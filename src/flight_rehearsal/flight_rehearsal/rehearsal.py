@@ -10,6 +10,7 @@ from flight_rehearsal.rehearsed_flight import RehearsedFlight
 from flight_rehearsal.request import RehearsalRequest
 from navigation_bridge.goals.requests import (
     NavigateRequest,
+    OrbitRequest,
     Request,
     WaypointRequest,
     WaypointsRequest,
@@ -177,6 +178,16 @@ def _begin(stage: RehearsedFlight, order: RehearsalRequest) -> Rehearsal | None:
 def _request(order: RehearsalRequest) -> Request:
     """The request that the console sends."""
     first = order.waypoints[0]
+    if order.radius_m:
+        return OrbitRequest(
+            "map",
+            first.position_enu_m,
+            order.radius_m,
+            first.position_enu_m[2],
+            order.laps,
+            order.speed_m_s,
+            avoid_obstacles=order.avoid_obstacles,
+        )
     if len(order.waypoints) == 1 and not first.hold_time_s and order.laps == 1:
         facing_travel = (0.0, 0.0, 0.0, 0.0)
         return NavigateRequest(

@@ -52,7 +52,7 @@ class HomePoint:
 
 @dataclass(frozen=True)
 class RehearsalRequest:
-    """A goal or a route, and where and how the vehicle is.
+    """A goal, a route or a circle, and where and how the vehicle is.
 
     Attributes:
         autopilot: name of the firmware and the kind, as the server's status has it.
@@ -69,6 +69,7 @@ class RehearsalRequest:
         speed_m_s: highest ground speed; 0: the server's default.
         laps: how often the route is flown.
         avoid_obstacles: whether obstacles are to be avoided.
+        radius_m: radius of a circle around the first waypoint, negative clockwise; 0: none.
         server: the server's parameters, by name; others have their defaults.
         parameters: those of the vehicle, by name; others have the simulator's defaults.
         wind_enu_m_s: velocity of the air.
@@ -93,6 +94,7 @@ class RehearsalRequest:
     speed_m_s: float = 0.0
     laps: int = 1
     avoid_obstacles: bool = False
+    radius_m: float = 0.0
     server: Mapping[str, Any] | None = None
     parameters: Mapping[str, float] | None = None
     wind_enu_m_s: Vector3 = (0.0, 0.0, 0.0)
@@ -196,6 +198,7 @@ REQUEST = record(
     speed_m_s=RecordMember(number(0), name="speed"),
     laps=RecordMember(whole(1)),
     avoid_obstacles=RecordMember(FLAG, name="avoid"),
+    radius_m=RecordMember(number(), name="radius"),
     lose_link=RecordMember(FLAG),
 )
 """Members of a line of JSON, by the console's names; others are ignored."""

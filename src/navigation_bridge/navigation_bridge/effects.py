@@ -16,8 +16,8 @@ from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_bridge.vehicle.traits import velocity_only
 from navigation_core.geometry import dot, norm
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.inputs.waypoint_acts import ActOrder
 from navigation_core.tasks.intents import Fly, Outcome, Perform
-from navigation_core.tasks.waypoint_acts import ActOrder
 
 __all__ = ["Effects"]
 

@@ -84,10 +84,9 @@ class Engine:
         traffic = self._features.traffic if self._features.in_turns else None
         if goal is None:
             return parts.observer.look(now, traffic=traffic)
-        overtaken, taken, mission = parts.overtaken, goal.takeover is not None, None
-        if goal.mission is not None:
-            change = parts.vehicle.stations.mission_change
-            mission = goal.mission.report(parts.vehicle.state, change)
+        overtaken, taken = parts.overtaken, goal.takeover is not None
+        state, change = parts.vehicle.state, parts.vehicle.stations.mission_change
+        mission = None if goal.mission is None else goal.mission.report(state, change)
         requested = parts.parking.operation_id is not None or overtaken.operation_id is not None
         return parts.observer.look(
             now,
@@ -100,6 +99,7 @@ class Engine:
             mode_requested=requested,
             mode_unclear=taken and overtaken.is_open,
             command=self._features.command if goal.follows_commands else None,
+            followed=None if goal.followed is None else self._features.followed,
             traffic=traffic,
         )
 

@@ -8,8 +8,9 @@ ORBIT_ACTION_NAME = "orbit"
 TAKEOFF_ACTION_NAME = "takeoff"
 LAND_ACTION_NAME = "land"
 RETURN_ACTION_NAME = "return_to_launch"
-# Not among those below: it is steered while it runs, and cannot be written down as a goal.
+# Not among those below: they are steered while they run, and cannot be written down as goals.
 VELOCITY_ACTION_NAME = "follow_velocity"
+FOLLOW_ACTION_NAME = "follow_target"
 ACTION_NAMES = (
     ACTION_NAME,
     WAYPOINTS_ACTION_NAME,

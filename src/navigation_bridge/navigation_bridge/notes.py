@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from mavlink_vehicle import codec
@@ -17,12 +18,13 @@ from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.state.status_text import CHUNK_SIZE
 from navigation_bridge.goals.goal import GoalFinished, GoalHappened
 from navigation_core.geometry import Vector3
-from navigation_core.tasks.progress import Progress
+from navigation_core.tasks.progress import FollowProgress, FollowState, Progress
 
 # MAV_COMP_ID_ONBOARD_COMPUTER4 (common.xml): the recorder's own component id.
 COMPONENT_ID = 194
 _MAV_SEVERITY_INFO = 6
 _PLAN = mavlink.MAVLink_debug_float_array_message
+_FOLLOW_STATES = (FollowState.ACQUIRING, FollowState.FOLLOWING, FollowState.LOST)
 _PLAN_NAME = b"plan"
 _PLAN_POINTS = 19
 _PLAN_POINTS_MAX = 95
@@ -207,12 +209,22 @@ def parse_plan(message: Message) -> tuple[tuple[Vector3, ...], bool] | None:
     return points, message.array_id == 0
 
 
+def follow_progress(
+    counts: Mapping[str, int], figures: Mapping[str, float]
+) -> FollowProgress | None:
+    """Return how a target is followed by the named values of a feedback; None without it."""
+    number = counts.get("following", -1)
+    if not 0 <= number < len(_FOLLOW_STATES) or not {"target_m", "target_age"} <= figures.keys():
+        return None
+    return FollowProgress(_FOLLOW_STATES[number], figures["target_m"], figures["target_age"])
+
+
 def progress(state: Progress, now: float) -> list[Message]:
     """Return the content of a feedback as named values; "replans" is the last of each feedback.
 
     Remaining distance (m) and time (s); for a route the current waypoint, the lap, and the numbers
-    of waypoints left and reached; for a circle the laps flown and the radius error (m); then the
-    number of replans.
+    of waypoints left and reached; for a circle the laps flown and the radius error (m); for a
+    target its distance (m), its age (s) and the number of its state; then the number of replans.
     """
     boot_ms = int(now * 1000.0) & 0xFFFFFFFF
     figures: dict[str, float] = {
@@ -222,6 +234,9 @@ def progress(state: Progress, now: float) -> list[Message]:
     if (orbit := state.orbit) is not None:
         figures |= {"laps": orbit.laps_flown, "radius_err": orbit.radius_error_m}
     counts = {"replans": state.replans}
+    if (follow := state.follow) is not None:
+        figures |= {"target_m": follow.distance_m, "target_age": follow.age_s}
+        counts = {"following": _FOLLOW_STATES.index(follow.state)} | counts
     if (route := state.route) is not None:
         counts = {
             "waypoint": route.current,

@@ -147,6 +147,7 @@ class Reporter:
                 height_m=(None if pose is None else pose.position_enu_m[2] - snapshot.ground_enu_m),
                 route=progress.route,
                 orbit=progress.orbit,
+                follow=progress.follow,
                 replans=progress.replans,
                 late_s=snapshot.late_s,
                 action=goal.kind,

@@ -12,7 +12,7 @@ from navigation_bridge.goals.goal import GoalFinished
 from navigation_bridge.goals.requests import VelocityRequest
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
-from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
 from tests.support.flights.simulated_flight import SimulatedFlight
 
 __all__ = ["SteeredFlight"]

@@ -16,6 +16,7 @@ FLY = {
     "speed": 0.0,
     "laps": 1,
     "avoid": False,
+    "radius": 0.0,
 }
 MOVING: tuple[dict[str, Any], ...] = (
     FLY,

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 from navigation_core.geometry import Vector3, add, limit_norm, norm, scale, subtract
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
+from navigation_core.tasks.inputs.waypoint_acts import ActReport
 from navigation_core.tasks.intents import Fly, Intent, Outcome, Perform
 from navigation_core.tasks.observation import (
     Observation,
@@ -21,7 +22,6 @@ from navigation_core.tasks.observation import (
     TaskOperation,
 )
 from navigation_core.tasks.task import Task
-from navigation_core.tasks.waypoint_acts import ActReport
 
 _FINAL = {
     OperationStatus.REFUSED,

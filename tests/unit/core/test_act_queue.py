@@ -8,9 +8,7 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.route import fly_route
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.leading.flight_terms import FlightTerms
-from navigation_core.tasks.waypoint import Route, RouteWaypoint
-from navigation_core.tasks.waypoint_acts import (
+from navigation_core.tasks.inputs.waypoint_acts import (
     ActReport,
     SetServo,
     TakePhoto,
@@ -20,6 +18,8 @@ from navigation_core.tasks.waypoint_acts import (
     WaitHere,
     WaypointAct,
 )
+from navigation_core.tasks.leading.flight_terms import FlightTerms
+from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from tests.support.models.point_mass import PointMass, fly
 
 PLACES = ((8.0, 0.0, 3.0), (16.0, 0.0, 3.0), (24.0, 0.0, 3.0))

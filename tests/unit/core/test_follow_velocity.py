@@ -14,7 +14,8 @@ from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.fences import Fence, PolygonArea
 from navigation_core.safety.target_checks import FlightVolume
 from navigation_core.tasks.goto_config import GotoConfig
-from navigation_core.tasks.intents import Fly, Handover, Intent, Outcome, Perform, Wait
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
+from navigation_core.tasks.intents import Fly, Handover, Outcome, Perform, Wait
 from navigation_core.tasks.leading.flight_terms import AvoidanceConfig, FlightTerms
 from navigation_core.tasks.observation import (
     OperationReport,
@@ -26,13 +27,11 @@ from navigation_core.tasks.progress import Status
 from navigation_core.tasks.steering.follow_velocity import FollowVelocity
 from navigation_core.tasks.steering.steersman import VelocityTerms
 from navigation_core.tasks.traits import COPTER, Traits
-from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
-from tests.support.models.observations import HOVERING
+from tests.support.models.steered_vehicle import PERIOD_S, SteeredVehicle
 
 pytestmark = pytest.mark.wide_but_first
 
 
-PERIOD_S = 0.05
 LIMITS = Limits(speed_horizontal_m_s=3.0, speed_up_m_s=1.5, speed_down_m_s=1.0)
 CONFIG = GotoConfig(limits=LIMITS)
 VOLUME = FlightVolume(radius_max_m=100.0, altitude_min_m=0.5, altitude_max_m=30.0)
@@ -43,8 +42,8 @@ TURNED = replace(STEERED, drives_by_turn_rate=True)
 FORWARD = (1.0, 0.0, 0.0)
 
 
-class Steered:
-    """A task, and a vehicle that moves as its setpoints say."""
+class Steered(SteeredVehicle):
+    """A vehicle that is steered by commands."""
 
     def __init__(
         self,
@@ -55,69 +54,16 @@ class Steered:
         **seen: object,
     ) -> None:
         terms = FlightTerms(CONFIG, handover or Handover(), traits, avoidance)
-        self.task = FollowVelocity(
+        task = FollowVelocity(
             VelocityTerms(terms, VOLUME, command_timeout_s=0.5, max_speed_m_s=max_speed_m_s)
         )
-        self.now = 100.0
-        self.traits = traits
-        self.seen = replace(
-            HOVERING,
-            time_s=self.now,
-            position_enu_m=(0.0, 0.0, 10.0 if traits.flies else 0.0),
-            airborne=True if traits.flies else None,
-            mode=VehicleMode.CONTROL,
-        )
-        self.seen = replace(self.seen, **seen)  # type: ignore[arg-type]
-        self.answer: Intent | Outcome = Wait()
-        self.task.start(self.seen, self.now)
-
-    @property
-    def place(self) -> Vector3:
-        assert self.seen.position_enu_m is not None
-        return self.seen.position_enu_m
-
-    @property
-    def velocity(self) -> Vector3:
-        assert self.seen.velocity_enu_m_s is not None
-        return self.seen.velocity_enu_m_s
-
-    @property
-    def status(self) -> Status:
-        return self.task.progress(self.seen, self.now).status
+        super().__init__(task, traits, CONFIG, **seen)
 
     def tell(
         self, linear: Vector3, rate: float = 0.0, frame: VelocityFrame = VelocityFrame.BODY
     ) -> None:
         """Give a command now."""
         self.seen = replace(self.seen, command=VelocityCommand(self.now, frame, linear, rate))
-
-    def step(self) -> Intent | Outcome:
-        """Continue by one period."""
-        self.now += PERIOD_S
-        self.seen = replace(self.seen, time_s=self.now)
-        self.answer = self.task.step(self.seen, self.now)
-        if isinstance(self.answer, Fly):
-            self._obey(self.answer)
-        return self.answer
-
-    def _obey(self, fly: Fly) -> None:
-        x, y, z = self.place
-        velocity, yaw = fly.setpoint.velocity_enu_m_s, fly.setpoint.yaw_enu_rad
-        if self.traits.flies and not fly.by_velocity:
-            error = (a - b for a, b in zip(fly.setpoint.position_enu_m, (x, y, z), strict=True))
-            velocity = tuple(  # type: ignore[assignment]
-                v + CONFIG.following_gain_per_s * e for v, e in zip(velocity, error, strict=True)
-            )
-        if fly.turn_rate_rad_s is not None:
-            yaw += fly.turn_rate_rad_s * PERIOD_S
-        moved = (
-            x + velocity[0] * PERIOD_S,
-            y + velocity[1] * PERIOD_S,
-            z + velocity[2] * PERIOD_S,
-        )
-        self.seen = replace(
-            self.seen, position_enu_m=moved, velocity_enu_m_s=velocity, yaw_enu_rad=yaw
-        )
 
     def run(
         self,
@@ -132,10 +78,6 @@ class Steered:
                 self.tell(linear, rate, frame)
             if isinstance(self.step(), Outcome):
                 return
-
-    def outcome(self) -> Outcome:
-        assert isinstance(self.answer, Outcome), self.answer
-        return self.answer
 
 
 def test_it_flies_as_told_in_the_vehicles_axes() -> None:

@@ -19,7 +19,7 @@ from navigation_core.tasks.phases import (
     Table,
     check_change,
 )
-from navigation_core.tasks.steering.follow_velocity import FollowVelocity
+from navigation_core.tasks.steering.steered_task import SteeredTask
 from navigation_core.tasks.watching.mission import FlyMission
 from navigation_core.tasks.watching.plane import FlyPlane
 from navigation_core.tasks.watching.vehicle_led import VehicleLed
@@ -29,7 +29,7 @@ TASKS: dict[type[PhasedTask], Table] = {
     FlyMission: MISSION,
     FlyPlane: PLANE,
     VehicleLed: LED,
-    FollowVelocity: VELOCITY,
+    SteeredTask: VELOCITY,
 }
 
 

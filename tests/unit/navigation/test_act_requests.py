@@ -21,7 +21,7 @@ from navigation_bridge.goals.requests import (
 )
 from navigation_bridge.goals.route_requests import check_waypoint
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.waypoint_acts import (
+from navigation_core.tasks.inputs.waypoint_acts import (
     PointAngle,
     PointNeutral,
     PointPosition,

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from custom_interfaces.action import Orbit
+from custom_interfaces.action import Follow, Orbit
 from drone_navigation.client.client_goal import make_client_goal, make_point_client_goal
 from drone_navigation.client.options import (
     ACTION_COMMANDS,
@@ -16,10 +16,12 @@ from drone_navigation.client.options import (
     parse_options,
 )
 
+FOLLOWED = ["--topic", "/target", "--offset=-6,0,4"]
 WORDS = {
+    "follow": FOLLOWED,
     "mode": ["MODE"],
-    "orbit": ["30", "-10", "--radius", "-8"],
     "parameters": ["list"],
+    "orbit": ["30", "-10", "--radius", "-8"],
     "point": ["--release"],
 }
 """The arguments that a command needs"""
@@ -85,6 +87,29 @@ def test_a_circle_is_named_by_its_centre_and_radius(capsys: pytest.CaptureFixtur
     assert "'wide' is not a number" in refusal(capsys, "orbit", "1", "2", "--radius", "wide")
 
 
+def test_a_target_is_named_by_its_source_and_an_offset(capsys: pytest.CaptureFixture[str]) -> None:
+    plain = make_client_goal(parse_options(["follow", *FOLLOWED]))
+    goal = plain.goal
+    assert isinstance(goal, Follow.Goal)
+    assert (plain.name, plain.description) == ("follow_target", "following /target")
+    assert (goal.pose_topic, goal.tracked_frame, goal.target_system) == ("/target", "", 0)
+    assert (goal.offset.x, goal.offset.y, goal.offset.z) == (-6.0, 0.0, 4.0)
+    assert (goal.offset_frame, goal.yaw_mode) == (goal.OFFSET_TARGET, goal.YAW_TARGET)
+    more = ["--least-distance", "3", "--speed", "4", "--duration", "60", "--target-timeout", "5"]
+    words = ["follow", "--system", "9", *FOLLOWED[2:], "--offset-frame", "map", *more]
+    goal = make_client_goal(parse_options([*words, "--yaw-mode", "keep"])).goal
+    assert isinstance(goal, Follow.Goal)
+    assert (goal.target_system, goal.offset_frame, goal.yaw_mode) == (9, 1, goal.YAW_KEEP)
+    assert (goal.least_distance, goal.max_speed) == (3.0, 4.0)
+    assert (goal.max_duration, goal.lost_timeout) == (60.0, 5.0)
+    assert "one of the arguments" in refusal(capsys, "follow", "--offset=1,2,3")
+    assert "not allowed with" in refusal(capsys, "follow", *FOLLOWED, "--tf", "tag")
+    assert "is not X,Y,Z in metres" in refusal(capsys, "follow", *FOLLOWED, "--offset=1,2")
+    assert "is not a number from 1 to 255" in refusal(
+        capsys, "follow", "--system", "300", *FOLLOWED[2:]
+    )
+
+
 def test_takeoff_takes_a_height_and_mode_a_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert parse_options(["takeoff", "--height", "5"]).height == 5.0
     assert parse_options(["takeoff"]).height == 0.0
@@ -100,7 +125,7 @@ def test_takeoff_takes_a_height_and_mode_a_name(capsys: pytest.CaptureFixture[st
     ("arguments", "sentence"),
     [
         (["lnad"], "'lnad' is not a command; did you mean 'land'?"),
-        (["xyzzy"], "give one of orbit, takeoff, land"),
+        (["xyzzy"], "give one of follow, orbit, takeoff, land"),
         (["--laps", "2"], "--laps needs a route; give --plan or --waypoints as well."),
         (["--goal", "1", "2", "3", "--mission"], "--mission needs a route"),
         (["--plan", "a.plan", "--laps", "-1"], "--laps is -1"),

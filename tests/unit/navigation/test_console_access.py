@@ -185,7 +185,8 @@ def test_what_starts_something_has_to_be_confirmed(confirmed: Any) -> None:
         {"waypoints": [{**WAYPOINT, "x": 1e7}]}, {"waypoints": [{**WAYPOINT, "hold": -1}]},
         {"waypoints": [{**WAYPOINT, "z": "4"}]}, {"laps": 0}, {"laps": 1.5}, {"laps": 101},
         {"speed": -1}, {"speed": 1000}, {"speed": True}, {"avoid": 1}, {"vehicle": 3},
-        {"vehicle": "v" * 1000},
+        {"vehicle": "v" * 1000}, {"radius": "8"}, {"radius": 1e6},
+        {"radius": 8, "waypoints": [WAYPOINT] * 2},
     ],
 )  # fmt: skip
 def test_what_is_out_of_range_is_rejected(changes: dict[str, Any]) -> None:
@@ -219,6 +220,10 @@ def test_an_unknown_member_is_answered_with_the_closest_one() -> None:
         ({"sped": 1.0}, "sped is unknown; did you mean 'speed'?"),
         ({"waypoints": [{**WAYPOINT, "x": True}]}, "waypoints[0].x must be a number, not True."),
         ({"laps": 101}, "laps is 101; it must be between 1 and 100."),
+        (
+            {"radius": 8, "waypoints": [WAYPOINT] * 2},
+            "A circle goes around one waypoint.",
+        ),
         ({"type": "flee"}, "type is 'flee'; it must be one of alive, take, "),
         ({"x" * 500: 1}, "xxx' is unknown; known are vehicle, waypoints, "),
     ):

@@ -51,7 +51,7 @@ class Thread:
 
     def begin(self, by: str, number: int, speed_m_s: float = 1.0) -> None:
         goal = PageWaypoint((1.0, 2.0, 3.0), 0.0)
-        order = Rehearse("/", (goal,), speed_m_s, 1, False, number)
+        order = Rehearse("/", (goal,), speed_m_s, 1, False, 0.0, number)
         self.rehearsals.begin(by, order, {"motion": [0.0]}, self.told.append)
 
 
@@ -119,6 +119,6 @@ def test_a_process_that_hangs_is_ended(made: Callable[[str], Thread]) -> None:
 def test_without_a_process_a_page_gets_an_answer_at_once() -> None:
     told: list[dict[str, Any]] = []
     rehearsals = Rehearsals(lambda work: work(), ("/no/such/program",))
-    order = Rehearse("/", (PageWaypoint((1.0, 2.0, 3.0), 0.0),), 0.0, 1, False, 1)
+    order = Rehearse("/", (PageWaypoint((1.0, 2.0, 3.0), 0.0),), 0.0, 1, False, 0.0, 1)
     rehearsals.begin("page 1", order, {}, told.append)
     assert "Flying does not need it" in told[0]["error"]

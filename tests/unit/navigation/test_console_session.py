@@ -144,6 +144,7 @@ def test_routes_of_several_vehicles_are_rehearsed_together_without_control() -> 
     console.board.put("/b", "alive", True)
     waypoints = [{"x": 1, "y": 2, "z": 3, "hold": 0}]
     route = {"vehicle": "/", "waypoints": waypoints, "speed": 0, "laps": 1, "avoid": False}
+    route["radius"] = 0
     both = [route, {**route, "vehicle": "/b"}]
     told = console.send(2, type="rehearse_together", number=1, routes=both)
     assert told == {"type": "together", "vehicles": ["/", "/b"]}
@@ -322,6 +323,7 @@ def test_every_page_may_rehearse_and_nothing_moves() -> None:
         "speed": 0.0,
         "laps": 1,
         "avoid": False,
+        "radius": 8.0,
     }
     told = console.send(2, type="rehearse", number=7, **order)
     assert told == {"type": "rehearsal", "number": 7}

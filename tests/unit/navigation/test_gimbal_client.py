@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from drone_navigation.client.gimbal import point_goal
 from drone_navigation.client.options import make_command_parser
+from drone_navigation.client.payload.gimbal import point_goal
 
 
 def test_each_way_to_point_is_a_mode_of_the_goal() -> None:

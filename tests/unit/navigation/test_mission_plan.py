@@ -19,14 +19,14 @@ from mavlink_vehicle.state.telemetry import Home, MissionProgress, Origin
 from mavlink_vehicle.state.vehicle_state import VehicleState
 from navigation_bridge.goals.mission_plan import MissionTracker, PlannedItem, plan_items
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
-from navigation_core.tasks.waypoint_acts import (
+from navigation_core.tasks.inputs.waypoint_acts import (
     PointAngle,
     TakePhoto,
     UseGripper,
     WaitHere,
     WaypointAct,
 )
+from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
 
 LATITUDE, LONGITUDE, AMSL_M = 47.3977, 8.5456, 488.0
 STATE = VehicleState(

@@ -16,7 +16,14 @@ from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import LandRequest
 from navigation_bridge.recording.recorded_notes import NotesReader
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.progress import OrbitProgress, Progress, RouteProgress, Status
+from navigation_core.tasks.progress import (
+    FollowProgress,
+    FollowState,
+    OrbitProgress,
+    Progress,
+    RouteProgress,
+    Status,
+)
 from tests.support.flights.recorded_flight import EPOCH_S, Recorder
 from tests.support.flights.simulated_flight import SimulatedFlight
 
@@ -113,8 +120,17 @@ def test_a_feedback_has_the_laps_of_a_circle() -> None:
     reader = written_and_read(
         notes.progress(Progress(Status.NAVIGATING, 1.5, 2.5, orbit=orbit), 9.0)
     )
-    assert reader.laps == {"laps": 1.25, "radius_err": -0.5}
+    assert reader.figures == {"laps": 1.25, "radius_err": -0.5}
     assert reader.counts == {"replans": 0}
+
+
+@pytest.mark.parametrize("state", FollowState)
+def test_a_feedback_has_the_target_that_is_followed(state: FollowState) -> None:
+    follow = FollowProgress(state, 4.5, 0.25)
+    reader = written_and_read(notes.progress(Progress(Status.NAVIGATING, 0, 0, follow=follow), 9.0))
+    assert notes.follow_progress(reader.counts, reader.figures) == follow
+    del reader.counts["following"]
+    assert notes.follow_progress(reader.counts, reader.figures) is None
 
 
 def test_a_feedback_has_the_waypoint_and_the_lap() -> None:

@@ -56,6 +56,7 @@ def test_all_that_is_known_counts() -> None:
         "speed": 2.0,
         "laps": 3,
         "avoid": True,
+        "radius": -8.0,
     }
     order = read_request(json.dumps(given))
     assert order.battery == pytest.approx(0.45)
@@ -69,6 +70,7 @@ def test_all_that_is_known_counts() -> None:
     assert order.parameters == {"WPNAV_SPEED": 500.0}
     assert order.wind_enu_m_s == (3.0, 0.0, 0.0)
     assert (order.speed_m_s, order.laps, order.avoid_obstacles) == (2.0, 3, True)
+    assert order.radius_m == -8.0
 
 
 @pytest.mark.parametrize(

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 
 import pytest
 import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.task import Task
+from std_msgs.msg import String
 
-from drone_navigation.process_control.ros_differences import executes_tasks
+from drone_navigation.process_control.ros_differences import executes_tasks, publisher_count
 from tests.support.processes import patient_s
 
 
@@ -68,3 +71,25 @@ def test_a_task_counts_while_it_is_executed(kind: type[Executor], context: rclpy
         thread.join(patient_s(10.0))
     executor.spin_once(timeout_sec=0.0)
     assert not executes_tasks(executor)
+
+
+class OlderSubscription:
+    """Knows no more than a subscription of Humble does."""
+
+    topic_name = "/counted"
+
+
+@pytest.mark.parametrize("older", [False, True], ids=["this rclpy", "Humble"])
+def test_the_publishers_that_a_subscription_hears_are_counted(
+    older: bool, context: rclpy.Context
+) -> None:
+    node = Node("counts", context=context)
+    subscription = node.create_subscription(String, "/counted", lambda _: None, 1)
+    for expected in (1, 2):
+        node.create_publisher(String, "/counted", 1)
+        until_s = time.monotonic() + patient_s(10.0)
+        counted, waits = 0, threading.Event()
+        while counted != expected and time.monotonic() < until_s:
+            counted = publisher_count(node, OlderSubscription() if older else subscription)
+            waits.wait(0.01)
+        assert counted == expected

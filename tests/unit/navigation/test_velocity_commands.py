@@ -12,7 +12,7 @@ from navigation_bridge.configuration.make_config import make_config
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
 
 TIMEOUT_S = 0.5
 FORWARD = (1.0, 0.0, 0.0)

@@ -6,7 +6,7 @@ import pytest
 from geometry_msgs.msg import Twist
 
 from drone_navigation.server.subscribing.velocity_topic import StampDelays, command_of
-from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
 
 
 def twist() -> Twist:

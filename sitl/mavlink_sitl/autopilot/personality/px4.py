@@ -33,6 +33,7 @@ TAKEOFF = custom_mode(4, 2)
 LAND = custom_mode(4, 6)
 ORBIT = custom_mode(3, 1)
 FOLLOW_TARGET = custom_mode(4, 8)
+PRECLAND = custom_mode(4, 9)
 
 TERMINATION = custom_mode(10)
 
@@ -57,7 +58,7 @@ MODE_NAMES = {
     LAND: "Land",
     ORBIT: "Orbit",
     FOLLOW_TARGET: "Follow Target",
-    custom_mode(4, 9): "Precision Landing",
+    PRECLAND: "Precision Landing",
     **{custom_mode(4, 10 + number): f"External {number}" for number in range(1, 9)},
 }
 """Names of the modes in texts"""
@@ -120,7 +121,7 @@ def available_modes(
         (TAKEOFF, 8, 1, ""),
         (LAND, 7, 1, ""),
         (FOLLOW_TARGET, 0, 1, "Follow Target"),
-        (custom_mode(4, 9), 0, 1, "Precision Landing"),
+        (PRECLAND, 0, 1, "Precision Landing"),
         (ORBIT, orbit, 1, "" if orbit else "Orbit"),
         (custom_mode(4, 10), 0, 1, "VTOL Takeoff"),
         *((custom_mode(4, sub), 0, 2, "(Mode not available)") for sub in range(11, 19)),
@@ -152,6 +153,7 @@ _OF_COPTERS = (
         True,
         base_flags=BY_COMPUTER,
     ),
+    ModeSpec(PRECLAND, "AUTO.PRECLAND", "px4_precland", True, base_flags=BY_ITSELF),
 )
 """Not to be armed in; not AUTO in base_mode, as sticks may change what they do (read in the
 firmware)"""

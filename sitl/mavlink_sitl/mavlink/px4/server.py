@@ -367,6 +367,13 @@ class Px4Server(MavlinkServer):
             place = GeoPoint(latitude_deg, longitude_deg, message.alt)
             self.vehicle.see_target(place, (north, east, down) if known else None)
 
+    def _on_landing_target(self, message: Message) -> None:
+        """Take where a landing target is, in the local frame; the message has no addressee."""
+        seen = (message.x, message.y, message.z)
+        local = message.frame == dialect.MAV_FRAME_LOCAL_NED and message.position_valid == 1
+        if isinstance(self.vehicle, Px4Copter) and local and all(map(usable, seen)):
+            self.vehicle.see_landing_target(seen)
+
     def _on_local_setpoint(self, message: Message) -> None:
         self._follow(lambda: setpoints.from_local_ned(message))
 

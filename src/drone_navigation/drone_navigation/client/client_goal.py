@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from custom_interfaces.action import (
+    Follow,
     Land,
     Navigate,
     NavigateWaypoints,
@@ -20,6 +21,7 @@ from drone_navigation.client.options import ACTION_COMMANDS, make_parser
 from navigation_bridge.goals.requests import ActRequest, AltitudeReference, WaypointRequest
 from navigation_bridge.names import (
     ACTION_NAME,
+    FOLLOW_ACTION_NAME,
     LAND_ACTION_NAME,
     ORBIT_ACTION_NAME,
     RETURN_ACTION_NAME,
@@ -38,7 +40,12 @@ _YAW_MODES = {
     "tangent": Orbit.Goal.YAW_TANGENT,
     "keep": Orbit.Goal.YAW_KEEP,
 }
-
+_OFFSET_FRAMES = {"target": Follow.Goal.OFFSET_TARGET, "map": Follow.Goal.OFFSET_MAP}
+_FOLLOW_YAW_MODES = {
+    "target": Follow.Goal.YAW_TARGET,
+    "tangent": Follow.Goal.YAW_TANGENT,
+    "keep": Follow.Goal.YAW_KEEP,
+}
 
 if TYPE_CHECKING:
     from navigation_bridge.plan_files.routes import PlannedRoute
@@ -88,6 +95,8 @@ def _command(options: argparse.Namespace) -> ClientGoal:
     """Return the goal of a command."""
     if options.command == "orbit":
         return _orbit(options)
+    if options.command == "follow":
+        return _follow(options)
     if options.command == "takeoff":
         goal = Takeoff.Goal()
         goal.height = options.height
@@ -96,6 +105,19 @@ def _command(options: argparse.Namespace) -> ClientGoal:
     if options.command == "land":
         return ClientGoal(Land, LAND_ACTION_NAME, Land.Goal(), "landing")
     return ClientGoal(ReturnToLaunch, RETURN_ACTION_NAME, ReturnToLaunch.Goal(), "return to launch")
+
+
+def _follow(options: argparse.Namespace) -> ClientGoal:
+    goal = Follow.Goal()
+    goal.pose_topic, goal.tracked_frame = options.topic, options.tf
+    goal.target_system = options.system
+    goal.offset.x, goal.offset.y, goal.offset.z = options.offset
+    goal.offset_frame = _OFFSET_FRAMES[options.offset_frame]
+    goal.least_distance, goal.max_speed = options.least_distance, options.speed
+    goal.max_duration, goal.lost_timeout = options.duration, options.target_timeout
+    goal.yaw_mode = _FOLLOW_YAW_MODES[options.yaw_mode]
+    what = options.topic or options.tf or f"MAVLink system {options.system}"
+    return ClientGoal(Follow, FOLLOW_ACTION_NAME, goal, f"following {what}")
 
 
 def _orbit(options: argparse.Namespace) -> ClientGoal:

@@ -177,6 +177,9 @@ class Telemetry:
         laps_flown: of a circle; None for others.
         radius_error_m: of a circle, the distance to the centre minus the radius; NaN while it is
             not flown, None for others.
+        follow_state: of a target, "ACQUIRING", "FOLLOWING" or "LOST"; None for others.
+        target_distance_m: of a target, the distance to it; NaN when unknown, None for others.
+        target_age_s: of a target, the time since it was measured; None for others.
     """
 
     name: ClassVar[str] = "feedback"
@@ -193,6 +196,17 @@ class Telemetry:
     setpoint_delay_s: float = 0.0
     laps_flown: float | None = None
     radius_error_m: float | None = None
+    follow_state: str | None = None
+    target_distance_m: float | None = None
+    target_age_s: float | None = None
+
+    @property
+    def follow_text(self) -> str:
+        """How a target is followed, for people: "following, 7.2 m from the target"."""
+        state, distance_m = (self.follow_state or "").lower(), self.target_distance_m
+        if distance_m is None or not math.isfinite(distance_m):
+            return state
+        return f"{state}, {distance_m:.1f} m from the target"
 
 
 def as_json(what: Event | Telemetry, t_s: float) -> str:

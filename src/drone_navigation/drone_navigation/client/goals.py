@@ -13,7 +13,7 @@ from rclpy.action.client import ClientGoalHandle
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from custom_interfaces.action import Navigate, NavigateWaypoints
+from custom_interfaces.action import Follow, Navigate, NavigateWaypoints
 from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Ended, Telemetry
 
@@ -181,8 +181,8 @@ class SentGoal:
             goal=self.number,
             status=feedback.current_status,
             position_enu_m=(place.x, place.y, place.z),
-            distance_left_m=feedback.distance_remaining,
-            time_left_s=feedback.estimated_time_remaining,
+            distance_left_m=getattr(feedback, "distance_remaining", math.nan),
+            time_left_s=getattr(feedback, "estimated_time_remaining", math.nan),
             battery_percent=feedback.battery_percentage,
             replans=getattr(feedback, "replans", 0),
             setpoint_delay_s=getattr(feedback, "setpoint_delay", 0.0),
@@ -191,7 +191,18 @@ class SentGoal:
             lap=feedback.current_lap + 1 if route else None,
             laps_flown=getattr(feedback, "laps_flown", None),
             radius_error_m=getattr(feedback, "radius_error", None),
+            follow_state=_follow_state(feedback),
+            target_distance_m=getattr(feedback, "distance", None),
+            target_age_s=getattr(feedback, "target_age", None),
         )
+
+
+def _follow_state(feedback: object) -> str | None:
+    """Return the name of the state with which a target is followed; None for other goals."""
+    if not isinstance(feedback, Follow.Feedback):
+        return None
+    names = ("ACQUIRING", "FOLLOWING", "LOST")
+    return next((name for name in names if getattr(feedback, name) == feedback.state), None)
 
 
 def _missed(result: object) -> tuple[int, ...] | None:

@@ -7,6 +7,7 @@ import difflib
 import math
 from pathlib import Path
 
+from drone_navigation.client.follow_options import add_follow
 from drone_navigation.client.storage_options import (
     STORAGE_CODES,
     STORAGE_COMMANDS,
@@ -27,6 +28,7 @@ EXIT_CANCELED = 4
 EXIT_NO_SERVER = 5
 
 ACTION_COMMANDS = {
+    "follow": "keep a place beside a target that moves",
     "orbit": "fly or drive a circle around a point",
     "takeoff": "take off and hold at a height",
     "land": "land where the vehicle is",
@@ -68,6 +70,7 @@ commands (each has its own --help):
 
 examples:
   navigation_client takeoff --height 5
+  navigation_client follow --topic /target --offset=-6,0,4
   navigation_client orbit 30 10 --radius 12 --laps 2
   navigation_client status --json
   navigation_client --goal 10 5 2 --avoid
@@ -153,7 +156,9 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
     if is_action:
         # Those of goals that are typed meanwhile.
         parser.set_defaults(yaw=None)
-        if command != "orbit":
+        if command == "follow":
+            parser.set_defaults(avoid=None)
+        elif command != "orbit":
             parser.set_defaults(speed=0.0, avoid=None)
         _add_following(parser)
     else:
@@ -166,6 +171,8 @@ def _add_own(parser: argparse.ArgumentParser, command: str) -> None:
     """Add the options that only this command has."""
     if command == "orbit":
         _add_orbit(parser)
+    elif command == "follow":
+        add_follow(parser)
     elif command == "takeoff":
         parser.add_argument(
             "--height",

@@ -188,6 +188,7 @@ class Fleet:
                 route.speed_m_s,
                 route.laps,
                 route.avoid_obstacles,
+                route.radius_m,
                 order.number,
             )
             self._rehearse(single, f"{by}: {name}", partial(take, name), lose_link=False)

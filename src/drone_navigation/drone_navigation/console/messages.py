@@ -136,16 +136,29 @@ class PageCommand(_ForVehicle):
 
 @dataclass(frozen=True)
 class _Order(_ForVehicle):
-    """A point, or a route; speed 0 is the server's default."""
+    """A point, a route, or a circle; speed 0 is the server's default.
+
+    A radius other than 0 is that of a circle around a single waypoint; negative flies it clockwise.
+    """
 
     waypoints: tuple[PageWaypoint, ...] = member(_WAYPOINTS)
     speed_m_s: float = member(number(0, 100), "speed")
     laps: int = member(whole(1, 100))
     avoid_obstacles: bool = member(FLAG, "avoid")
+    radius_m: float = member(number(-1000, 1000), "radius")
+
+    def __post_init__(self) -> None:
+        """Reject a circle around several waypoints.
+
+        Raises:
+            InvalidValueError: it is one.
+        """
+        if self.radius_m and len(self.waypoints) > 1:
+            raise InvalidValueError("A circle goes around one waypoint.")
 
 
 class PageGoal(_Order):
-    """Go to a point, or follow a route."""
+    """Go to a point, follow a route, or fly a circle."""
 
     kind: ClassVar[str] = "fly"
 

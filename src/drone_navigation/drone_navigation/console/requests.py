@@ -18,6 +18,7 @@ from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
 
 from custom_interfaces.action import (
+    Follow,
     Land,
     Navigate,
     NavigateWaypoints,
@@ -31,6 +32,7 @@ from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoin
 from drone_navigation.console.page_types import RouteValue
 from navigation_bridge.names import (
     ACTION_NAME,
+    FOLLOW_ACTION_NAME,
     FRAME_MAP,
     LAND_ACTION_NAME,
     ORBIT_ACTION_NAME,
@@ -51,6 +53,7 @@ _Take: TypeAlias = Callable[..., None]
 ACTIONS = {
     ACTION_NAME: Navigate,
     WAYPOINTS_ACTION_NAME: NavigateWaypoints,
+    FOLLOW_ACTION_NAME: Follow,
     ORBIT_ACTION_NAME: Orbit,
     TAKEOFF_ACTION_NAME: Takeoff,
     LAND_ACTION_NAME: Land,
@@ -61,6 +64,7 @@ ACTIONS = {
 _COMMANDS = {
     ACTION_NAME: "The goal",
     WAYPOINTS_ACTION_NAME: "The route",
+    FOLLOW_ACTION_NAME: "Following",
     ORBIT_ACTION_NAME: "The orbit",
     TAKEOFF_ACTION_NAME: "The take-off",
     LAND_ACTION_NAME: "The landing",
@@ -330,8 +334,12 @@ class VehicleRequests:
             self._send(RETURN_ACTION_NAME, ReturnToLaunch.Goal(), (), by, answer)
 
     def fly(self, order: PageGoal, by: str, answer: Answer) -> None:
-        """Send a goal, or a route if it has several waypoints, a hold time or laps."""
+        """Send a goal, a circle, or a route if it has several waypoints, a hold time or laps."""
         waypoints = order.waypoints
+        if order.radius_m:
+            # The centre is no waypoint: the vehicle never comes to it.
+            self._send(ORBIT_ACTION_NAME, _circle(order), (), by, answer)
+            return
         if len(waypoints) == 1 and not waypoints[0].hold_time_s and order.laps == 1:
             goal = Navigate.Goal(max_speed=order.speed_m_s, avoid_obstacles=order.avoid_obstacles)
             goal.target_pose.header.frame_id = FRAME_MAP
@@ -381,6 +389,20 @@ class VehicleRequests:
             answer(False, f"{_COMMANDS[action]} was not answered; it may be active all the same.")
 
         self._call(client.call_async(request), take, late)
+
+
+def _circle(order: PageGoal) -> Orbit.Goal:
+    x, y, height_m = order.waypoints[0].position_enu_m
+    circle = Orbit.Goal(
+        radius=order.radius_m,
+        height=height_m,
+        laps=float(order.laps),
+        max_speed=order.speed_m_s,
+        avoid_obstacles=order.avoid_obstacles,
+    )
+    circle.centre.header.frame_id = FRAME_MAP
+    circle.centre.pose.position.x, circle.centre.pose.position.y = x, y
+    return circle
 
 
 def _waypoint(waypoint: PageWaypoint) -> Waypoint:

@@ -30,6 +30,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from custom_interfaces.action import (
+    Follow,
     FollowVelocity,
     Land,
     Navigate,
@@ -42,10 +43,12 @@ from drone_navigation.presence import Presence
 from drone_navigation.qos import RESULT_TIMEOUT_S
 from drone_navigation.server import conversions as convert
 from drone_navigation.server.bridge_access import BridgeAccess
+from drone_navigation.server.subscribing.target_topic import topic_types
 from mavlink_vehicle.errors import DriverError
 from navigation_bridge.goals.goal import CancelWanted, GoalFeedback, GoalFinished
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import (
+    FollowRequest,
     LandRequest,
     NavigateRequest,
     OrbitRequest,
@@ -69,12 +72,12 @@ _CANCEL_STATE_TIMEOUT_S = 2.0
 
 ActionType: TypeAlias = (
     type[Navigate | NavigateWaypoints | Orbit | Takeoff]
-    | type[Land | ReturnToLaunch | FollowVelocity]
+    | type[Follow | Land | ReturnToLaunch | FollowVelocity]
 )
 RequestType: TypeAlias = type[Any]
 GoalMessage: TypeAlias = (
     Navigate.Goal | NavigateWaypoints.Goal | Orbit.Goal | Takeoff.Goal
-    | Land.Goal | ReturnToLaunch.Goal | FollowVelocity.Goal
+    | Follow.Goal | Land.Goal | ReturnToLaunch.Goal | FollowVelocity.Goal
 )  # fmt: skip
 
 
@@ -131,6 +134,9 @@ _INTERFACES: dict[type[Request], _Interface] = {
     ),
     OrbitRequest: _Interface(
         Orbit, convert.request_from_orbit, convert.orbit_feedback, convert.orbit_result
+    ),
+    FollowRequest: _Interface(
+        Follow, convert.request_from_follow, convert.follow_feedback, convert.result_of
     ),
     TakeoffRequest: _Interface(
         Takeoff, convert.request_from_takeoff, convert.height_feedback, convert.result_of
@@ -242,6 +248,7 @@ class GoalServers:
             presence: knows of other servers of the same name.
         """
         self._presence = presence
+        self._access = access
         self._node, self._bridge, self._frames = access.node, access.bridge, access.frames
         self._driver, self._clock = access.driver, access.clock
         # A goal's id is its client's choice, and unique within one action only.
@@ -297,6 +304,9 @@ class GoalServers:
 
     def _request(self, kind: ActionKind, goal: GoalMessage) -> Request:
         request = kind.request(goal)
+        if isinstance(request, FollowRequest):
+            types = topic_types(self._access, request.source.topic)
+            return replace(request, topic_types=types)
         if isinstance(request, NavigateRequest | OrbitRequest):
             return replace(request, frame_id=self._frames.plain(request.frame_id))
         return request

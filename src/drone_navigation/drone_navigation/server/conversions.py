@@ -10,6 +10,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 
 from custom_interfaces.action import (
+    Follow,
     FollowVelocity,
     Land,
     Navigate,
@@ -25,13 +26,17 @@ from navigation_bridge.goals.requests import (
     ActKind,
     ActRequest,
     AltitudeReference,
+    FollowRequest,
+    FollowYaw,
     LandRequest,
     NavigateRequest,
+    OffsetFrame,
     OrbitRequest,
     OrbitYaw,
     PointMode,
     ReturnRequest,
     TakeoffRequest,
+    TargetSource,
     VelocityRequest,
     WaypointRequest,
     WaypointsRequest,
@@ -39,6 +44,7 @@ from navigation_bridge.goals.requests import (
 from navigation_bridge.names import FRAME_MAP
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.progress import FollowState
 
 M = TypeVar("M")
 
@@ -130,6 +136,25 @@ def request_from_orbit(
     )
 
 
+def request_from_follow(
+    goal: Follow.Goal, request: type[FollowRequest] = FollowRequest
+) -> FollowRequest:
+    """Return the request that a Follow goal makes."""
+    offset = goal.offset
+    axes = [frame for frame in OffsetFrame if frame.value == goal.offset_frame]
+    modes = [yaw for yaw in FollowYaw if yaw.value == goal.yaw_mode]
+    return request(
+        source=TargetSource(goal.pose_topic, goal.tracked_frame, goal.target_system),
+        offset_m=(offset.x, offset.y, offset.z),
+        offset_frame=axes[0] if axes else None,
+        least_distance_m=goal.least_distance,
+        max_speed_m_s=goal.max_speed,
+        max_duration_s=goal.max_duration,
+        lost_timeout_s=goal.lost_timeout,
+        yaw=modes[0] if modes else None,
+    )
+
+
 def request_from_takeoff(
     goal: Takeoff.Goal, request: type[TakeoffRequest] = TakeoffRequest
 ) -> TakeoffRequest:
@@ -204,6 +229,21 @@ def velocity_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Tim
     return make(
         **_common_feedback(feedback, stamp),
         height=_or_nan(feedback.height_m),
+        setpoint_delay=feedback.late_s,
+    )
+
+
+def follow_feedback(make: Callable[..., M], feedback: GoalFeedback, stamp: Time) -> M:
+    """Return the feedback of a goal that follows a target."""
+    follow = feedback.follow
+    state = FollowState.ACQUIRING if follow is None else follow.state
+    return make(
+        **_common_feedback(feedback, stamp),
+        state=getattr(Follow.Feedback, state.value),
+        distance=math.nan if follow is None else follow.distance_m,
+        target_age=math.inf if follow is None else follow.age_s,
+        height=_or_nan(feedback.height_m),
+        replans=feedback.replans,
         setpoint_delay=feedback.late_s,
     )
 

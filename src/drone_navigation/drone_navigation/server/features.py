@@ -16,6 +16,7 @@ from drone_navigation.server.storage.parameter_servers import ParameterServers
 from drone_navigation.server.subscribing.correction_topic import CorrectionTopic
 from drone_navigation.server.subscribing.external_odometry import ExternalOdometry
 from drone_navigation.server.subscribing.sensor_topics import SensorTopics
+from drone_navigation.server.subscribing.target_topic import TargetTopic
 from drone_navigation.server.subscribing.velocity_topic import VelocityTopic
 from drone_navigation.server.traffic.traffic_topic import TrafficTopic
 from mavlink_vehicle.io.clock import Clock
@@ -33,6 +34,7 @@ FEATURE_SERVERS: tuple[Callable[[BridgeAccess], object], ...] = (
     CorrectionTopic,
     ExternalOdometry,
     SensorTopics,
+    TargetTopic,
     VelocityTopic,
     ComputerStatusTimer,
 )

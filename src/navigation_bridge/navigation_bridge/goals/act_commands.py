@@ -9,7 +9,7 @@ from mavlink_vehicle.profiles import GENERIC
 from mavlink_vehicle.profiles.equipment import EquipmentCommand, EquipmentRules
 from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.vehicle.map_frame import MapFrame
-from navigation_core.tasks.waypoint_acts import (
+from navigation_core.tasks.inputs.waypoint_acts import (
     PointAngle,
     PointNeutral,
     PointPosition,

@@ -10,7 +10,7 @@ from navigation_bridge.goals.point_requests import check_geodetic
 from navigation_bridge.goals.requests import ActKind, ActRequest, PointMode, WaypointRequest
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode, Rejection
-from navigation_core.tasks.waypoint_acts import (
+from navigation_core.tasks.inputs.waypoint_acts import (
     PointAngle,
     PointNeutral,
     PointPosition,

@@ -17,6 +17,7 @@ from navigation_bridge.goals.lifecycle import (
     terminal_event,
 )
 from navigation_bridge.goals.mission_plan import MissionTracker
+from navigation_bridge.goals.requests import TargetSource
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_bridge.vehicle.takeover import Takeover
 from navigation_core.geometry import Vector3
@@ -154,6 +155,7 @@ class ActiveGoal:
         yielded: set while the vehicle is left alone because a ground station made it hold.
         kind: name of its action.
         follows_commands: whether it follows velocity commands.
+        followed: source of the target that it follows, or None.
         doubt: doubt about the vehicle's position.
         facts: what rules remember, by name of the rule.
         act: the act that the task has asked for.
@@ -183,6 +185,7 @@ class ActiveGoal:
     yielded: Yielded | None = None
     kind: str = ""
     follows_commands: bool = False
+    followed: TargetSource | None = None
     doubt: PositionDoubt = field(default_factory=PositionDoubt)
     facts: dict[str, object] = field(default_factory=dict)
     act: GoalAct = field(default_factory=GoalAct)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from mavlink_vehicle.events import LandedState
+from navigation_bridge.goals.requests import TargetSource
 from navigation_bridge.snapshot import Snapshot
 from navigation_core.geometry import Vector3, distance
 from navigation_core.outcomes import OutcomeCode
@@ -30,6 +31,7 @@ class Admitted:
         plan: the straight legs that are flown; None if the vehicle decides.
         action: name of its action.
         follows_commands: whether it follows velocity commands.
+        followed: source of the target that it follows, or None.
     """
 
     description: str
@@ -39,6 +41,7 @@ class Admitted:
     plan: FlightPlan | None = None
     action: str = ""
     follows_commands: bool = False
+    followed: TargetSource | None = None
 
 
 def may_move(snapshot: Snapshot) -> Rejection | None:

@@ -12,7 +12,7 @@ from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
-from navigation_core.tasks.progress import OrbitProgress, RouteProgress, Status
+from navigation_core.tasks.progress import FollowProgress, OrbitProgress, RouteProgress, Status
 
 
 class LogLevel(Enum):
@@ -37,6 +37,7 @@ class GoalFeedback:
         height_m: height above the ground; None while unknown.
         route: progress along the route, for a goal with a route.
         orbit: progress on the circle, for a goal that has one.
+        follow: how a target is followed, for a goal that has one.
         replans: number of replans because of obstacles.
         late_s: the worst delay of a setpoint in the last seconds.
         action: name of the goal's action; ids are unique within one action only.
@@ -51,6 +52,7 @@ class GoalFeedback:
     height_m: float | None = None
     route: RouteProgress | None = None
     orbit: OrbitProgress | None = None
+    follow: FollowProgress | None = None
     replans: int = 0
     late_s: float = 0.0
     action: str = ""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from navigation_core.tasks.inputs.waypoint_acts import ActOrder, ActReport
 from navigation_core.tasks.intents import Perform
 from navigation_core.tasks.observation import OperationReport, OperationStatus
-from navigation_core.tasks.waypoint_acts import ActOrder, ActReport
 
 
 @dataclass

@@ -21,9 +21,9 @@ from mavlink_vehicle.state.reducer import VehicleState
 from navigation_bridge.goals.act_commands import stored_commands_of
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.geometry import Vector3
+from navigation_core.tasks.inputs.waypoint_acts import PointPosition, WaitHere, WaypointAct
 from navigation_core.tasks.observation import MissionReport
 from navigation_core.tasks.waypoint import MissionPlan, RouteWaypoint
-from navigation_core.tasks.waypoint_acts import PointPosition, WaitHere, WaypointAct
 
 _GROUND_SPEED = 1.0
 # Minimum climb of a plane; TKOFF_LVL_PITCH and the like are the vehicle's own.

@@ -178,6 +178,71 @@ class OrbitRequest:
     avoid_obstacles: bool = False
 
 
+class FollowYaw(Enum):
+    """The yaw beside a target, by the numbers of ``custom_interfaces/action/Follow``."""
+
+    TARGET = 0
+    TANGENT = 1
+    KEEP = 2
+
+
+class OffsetFrame(Enum):
+    """The axes of an offset, by the numbers of ``custom_interfaces/action/Follow``."""
+
+    TARGET = 0
+    """Forward, left and up of the target."""
+    MAP = 1
+    """East, north and up."""
+
+
+@dataclass(frozen=True)
+class TargetSource:
+    """Where the samples of a target come from: one of these.
+
+    Attributes:
+        topic: name of a topic of poses; empty for none.
+        frame: name of a frame of TF; empty for none.
+        system_id: MAVLink system id; 0 for none.
+    """
+
+    topic: str = ""
+    frame: str = ""
+    system_id: int = 0
+
+    def __str__(self) -> str:
+        """Return its name for sentences."""
+        if self.topic:
+            return f"topic '{self.topic}'"
+        return f"frame '{self.frame}'" if self.frame else f"MAVLink system {self.system_id}"
+
+
+@dataclass(frozen=True)
+class FollowRequest:
+    """A goal of ``custom_interfaces/action/Follow`` as it was sent.
+
+    Attributes:
+        source: where the target's samples come from.
+        offset_m: from the target to the place that is kept, in metres.
+        offset_frame: its axes; None for a number that means nothing.
+        least_distance_m: least distance to the target; 0 = the clearance to obstacles.
+        max_speed_m_s: highest ground speed; 0 = the configured default.
+        max_duration_s: longest duration; 0 = until the goal is cancelled.
+        lost_timeout_s: longest time without the target; 0 = 10 s.
+        yaw: yaw of what flies; None for a number that means nothing.
+        topic_types: types with which the topic is published; empty while nobody publishes it.
+    """
+
+    source: TargetSource
+    offset_m: Vector3
+    offset_frame: OffsetFrame | None = OffsetFrame.TARGET
+    least_distance_m: float = 0.0
+    max_speed_m_s: float = 0.0
+    max_duration_s: float = 0.0
+    lost_timeout_s: float = 0.0
+    yaw: FollowYaw | None = FollowYaw.TARGET
+    topic_types: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class TakeoffRequest:
     """A goal of ``custom_interfaces/action/Takeoff``; height 0 = the configured default."""
@@ -208,6 +273,7 @@ class VelocityRequest:
 
 Request: TypeAlias = (
     NavigateRequest
+    | FollowRequest
     | WaypointsRequest
     | OrbitRequest
     | TakeoffRequest

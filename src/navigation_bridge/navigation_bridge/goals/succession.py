@@ -65,6 +65,7 @@ def successor(
         plan=admitted.plan,
         kind=admitted.action,
         follows_commands=admitted.follows_commands,
+        followed=admitted.followed,
         doubt=PositionDoubt(jumps_ned_m),
     )
     goal.apply(GoalEvent.EXECUTE)

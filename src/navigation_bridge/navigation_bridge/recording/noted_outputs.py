@@ -15,7 +15,7 @@ from navigation_bridge.goals.goal import (
     PlanChanged,
 )
 from navigation_bridge.goals.lifecycle import GoalState, next_state, terminal_event
-from navigation_bridge.notes import NotedEvent
+from navigation_bridge.notes import NotedEvent, follow_progress
 from navigation_bridge.recording.recorded_notes import NotesReader
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -107,8 +107,8 @@ class NotedOutputs:
                 counts["waypoint"], counts["lap"], counts["left"], counts["reached"]
             )
         orbit = None
-        if {"laps", "radius_err"} <= noted.laps.keys():
-            orbit = OrbitProgress(noted.laps["laps"], noted.laps["radius_err"])
+        if {"laps", "radius_err"} <= noted.figures.keys():
+            orbit = OrbitProgress(noted.figures["laps"], noted.figures["radius_err"])
         return GoalFeedback(
             goal_id=goal_id,
             pose=self._bridge.pose,
@@ -119,6 +119,7 @@ class NotedOutputs:
             height_m=self._bridge.height_m,
             route=route,
             orbit=orbit,
+            follow=follow_progress(counts, noted.figures),
             replans=counts["replans"],
             action=self.action_of(goal_id),
         )

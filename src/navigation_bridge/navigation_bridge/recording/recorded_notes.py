@@ -63,7 +63,8 @@ class NotesReader:
         distance_m: remaining distance.
         time_left_s: estimated remaining time.
         counts: counts of the last feedback: "replans", and on a route "waypoint", "lap", ...
-        laps: on a circle, the laps flown and the radius error (m) of the last feedback, by name.
+        figures: of the last feedback, by name: on a circle the laps flown and the radius error (m),
+            beside a target its distance (m) and age (s).
         feedbacks: number of feedbacks.
         status: status of the goal, or its end.
         remarks: everything else: modes, acts of ground stations.
@@ -76,7 +77,7 @@ class NotesReader:
     distance_m: list[tuple[float, float]] = field(default_factory=list)
     time_left_s: list[tuple[float, float]] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)
-    laps: dict[str, float] = field(default_factory=dict)
+    figures: dict[str, float] = field(default_factory=dict)
     feedbacks: int = 0
     status: list[tuple[float, str]] = field(default_factory=list)
     remarks: list[tuple[float, str]] = field(default_factory=list)
@@ -92,8 +93,8 @@ class NotesReader:
                 self.distance_m.append((time_s, message.value))
             elif message.name == "time_rem":
                 self.time_left_s.append((time_s, message.value))
-            elif message.name in ("laps", "radius_err"):
-                self.laps[message.name] = message.value
+            elif message.name in ("laps", "radius_err", "target_m", "target_age"):
+                self.figures[message.name] = message.value
         elif isinstance(message, mavlink.MAVLink_named_value_int_message):
             self._take_count(time_s, message.name, message.value)
         elif (part := notes.parse_plan(message)) is not None:
@@ -143,7 +144,7 @@ class NotesReader:
         happened = noted.happened
         goal = self._goal(happened.goal_id)
         if happened.event == "ACCEPTED":
-            self.counts, self.laps = {}, {}
+            self.counts, self.figures = {}, {}
             self.goals.append(
                 RecordedGoal(
                     happened.goal_id,

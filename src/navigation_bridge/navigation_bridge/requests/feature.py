@@ -18,10 +18,11 @@ from navigation_bridge.snapshot import Snapshot
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.searches import Searcher
+from navigation_core.tasks.inputs.tracked_target import TrackedTarget
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand
 from navigation_core.tasks.intents import Fly, Outcome, Perform
 from navigation_core.tasks.observation import OtherVehicles
 from navigation_core.tasks.progress import Progress
-from navigation_core.tasks.velocity_command import VelocityCommand
 
 __all__ = ["Delay", "Feature", "FeatureParts", "Features", "Redirection"]
 
@@ -156,6 +157,11 @@ class Feature:
         return None
 
     @property
+    def followed(self) -> TrackedTarget | None:
+        """The target of a goal that follows one."""
+        return None
+
+    @property
     def is_writing(self) -> bool:
         """Whether the autopilot would keep half of something if the server ended now."""
         return False
@@ -280,6 +286,12 @@ class Features(Feature):
         """The command of the one that has one."""
         commands = (feature.command for feature in self._features)
         return next((command for command in commands if command is not None), None)
+
+    @property
+    def followed(self) -> TrackedTarget | None:
+        """The target of the one that has one."""
+        targets = (feature.followed for feature in self._features)
+        return next((target for target in targets if target is not None), None)
 
     @property
     def is_writing(self) -> bool:

@@ -28,6 +28,9 @@ from navigation_bridge.vehicle.traits import vehicle_mode
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.late_setpoints import LATE_S, TOO_LATE_S, WINDOW_S
 from navigation_core.searches import Searcher
+from navigation_core.tasks.inputs.tracked_target import TrackedTarget
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand
+from navigation_core.tasks.inputs.waypoint_acts import ActReport
 from navigation_core.tasks.intents import Outcome
 from navigation_core.tasks.observation import (
     MissionReport,
@@ -35,8 +38,6 @@ from navigation_core.tasks.observation import (
     OtherVehicles,
     VehicleMode,
 )
-from navigation_core.tasks.velocity_command import VelocityCommand
-from navigation_core.tasks.waypoint_acts import ActReport
 
 __all__ = ["LatenessWatch", "Observer", "own_share", "position_fault"]
 
@@ -109,6 +110,7 @@ class Observer:
         mode_requested: bool = False,
         mode_unclear: bool = False,
         command: VelocityCommand | None = None,
+        followed: TrackedTarget | None = None,
         traffic: OtherVehicles | None = None,
     ) -> Snapshot:
         """Return all that is known now.
@@ -124,6 +126,7 @@ class Observer:
             mode_requested: whether a mode requested outside of the task is pending.
             mode_unclear: whether a request may still overtake the mode that somebody chose.
             command: the velocity command that the goal follows.
+            followed: the target that the goal follows.
             traffic: the other vehicles.
         """
         vehicle, obstacles = self._vehicle, self._obstacles
@@ -172,6 +175,7 @@ class Observer:
             position_doubt="" if fault is None else fault.reason,
             fence=standing.fence,
             command=command,
+            followed=followed,
             traffic=traffic,
             state=state,
             found=profile is not None,

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from mavlink_vehicle.events import LandedState
 from navigation_bridge.goals.admitted import Admitted, FlightPlan
 from navigation_bridge.goals.obstacle_admission import avoidance_of
 from navigation_bridge.goals.point_requests import check_speed
 from navigation_bridge.goals.requests import VelocityRequest
 from navigation_bridge.names import VELOCITY_ACTION_NAME
 from navigation_bridge.snapshot import LocatedSnapshot
+from navigation_bridge.tasks.steering_admission import check_steered
 from navigation_bridge.tasks.task_kind import TaskKind
-from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.tasks.intents import Handover
 from navigation_core.tasks.leading.flight_terms import FlightTerms
@@ -22,7 +21,9 @@ __all__ = ["FOLLOW_VELOCITY"]
 
 
 def _admit(request: VelocityRequest, snapshot: LocatedSnapshot) -> Admitted | Rejection:
-    rejection = check_speed(request.max_speed_m_s) or _check_vehicle(snapshot)
+    rejection = check_speed(request.max_speed_m_s) or check_steered(
+        snapshot, "a velocity command", "follow velocity commands"
+    )
     if rejection is not None:
         return rejection
     config, traits, goto = snapshot.config, snapshot.traits, snapshot.goto
@@ -49,29 +50,6 @@ def _admit(request: VelocityRequest, snapshot: LocatedSnapshot) -> Admitted | Re
         make_task,
         plan=FlightPlan((), (speed_m_s,), straight=False),
     )
-
-
-def _check_vehicle(snapshot: LocatedSnapshot) -> Rejection | None:
-    """Return why velocity commands cannot move this vehicle now, or None."""
-    traits, state = snapshot.traits, snapshot.state
-    if not traits.hovers:
-        return Rejection(
-            OutcomeCode.UNSUPPORTED_VEHICLE,
-            f"A {traits.name} cannot follow velocity commands; send it targets.",
-        )
-    if not traits.flies and not state.armed:
-        return Rejection(
-            OutcomeCode.NOT_FLYING,
-            f"The {traits.name} is disarmed, and velocity commands never arm; arm it first.",
-        )
-    in_air = state.armed and state.landed_state is LandedState.IN_AIR
-    if traits.flies and not in_air:
-        return Rejection(
-            OutcomeCode.NOT_FLYING,
-            "The vehicle does not report that it is in the air, taking off and landing excepted, "
-            "and velocity commands never take off; take off first.",
-        )
-    return None
 
 
 FOLLOW_VELOCITY = TaskKind(VELOCITY_ACTION_NAME, VelocityRequest, _admit)

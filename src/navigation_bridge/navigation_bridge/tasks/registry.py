@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from navigation_bridge.goals.requests import Request
+from navigation_bridge.tasks.follow_target import FOLLOW_TARGET
 from navigation_bridge.tasks.follow_velocity import FOLLOW_VELOCITY
 from navigation_bridge.tasks.land_and_return import LAND, RETURN_TO_LAUNCH
 from navigation_bridge.tasks.navigate import NAVIGATE, TAKEOFF
@@ -20,6 +21,7 @@ TASKS: tuple[TaskKind[Any], ...] = (
     TAKEOFF,
     LAND,
     RETURN_TO_LAUNCH,
+    FOLLOW_TARGET,
     FOLLOW_VELOCITY,
 )
 

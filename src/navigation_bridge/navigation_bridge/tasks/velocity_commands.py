@@ -16,7 +16,7 @@ from navigation_bridge.goals.requests import VelocityRequest
 from navigation_bridge.requests.feature import Feature, FeatureParts
 from navigation_core.geometry import is_finite
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.velocity_command import VelocityCommand
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand
 
 __all__ = ["VelocityCommands", "check_command"]
 

@@ -106,6 +106,29 @@ class FlightVolume:
             beyond += [low[0] - x, x - high[0], low[1] - y, y - high[1], z - high[2]]
         return max(beyond)
 
+    def nearest(self, position_enu_m: Vector3, ground_enu_m: float, room_m: float) -> Vector3:
+        """Return the position inside that is nearest to one, with room to each bound.
+
+        Where there is not as much room, it is in the middle.
+
+        Args:
+            position_enu_m: in the map frame.
+            ground_enu_m: map z of the ground, usually of home.
+            room_m: the room.
+        """
+        x, y, z = position_enu_m
+        if self.box is not None:
+            low, high = self.box.minimum_enu_m, self.box.maximum_enu_m
+            x = _between(x, low[0] + room_m, high[0] - room_m)
+            y = _between(y, low[1] + room_m, high[1] - room_m)
+            z = min(z, high[2] - room_m)
+        far_m = math.hypot(x, y)
+        if far_m > 0.0:
+            share = min(max(self.radius_max_m - room_m, 0.0) / far_m, 1.0)
+            x, y = share * x, share * y
+        low_m, high_m = ground_enu_m + self.altitude_min_m, ground_enu_m + self.altitude_max_m
+        return (x, y, _between(z, low_m + room_m, high_m - room_m))
+
     def __post_init__(self) -> None:
         """Reject a volume without inside.
 
@@ -120,6 +143,10 @@ class FlightVolume:
                 f"altitude_min_m is {self.altitude_min_m} m and altitude_max_m is "
                 f"{self.altitude_max_m} m; give a minimum below the maximum."
             )
+
+
+def _between(number: float, low: float, high: float) -> float:
+    return min(max(number, low), high) if low <= high else 0.5 * (low + high)
 
 
 def check_target(

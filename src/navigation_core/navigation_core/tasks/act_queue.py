@@ -10,15 +10,15 @@ from __future__ import annotations
 from collections import deque
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.intents import Outcome, StopFirst
-from navigation_core.tasks.observation import Observation
-from navigation_core.tasks.waypoint_acts import (
+from navigation_core.tasks.inputs.waypoint_acts import (
     ActOrder,
     SetServo,
     UseGripper,
     WaitHere,
     WaypointAct,
 )
+from navigation_core.tasks.intents import Outcome, StopFirst
+from navigation_core.tasks.observation import Observation
 
 __all__ = ["ActQueue"]
 

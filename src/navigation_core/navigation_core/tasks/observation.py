@@ -10,8 +10,9 @@ from navigation_core.geometry import Vector3
 from navigation_core.mapping.moving_obstacles import Moving
 from navigation_core.mapping.obstacles import NOTHING, Obstacles
 from navigation_core.safety.fences import Fence
-from navigation_core.tasks.velocity_command import VelocityCommand
-from navigation_core.tasks.waypoint_acts import ActReport
+from navigation_core.tasks.inputs.tracked_target import TrackedTarget
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand
+from navigation_core.tasks.inputs.waypoint_acts import ActReport
 
 
 class TaskOperation(Enum):
@@ -128,6 +129,7 @@ class Observation:
             is. The velocity is still good enough to stand still by.
         fence: the vehicle's own fence, or None while it is not known.
         command: the last velocity command, for a task that follows them; None without one.
+        followed: the target of a goal that follows one; None without one.
         traffic: the other vehicles; None where nobody keeps apart from them.
         act: the end of the act that the task has ordered last, or None.
     """
@@ -156,6 +158,7 @@ class Observation:
     position_doubt: str = ""
     fence: Fence | None = None
     command: VelocityCommand | None = None
+    followed: TrackedTarget | None = None
     traffic: OtherVehicles | None = None
     act: ActReport | None = None
 

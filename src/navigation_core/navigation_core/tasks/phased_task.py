@@ -10,11 +10,11 @@ from navigation_core.outcomes import OutcomeCode, Rejection
 from navigation_core.tasks.act_queue import ActQueue
 from navigation_core.tasks.conditions import Requester
 from navigation_core.tasks.goto_config import GotoConfig
+from navigation_core.tasks.inputs.waypoint_acts import ActOrder
 from navigation_core.tasks.intents import Intent, Outcome, StopFirst
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.phases import STOPPING, Phase, Table, check_change
 from navigation_core.tasks.task import Task
-from navigation_core.tasks.waypoint_acts import ActOrder
 
 Answer: TypeAlias = Intent | Outcome | Phase | StopFirst | None
 """The answer of a phase, or the phase that follows; None to ask the one that has begun."""

@@ -63,6 +63,31 @@ class OrbitProgress:
     radius_error_m: float
 
 
+class FollowState(str, Enum):
+    """How a target is followed."""
+
+    ACQUIRING = "ACQUIRING"
+    """It has not been measured yet."""
+    FOLLOWING = "FOLLOWING"
+    LOST = "LOST"
+    """It was not measured for too long; the vehicle holds."""
+
+
+@dataclass(frozen=True)
+class FollowProgress:
+    """Progress of following a target.
+
+    Attributes:
+        state: whether it is known where the target is.
+        distance_m: distance to the target, over ground for what drives; NaN before it is known.
+        age_s: time since the target was measured; infinite before that.
+    """
+
+    state: FollowState
+    distance_m: float
+    age_s: float
+
+
 @dataclass(frozen=True)
 class Progress:
     """Progress of a task. Both numbers are always finite and not negative.
@@ -75,6 +100,7 @@ class Progress:
         replans: how often the path was replanned because of obstacles.
         blocked: why obstacles leave no path, or for whom it waits; empty otherwise.
         orbit: how far the circle is flown, for a task that has one.
+        follow: how the target is followed, for a task that has one.
     """
 
     status: Status
@@ -84,3 +110,4 @@ class Progress:
     replans: int = 0
     blocked: str = ""
     orbit: OrbitProgress | None = None
+    follow: FollowProgress | None = None

@@ -12,10 +12,10 @@ from typing import Protocol
 
 from navigation_core.geometry import KinematicState, Vector3
 from navigation_core.outcomes import Rejection
+from navigation_core.tasks.inputs.waypoint_acts import ActOrder
 from navigation_core.tasks.intents import Intent, Outcome
 from navigation_core.tasks.observation import Observation, VehicleMode
 from navigation_core.tasks.progress import Progress
-from navigation_core.tasks.waypoint_acts import ActOrder
 
 
 class Task(Protocol):

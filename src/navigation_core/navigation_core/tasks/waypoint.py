@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from navigation_core.geometry import Vector3
+from navigation_core.tasks.inputs.waypoint_acts import WaitHere, WaypointAct
 from navigation_core.tasks.progress import RouteProgress
-from navigation_core.tasks.waypoint_acts import WaitHere, WaypointAct
 
 
 class RouteError(ValueError):

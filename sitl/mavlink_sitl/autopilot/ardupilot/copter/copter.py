@@ -7,6 +7,7 @@ from dataclasses import replace
 from mavlink_sitl.autopilot.ardupilot.copter.copter_auto import CopterAuto
 from mavlink_sitl.autopilot.ardupilot.copter.copter_modes import Brake, Land, Throw
 from mavlink_sitl.autopilot.ardupilot.copter.guided import Guided
+from mavlink_sitl.autopilot.ardupilot.copter.landing_target import LandingTarget
 from mavlink_sitl.autopilot.ardupilot.copter.pilot_modes import (
     AltHold,
     PilotHeight,
@@ -50,6 +51,7 @@ class Copter(Commander):
 
     Attributes:
         yaw: where somebody wants the nose to point.
+        landing_target: where LAND lands, if somebody sees a target.
         motor_test: turns single motors.
         trail: the way since it was armed, for SMART_RTL.
     """
@@ -75,6 +77,7 @@ class Copter(Commander):
         self.yaw = YawControl()
         self._was_aloft = False
         self.motor_test = MotorTest(self)
+        self.landing_target = LandingTarget(self)
         super().__init__(start)
         self.trail = Trail(self, coordinates=3)
 
@@ -86,6 +89,7 @@ class Copter(Commander):
     def update(self, observation: Observation) -> None:
         """Process the latest state and act; called at a fixed rate."""
         self.yaw.update(observation.motion, observation.time_s)
+        self.landing_target.update()
         revision = self.revision
         super().update(observation)
         self.motor_test.update()

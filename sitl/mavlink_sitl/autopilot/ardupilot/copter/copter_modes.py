@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 from mavlink_sitl.array_ops import Ops
 from mavlink_sitl.autopilot.control.controller import sqrt_approach
 from mavlink_sitl.autopilot.state.mode import Mode
-from mavlink_sitl.exchange import Guidance, Motors
+from mavlink_sitl.exchange import Guidance, Motors, Vector
 
 if TYPE_CHECKING:
+    from mavlink_sitl.autopilot.ardupilot.copter.copter import Copter
     from mavlink_sitl.autopilot.common.commander import Commander
 
 BRAKE_DECELERATION_M_S2 = 7.5
@@ -45,15 +46,19 @@ class Throw(Mode):
 
 
 class Land(Mode):
-    """Straight down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground.
+    """Down: fast above LAND_ALT_LOW, LAND_SPEED below, disarm on the ground.
+
+    Straight down, or to a target that is seen; once that is lost, straight down again.
 
     Begun without a position it does not control one until it stands, though a position may come
     back (ModeLand::init; recorded in HEARTBEAT.base_mode after a loss of GPS): it sinks level, and
     the wind carries it away.
     """
 
+    vehicle: Copter
     landing = True
     _knew_position = True
+    _on_target = False
 
     @property
     def position_controlled(self) -> bool:
@@ -78,9 +83,14 @@ class Land(Mode):
         if self.vehicle.now_s < self._sink_from_s:
             return
         speed = landing_speed_m_s(self.vehicle)
-        if self._speed is not None and abs(speed - self._speed) < 0.02:
+        target = self.vehicle.landing_target.acquired if self._knew_position else None
+        if target is not None:
+            self._approach(target, self.vehicle.landing_target.descent_m_s(target, speed))
             return
-        first = self._speed is None
+        if self._speed is not None and abs(speed - self._speed) < 0.02 and not self._on_target:
+            return
+        first = self._speed is None or self._on_target
+        self._on_target = False
         self._speed = speed
         self.guide(
             replace(
@@ -89,6 +99,22 @@ class Land(Mode):
                 direct_lean=float(not self._knew_position),
                 restart_xy=first,
                 restart_z=first,
+            )
+        )
+
+    def _approach(self, target: Vector, speed_m_s: float) -> None:
+        """Sink on a target, NED metres."""
+        begins = not self._on_target
+        self._on_target, self._speed = True, speed_m_s
+        self.guide(
+            replace(
+                self.hold_guidance(),
+                track_position_xy=1.0,
+                north_m=target[0],
+                east_m=target[1],
+                velocity_down_m_s=speed_m_s,
+                restart_xy=begins,
+                restart_z=begins,
             )
         )
 

@@ -8,6 +8,7 @@ from mavlink_sitl.autopilot.px4.multicopter.copter_mission import Mission
 from mavlink_sitl.autopilot.px4.multicopter.copter_navigation import CopterNavigator
 from mavlink_sitl.autopilot.px4.multicopter.follow_target import FollowTarget
 from mavlink_sitl.autopilot.px4.multicopter.orbit import Orbit, OrbitRequest
+from mavlink_sitl.autopilot.px4.multicopter.precision_landing import PrecisionLanding
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
 from mavlink_sitl.exchange import Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
@@ -40,6 +41,7 @@ class Px4Copter(Px4Vehicle):
             "px4_land": modes.Land,
             "px4_orbit": Orbit,
             "px4_follow_target": FollowTarget,
+            "px4_precland": PrecisionLanding,
         },
         navigator=CopterNavigator,
     )
@@ -83,3 +85,7 @@ class Px4Copter(Px4Vehicle):
         self.mode_of(FollowTarget).target.hear(
             self.now_s, place_ned_m, velocity_ned_m_s, responsiveness
         )
+
+    def see_landing_target(self, place: Vector) -> None:
+        """LANDING_TARGET: where it is, NED metres; in any mode."""
+        self.mode_of(PrecisionLanding).hear(place)

@@ -183,6 +183,8 @@ class LiveView:
         if telemetry.waypoint is not None:
             line.append(f", waypoint {telemetry.waypoint} of {telemetry.waypoints}")
             line.append(f", lap {telemetry.lap}" if telemetry.lap != 1 else "")
+        if telemetry.follow_state is not None:
+            line.append(f", {telemetry.follow_text}")
         if telemetry.laps_flown is not None:
             line.append(f", {telemetry.laps_flown:.1f} laps flown")
         return line

@@ -155,9 +155,15 @@ def make_view(*, plain: bool, json: bool, keys: bool) -> ClientView:
 def _summary(telemetry: Telemetry) -> str:
     battery = telemetry.battery_percent
     place = _position(telemetry.position_enu_m)
-    parts = [
-        f"{telemetry.status:<10}  {place}  {telemetry.distance_left_m:.2f} m left",
-        f"about {telemetry.time_left_s:.1f} s",
+    parts = [f"{telemetry.status:<10}  {place}"]
+    if telemetry.follow_state is None:
+        parts = [
+            f"{parts[0]}  {telemetry.distance_left_m:.2f} m left",
+            f"about {telemetry.time_left_s:.1f} s",
+        ]
+    else:
+        parts.append(telemetry.follow_text)
+    parts += [
         f"battery {battery:.0f} %" if math.isfinite(battery) else "battery unknown",
     ]
     if telemetry.waypoint is not None:

@@ -1,7 +1,7 @@
 // The routes that are drawn, one for each vehicle; the one that is edited is in `route`.
 
 const $ = (id) => document.getElementById(id);
-const EMPTY = { points: [], selected: -1, past: [], speed: "0", laps: "1" };
+const EMPTY = { points: [], selected: -1, past: [], speed: "0", laps: "1", radius: "0" };
 
 export class Drafts {
   constructor(route) {
@@ -12,7 +12,7 @@ export class Drafts {
 
   current() {
     const { points, selected, past } = this.route;
-    return { points, selected, past, speed: $("speed").value, laps: $("laps").value };
+    return { points, selected, past, speed: $("speed").value, laps: $("laps").value, radius: $("radius").value };
   }
 
   of(name) {
@@ -24,24 +24,28 @@ export class Drafts {
     if (name === this.edited) return;
     if (this.edited) this.kept[this.edited] = this.current();
     this.edited = name;
-    const { points, selected, past, speed, laps } = this.kept[name] ?? EMPTY;
+    const { points, selected, past, speed, laps, radius } = this.kept[name] ?? EMPTY;
     Object.assign(this.route, { points: [...points], selected, past: [...past] });
     $("speed").value = speed;
     $("laps").value = laps;
+    $("radius").value = radius;
     this.route.changed();
   }
 
   clear(name) {
-    if (name === this.edited) this.route.replace([]);
+    if (name === this.edited) {
+      $("radius").value = EMPTY.radius;
+      this.route.replace([]);
+    }
     else delete this.kept[name];
   }
 
   // What would be flown, without whether obstacles are avoided; null without a route.
   order(name) {
-    const { points, speed, laps } = this.of(name);
+    const { points, speed, laps, radius } = this.of(name);
     if (!points.length) return null;
     const least = (text, low) => Math.max(Number.parseFloat(text) || 0, low);
     const waypoints = points.map(({ x, y, z, hold }) => ({ x, y, z, hold }));
-    return { vehicle: name, waypoints, speed: least(speed, 0), laps: Math.round(least(laps, 1)) };
+    return { vehicle: name, waypoints, speed: least(speed, 0), laps: Math.round(least(laps, 1)), radius: points.length === 1 ? Number.parseFloat(radius) || 0 : 0 };
   }
 }

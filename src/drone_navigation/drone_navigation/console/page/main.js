@@ -103,6 +103,12 @@ function inMap(v) {
   return { others: drawn, meetings };
 }
 
+// The circle that would be flown around the only waypoint.
+function ring() {
+  const { waypoints: [centre], radius } = drafts.order(chosen) ?? { waypoints: [] };
+  return radius ? { at: [centre.x, centre.y], radius: Math.abs(radius) } : null;
+}
+
 function scene() {
   const v = vehicle();
   const points = route.points.length ? route.points : active(v);
@@ -110,7 +116,7 @@ function scene() {
     vehicle: v?.motion ?? null, old: !v?.alive && !v?.replay, trail: link.trails[chosen] ?? [], plan: v?.plan ?? [],
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
     volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
-    others: others(v), active: active(v), editable: points, rehearsed: rehearsal?.result,
+    others: others(v), active: active(v), editable: points, ring: ring(), rehearsed: rehearsal?.result,
     together: together ? inMap(v) : null,
   };
 }
@@ -124,6 +130,7 @@ function fit() {
   const s = scene();
   const points = [...s.trail, ...s.plan, ...route.points.map((p) => [p.x, p.y]), ...s.active.map((p) => [p.x, p.y])];
   points.push(...missionPoints(s.mission).map((p) => [p.x, p.y]), ...s.others.map((other) => other.at));
+  if (s.ring) points.push(...[-1, 1].map((side) => s.ring.at.map((at) => at + side * s.ring.radius)));
   points.push(...(s.together?.others ?? []).flatMap((other) => other.route));
   points.push(...(s.vehicle ? [s.vehicle.at] : []), ...(s.home ? [s.home] : []));
   map.fit(points, [$("glance"), document.querySelector(".tools")]);
@@ -309,8 +316,12 @@ const rehearsal = new Rehearsal($("rehearsal"), link, () => {
 }, () => where(vehicle()), draw);
 const together = new Together(link, orders, () => names().map((name) => where(link.vehicles[name])), draw);
 
-function described({ waypoints }) {
+function described({ waypoints, radius, laps }) {
   const [first] = waypoints;
+  if (radius) {
+    const times = laps > 1 ? `${laps} times ` : "";
+    return `${times}${radius < 0 ? "clockwise" : "anticlockwise"} on a circle of ${Math.abs(radius)} m around east ${first.x}, north ${first.y}, up ${first.z} m`;
+  }
   return waypoints.length > 1 ? `the route of ${waypoints.length} waypoints` : `to east ${first.x}, north ${first.y}, up ${first.z} m`;
 }
 
@@ -556,7 +567,7 @@ route.addEventListener("change", () => { confirm.close(); show(); });
 link.addEventListener("state", show);
 rehearsal.addEventListener("change", askAboutDanger);
 together.addEventListener("change", askAboutDanger);
-for (const id of ["speed", "laps"]) $(id).onchange = show;
+for (const id of ["speed", "laps", "radius"]) $(id).onchange = show;
 $("avoid").onchange = () => { avoidance[chosen] = $("avoid").checked; show(); };
 // Ages grow also while nothing arrives.
 setInterval(show, 1000);

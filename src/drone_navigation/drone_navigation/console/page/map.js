@@ -112,6 +112,7 @@ export class Map2D extends LocalMap {
     for (const other of scene.others) this.arrow(context, other, c.other, 9, other.name, c);
     this.waypoints(context, scene.active, c.goal, c, false);
     this.waypoints(context, this.route.points, c.draft, c, true);
+    if (scene.ring) this.ring(context, scene.ring, c);
     if (scene.vehicle) this.arrow(context, scene.vehicle, scene.old ? c.other : c.vehicle, 13, "", c);
     drawMeetings(this, context, scene.together, c);
     if (this.cross) this.crossHair(context, c);
@@ -207,6 +208,14 @@ export class Map2D extends LocalMap {
       const hold = p.hold ? `, ${p.hold} s` : "";
       label(context, `${p.z} m${hold}`, px + 14, py - 8, c.ink, c.halo);
     });
+  }
+
+  ring(context, { at, radius }, c) {
+    context.beginPath();
+    context.arc(...this.toScreen(...at), radius * this.scale, 0, 2 * Math.PI);
+    context.lineWidth = 2;
+    context.strokeStyle = c.draft;
+    context.stroke();
   }
 
   crossHair(context, c) {

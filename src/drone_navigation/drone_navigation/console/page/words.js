@@ -5,7 +5,7 @@ const STATUSES = {
   HOLDING: "Holding, the position is in doubt", PAUSED: "Paused", BLOCKED: "Blocked", WAITING_FOR_TRAFFIC: "Waiting for other vehicles",
   UPLOADING: "Sending the mission", RETURNING: "Returning", LANDING: "Landing", CANCELLING: "Stopping", LINK_LOST: "Link lost",
 };
-const ACTIONS = { navigate_to_waypoint: "Goal", navigate_waypoints: "Route", orbit: "Orbit", takeoff: "Take-off", land: "Landing", return_to_launch: "Return" };
+const ACTIONS = { navigate_to_waypoint: "Goal", navigate_waypoints: "Route", follow_target: "Following", orbit: "Orbit", takeoff: "Take-off", land: "Landing", return_to_launch: "Return" };
 const FAILSAFES = {
   VEHICLE_FAILSAFE: "the autopilot's own", FAILSAFE_BATTERY: "battery", FAILSAFE_FENCE: "fence", FAILSAFE_RC: "radio control lost",
   FAILSAFE_GCS: "ground station lost", FAILSAFE_GPS: "position lost", FAILSAFE_OFFBOARD: "setpoints lost",

@@ -155,6 +155,7 @@ class Rehearsals:
             "speed": order.speed_m_s,
             "laps": order.laps,
             "avoid": order.avoid_obstacles,
+            "radius": order.radius_m,
             "lose_link": lose_link,
         }
         self._waiting.pop(by, None)

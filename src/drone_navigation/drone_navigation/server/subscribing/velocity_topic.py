@@ -13,7 +13,7 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.sensor_topics import Newest
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
-from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
 
 __all__ = ["TOPIC", "VelocityTopic", "command_of"]
 

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from custom_interfaces.msg import TrafficReport, TrafficState
+from drone_navigation.process_control.ros_differences import publisher_count
 from drone_navigation.server.traffic.traffic_messages import (
     TrafficMessageError,
     seen_from,
@@ -76,7 +77,7 @@ class TrafficTopic:
             shared.reservations, name, random.getrandbits(63), peers, self._clock.now()
         )
         self._publisher = node.create_publisher(TrafficState, TRAFFIC_TOPIC, _QOS)
-        node.create_subscription(TrafficState, TRAFFIC_TOPIC, self._take_state, _QOS)
+        self._states = node.create_subscription(TrafficState, TRAFFIC_TOPIC, self._take_state, _QOS)
         if self._config.topic:
             node.create_subscription(TrafficReport, self._config.topic, self._take_report, _QOS)
         self._thread.start()
@@ -93,8 +94,8 @@ class TrafficTopic:
             self._look()
 
     def _look(self) -> None:
-        others = self._node.count_publishers(TRAFFIC_TOPIC) - 1
-        self._has_listeners = self._node.count_subscribers(TRAFFIC_TOPIC) > 1
+        others = publisher_count(self._node, self._states) - 1
+        self._has_listeners = self._publisher.get_subscription_count() > 1
 
         def look() -> None:
             if self._shared.negotiation is not None:

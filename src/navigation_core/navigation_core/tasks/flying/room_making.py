@@ -12,6 +12,7 @@ from navigation_core.outcomes import Rejection
 from navigation_core.tasks.conditions import is_located, measured_state
 from navigation_core.tasks.flying.flight import SetpointFlight
 from navigation_core.tasks.flying.goto import GotoGoal, fly_to
+from navigation_core.tasks.inputs.waypoint_acts import ActOrder
 from navigation_core.tasks.intents import Intent, Outcome
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import Observation, VehicleMode
@@ -20,7 +21,6 @@ from navigation_core.tasks.task import Task
 from navigation_core.tasks.traffic.detours import DetourSearch
 from navigation_core.tasks.traffic.flight_detours import NO_DETOUR_RETRY_S, IsFree
 from navigation_core.tasks.traffic.traffic_view import TrafficView
-from navigation_core.tasks.waypoint_acts import ActOrder
 
 __all__ = ["RoomMaking"]
 

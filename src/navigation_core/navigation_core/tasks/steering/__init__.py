@@ -1,1 +1,1 @@
-"""The task that follows velocity commands."""
+"""The tasks that are steered: by velocity commands, and beside a target."""

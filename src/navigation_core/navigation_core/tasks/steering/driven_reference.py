@@ -11,11 +11,11 @@ import math
 
 from navigation_core.geometry import ZERO, KinematicState, dot, horizontal_norm, wrap_angle
 from navigation_core.limits import Limits
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
 from navigation_core.tasks.intents import Fly, Setpoint
 from navigation_core.tasks.leading.pursuit import without_turn
 from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.traits import Traits
-from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 
 __all__ = ["DrivenReference"]
 

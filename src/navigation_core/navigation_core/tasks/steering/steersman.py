@@ -23,6 +23,7 @@ from navigation_core.safety.late_setpoints import speed_share
 from navigation_core.safety.speed_at_bounds import Braking, SpeedAtBounds
 from navigation_core.safety.target_checks import FlightVolume
 from navigation_core.tasks.conditions import Located
+from navigation_core.tasks.inputs.velocity_command import VelocityCommand, VelocityFrame
 from navigation_core.tasks.intents import Fly, Intent, Wait
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.leading.path_follower import cruise_limits
@@ -32,7 +33,6 @@ from navigation_core.tasks.observation import Observation
 from navigation_core.tasks.steering.driven_reference import DrivenReference
 from navigation_core.tasks.steering.flown_reference import FlownReference
 from navigation_core.tasks.steering.obstruction import FREE, Obstruction, Obstructions
-from navigation_core.tasks.velocity_command import VelocityCommand, VelocityFrame
 
 __all__ = ["Steersman", "VelocityTerms"]
 

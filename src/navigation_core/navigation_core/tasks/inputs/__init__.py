@@ -1,0 +1,1 @@
+"""Inputs of tasks from outside: velocities, a target, and acts at waypoints."""
