@@ -221,7 +221,7 @@ class _Author:
             self._add(
                 t, craft, "route", places=places, speed=speed, mission=mission,
                 hold_s=rng.choice((0.0, 0.0, 2.0)), laps=rng.choice((0, 0, 2)),
-                avoid=avoid and not mission,
+                avoid=avoid and not mission, acts=_acts(places),
             )  # fmt: skip
         elif draw < 0.88:
             self._add(t, craft, "takeoff", height=rng.choice((0.0, 2.0, 5.0)))
@@ -411,3 +411,23 @@ def scenario_of(seed: int) -> Scenario:
     if seed >= SHARING_FROM:
         return _TrafficAuthor(seed).write()
     return _Author(seed).write()
+
+
+def _acts(places: list[list[float]]) -> list[str]:
+    """Acts of one route in four, without a draw: the rest of a scenario is as without them."""
+    rng = random.Random(repr(places))
+    if rng.random() < 0.75:
+        return []
+    names = (
+        "in use",
+        "servo",
+        "servo",
+        "servo",
+        "trigger",
+        "wait",
+        "wait",
+        "photo",
+        "needed",
+        "bad",
+    )
+    return [rng.choice(names[: rng.choice((7, 7, 10))]) for _ in range(rng.choice((1, 2, 3)))]

@@ -13,6 +13,8 @@ from mavlink_sitl import LinkFaults
 from mavlink_vehicle.codec import make, mavlink
 from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
+    ActKind,
+    ActRequest,
     LandRequest,
     NavigateRequest,
     OrbitRequest,
@@ -46,6 +48,18 @@ def navigate(
     ship.ask(NavigateRequest(frame, (x, y, z), (a, b, c, d), avoid, float(speed)))
 
 
+_ACTS = {
+    "bad": ActRequest(ActKind.WAIT, duration_s=math.nan),
+    "in use": ActRequest(ActKind.SERVO, channel=1, pulse_us=1500),
+    "needed": ActRequest(ActKind.SERVO, required=True, channel=1, pulse_us=1500),
+    "photo": ActRequest(ActKind.PHOTO),
+    "servo": ActRequest(ActKind.SERVO, channel=9, pulse_us=1500),
+    "trigger": ActRequest(ActKind.TRIGGER_DISTANCE, distance_m=2.0),
+    "wait": ActRequest(ActKind.WAIT, duration_s=2.0),
+}
+"""Acts of a route; the vehicles have neither a camera nor a gimbal"""
+
+
 def route(
     ship: Ship,
     places: list[list[float]],
@@ -55,13 +69,16 @@ def route(
     laps: int = 0,
     mission: bool = False,
     avoid: bool = False,
+    acts: list[str] | None = None,
 ) -> None:
-    """A NavigateWaypoints goal, flown by setpoints or as a mission."""
+    """A NavigateWaypoints goal, flown by setpoints or as a mission, with acts at each waypoint."""
+    there = tuple(_ACTS[name] for name in acts or ())
     waypoints = tuple(
         WaypointRequest(
             (float(p[0]), float(p[1]), float(p[2])),
             acceptance_radius_m=radius,
             hold_time_s=hold_s,
+            acts=there,
         )
         for p in places
     )

@@ -23,11 +23,13 @@ from navigation_bridge.goals.goal import (
 )
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import (
+    ActKind,
     LandRequest,
     NavigateRequest,
     OrbitRequest,
     ReturnRequest,
     TakeoffRequest,
+    WaypointRequest,
     WaypointsRequest,
 )
 from navigation_core.outcomes import OutcomeCode
@@ -341,7 +343,10 @@ def good_numbers_rejected(asked: Asked, view: View, now_s: float) -> bool:
         return False
     if isinstance(request, NavigateRequest):
         return request.frame_id in ("", "map") and _finite(*request.position)
-    return isinstance(request, WaypointsRequest)
+    if not isinstance(request, WaypointsRequest):
+        return False
+    acts = [act for waypoint in request.waypoints for act in waypoint.acts]
+    return _finite(*(act.duration_s for act in acts))
 
 
 @always(of_kind("asked"), "docs/navigate.md, codes")
@@ -544,14 +549,33 @@ def relative_targets_are_relative(end: GoalFinished, view: View, now_s: float) -
     return math.dist(target_enu_m, view.truth.position_enu_m[:2]) < 3.0 + began_m_s
 
 
+def _stay_s(waypoint: WaypointRequest) -> float:
+    """The hold time and what the acts wait."""
+    return waypoint.hold_time_s + sum(
+        act.duration_s for act in waypoint.acts if act.kind is ActKind.WAIT
+    )
+
+
 @always(_SUCCESS, OURS)
 def holds_are_held(end: GoalFinished, view: View, now_s: float) -> bool:
     """A route takes at least the hold times of its waypoints."""
     request = view.goal(end.goal_id).request
     if not isinstance(request, WaypointsRequest) or not _undisturbed(end, view, now_s):
         return True
-    held_s = sum(waypoint.hold_time_s for waypoint in request.waypoints) * max(1, request.laps)
+    held_s = sum(map(_stay_s, request.waypoints)) * max(1, request.laps)
     return end.elapsed_s >= held_s - request.waypoints[-1].hold_time_s - 0.5
+
+
+@always(_ended(OutcomeCode.ACT_FAILED), "docs/missions.md, acts")
+def a_goal_ends_by_required_acts_alone(end: GoalFinished, view: View, now_s: float) -> bool:
+    """ACT_FAILED is for a route by setpoints with an act that is required."""
+    request = view.goal(end.goal_id).request
+    acts = (
+        [act for waypoint in request.waypoints for act in waypoint.acts]
+        if isinstance(request, WaypointsRequest) and not request.by_mission
+        else []
+    )
+    return any(act.required for act in acts)
 
 
 @never(_ended(OutcomeCode.WAYPOINT_MISSED), "docs/navigate.md, missions")
@@ -1124,7 +1148,10 @@ def mission_items_have_their_holds(item: Message, view: View, now_s: float) -> b
     request = view.stored_for
     if not isinstance(request, WaypointsRequest) or not request.by_mission or not view.hovers:
         return True
-    is_home = item.seq == 0 and view.craft.autopilot == "ardupilot"
+    ardupilot = view.craft.autopilot == "ardupilot"
+    if ardupilot and request.waypoints[-1].acts:
+        return True  # the last waypoint is there twice
+    is_home = item.seq == 0 and ardupilot
     if item.mission_type != 0 or is_home or item.command != mavlink.MAV_CMD_NAV_WAYPOINT:
         return True
     return bool(item.param1 >= min(waypoint.hold_time_s for waypoint in request.waypoints))
@@ -1381,6 +1408,7 @@ ON_TRIAL = frozenset(
         *("a_flight_away", "a_mishap_of_a_first_goal", "relative_targets_are_near"),
         *("setpoints_flow", "setpoints_keep_the_goals_speed", "a_wait_circle_ends"),
         *("all_laps_are_flown", "a_circle_is_kept"),
+        *("a_goal_ends_by_required_acts_alone", "holds_are_held", "mission_items_have_their_holds"),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

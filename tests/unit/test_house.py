@@ -205,6 +205,9 @@ SETTABLE_CLOCKS = {
     },
     "src/drone_navigation/drone_navigation/server/actions.py": {"get_clock": _STAMP},
     "src/drone_navigation/drone_navigation/ros2/topics.py": {"get_clock": _STAMP},
+    "src/drone_navigation/drone_navigation/server/payload/payload_servers.py": {
+        "get_clock": _STAMP
+    },
     "src/drone_navigation/drone_navigation/server/publishing/topics.py": {"get_clock": _STAMP},
     "src/drone_navigation/drone_navigation/server/traffic/traffic_topic.py": {
         "get_clock": _STAMP,

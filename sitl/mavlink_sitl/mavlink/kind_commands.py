@@ -110,6 +110,8 @@ def _look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
         place = setpoints.place_of(copter, command, command.frame)
         if place is None:
             return Result.DENIED
+    if copter.payload.has_gimbal:
+        return copter.payload.look_at(place)
     copter.yaw.look_at(place)
     return Result.ACCEPTED
 

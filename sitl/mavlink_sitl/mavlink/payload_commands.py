@@ -5,18 +5,16 @@ The answers are recorded of an ArduCopter 4.7, with and without these devices.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.exchange import Result
-from mavlink_sitl.geodesy import GeoPoint
+from mavlink_sitl.mavlink import setpoints
 from mavlink_sitl.mavlink.codec import dialect
 from mavlink_sitl.mavlink.received_command import Handler, ReceivedCommand
 
 if TYPE_CHECKING:
     from mavlink_sitl.mavlink.server import MavlinkServer
 
-_GLOBAL_FRAMES = frozenset((0, 5))
 _TARGETING, _NEUTRAL_MODE = 2.0, 1.0
 _NEUTRAL = 2
 
@@ -54,15 +52,8 @@ def _mount(server: MavlinkServer, command: ReceivedCommand) -> Result:
 
 
 def _look_at(server: MavlinkServer, command: ReceivedCommand) -> Result:
-    if not all(map(math.isfinite, (command.x, command.y, command.z))):
-        return Result.DENIED
-    scale = 1.0 if command.is_long else 1e-7
-    altitude_m = command.z
-    if command.frame not in _GLOBAL_FRAMES:
-        navigator = server.vehicle.navigator
-        altitude_m += (navigator.home or navigator.origin)[2]
-    place = GeoPoint(command.x * scale, command.y * scale, altitude_m)
-    return server.vehicle.payload.look_at(place)
+    place = setpoints.place_of(server.vehicle, command, command.frame)
+    return Result.DENIED if place is None else server.vehicle.payload.look_at(place)
 
 
 PAYLOAD_COMMANDS: dict[int, tuple[Handler, int]] = {

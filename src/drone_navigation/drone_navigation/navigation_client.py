@@ -18,6 +18,7 @@ from drone_navigation.client.options import (
     EXIT_CANCELED,
     EXIT_SUCCESS,
     EXIT_USAGE,
+    GIMBAL_COMMANDS,
     LOG_COMMANDS,
     SERVICE_COMMANDS,
     make_parser,
@@ -43,6 +44,10 @@ def _main(argv: list[str]) -> int:
         from drone_navigation.client.commands import run_command  # noqa: PLC0415
 
         return run_command(options, argv)
+    if options.command in GIMBAL_COMMANDS:
+        from drone_navigation.client.payload.gimbal import run_point  # noqa: PLC0415
+
+        return run_point(options, argv)
     if options.command in STORAGE_COMMANDS:
         from drone_navigation.client.storage import run_storage_command  # noqa: PLC0415
 

@@ -288,6 +288,40 @@ class EquipmentAnswered:
 
 
 @dataclass(frozen=True)
+class GimbalTurned:
+    """The gimbal reports where it points.
+
+    Attributes:
+        time_s: when.
+        pitch_rad: above the horizon.
+        yaw_rad: clockwise, from the nose, or from north.
+        from_north: whether the yaw is from north.
+        control: MAVLink system and component in control; zeros for nobody, or unknown.
+    """
+
+    time_s: float
+    pitch_rad: float
+    yaw_rad: float
+    from_north: bool
+    control: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class PhotoReported:
+    """The camera reports a photo.
+
+    Attributes:
+        index: as the camera counts.
+        success: whether it was taken.
+        place: latitude and longitude in degrees, altitude above mean sea level in metres.
+    """
+
+    index: int
+    success: bool
+    place: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class StoredListFinished:
     """The reading or writing of a fence or of rally points ended.
 
@@ -445,6 +479,8 @@ VehicleEvent: TypeAlias = (
     | RangesRefused
     | StoodStill
     | EquipmentAnswered
+    | GimbalTurned
+    | PhotoReported
     | StoredListFinished
     | ParametersFinished
     | LogEvent

@@ -16,6 +16,7 @@ from mavlink_vehicle.events import StoodStill, VehicleEvent
 from mavlink_vehicle.protocols.consequences import Consequences
 from mavlink_vehicle.protocols.direct_measurements import DirectMeasurements
 from mavlink_vehicle.protocols.equipment.equipment_commands import EquipmentCommands
+from mavlink_vehicle.protocols.equipment.payload_reports import PayloadReports
 from mavlink_vehicle.protocols.job_slot import ListJobs, ParameterJobs
 from mavlink_vehicle.protocols.known_vehicle import KnownVehicle, ModeOrder
 from mavlink_vehicle.protocols.logs.log_transfer import LogTransfer
@@ -91,6 +92,7 @@ class VehicleCore(KnownVehicle):
         external_position: poses from outside for its estimator.
         computer_status: the status of this computer for it.
         equipment: commands for cameras, gimbals, grippers and outputs.
+        payload: what gimbal and camera report.
         list_jobs: the transfer of a fence or of rally points; `Vehicle.storage` begins it.
         parameter_jobs: the job on parameters; `Vehicle.storage` begins it.
         services: all of them.
@@ -134,9 +136,8 @@ class VehicleCore(KnownVehicle):
         self.rtcm = RtcmSender()
         self.external_position = ExternalPositionSender(config.external_origin)
         self.computer_status = ComputerStatusSender()
-        self.equipment = EquipmentCommands(
-            lambda: None if self.profile is None else self.address, timing
-        )
+        self.equipment = EquipmentCommands(lambda: self.address if self.profile else None, timing)
+        self.payload = PayloadReports()
         self._direct = DirectMeasurements(
             self.live,
             self._order,
@@ -171,6 +172,7 @@ class VehicleCore(KnownVehicle):
                 self.external_position,
                 self.computer_status,
                 self.equipment,
+                self.payload,
                 *further,
             )
         )

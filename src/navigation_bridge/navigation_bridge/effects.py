@@ -76,9 +76,7 @@ class Effects:
         if order is None or not goal.act.is_new(order):
             return
         goal.act.began(order)
-        address = self._vehicle.address
-        sender = (address.source_system, address.source_component)
-        commands = commands_of(order, self._vehicle.profile, self._map_frame, sender)
+        commands = commands_of(order.act, self._vehicle, self._map_frame)
         self._vehicle.equipment.send(order.number, commands, now)
 
     def rest(self, goal: ActiveGoal, now: float) -> None:

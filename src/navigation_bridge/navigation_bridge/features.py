@@ -6,6 +6,7 @@ from navigation_bridge.requests.external_positions import ExternalPositions
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.requests.gps_corrections import GpsCorrections
 from navigation_bridge.requests.log_requests import LogRequests
+from navigation_bridge.requests.payload_requests import PayloadRequests
 from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.tasks.followed_target import FollowedTarget
 from navigation_bridge.tasks.velocity_commands import VelocityCommands
@@ -18,6 +19,7 @@ FEATURES: tuple[type[Feature], ...] = (
     ExternalPositions,
     GpsCorrections,
     LogRequests,
+    PayloadRequests,
     VelocityCommands,
     FollowedTarget,
     VehicleSeparation,

@@ -20,6 +20,7 @@ ACTION_NAMES = (
     RETURN_ACTION_NAME,
 )
 DOWNLOAD_LOG_ACTION_NAME = "download_log"
+POINT_GIMBAL_ACTION_NAME = "point_gimbal"
 SERVER_NODE_NAME = "navigation_server"
 FRAME_MAP = "map"
 FRAME_ODOM = "odom"

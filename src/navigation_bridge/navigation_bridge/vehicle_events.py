@@ -73,7 +73,7 @@ class VehicleEvents:
             self._change_mode(event, now)
         elif isinstance(event, StationActed):
             self._take_act(event, now)
-        elif isinstance(event, EquipmentAnswered):
+        elif isinstance(event, EquipmentAnswered) and event.number > 0:
             self._answer_act(event)
         elif isinstance(event, VehicleRebooted):
             self._report.log(LogLevel.WARN, "The autopilot restarted")

@@ -50,6 +50,7 @@ class Station:
     """A connected vehicle and MAVSDK's plugins for it."""
 
     def __init__(self, system: Any) -> None:
+        self.system = system
         self.action = Action(system)
         self.telemetry = Telemetry(system)
         self.mission = MissionRaw(system)

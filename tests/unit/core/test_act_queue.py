@@ -13,6 +13,7 @@ from navigation_core.tasks.inputs.waypoint_acts import (
     SetServo,
     TakePhoto,
     TriggerDistance,
+    UseGripper,
     VehicleAct,
     WaitHere,
     WaypointAct,
@@ -145,3 +146,35 @@ def test_a_cancel_does_nothing_more() -> None:
     assert fly(task, vehicle, each_step).outcome.code is OutcomeCode.CANCELED
     assert len(equipment.done) == 2
     assert task.act is None
+
+
+def test_at_a_missed_waypoint_photos_are_taken_but_nothing_is_dropped() -> None:
+    vehicle = hovering()
+    task = route([], [WaypointAct(UseGripper(grabs=False)), PHOTO], [])
+    equipment = Equipment(task, vehicle)
+
+    def each_step(now: float) -> None:
+        equipment(now)
+        within = 12.0 < vehicle.position[0] < 18.0
+        vehicle.wind = (0.0, 1.8 if within else 0.0, 0.0)
+
+    outcome = fly(task, vehicle, each_step).outcome
+    assert outcome.code is OutcomeCode.WAYPOINT_MISSED
+    assert [act for act, _ in equipment.done] == [TakePhoto()]
+    assert "Not done: GRIPPER at waypoint 2." in outcome.message
+
+
+def test_a_required_act_that_needs_its_waypoint_ends_the_goal_without_it() -> None:
+    vehicle = hovering()
+    task = route([], [WaypointAct(UseGripper(grabs=False), required=True)], [PHOTO])
+    equipment = Equipment(task, vehicle)
+
+    def each_step(now: float) -> None:
+        equipment(now)
+        within = 12.0 < vehicle.position[0] < 18.0
+        vehicle.wind = (0.0, 1.8 if within else 0.0, 0.0)
+
+    outcome = fly(task, vehicle, each_step).outcome
+    assert outcome.code is OutcomeCode.ACT_FAILED
+    assert "its waypoint was passed outside its radius" in outcome.message
+    assert equipment.done == []

@@ -22,6 +22,7 @@ WORDS = {
     "mode": ["MODE"],
     "parameters": ["list"],
     "orbit": ["30", "-10", "--radius", "-8"],
+    "point": ["--release"],
 }
 """The arguments that a command needs"""
 

@@ -156,6 +156,7 @@ def test_acts_are_items_behind_their_waypoint() -> None:
     assert point.params == (-46.0, -29.0, 0.0, 0.0), "whole degrees, clockwise from the nose"
     assert point.x == 12, "the horizon is kept, the yaw turns with the vehicle"
     assert items[2].item.params[0] == 2.5
+    assert items[6].item.params[0] == 2.0, "the acts of the last waypoint need a time to be done in"
     precise = planned(px4.COPTER, plan)
     assert commands(px4.COPTER, plan)[-1] == GRIPPER, "nothing has to follow"
     assert precise[1].item.params[0] == pytest.approx(math.degrees(-0.8))

@@ -10,7 +10,7 @@ import math
 from typing import TYPE_CHECKING
 
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
-from mavlink_sitl.exchange import PhotoTaken, Result, Severity
+from mavlink_sitl.exchange import PhotoTaken, Result, Severity, Vector
 from mavlink_sitl.geodesy import GeoPoint
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Payload:
         pitch_deg: of the gimbal, above the horizon.
         yaw_deg: of the gimbal, clockwise, from the nose or from north.
         yaw_locked: whether it is from north.
-        target: where it looks at, or None.
+        target: where it looks at, NED metres, or None.
         control: system and component in control of the gimbal; zeros for nobody.
         gripped: whether the gripper is closed; None before it was told.
     """
@@ -44,7 +44,7 @@ class Payload:
         self.photo_places: list[tuple[float, float, float]] = []
         self.pitch_deg = self.yaw_deg = 0.0
         self.yaw_locked = False
-        self.target: GeoPoint | None = None
+        self.target: Vector | None = None
         self.control = (0, 0)
         self.gripped: bool | None = None
 
@@ -117,7 +117,7 @@ class Payload:
         self.yaw_locked = bool(flags & YAW_LOCK)
         return Result.ACCEPTED
 
-    def look_at(self, target: GeoPoint | None) -> Result:
+    def look_at(self, target: Vector | None) -> Result:
         """DO_SET_ROI_LOCATION and DO_SET_ROI_NONE; accepted without a gimbal, too."""
         self.target = target
         return Result.ACCEPTED
@@ -126,10 +126,8 @@ class Payload:
         """Pitch above the horizon, yaw clockwise, and whether that is from north."""
         if self.target is None:
             return math.radians(self.pitch_deg), math.radians(self.yaw_deg), self.yaw_locked
-        frame = self._vehicle.navigator.frame
-        there = frame.to_local(self.target)
         here = self._vehicle.motion[:3]
-        north, east, down = (a - b for a, b in zip(there, here, strict=True))
+        north, east, down = (a - b for a, b in zip(self.target, here, strict=True))
         return math.atan2(-down, math.hypot(north, east)), math.atan2(east, north), True
 
     # The gripper.
@@ -157,6 +155,7 @@ class Payload:
         elif command == Cmd.MOUNT_CONTROL:
             self.point(first, third, 0)
         elif command in (Cmd.SET_ROI_LOCATION, Cmd.SET_ROI_NONE):
-            self.look_at(place if command == Cmd.SET_ROI_LOCATION else None)
+            there = None if place is None else self._vehicle.navigator.frame.to_local(place)
+            self.look_at(there if command == Cmd.SET_ROI_LOCATION else None)
         elif command == Cmd.GRIPPER:
             self.grip(grabs=second == 1.0)

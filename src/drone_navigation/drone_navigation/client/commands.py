@@ -44,6 +44,8 @@ _Facts: TypeAlias = dict[str, Any]
 _ANSWER_TIMEOUT_S = 20.0
 # Position and battery come several times a second; a vehicle that gives none has none.
 _LOOK_S = 2.0
+# Of commands whose services have other names.
+_SERVICES = {"mode": "set_mode", "photo": "trigger_camera"}
 
 
 def run_command(
@@ -88,7 +90,7 @@ class ClientCommand:
             return self._status()
         name = self._options.command
         kind = SetMode if name == "mode" else Trigger
-        service = "set_mode" if name == "mode" else name
+        service = _SERVICES.get(name, name)
         client = self._node.create_client(kind, f"{SERVER_NODE_NAME}/{service}")
         if not self._wait(client.service_is_ready, self._options.server_timeout):
             return self._without_server()
@@ -124,7 +126,7 @@ class ClientCommand:
         return EXIT_SUCCESS
 
     def _without_server(self) -> int:
-        offered = {"status": "vehicle_status", "mode": "set_mode"}
+        offered = {"status": "vehicle_status", **_SERVICES}
         return self._no_server(offered.get(self._options.command, self._options.command))
 
     def _no_server(self, name: str) -> int:

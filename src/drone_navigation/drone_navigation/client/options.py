@@ -43,13 +43,17 @@ SERVICE_COMMANDS = {
     "arm": "arm the vehicle",
     "disarm": "disarm the vehicle",
     "mode": "set the vehicle's mode",
+    "photo": "take a photo",
     "status": "show vehicle, position, battery and active goal",
 }
 LOG_COMMANDS = {
     "logs": "list the autopilot's own logs",
     "download": "download one of them to the server's machine",
 }
-COMMANDS = ACTION_COMMANDS | SERVICE_COMMANDS | STORAGE_COMMANDS | LOG_COMMANDS
+GIMBAL_COMMANDS = {
+    "point": "point the gimbal",
+}
+COMMANDS = ACTION_COMMANDS | SERVICE_COMMANDS | GIMBAL_COMMANDS | STORAGE_COMMANDS | LOG_COMMANDS
 
 _UINT32_END = 2**32
 
@@ -182,6 +186,8 @@ def _add_own(parser: argparse.ArgumentParser, command: str) -> None:
             metavar="M",
             help="height above the ground (default: the server's takeoff_height_m)",
         )
+    elif command == "point":
+        _add_point(parser)
     elif command == "mode":
         parser.add_argument("mode", metavar="MODE", help="the firmware's own name: GUIDED, ...")
     elif command in STORAGE_COMMANDS:
@@ -326,6 +332,36 @@ def _add_orbit(parser: argparse.ArgumentParser) -> None:
     )
     _add_frame(parser)
     _add_speed(parser)
+
+
+def _add_point(parser: argparse.ArgumentParser) -> None:
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument(
+        "--angle",
+        nargs=2,
+        type=_finite,
+        metavar=("PITCH", "YAW"),
+        help="degrees above the horizon (-90: straight down), and counter-clockwise from the nose",
+    )
+    where.add_argument(
+        "--at", nargs=3, type=_finite, metavar=("X", "Y", "Z"), help="a position, kept in view"
+    )
+    where.add_argument(
+        "--system", type=_system, metavar="ID", help="another vehicle, by its MAVLink system"
+    )
+    where.add_argument(
+        "--release", action="store_true", help="back to the gimbal's default, for others to point"
+    )
+    parser.add_argument(
+        "--locked", action="store_true", help="with --angle: YAW is from east, and kept"
+    )
+    _add_frame(parser)
+
+
+def _system(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 255:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a MAVLink system, 1 to 255")
+    return int(text)
 
 
 def _add_course(parser: argparse.ArgumentParser) -> None:

@@ -10,6 +10,7 @@ from rclpy.node import Node
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.computer_status import ComputerStatusTimer
 from drone_navigation.server.logs.log_servers import LogServers
+from drone_navigation.server.payload.payload_servers import PayloadServers
 from drone_navigation.server.storage.list_servers import ListServers
 from drone_navigation.server.storage.parameter_servers import ParameterServers
 from drone_navigation.server.subscribing.correction_topic import CorrectionTopic
@@ -30,6 +31,7 @@ FEATURE_SERVERS: tuple[Callable[[BridgeAccess], object], ...] = (
     ListServers,
     ParameterServers,
     LogServers,
+    PayloadServers,
     CorrectionTopic,
     ExternalOdometry,
     SensorTopics,

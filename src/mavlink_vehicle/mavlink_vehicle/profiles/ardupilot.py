@@ -116,7 +116,7 @@ _EQUIPMENT = EquipmentRules(
     ),
     # Observed: a mission with NaN for a rate is rejected, and -45.5 degrees come back as -45.
     whole_degrees=True,
-    # AP_Mission.cpp: behind the last waypoint the first command is started, and the mission ends.
+    # Observed: behind the last waypoint the first command is done, and the mission ends.
     open_end=True,
 )
 _GUIDED = replace(

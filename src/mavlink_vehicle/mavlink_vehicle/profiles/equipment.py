@@ -18,6 +18,8 @@ _HORIZON = mavlink.GIMBAL_MANAGER_FLAGS_ROLL_LOCK | mavlink.GIMBAL_MANAGER_FLAGS
 _LOCKED = _HORIZON | mavlink.GIMBAL_MANAGER_FLAGS_YAW_LOCK
 _NEUTRAL = mavlink.GIMBAL_MANAGER_FLAGS_NEUTRAL
 _AS_IT_IS = math.nan
+_RELEASE = -3.0
+_REPORT_US = 200_000.0
 # DO_SET_ACTUATOR has -1 to 1 for the same pulses.
 _MIDDLE_US, _HALF_RANGE_US = 1500.0, 500.0
 
@@ -101,6 +103,20 @@ class EquipmentRules:
     def point_position(self, place: tuple[float, float, float]) -> EquipmentCommand:
         """Point the gimbal at a place (latitude and longitude, degrees; altitude AMSL, m)."""
         return EquipmentCommand(mavlink.MAV_CMD_DO_SET_ROI_LOCATION, place=place)
+
+    def point_vehicle(self, system: int) -> EquipmentCommand:
+        """Point the gimbal at another vehicle, by its MAVLink system."""
+        return EquipmentCommand(mavlink.MAV_CMD_DO_SET_ROI_SYSID, (float(system),))
+
+    def release_gimbal(self) -> EquipmentCommand:
+        """Give the control of the gimbal back."""
+        params = (_RELEASE, _RELEASE, -1.0, -1.0)
+        return EquipmentCommand(mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE, params)
+
+    def report_gimbal(self) -> EquipmentCommand:
+        """Report the angles of the gimbal five times a second."""
+        params = (float(mavlink.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS), _REPORT_US)
+        return EquipmentCommand(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, params)
 
     def end_position(self) -> EquipmentCommand:
         """Point the gimbal at no place any more."""

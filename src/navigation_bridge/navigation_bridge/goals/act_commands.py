@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from mavlink_vehicle.positions import frames
-from mavlink_vehicle.profiles import GENERIC, Profile
+from mavlink_vehicle.profiles import GENERIC
 from mavlink_vehicle.profiles.equipment import EquipmentCommand, EquipmentRules
+from mavlink_vehicle.vehicle import Vehicle
 from navigation_bridge.vehicle.map_frame import MapFrame
 from navigation_core.tasks.inputs.waypoint_acts import (
-    ActOrder,
     PointAngle,
     PointNeutral,
     PointPosition,
@@ -25,23 +25,22 @@ __all__ = ["commands_of", "stored_commands_of"]
 
 
 def commands_of(
-    order: ActOrder, profile: Profile | None, map_frame: MapFrame, sender: tuple[int, int]
+    act: VehicleAct, vehicle: Vehicle, map_frame: MapFrame
 ) -> tuple[EquipmentCommand, ...]:
     """Return the commands of an act, of which the last one's answer counts.
 
     Args:
-        order: the act.
-        profile: that of the vehicle.
+        act: the act.
+        vehicle: the vehicle that is to do it.
         map_frame: converts positions.
-        sender: our system and component, which take control of a gimbal.
     """
-    rules = (profile or GENERIC).equipment
-    act = order.act
+    rules, address = (vehicle.profile or GENERIC).equipment, vehicle.address
     if isinstance(act, TakePhoto):
-        return (rules.photo(order.number),)
+        return (rules.photo(vehicle.equipment.count_photo()),)
     commands = _commands(act, rules, map_frame, stored=False)
     if isinstance(act, PointAngle | PointPosition | PointNeutral):
-        return (rules.control_gimbal(*sender), *commands)
+        control = rules.control_gimbal(address.source_system, address.source_component)
+        return (control, *commands)
     return commands
 
 

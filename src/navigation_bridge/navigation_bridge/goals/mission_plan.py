@@ -31,6 +31,10 @@ _PLANE_PITCH_DEG = 12.0
 # An ArduPlane stores radii in one byte.
 _RADIUS_MAX_M = 255.0
 _NO_YAW = math.nan
+# An ArduCopter does one act in each of its turns while it flies to the next waypoint, or holds
+# there. Observed: of four behind the last waypoint one was done, also with a waypoint behind them
+# that it reached at once.
+_ACTS_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -93,8 +97,7 @@ class _Writer:
             item = self._at(last, mavlink.MAV_CMD_NAV_LOITER_UNLIM, (0.0, 0.0, 0.0, _NO_YAW))
             yield PlannedItem(item, len(self._plan.waypoints))
         elif self._plan.waypoints[-1].acts and self._equipment.open_end:
-            # Without another waypoint behind them not all of them are done.
-            again = replace(self._plan.waypoints[-1], hold_time_s=0.0)
+            again = replace(self._plan.waypoints[-1], hold_time_s=_ACTS_S)
             yield PlannedItem(self._waypoint(again), len(self._plan.waypoints) - 1)
 
     def _act(self, waypoint: RouteWaypoint, act: WaypointAct) -> Iterator[MissionItem]:

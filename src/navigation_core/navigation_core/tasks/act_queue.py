@@ -10,7 +10,13 @@ from __future__ import annotations
 from collections import deque
 
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.inputs.waypoint_acts import ActOrder, WaitHere, WaypointAct
+from navigation_core.tasks.inputs.waypoint_acts import (
+    ActOrder,
+    SetServo,
+    UseGripper,
+    WaitHere,
+    WaypointAct,
+)
 from navigation_core.tasks.intents import Outcome, StopFirst
 from navigation_core.tasks.observation import Observation
 
@@ -38,17 +44,24 @@ class ActQueue:
         self._current: tuple[str, WaypointAct] | None = None
         self._since_s = 0.0
         self._orders = 0
+        self._ending: Outcome | None = None
         self._stop: int | None = None
         self._at_stop: tuple[tuple[str, WaypointAct], ...] = ()
 
-    def add(self, number: str, acts: tuple[WaypointAct, ...]) -> None:
+    def add(self, number: str, acts: tuple[WaypointAct, ...], *, reached: bool) -> None:
         """Do the acts of a waypoint that is flown through.
 
         Args:
             number: of the waypoint, for people.
             acts: its acts.
+            reached: whether it was passed within its radius; photos and the gimbal do not need
+                that, but nothing is dropped elsewhere.
         """
-        self._waiting.extend((number, act) for act in acts)
+        for act in acts:
+            if not reached and isinstance(act.act, UseGripper | SetServo):
+                self._fail(number, act, "its waypoint was passed outside its radius")
+            else:
+                self._waiting.append((number, act))
 
     def expect_stop(self, index: int, number: str, acts: tuple[WaypointAct, ...]) -> None:
         """Prepare the acts of the next stop, unless it is the one whose acts have begun."""
@@ -78,9 +91,9 @@ class ActQueue:
             now: time in seconds.
         """
         if self._current is not None:
-            ending = self._look(*self._current, observation, now)
-            if ending is not None:
-                return ending
+            self._look(*self._current, observation, now)
+        if self._ending is not None:
+            return StopFirst(self._ending)
         if self._current is None and self._waiting:
             self._begin(now)
         return None
@@ -99,26 +112,25 @@ class ActQueue:
             self._orders += 1
             self.order = ActOrder(self._orders, act)
 
-    def _look(
-        self, number: str, act: WaypointAct, observation: Observation, now: float
-    ) -> StopFirst | None:
+    def _look(self, number: str, act: WaypointAct, observation: Observation, now: float) -> None:
         elapsed_s = now - self._since_s
         if isinstance(act.act, WaitHere):
             if elapsed_s >= act.act.time_s:
                 self._current = None
-            return None
+            return
         report, order = observation.act, self.order
         failure = f"no answer within {_ANSWER_S:g} s"
         if report is not None and order is not None and report.number == order.number:
             failure = report.failure
         elif elapsed_s < _ANSWER_S:
-            return None
+            return
         self._current = self.order = None
-        if not failure:
-            return None
+        if failure:
+            self._fail(number, act, failure)
+
+    def _fail(self, number: str, act: WaypointAct, failure: str) -> None:
         what = f"{act.act.name} at waypoint {number}"
         self.failed.append(what)
-        if not act.required:
-            return None
-        text = f"The vehicle did not do {what}, which is required: {failure}."
-        return StopFirst(Outcome(OutcomeCode.ACT_FAILED, text, None))
+        if act.required and self._ending is None:
+            text = f"The vehicle did not do {what}, which is required: {failure}."
+            self._ending = Outcome(OutcomeCode.ACT_FAILED, text, None)

@@ -87,7 +87,7 @@ class CopterAuto(LegAuto):
             if begins:
                 copter.yaw.turn(copter.motion.yaw_rad, *item.params)
             return copter.yaw.reached(copter.motion.yaw_rad)
-        if item.command in ROI:
+        if item.command in ROI and not copter.payload.has_gimbal:
             nowhere = item.command == Cmd.SET_ROI_NONE or not (item.x or item.y or item.z)
             copter.yaw.look_at(None if nowhere else self.place_of(item, copter.motion[:3]))
             return True

@@ -44,30 +44,33 @@ class EquipmentCommands(Slot[CommandExchange]):
         self._address = address
         self._timing = CommandTiming(timing.timeout_s, timing.retries, _LIMIT_S, _LIMIT_S)
         self._number = 0
+        self._photos = 0
         self._commands: deque[EquipmentCommand] = deque()
 
     def send(self, number: int, commands: Iterable[EquipmentCommand], now: float) -> None:
         """Send commands in their order; the last one's answer is that of the request.
 
-        A request that is under way is given up without an answer.
+        A request that is under way is given up, with an answer.
 
         Args:
             number: of the request, for its answer.
             commands: at least one.
             now: time in seconds.
         """
-        self.give_up(now)
+        self._fail("another request came", now)
         self._number, self._commands = number, deque(commands)
         self._send_next(now)
         self._set_deadline()
 
-    def give_up(self, now: float) -> None:
-        """Send nothing more of the request under way; it gets no answer."""
-        if self.pending is not None:
-            self.pending.cancel(now)
-            self.pending = None
-        self._commands.clear()
-        self._set_deadline()
+    def count_photo(self) -> int:
+        """Return the number of another photo: a camera takes each number once."""
+        self._photos += 1
+        return self._photos
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a request is under way."""
+        return self.pending is not None
 
     def link_lost(self, state: VehicleState, now: float) -> None:
         """Answer that the vehicle is not heard."""
@@ -78,8 +81,11 @@ class EquipmentCommands(Slot[CommandExchange]):
         self._fail(reason, now)
 
     def _fail(self, reason: str, now: float) -> None:
-        if self.pending is not None or self._commands:
-            self.give_up(now)
+        if self.pending is not None:
+            self.pending.cancel(now)
+            self.pending = None
+            self._commands.clear()
+            self._set_deadline()
             self.events.append(EquipmentAnswered(self._number, reason))
 
     def _send_next(self, now: float) -> None:

@@ -110,10 +110,11 @@ class RouteItinerary:
         return True
 
     def _tick_off(self, reached: bool) -> None:
+        if self._next != self._section_end():
+            number, acts = self._route.numbers((self._next,)), self._route.at(self._next).acts
+            self._acts.add(number, acts, reached=reached)
         if reached:
             self._reached += 1
-            if self._next != self._section_end():
-                self._acts.add(self._route.numbers((self._next,)), self._route.at(self._next).acts)
         else:
             self._missed.append(self._next)
         self._next += 1

@@ -1,0 +1,1 @@
+"""The vehicle's gimbal and camera, for clients."""
