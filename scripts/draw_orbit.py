@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import matplotlib as mpl
-from PIL import Image
+from flight_pictures import COLOURS, save_picture
 
 mpl.use("Agg")
 from matplotlib import pyplot
@@ -24,8 +24,7 @@ from tests.support.flights.simulated_flight import SimulatedFlight  # noqa: E402
 PICTURE = ROOT / "docs/orbit.png"
 _CENTRE, _RADIUS_M, _LAPS, _WIND_M_S = (35.0, 20.0, 0.0), 20.0, 2.0, 8.0
 _REQUEST = OrbitRequest("map", _CENTRE, _RADIUS_M, 10.0, _LAPS, 5.0)
-_COLOURS = {"ardupilot": "tab:blue", "px4": "tab:orange"}
-_NOSE_S, _NOSE_M, _PALETTE = 2.5, 3.0, 64
+_NOSE_S, _NOSE_M = 2.5, 3.0
 
 
 def main() -> None:
@@ -35,7 +34,7 @@ def main() -> None:
     )
     above.add_patch(Circle(_CENTRE[:2], _RADIUS_M, fill=False, color="0.7", lw=4))
     above.plot(*_CENTRE[:2], "k+", ms=12)
-    for autopilot, colour in _COLOURS.items():
+    for autopilot, colour in COLOURS.items():
         _draw(autopilot, colour, above, error)
     above.annotate(
         f"wind, {_WIND_M_S:g} m/s", (22.0, 45.0), (-1.0, 44.4), arrowprops={"arrowstyle": "->"}
@@ -53,9 +52,7 @@ def main() -> None:
         title="Outside and inside of the circle; grey: 3 % of the radius",
     )  # fmt: skip
     error.legend()
-    figure.savefig(PICTURE, dpi=100)
-    with Image.open(PICTURE) as image:
-        image.convert("RGB").quantize(_PALETTE).save(PICTURE, optimize=True)
+    save_picture(figure, PICTURE)
 
 
 def _draw(autopilot: str, colour: str, above: Axes, error: Axes) -> None:

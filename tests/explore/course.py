@@ -133,6 +133,9 @@ class View:
         circled_s: since when it has been in a circle of vehicles that wait for each other while all
             their servers run; infinite if it is in none.
         circle_seen_s: when it was in one last.
+        target_enu_m: where the target truly was last that it follows, or None.
+        target_s: the time of that.
+        target_m_s: how fast the target was then; infinite while that is not known.
     """
 
     craft: Craft
@@ -172,6 +175,9 @@ class View:
     waits_for: int = NOBODY
     circled_s: float = math.inf
     circle_seen_s: float = -math.inf
+    target_enu_m: tuple[float, float, float] | None = None
+    target_s: float = -math.inf
+    target_m_s: float = math.inf
 
     def home_away_m(self, place_enu_m: Sequence[float]) -> float:
         """Return how far a place is from home, level."""
@@ -379,6 +385,13 @@ class Course:
 
     def _size(self, view: View, size: tuple[str, int], now_s: float) -> None:
         """Nothing to keep."""
+
+    def _target(self, view: View, place: tuple[float, float, float], now_s: float) -> None:
+        before, before_s = view.target_enu_m, view.target_s
+        view.target_m_s = math.inf
+        if before is not None and 0.0 < now_s - before_s < 1.0:
+            view.target_m_s = math.dist(before, place) / (now_s - before_s)
+        view.target_enu_m, view.target_s = place, now_s
 
     def _recorded(self, view: View, ends: dict[str, tuple[str, str]], now_s: float) -> None:
         """Nothing to keep."""

@@ -170,6 +170,7 @@ class Ship:
         self._station = Codec(*STATION, self._signing())
         self._reader = Codec(index + 1, 1, self._signing())
         self.server: Server | None = None
+        self.beside: Callable[[], None] | None = None  # of what moves beside it
         if craft.signed:
             message = make("SETUP_SIGNING", **self.address, secret_key=_KEY, initial_timestamp=1)
             self.sim.link.write(self._stranger.encode(message))
@@ -246,6 +247,8 @@ class Ship:
         if self.blind:
             arrived = [data for data in arrived if _message_id(data) not in _RANGES]
         self.foreign = []
+        if self.beside is not None:
+            self.beside()
         if self.server is None:
             return
         try:

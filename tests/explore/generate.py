@@ -205,6 +205,8 @@ class _Author:
         speed = rng.choice((0.0, 0.0, 0.5, 2.0, 6.0)) if self.crafts[craft].kind != "plane" else 0.0
         if draw < 0.06:
             self._ask_round(t, craft, speed, avoid)
+        elif draw < 0.09:
+            self._ask_beside(t, craft, speed)
         elif draw < 0.45:
             self._add(t, craft, "navigate", place=self._place(craft), speed=speed, avoid=avoid)
         elif draw < 0.52:
@@ -244,6 +246,22 @@ class _Author:
             t, craft, "orbit", centre=[x, y], radius=radius, laps=laps,
             height=height, speed=max(speed, 2.0) if speed else 0.0,
             yaw=rng.choice(("CENTRE", "TANGENT", "KEEP")), avoid=avoid,
+        )  # fmt: skip
+
+    def _ask_beside(self, t: float, craft: int, speed: float) -> None:
+        """A target that moves, stands, comes at the vehicle, is lost or lies."""
+        rng = self.rng
+        velocity = [rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0), 0.0]
+        bearing_rad, away_m = rng.uniform(-math.pi, math.pi), rng.choice((1.0, 5.0, 8.0, 15.0))
+        offset = [away_m * math.cos(bearing_rad), away_m * math.sin(bearing_rad), 0.0]
+        if rng.random() < 0.1:
+            offset[rng.randrange(3)] = rng.choice(_BAD_NUMBERS)
+        self._add(
+            t, craft, "follow", start=self._place(craft), velocity=velocity, offset=offset,
+            least=rng.choice((0.0, 2.0, 4.0)), speed=speed, duration=rng.choice((10.0, 30.0)),
+            stands_s=rng.choice((0.0, 5.0, 20.0)), lost_s=rng.choice((3.0, 12.0, 99.0)),
+            lie=rng.choice(("", "", "", "", "nan", "old", "far")),
+            yaw=rng.choice(("TARGET", "TANGENT", "KEEP")),
         )  # fmt: skip
 
     def _stations(self, craft: int) -> None:

@@ -15,8 +15,11 @@ from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.goals.requests import (
     ActKind,
     ActRequest,
+    FollowRequest,
+    FollowYaw,
     LandRequest,
     NavigateRequest,
+    OffsetFrame,
     OrbitRequest,
     OrbitYaw,
     ReturnRequest,
@@ -25,6 +28,7 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from tests.explore.exploration import Ship
+from tests.explore.moving_target import SOURCE, MovingTarget
 
 _FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
 
@@ -104,6 +108,33 @@ def orbit(
             OrbitYaw[yaw], avoid,
         )
     )  # fmt: skip
+
+
+def follow(
+    ship: Ship,
+    start: list[float],
+    velocity: list[float],
+    offset: list[float],
+    least: float = 0.0,
+    speed: float = 0.0,
+    duration: float = 30.0,
+    stands_s: float = 10.0,
+    lost_s: float = math.inf,
+    lie: str = "",
+    yaw: str = "TARGET",
+) -> None:
+    """A Follow goal, and the target that it is about; the numbers may be anything."""
+    x, y, z = (float(v) for v in start)
+    east, north, up = (float(v) for v in velocity)
+    begun_s = ship.now_s
+    moved = MovingTarget(ship, begun_s, (x, y, z), (east, north, up), stands_s, lost_s, lie)
+    a, b, c = (float(v) for v in offset)
+    ship.beside = moved.turn
+    ship.ask(
+        FollowRequest(
+            SOURCE, (a, b, c), OffsetFrame.MAP, least, speed, duration, 5.0, FollowYaw[yaw]
+        )
+    )
 
 
 def takeoff(ship: Ship, height: float = 0.0) -> None:
@@ -331,7 +362,7 @@ def noise(ship: Ship, seed: int, count: int) -> None:
 ACTIONS: dict[str, Action] = {
     action.__name__: action
     for action in (
-        *(navigate, route, orbit, takeoff, land, go_home, cancel, pause, resume, serve),
+        *(navigate, route, orbit, follow, takeoff, land, go_home, cancel, pause, resume, serve),
         *(station_mode, station_pause, station_arm, station_clear, station_current),
         *(station_upload, station_goto, pilot_mode, pilot_throttle),
         *(link, silence, full, stuck, blind, gps, glitch, battery, radio, wind, reboot),

@@ -24,6 +24,7 @@ from navigation_bridge.goals.goal import (
 from navigation_bridge.goals.lifecycle import GoalState
 from navigation_bridge.goals.requests import (
     ActKind,
+    FollowRequest,
     LandRequest,
     NavigateRequest,
     OrbitRequest,
@@ -33,7 +34,7 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_core.outcomes import OutcomeCode
-from navigation_core.tasks.progress import Status
+from navigation_core.tasks.progress import FollowState, Status
 from tests.explore.course import COMMANDS, SETPOINTS, Goal, View, speed_of
 from tests.explore.log import Asked, Entry, Truth
 from tests.explore.temporal import (
@@ -799,6 +800,32 @@ def a_circle_is_kept(feedback: GoalFeedback, view: View, now_s: float) -> bool:
     return near or goal.disturbed or not view.calm(now_s, 30.0)
 
 
+@never(_SUCCESS, OURS)
+def a_success_without_the_target(end: GoalFinished, view: View, now_s: float) -> bool:
+    """A goal that follows a target ends with SUCCESS only while it is not lost."""
+    goal = view.goal(end.goal_id)
+    if not isinstance(goal.request, FollowRequest) or now_s < view.stalled_until_s + 2.0:
+        return False
+    follow = None if goal.feedback is None else goal.feedback.follow
+    return follow is None or follow.state is not FollowState.FOLLOWING
+
+
+@never(_TRUTH, OURS)
+def an_approach_within_the_least_distance(truth: Truth, view: View, now_s: float) -> bool:
+    """A vehicle moves no nearer to its target than the least distance; only the target may."""
+    request, target = view.flown.request, view.target_enu_m
+    if not isinstance(request, FollowRequest) or target is None or view.active is None:
+        return False
+    if now_s - view.target_s > 0.3 or view.target_m_s > 0.1 or not _ours(view, now_s):
+        return False
+    away = np.subtract(truth.position_enu_m, target) * (1.0, 1.0, 1.0 if view.copter else 0.0)
+    gap_m = float(np.linalg.norm(away))
+    least_m = request.least_distance_m - 0.2 - 0.2 * view.gust_m_s
+    if gap_m >= least_m or gap_m < 0.1 or now_s - view.flown.accepted_s < 15.0:
+        return False
+    return float(np.dot(truth.velocity_enu_m_s, away)) / gap_m < -0.4 - view.gust_m_s
+
+
 @always(_FEEDBACK, OURS)
 def link_lost_is_reported(feedback: GoalFeedback, view: View, now_s: float) -> bool:
     """A vehicle that is silent is not reported as navigating."""
@@ -925,8 +952,10 @@ def setpoints_are_finite(message: Message, view: View, now_s: float) -> bool:
 
 @always(sent(SETPOINTS[0]), SETPOINT)
 def setpoints_have_a_known_frame(message: Message, view: View, now_s: float) -> bool:
-    """Local setpoints are in MAV_FRAME_LOCAL_NED."""
-    return bool(message.coordinate_frame == mavlink.MAV_FRAME_LOCAL_NED)
+    """Local setpoints are in MAV_FRAME_LOCAL_NED; speeds of what drives may be in BODY_NED."""
+    frame, drives = message.coordinate_frame, view.craft.kind in ("rover", "boat")
+    along = drives and frame == mavlink.MAV_FRAME_BODY_NED
+    return bool(frame == mavlink.MAV_FRAME_LOCAL_NED or along)
 
 
 @always(sent(SETPOINTS[0]), "REP 103, MAV_FRAME_LOCAL_NED")
@@ -1409,6 +1438,7 @@ ON_TRIAL = frozenset(
         *("setpoints_flow", "setpoints_keep_the_goals_speed", "a_wait_circle_ends"),
         *("all_laps_are_flown", "a_circle_is_kept"),
         *("a_goal_ends_by_required_acts_alone", "holds_are_held", "mission_items_have_their_holds"),
+        *("a_success_without_the_target", "an_approach_within_the_least_distance"),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

@@ -178,6 +178,11 @@ BAD = {
         "INVALID_TARGET",
         "std_msgs/msg/String",
     ),
+    "no name of a topic": (
+        replace(BEHIND, source=TargetSource("bad name")),
+        "INVALID_TARGET",
+        "no name of a topic",
+    ),
     "NaN": (replace(BEHIND, offset_m=(math.nan, 0.0, 9.0)), "INVALID_NUMBER", "offset.x is nan"),
     "an offset that is too short": (
         replace(BEHIND, offset_m=(4.2, 0.0, 0.0)),

@@ -66,6 +66,10 @@ def test_a_topic_and_a_frame_are_followed_and_another_type_is_rejected(flight: F
     flight.wait(lambda: "TwistStamped" in events[-1].message, 10.0, "the reason")
     assert events[-1].what == "INVALID_TARGET"
 
+    for name in ("bad name!", "a//b"):
+        goal.pose_topic = name
+        assert not flight.send(goal).accepted
+
     goal.pose_topic = "/target"
     record = flight.send(goal)
     result = flight.wait_for_result(record)

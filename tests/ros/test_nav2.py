@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from builtin_interfaces.msg import Duration
-from geometry_msgs.msg import Point, PoseWithCovarianceStamped
+from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped
 from sensor_msgs.msg import NavSatFix
 
 from custom_interfaces.msg import GoalCode
@@ -334,7 +334,6 @@ NOT_OFFERED = [
     "UndockRobot",
     "ComputeRoute",
     "ComputeAndTrackRoute",
-    "FollowObject",
 ]
 
 
@@ -348,6 +347,32 @@ def test_what_is_not_offered_is_rejected_at_once_with_a_sentence(
     assert result.error_code == getattr(action, kind).Result.UNKNOWN
     loaded = nav2.call("map_server/load_map", map_url="map.yaml")
     assert loaded.result == srv.LoadMap.Response.RESULT_UNDEFINED_FAILURE
+
+
+@pytest.mark.skipif(not hasattr(action, "FollowObject"), reason="nav2_msgs 1.5 has it")
+def test_an_object_is_followed_until_it_is_lost(nav2: Nav2Client, flight: Flight) -> None:
+    status, result = nav2.wait(nav2.send(action.NavigateToPose.Goal(pose=pose(2.0, 0.0))))
+    assert status == SUCCEEDED, result.error_msg
+    record = nav2.send(action.FollowObject.Goal())
+    status, result = nav2.wait(record, 10.0)
+    assert (status, result.error_code) == (ABORTED, code(GoalCode.INVALID_TARGET, result))
+    objects = flight.advertise(PoseStamped, "/object", 10)
+
+    def publish() -> None:
+        message = pose(10.0, 0.0)
+        message.header.stamp = flight.node.get_clock().now().to_msg()
+        objects.publish(message)
+
+    timer = flight.node.create_timer(0.1, publish)
+    record = nav2.send(action.FollowObject.Goal(pose_topic="/object"))
+    controlling = action.FollowObject.Feedback.CONTROLLING
+    flight.wait(
+        lambda: any(each.state == controlling for each in record.feedback), 30.0, "the object"
+    )
+    flight.node.destroy_timer(timer)
+    status, result = nav2.wait(record, 60.0)
+    assert (status, result.error_code) == (ABORTED, result.FAILED_TO_DETECT_OBJECT)
+    assert result.error_msg.startswith("TARGET_LOST: ")
 
 
 def test_a_pose_of_rviz_is_flown_to_and_a_shutdown_stops_the_vehicle(

@@ -24,6 +24,8 @@ _PARAMETERS = {
     "max_speed_m_s": 0.0,
     "avoid_obstacles": True,
     "waypoint_pause_s": 0.2,
+    "follow_distance_m": 5.0,
+    "follow_height_m": 4.0,
 }
 
 

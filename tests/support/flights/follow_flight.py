@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
+import numpy as np
+
 from mavlink_sitl import VehicleConfig, World
 from navigation_bridge.clients.service_requests import Service
 from navigation_bridge.configuration.parameter_table import ParameterValue
@@ -33,6 +35,7 @@ class FollowFlight(SimulatedFlight):
         nearest_m: least true distance to it since the goal began.
         fastest_m_s: highest true speed of the vehicle since then.
         places: true places of the vehicle and of the target, at each measurement.
+        times_s: times of these since the goal began.
     """
 
     def __init__(
@@ -41,15 +44,21 @@ class FollowFlight(SimulatedFlight):
         kind: str = "copter",
         autopilot: str = "ardupilot",
         world: World | None = None,
+        noise_m: float = 0.0,
         **parameters: ParameterValue,
     ) -> None:
-        """Start, and bring a copter into the air, or arm what drives."""
+        """Start, and bring a copter into the air, or arm what drives.
+
+        The target is measured with noise of this standard deviation on each axis.
+        """
         vehicle = VehicleConfig(vehicle=kind, autopilot=autopilot, ready_after_s=1.0)
         super().__init__(simulated=vehicle, world=world, **parameters)  # type: ignore[arg-type]
         self.motion = motion
+        self._noise_m, self._random = noise_m, np.random.default_rng(1)
         self.is_seen = True
         self.nearest_m, self.fastest_m_s = math.inf, 0.0
         self.places: list[tuple[Vector3, Vector3]] = []
+        self.times_s: list[float] = []
         self.began_s = 0.0
         self.ready()
         if kind == "copter":
@@ -74,10 +83,12 @@ class FollowFlight(SimulatedFlight):
         while self.now < end_s and self.bridge.goals.active is not None:
             source = self.bridge.feature(FollowedTarget).source
             if self.is_seen and source is not None:
-                self.measure(TargetSample(self.now, self.target))
+                x, y, z = self._random.normal(self.target, self._noise_m)
+                self.measure(TargetSample(self.now, (float(x), float(y), float(z))))
             self.run_for(_PERIOD_S)
             place, speed_m_s = self.truth()
             self.places.append((place, self.target))
+            self.times_s.append(self.now - self.began_s)
             self.nearest_m = min(self.nearest_m, math.dist(place, self.target))
             self.fastest_m_s = max(self.fastest_m_s, speed_m_s)
 

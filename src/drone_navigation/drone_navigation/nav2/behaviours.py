@@ -1,18 +1,22 @@
-"""`spin`, `drive_on_heading` and `backup`: short goals relative to the present pose."""
+"""`spin`, `drive_on_heading` and `backup`, short goals relative to the pose; `follow_object`."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Callable
+from typing import Any
 
 from nav2_msgs.action import BackUp, DriveOnHeading, Spin
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
+from custom_interfaces.action import Follow
 from custom_interfaces.msg import GoalCode
+from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Telemetry
 from drone_navigation.nav2.flights import FlightRequest, Flights
+from drone_navigation.nav2.forms import optional_actions
 from drone_navigation.nav2.navigators import Navigators, Preferences, point_client_goal
 from drone_navigation.nav2.outcomes import Nav2Outcome, aborted, result
 from drone_navigation.nav2.served import GoalEnd, duration, serve
@@ -20,11 +24,14 @@ from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import Target, TargetError, turns
 from mavlink_vehicle.positions import frames
 from mavlink_vehicle.profiles.profile import VehicleKind
+from navigation_bridge.names import FOLLOW_ACTION_NAME
 from navigation_core.geometry import distance, wrap_angle
 
 _SPIN_MAX_RAD = 20.0 * math.pi
 # The server rejects slower goals.
 _SPEED_MIN_M_S = 0.05
+# Nav2's state for each of the server's.
+_STATES = {"ACQUIRING": "INITIAL_PERCEPTION", "FOLLOWING": "CONTROLLING", "LOST": "STOPPING"}
 
 
 class Behaviours:
@@ -167,3 +174,57 @@ def _timed(
     if outcome.code == GoalCode.TIMEOUT:
         message.error_code = kind.Result.TIMEOUT
     return message
+
+
+def follow_client_goal(request: Any, preferences: Preferences) -> ClientGoal:
+    """Return the server's goal for one of `follow_object`.
+
+    Raises:
+        TargetError: its duration is negative.
+    """
+    allowed = request.max_duration
+    duration_s = allowed.sec + 1e-9 * allowed.nanosec
+    if duration_s < 0.0:
+        raise TargetError("INVALID_NUMBER", f"max_duration is {duration_s:g} s.")
+    goal = Follow.Goal(max_duration=duration_s, max_speed=preferences.max_speed_m_s)
+    # The frame is for goals without a topic.
+    goal.pose_topic = request.pose_topic
+    goal.tracked_frame = "" if request.pose_topic else request.tracked_frame
+    goal.offset_frame = Follow.Goal.OFFSET_TARGET
+    goal.offset.x, goal.offset.z = -preferences.follow_distance_m, preferences.follow_height_m
+    return ClientGoal(Follow, FOLLOW_ACTION_NAME, goal, "")
+
+
+class ObjectFollower:
+    """Serves the action."""
+
+    def __init__(
+        self, node: Node, flights: Flights, navigators: Navigators, preferences: Preferences
+    ) -> None:
+        """Offer it on ``node``, if there is such an action."""
+        self._flights = flights
+        self._navigators = navigators
+        self._preferences = preferences
+        for kind in optional_actions(["FollowObject"]).values():
+            self._kind = kind
+            serve(node, kind, "follow_object", self._follow)
+
+    async def _follow(self, handle: ServerGoalHandle) -> GoalEnd:
+        client_goal = follow_client_goal(handle.request, self._preferences)
+        present, started_s = self._navigators.present(), time.monotonic()
+
+        def tell(telemetry: Telemetry) -> None:
+            message = self._kind.Feedback()
+            message.state = getattr(message, _STATES[telemetry.follow_state or "ACQUIRING"])
+            message.following_time = duration(time.monotonic() - started_s)
+            handle.publish_feedback(message)
+
+        order = FlightRequest(
+            client_goal, present.position_enu_m[2], lambda: handle.is_cancel_requested, tell
+        )
+        outcome = await self._flights.fly(order)
+        message = result(self._kind.Result, outcome)
+        message.total_elapsed_time = duration(time.monotonic() - started_s)
+        if outcome.code == GoalCode.TARGET_LOST:
+            message.error_code = self._kind.Result.FAILED_TO_DETECT_OBJECT
+        return outcome, message

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from rclpy.action import ActionClient
 from rclpy.node import Node
 
-from custom_interfaces.action import Navigate, NavigateWaypoints
+from custom_interfaces.action import Follow, Navigate, NavigateWaypoints
 from custom_interfaces.msg import GoalRejected
 from drone_navigation.client.client_goal import ClientGoal
 from drone_navigation.client.events import Telemetry
@@ -27,7 +27,12 @@ from drone_navigation.nav2.server_state import ServerState
 from drone_navigation.nav2.targets import Refusal
 from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.steady_timer import steady_timer
-from navigation_bridge.names import ACTION_NAME, SERVER_NODE_NAME, WAYPOINTS_ACTION_NAME
+from navigation_bridge.names import (
+    ACTION_NAME,
+    FOLLOW_ACTION_NAME,
+    SERVER_NODE_NAME,
+    WAYPOINTS_ACTION_NAME,
+)
 
 _PERIOD_S = 0.05
 # The reason of a rejection comes on its own topic, usually before the rejection itself.
@@ -79,6 +84,7 @@ class Flights:
         self._vehicle = vehicle
         self._clients: dict[str, ActionClient] = {
             ACTION_NAME: ActionClient(node, Navigate, ACTION_NAME),
+            FOLLOW_ACTION_NAME: ActionClient(node, Follow, FOLLOW_ACTION_NAME),
             WAYPOINTS_ACTION_NAME: ActionClient(node, NavigateWaypoints, WAYPOINTS_ACTION_NAME),
         }
         self._rejections: list[Refusal] = []

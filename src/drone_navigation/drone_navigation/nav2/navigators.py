@@ -52,6 +52,8 @@ class Preferences:
     max_speed_m_s: float
     avoid_obstacles: bool
     waypoint_pause_s: float
+    follow_distance_m: float
+    follow_height_m: float
 
 
 def point_client_goal(target: Target, max_speed_m_s: float, *, avoid_obstacles: bool) -> ClientGoal:

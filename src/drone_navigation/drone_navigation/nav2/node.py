@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from drone_navigation.nav2.behaviours import Behaviours
+from drone_navigation.nav2.behaviours import Behaviours, ObjectFollower
 from drone_navigation.nav2.flights import Flights
 from drone_navigation.nav2.navigators import Navigators, Preferences
 from drone_navigation.nav2.other_servers import ACTION, OtherServers
@@ -61,6 +61,7 @@ def run(signals: StopSignals, defaults: Mapping[str, float | bool]) -> None:
     _wait_until_alone(node, others, executor, signals)
     flights = Flights(node, vehicle)
     navigators = Navigators(node, vehicle, flights, preferences)
+    ObjectFollower(node, flights, navigators, preferences)
     Behaviours(node, vehicle, flights, navigators, preferences)
     Planners(node, vehicle, navigators)
     LifeCycle(node, vehicle, flights)

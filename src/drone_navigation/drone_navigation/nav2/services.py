@@ -32,7 +32,6 @@ _NOT_OFFERED = {
     "ComputeAndTrackRoute": (
         "compute_and_track_route", "There is no graph of routes; send poses."
     ),
-    "FollowObject": ("follow_object", "Objects are not followed; use follow_velocity."),
 }  # fmt: skip
 # In nav2_msgs 1.4, ClearCostmapAroundPose is missing.
 _CLEARING = {

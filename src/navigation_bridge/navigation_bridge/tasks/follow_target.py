@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from navigation_bridge.goals.admitted import Admitted, FlightPlan
 from navigation_bridge.goals.obstacle_admission import avoidance_of
@@ -39,6 +40,8 @@ _LOST_TIMEOUT_S, _LOST_TIMEOUT_MAX_S = 10.0, 600.0
 # To catch typing errors.
 _OFFSET_MAX_M = 500.0
 _SYSTEM_MAX = 255
+# Names of topics by ROS 2, without substitutions in braces.
+_NAME = re.compile(r"(?:~?/)?[A-Za-z_]\w*(?:/[A-Za-z_]\w*)*", re.ASCII)
 _YAWS = {
     FollowYaw.TARGET: YawRule.TARGET,
     FollowYaw.TANGENT: YawRule.TANGENT,
@@ -56,6 +59,8 @@ def _check_source(request: FollowRequest, snapshot: LocatedSnapshot) -> Rejectio
             f"{sum(given)} of pose_topic, tracked_frame and target_system are given; give exactly "
             "one."
         )
+    elif source.topic and ("__" in source.topic or not _NAME.fullmatch(source.topic)):
+        text = f"pose_topic '{source.topic}' is no name of a topic."
     elif not 0 <= source.system_id <= _SYSTEM_MAX:
         text = f"target_system is {source.system_id}; give 1 to {_SYSTEM_MAX}."
     elif source.system_id and source.system_id == snapshot.state.system_id:
