@@ -36,6 +36,7 @@ from mavlink_vehicle.protocols.service import Services, VehicleService
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.computer_status import ComputerStatusSender
 from mavlink_vehicle.protocols.streams.external_position import ExternalPositionSender
+from mavlink_vehicle.protocols.streams.landing_target import LandingTargetSender
 from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
 from mavlink_vehicle.protocols.streams.setpoint_stream import (
@@ -88,7 +89,7 @@ class VehicleCore(KnownVehicle):
         range_sensors: the reader of range sensors, with its counts.
         logs: transfers of its own logs.
         rtcm: corrections for its GNSS receiver.
-        external_position: poses from outside for its estimator.
+        external_position, landing_target: poses from outside, of the vehicle and of its target.
         computer_status: the status of this computer for it.
         equipment: commands for cameras, gimbals, grippers and outputs.
         list_jobs: the transfer of a fence or of rally points; `Vehicle.storage` begins it.
@@ -133,6 +134,7 @@ class VehicleCore(KnownVehicle):
         self.logs = LogTransfer(lambda: self.address, config.log_means)
         self.rtcm = RtcmSender()
         self.external_position = ExternalPositionSender(config.external_origin)
+        self.landing_target = LandingTargetSender()
         self.computer_status = ComputerStatusSender()
         self.equipment = EquipmentCommands(
             lambda: None if self.profile is None else self.address, timing
@@ -169,6 +171,7 @@ class VehicleCore(KnownVehicle):
                 self.logs,
                 self.rtcm,
                 self.external_position,
+                self.landing_target,
                 self.computer_status,
                 self.equipment,
                 *further,

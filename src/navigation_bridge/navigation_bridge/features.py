@@ -5,6 +5,7 @@ from __future__ import annotations
 from navigation_bridge.requests.external_positions import ExternalPositions
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.requests.gps_corrections import GpsCorrections
+from navigation_bridge.requests.landing_targets import LandingTargets
 from navigation_bridge.requests.log_requests import LogRequests
 from navigation_bridge.storage.storage_requests import StorageRequests
 from navigation_bridge.tasks.followed_target import FollowedTarget
@@ -20,5 +21,6 @@ FEATURES: tuple[type[Feature], ...] = (
     LogRequests,
     VelocityCommands,
     FollowedTarget,
+    LandingTargets,
     VehicleSeparation,
 )

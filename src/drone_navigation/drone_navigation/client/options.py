@@ -7,7 +7,7 @@ import difflib
 import math
 from pathlib import Path
 
-from drone_navigation.client.follow_options import add_follow
+from drone_navigation.client.follow_options import add_follow, add_landing
 from drone_navigation.client.storage_options import (
     STORAGE_CODES,
     STORAGE_COMMANDS,
@@ -31,7 +31,7 @@ ACTION_COMMANDS = {
     "follow": "keep a place beside a target that moves",
     "orbit": "fly or drive a circle around a point",
     "takeoff": "take off and hold at a height",
-    "land": "land where the vehicle is",
+    "land": "land where the vehicle is, or on a target",
     "return": "return to the launch point; aircraft land there",
 }
 SERVICE_COMMANDS = {
@@ -68,6 +68,7 @@ examples:
   navigation_client takeoff --height 5
   navigation_client follow --topic /target --offset=-6,0,4
   navigation_client orbit 30 10 --radius 12 --laps 2
+  navigation_client land --on /target --required --retries 2
   navigation_client status --json
   navigation_client --goal 10 5 2 --avoid
   navigation_client --goal 10 5 2 --update "t=8: 5 5 2" --update "t=15: 0 0 2"
@@ -177,6 +178,8 @@ def _add_own(parser: argparse.ArgumentParser, command: str) -> None:
             metavar="M",
             help="height above the ground (default: the server's takeoff_height_m)",
         )
+    elif command == "land":
+        add_landing(parser)
     elif command == "mode":
         parser.add_argument("mode", metavar="MODE", help="the firmware's own name: GUIDED, ...")
     elif command in STORAGE_COMMANDS:

@@ -8,6 +8,7 @@ from typing import TypeAlias
 from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.exceptions import NameValidationException
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
@@ -48,7 +49,7 @@ def topic_types(access: BridgeAccess, topic: str) -> tuple[str, ...]:
         return ()
     try:
         infos = access.node.get_publishers_info_by_topic(topic)
-    except ValueError:  # no name of a topic; nobody publishes it
+    except (ValueError, NameValidationException):  # the goal is rejected for its name
         return ()
     return tuple(sorted({info.topic_type for info in infos}))
 
