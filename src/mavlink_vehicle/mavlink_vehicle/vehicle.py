@@ -120,6 +120,11 @@ class Vehicle(VehicleCore):
         mode = None if self.profile is None else self.profile.land_mode
         return self._own_mode(mode, OperationKind.LAND, now)
 
+    def land_on_target(self, now: float) -> int:
+        """Land on the target of `landing_target`, by the vehicle's own mode; returns the id."""
+        rules = None if self.profile is None else self.profile.landing_target
+        return self._own_mode(None if rules is None else rules.mode, OperationKind.LAND, now)
+
     def return_to_launch(self, now: float) -> int:
         """Return to the launch point, by the vehicle's own mode; returns the operation's id."""
         mode = None if self.profile is None else self.profile.return_mode

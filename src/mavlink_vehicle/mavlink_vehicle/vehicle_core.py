@@ -37,6 +37,7 @@ from mavlink_vehicle.protocols.service import Services, VehicleService
 from mavlink_vehicle.protocols.stations.station_observer import StationObserver
 from mavlink_vehicle.protocols.streams.computer_status import ComputerStatusSender
 from mavlink_vehicle.protocols.streams.external_position import ExternalPositionSender
+from mavlink_vehicle.protocols.streams.landing_target import LandingTargetSender
 from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
 from mavlink_vehicle.protocols.streams.setpoint_stream import (
@@ -89,7 +90,7 @@ class VehicleCore(KnownVehicle):
         range_sensors: the reader of range sensors, with its counts.
         logs: transfers of its own logs.
         rtcm: corrections for its GNSS receiver.
-        external_position: poses from outside for its estimator.
+        external_position, landing_target: poses from outside, of the vehicle and of its target.
         computer_status: the status of this computer for it.
         equipment: commands for cameras, gimbals, grippers and outputs.
         payload: what gimbal and camera report.
@@ -135,6 +136,7 @@ class VehicleCore(KnownVehicle):
         self.logs = LogTransfer(lambda: self.address, config.log_means)
         self.rtcm = RtcmSender()
         self.external_position = ExternalPositionSender(config.external_origin)
+        self.landing_target = LandingTargetSender()
         self.computer_status = ComputerStatusSender()
         self.equipment = EquipmentCommands(lambda: self.address if self.profile else None, timing)
         self.payload = PayloadReports()
@@ -170,6 +172,7 @@ class VehicleCore(KnownVehicle):
                 self.logs,
                 self.rtcm,
                 self.external_position,
+                self.landing_target,
                 self.computer_status,
                 self.equipment,
                 self.payload,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from navigation_bridge.requests.external_positions import ExternalPositions
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.requests.gps_corrections import GpsCorrections
+from navigation_bridge.requests.landing_targets import LandingTargets
 from navigation_bridge.requests.log_requests import LogRequests
 from navigation_bridge.requests.payload_requests import PayloadRequests
 from navigation_bridge.storage.storage_requests import StorageRequests
@@ -22,5 +23,6 @@ FEATURES: tuple[type[Feature], ...] = (
     PayloadRequests,
     VelocityCommands,
     FollowedTarget,
+    LandingTargets,
     VehicleSeparation,
 )

@@ -99,8 +99,17 @@ def _command(options: argparse.Namespace) -> ClientGoal:
         height = f" to {options.height:g} m" if options.height else ""
         return ClientGoal(Takeoff, TAKEOFF_ACTION_NAME, goal, f"take-off{height}")
     if options.command == "land":
-        return ClientGoal(Land, LAND_ACTION_NAME, Land.Goal(), "landing")
+        return _land(options)
     return ClientGoal(ReturnToLaunch, RETURN_ACTION_NAME, ReturnToLaunch.Goal(), "return to launch")
+
+
+def _land(options: argparse.Namespace) -> ClientGoal:
+    goal = Land.Goal()
+    goal.target_topic, goal.target_required = options.on, options.required
+    goal.retries, goal.search_height = options.retries, options.search_height
+    return ClientGoal(
+        Land, LAND_ACTION_NAME, goal, f"landing on {options.on}" if options.on else "landing"
+    )
 
 
 def _follow(options: argparse.Namespace) -> ClientGoal:

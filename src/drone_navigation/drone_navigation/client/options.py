@@ -7,7 +7,7 @@ import difflib
 import math
 from pathlib import Path
 
-from drone_navigation.client.option_groups.follow_options import add_follow
+from drone_navigation.client.option_groups.follow_options import add_follow, add_landing
 from drone_navigation.client.option_groups.storage_options import (
     STORAGE_CODES,
     STORAGE_COMMANDS,
@@ -33,7 +33,7 @@ ACTION_COMMANDS = {
     "orbit": "fly or drive a circle around a point",
     "survey": "cover an area by parallel lines, with photos if a camera is given",
     "takeoff": "take off and hold at a height",
-    "land": "land where the vehicle is",
+    "land": "land where the vehicle is, or on a target",
     "return": "return to the launch point; aircraft land there",
 }
 SERVICE_COMMANDS = {
@@ -75,6 +75,7 @@ examples:
   navigation_client follow --topic /target --offset=-6,0,4
   navigation_client orbit 30 10 --radius 12 --laps 2
   navigation_client survey --boundary "0,0 60,0 60,40 0,40" --height 20 --spacing 8
+  navigation_client land --on /target --required --retries 2
   navigation_client status --json
   navigation_client --goal 10 5 2 --avoid
   navigation_client --goal 10 5 2 --update "t=8: 5 5 2" --update "t=15: 0 0 2"
@@ -188,6 +189,8 @@ def _add_own(parser: argparse.ArgumentParser, command: str) -> None:
         )
     elif command == "point":
         _add_point(parser)
+    elif command == "land":
+        add_landing(parser)
     elif command == "mode":
         parser.add_argument("mode", metavar="MODE", help="the firmware's own name: GUIDED, ...")
     elif command in STORAGE_COMMANDS:

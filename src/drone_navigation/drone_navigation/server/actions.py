@@ -142,7 +142,7 @@ _INTERFACES: dict[type[Request], _Interface] = {
         Takeoff, convert.request_from_takeoff, convert.height_feedback, convert.result_of
     ),
     LandRequest: _Interface(
-        Land, convert.request_from_land, convert.height_feedback, convert.result_of
+        Land, convert.request_from_land, convert.height_feedback, convert.land_result
     ),
     ReturnRequest: _Interface(
         ReturnToLaunch, convert.request_from_return, convert.height_feedback, convert.result_of
@@ -307,6 +307,8 @@ class GoalServers:
         if isinstance(request, FollowRequest):
             types = topic_types(self._access, request.source.topic)
             return replace(request, topic_types=types)
+        if isinstance(request, LandRequest):
+            return replace(request, topic_types=topic_types(self._access, request.target_topic))
         if isinstance(request, NavigateRequest | OrbitRequest):
             return replace(request, frame_id=self._frames.plain(request.frame_id))
         return request

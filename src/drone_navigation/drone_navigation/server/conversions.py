@@ -162,9 +162,14 @@ def request_from_takeoff(
     return request(goal.height)
 
 
-def request_from_land(_goal: Land.Goal, request: type[LandRequest] = LandRequest) -> LandRequest:
+def request_from_land(goal: Land.Goal, request: type[LandRequest] = LandRequest) -> LandRequest:
     """Return the request that a Land goal makes."""
-    return request()
+    return request(
+        target_topic=goal.target_topic,
+        target_required=goal.target_required,
+        retries=goal.retries,
+        search_height_m=goal.search_height,
+    )
 
 
 def request_from_return(
@@ -302,6 +307,11 @@ def result_of(make: Callable[..., M], finished: GoalFinished, stamp: Time, **mor
         total_elapsed_time=finished.elapsed_s,
         **more,
     )
+
+
+def land_result(make: Callable[..., M], finished: GoalFinished, stamp: Time) -> M:
+    """Return the result of a landing, with its distance from the target."""
+    return result_of(make, finished, stamp, lateral_error=_or_nan(finished.final_error_m))
 
 
 def flown_result(make: Callable[..., M], finished: GoalFinished, stamp: Time, **more: object) -> M:

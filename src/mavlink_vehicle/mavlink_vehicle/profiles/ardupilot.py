@@ -18,6 +18,7 @@ from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.equipment import EquipmentRules
 from mavlink_vehicle.profiles.profile import (
     FollowingLimits,
+    LandingTargetRules,
     MessageProperties,
     Profile,
     SetpointField,
@@ -170,6 +171,12 @@ COPTER = replace(
     ),
     hold_mode="BRAKE",
     land_mode="LAND",
+    # AC_PrecLand_Companion.cpp: another frame is ignored. Recorded with these parameters.
+    landing_target=LandingTargetRules(
+        "LAND",
+        mavlink.MAV_FRAME_BODY_FRD,
+        MappingProxyType({"PLND_ENABLED": 1.0, "PLND_TYPE": 1.0}),
+    ),
     missions=replace(_MISSIONS, yaw_command=True),
     # Rejected on the ground and in other modes.
     speed_command=SpeedCommand(1, frozenset({"GUIDED", "AUTO"})),
@@ -195,6 +202,8 @@ COPTER = replace(
     wanted_parameters=(
         *_FENCE_PARAMETERS,
         "GUID_TIMEOUT",
+        "PLND_ENABLED",
+        "PLND_TYPE",
         "RTL_SPEED",
         "WPNAV_SPEED",
         *_FOLLOWING.parameters,

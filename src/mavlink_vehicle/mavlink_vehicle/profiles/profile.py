@@ -171,6 +171,21 @@ class TakeoffRules:
 
 
 @dataclass(frozen=True)
+class LandingTargetRules:
+    """The rules of a firmware for landings on a target.
+
+    Attributes:
+        mode: the mode that lands on it.
+        frame: MAV_FRAME of the position in LANDING_TARGET; MAV_FRAME_BODY_FRD or _LOCAL_NED.
+        needed: parameters without whose values the message is ignored.
+    """
+
+    mode: str
+    frame: int
+    needed: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True)
 class MessageProperties:
     """The properties of what a firmware sends and expects.
 
@@ -210,6 +225,7 @@ class Profile:
         hold_mode: the mode that stops and holds by itself, without a pilot's sticks. A plane
             circles.
         land_mode: lands where it is.
+        landing_target: how it lands on a target; None: it does not.
         return_mode: returns to its launch point.
         mission_mode: flies the stored mission.
         missions: what it does with missions; None: that is not known.
@@ -254,6 +270,7 @@ class Profile:
     not_armed_in: frozenset[str] = frozenset()
     hold_mode: str | None = None
     land_mode: str | None = None
+    landing_target: LandingTargetRules | None = None
     return_mode: str | None = None
     mission_mode: str | None = None
     missions: MissionRules | None = None

@@ -18,6 +18,7 @@ from mavlink_vehicle.profiles import failsafe_settings
 from mavlink_vehicle.profiles.equipment import EquipmentRules
 from mavlink_vehicle.profiles.profile import (
     CommandAltitude,
+    LandingTargetRules,
     MessageProperties,
     ModePacking,
     Profile,
@@ -148,6 +149,8 @@ COPTER = replace(
     name="PX4 multicopter",
     kind=VehicleKind.COPTER,
     land_mode="AUTO.LAND",
+    # mavlink_receiver.cpp: a position in another frame is ignored.
+    landing_target=LandingTargetRules("AUTO.PRECLAND", mavlink.MAV_FRAME_LOCAL_NED),
     takeoff=TakeoffRules(
         form=TakeoffForm.AMSL,
         mode="AUTO.TAKEOFF",

@@ -15,6 +15,7 @@ STREAMED = frozenset(
         TaskOperation.TAKE_CONTROL,
         TaskOperation.HOLD,
         TaskOperation.LAND,
+        TaskOperation.LAND_ON_TARGET,
         TaskOperation.RETURN,
     }
 )
@@ -48,6 +49,7 @@ def begin_operation(vehicle: Vehicle, map_frame: MapFrame, intent: Perform, now:
         TaskOperation.DISARM: vehicle.disarm,
         TaskOperation.HOLD: vehicle.hold,
         TaskOperation.LAND: vehicle.land,
+        TaskOperation.LAND_ON_TARGET: vehicle.land_on_target,
         TaskOperation.RETURN: vehicle.return_to_launch,
         TaskOperation.START_MISSION: vehicle.missions.start,
         TaskOperation.CLEAR_MISSION: vehicle.missions.clear,

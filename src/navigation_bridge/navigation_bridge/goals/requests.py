@@ -252,7 +252,21 @@ class TakeoffRequest:
 
 @dataclass(frozen=True)
 class LandRequest:
-    """A goal of ``custom_interfaces/action/Land``."""
+    """A goal of ``custom_interfaces/action/Land`` as it was sent.
+
+    Attributes:
+        target_topic: name of a topic with the poses of a target to land on; empty for none.
+        target_required: whether the vehicle holds instead of landing without the target.
+        retries: how often it climbs and searches again once it has lost the target.
+        search_height_m: height above the ground at which it searches; 0 = as high as it is.
+        topic_types: types with which the topic is published; empty while nobody publishes it.
+    """
+
+    target_topic: str = ""
+    target_required: bool = False
+    retries: int = 0
+    search_height_m: float = 0.0
+    topic_types: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

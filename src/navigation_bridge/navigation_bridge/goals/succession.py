@@ -15,7 +15,14 @@ __all__ = ["successor"]
 
 # Modes in which a vehicle moves without setpoints, and operations that lead to one.
 _LEADING = frozenset({VehicleMode.LAND, VehicleMode.RETURN, VehicleMode.MISSION})
-_LEADS_TO = frozenset({TaskOperation.LAND, TaskOperation.RETURN, TaskOperation.START_MISSION})
+_LEADS_TO = frozenset(
+    {
+        TaskOperation.LAND,
+        TaskOperation.LAND_ON_TARGET,
+        TaskOperation.RETURN,
+        TaskOperation.START_MISSION,
+    }
+)
 _OF_ONE_MISSION = frozenset(
     {TaskOperation.UPLOAD_MISSION, TaskOperation.START_MISSION, TaskOperation.CLEAR_MISSION}
 )

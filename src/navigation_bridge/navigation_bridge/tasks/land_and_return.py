@@ -10,6 +10,7 @@ from navigation_bridge.goals.obstacle_admission import avoidance_of
 from navigation_bridge.goals.requests import LandRequest, ReturnRequest
 from navigation_bridge.names import LAND_ACTION_NAME, RETURN_ACTION_NAME
 from navigation_bridge.snapshot import Snapshot
+from navigation_bridge.tasks.target_landing import admit_on_target, check_target_landing
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_bridge.vehicle.traits import circle_radius_m
 from navigation_core.outcomes import OutcomeCode
@@ -72,8 +73,14 @@ def _warnings(goal: vehicle_led.VehicleLedGoal, snapshot: Snapshot) -> tuple[str
     return (text,)
 
 
-def _admit_land(_request: LandRequest, snapshot: Snapshot) -> Admitted | Rejection:
-    return _admit(vehicle_led.LAND, snapshot.profile.land_mode, snapshot)
+def _admit_land(request: LandRequest, snapshot: Snapshot) -> Admitted | Rejection:
+    admitted = _admit(vehicle_led.LAND, snapshot.profile.land_mode, snapshot)
+    if isinstance(admitted, Rejection):
+        return admitted
+    rejection = check_target_landing(request, snapshot)
+    if rejection is not None or not request.target_topic:
+        return rejection or admitted
+    return admit_on_target(request, snapshot)
 
 
 def _admit_return(_request: ReturnRequest, snapshot: Snapshot) -> Admitted | Rejection:

@@ -56,6 +56,7 @@ _GATED = frozenset(
         TaskOperation.TAKE_OFF,
         TaskOperation.RETURN,
         TaskOperation.LAND,
+        TaskOperation.LAND_ON_TARGET,
         TaskOperation.REPOSITION,
         TaskOperation.START_MISSION,
     }
@@ -194,7 +195,7 @@ class VehicleSeparation(Feature):
     ) -> Volume:
         if intent.kind is TaskOperation.RETURN:
             return own_volumes.return_home(view, at, self._return_height_m)
-        if intent.kind is TaskOperation.LAND:
+        if intent.kind in (TaskOperation.LAND, TaskOperation.LAND_ON_TARGET):
             return own_volumes.landing(view, at)
         if intent.kind is TaskOperation.REPOSITION and intent.target_enu_m is not None:
             if is_plane(at):

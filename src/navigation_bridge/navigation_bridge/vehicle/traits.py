@@ -179,10 +179,12 @@ def vehicle_mode(profile: Profile | None, name: str) -> VehicleMode:
     """Classify a mode by the autopilot's own name."""
     if profile is None or not name:
         return VehicleMode.OTHER
+    on_target = profile.landing_target
     for mode, known in (
         (VehicleMode.CONTROL, profile.control_mode),
         (VehicleMode.HOLD, profile.hold_mode),
         (VehicleMode.LAND, profile.land_mode),
+        (VehicleMode.LAND, None if on_target is None else on_target.mode),
         (VehicleMode.RETURN, profile.return_mode),
         (VehicleMode.MISSION, profile.mission_mode),
         (VehicleMode.TAKE_OFF, profile.takeoff.mode),

@@ -95,6 +95,7 @@ _WHAT = {
     TaskOperation.TAKE_OFF: "take off",
     TaskOperation.HOLD: "hold",
     TaskOperation.LAND: "land",
+    TaskOperation.LAND_ON_TARGET: "land on the target",
     TaskOperation.RETURN: "return to the launch point",
     TaskOperation.REPOSITION: "go to the target",
     TaskOperation.CHANGE_SPEED: "change the speed",

@@ -16,7 +16,7 @@ from navigation_core.tasks.traits import Traits
 # Of a replaced goal: what was sent arrives, and the vehicle would leave the control mode again.
 _NOT_TAKEN_BACK = (
     *(TaskOperation.DISARM, TaskOperation.HOLD, TaskOperation.LAND, TaskOperation.RETURN),
-    TaskOperation.START_MISSION,
+    *(TaskOperation.LAND_ON_TARGET, TaskOperation.START_MISSION),
 )
 
 

@@ -24,6 +24,7 @@ class TaskOperation(Enum):
     TAKE_OFF = "TAKE_OFF"
     HOLD = "HOLD"
     LAND = "LAND"
+    LAND_ON_TARGET = "LAND_ON_TARGET"
     RETURN = "RETURN"
     REPOSITION = "REPOSITION"
     CHANGE_SPEED = "CHANGE_SPEED"

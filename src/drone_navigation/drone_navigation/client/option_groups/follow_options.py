@@ -1,4 +1,4 @@
-"""Options of ``navigation_client follow``."""
+"""Options of ``navigation_client follow`` and ``navigation_client land``, which have a target."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import math
 
 from navigation_core.geometry import Vector3
 
-__all__ = ["add_follow"]
+__all__ = ["add_follow", "add_landing"]
 
-_SYSTEM_MAX = 255
+_SYSTEM_MAX, _RETRIES_MAX = 255, 255
 
 
 def add_follow(parser: argparse.ArgumentParser) -> None:
@@ -58,6 +58,33 @@ def add_follow(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_landing(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    parser.add_argument(
+        "--on",
+        default="",
+        metavar="TOPIC",
+        help="topic of a target's poses: PoseStamped, PoseWithCovarianceStamped or Odometry",
+    )
+    parser.add_argument(
+        "--required", action="store_true", help="hold instead of landing without the target"
+    )
+    parser.add_argument(
+        "--retries",
+        type=_retries,
+        default=0,
+        metavar="N",
+        help="climb and search again this often once the target is lost (default: 0)",
+    )
+    parser.add_argument(
+        "--search-height",
+        type=float,
+        default=0.0,
+        metavar="M",
+        help="height above the ground at which it searches (default: as high as it is)",
+    )
+
+
 def _system(text: str) -> int:
     if not text.isdecimal() or not 1 <= int(text) <= _SYSTEM_MAX:
         raise argparse.ArgumentTypeError(f"'{text}' is not a number from 1 to {_SYSTEM_MAX}")
@@ -72,3 +99,9 @@ def _offset(text: str) -> Vector3:
     if not all(math.isfinite(part) for part in (x, y, z)):
         raise argparse.ArgumentTypeError(f"'{text}' is not X,Y,Z in metres")
     return (x, y, z)
+
+
+def _retries(text: str) -> int:
+    if not text.isdecimal() or int(text) > _RETRIES_MAX:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0 to {_RETRIES_MAX}")
+    return int(text)

@@ -65,6 +65,7 @@ class VehicleLedGoal:
 
 
 LAND = VehicleLedGoal(TaskOperation.LAND, VehicleMode.LAND, "landing")
+LAND_ON_TARGET = VehicleLedGoal(TaskOperation.LAND_ON_TARGET, VehicleMode.LAND, "landing")
 RETURN_TO_LAUNCH = VehicleLedGoal(TaskOperation.RETURN, VehicleMode.RETURN, "return")
 
 
@@ -207,7 +208,7 @@ class VehicleLed(PhasedTask):
         if not self._traits.flies:
             return (way_m,)
         height_m = max(self._measures.height_m(observation), -_DEPTH_MAX_M)
-        if self._goal is LAND:
+        if self._goal is not RETURN_TO_LAUNCH:
             return (height_m,)
         return (way_m, height_m, max(_RETURN_HEIGHT_MAX_M - height_m, 0.0))
 
