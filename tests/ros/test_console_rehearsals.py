@@ -20,7 +20,7 @@ from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.processes import patient_s
 from tests.support.ros.ros_flight import new_domain
 
-_ORDER = Rehearse("/", (PageWaypoint((5.0, 0.0, 5.0), 0.0),), 0.0, 1, False, 7)
+_ORDER = Rehearse("/", (PageWaypoint((5.0, 0.0, 5.0), 0.0),), 0.0, 1, False, 0.0, 7)
 _WAIT_S = 30.0
 
 

@@ -751,7 +751,7 @@ def test_other_ros_does_not_reach_an_environment_made_from_wheels() -> None:
     ("typed", "offered"),
     [
         ("navigation_client ta", "takeoff"),
-        ("navigation_client land --se", "--server-timeout"),
+        ("navigation_client land --ser", "--server-timeout"),
         ("navigation_client --plan READ", "README.md"),
         ("navigation_server --che", "--check"),
         ("tlog_export --t", "--to"),

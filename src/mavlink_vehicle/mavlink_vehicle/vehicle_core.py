@@ -94,8 +94,7 @@ class VehicleCore(KnownVehicle):
         computer_status: the status of this computer for it.
         equipment: commands for cameras, gimbals, grippers and outputs.
         payload: what gimbal and camera report.
-        list_jobs: the transfer of a fence or of rally points; `Vehicle.storage` begins it.
-        parameter_jobs: the job on parameters; `Vehicle.storage` begins it.
+        list_jobs, parameter_jobs: transfers, which `Vehicle.storage` begins.
         services: all of them.
     """
 

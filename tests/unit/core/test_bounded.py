@@ -15,6 +15,8 @@ import pytest
 from navigation_core.geometry import Vector3
 from navigation_core.tasks.flying.goto import GotoConfig, GotoGoal, fly_to
 from navigation_core.tasks.flying.route import fly_route
+from navigation_core.tasks.flying.target_landing import TargetLanding, TargetLandingGoal
+from navigation_core.tasks.inputs.tracked_target import TrackedTarget
 from navigation_core.tasks.intents import Intent, Outcome, Perform
 from navigation_core.tasks.leading.flight_terms import FlightTerms
 from navigation_core.tasks.observation import (
@@ -65,6 +67,10 @@ TASKS: dict[str, Callable[[], Task]] = {
     "mission of a plane": lambda: FlyMission(Route(waypoints(50.0), 1), CONFIG, PLANE),
     "plane": lambda: FlyPlane(Route(waypoints(50.0, 20.0), 2), CONFIG, PLANE, 40.0),
     "landing": lambda: VehicleLed(LAND, CONFIG, COPTER),
+    "landing on a target": lambda: TargetLanding(TargetLandingGoal(False, 1), FlightTerms(CONFIG)),
+    "landing without its target": lambda: TargetLanding(
+        TargetLandingGoal(True, 1, 20.0), FlightTerms(CONFIG)
+    ),
     "landing of a plane": lambda: VehicleLed(LAND, CONFIG, PLANE),
     "return": lambda: VehicleLed(RETURN_TO_LAUNCH, CONFIG, COPTER),
     "return of a rover": lambda: VehicleLed(RETURN_TO_LAUNCH, CONFIG, ROVER),
@@ -76,6 +82,7 @@ _MODES = {
     TaskOperation.REPOSITION: VehicleMode.CONTROL,
     TaskOperation.HOLD: VehicleMode.HOLD,
     TaskOperation.LAND: VehicleMode.LAND,
+    TaskOperation.LAND_ON_TARGET: VehicleMode.LAND,
     TaskOperation.RETURN: VehicleMode.RETURN,
     TaskOperation.START_MISSION: VehicleMode.MISSION,
 }
@@ -88,6 +95,7 @@ class Hostile:
     motion: str
     withheld: TaskOperation | None = None
     flies: bool = True
+    sees_target: bool = False
     armed: bool = False
     airborne: bool = False
     mode: VehicleMode = VehicleMode.OTHER
@@ -144,6 +152,7 @@ class Hostile:
             mode=self.mode,
             home_enu_m=(-300.0, -300.0, 0.0),
             mission=MissionReport(self.now, 0, frozenset(), False),
+            followed=TrackedTarget(self.now, (1.0, 1.0, 0.0)) if self.sees_target else None,
         )
 
     def obey(self, intent: Intent) -> None:
@@ -183,7 +192,8 @@ def run(
     """Run a task to its end, which must come."""
     task, flies = TASKS[name](), name not in DRIVES
     begins_in_air = begins_in_air and flies
-    vehicle = Hostile(motion, withheld, flies, armed=begins_in_air, airborne=begins_in_air)
+    sees = name == "landing on a target"
+    vehicle = Hostile(motion, withheld, flies, sees, armed=begins_in_air, airborne=begins_in_air)
     if begins_in_air:
         vehicle.position = (0.0, 0.0, 30.0)
     elif name.startswith("return"):

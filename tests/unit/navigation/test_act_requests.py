@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from drone_navigation.client.client_goal import _message
+from drone_navigation.message_forms.waypoint_messages import waypoint_message
 from drone_navigation.server.conversions import _waypoint
 from mavlink_vehicle.profiles import Profile, ardupilot, px4
 from navigation_bridge.goals.act_requests import check_equipment, resolve_acts
@@ -48,7 +48,7 @@ EACH = (
 
 
 def test_each_act_reaches_the_core_as_it_was_sent() -> None:
-    sent = _waypoint(_message(replace(PLACE, acts=EACH)))
+    sent = _waypoint(waypoint_message(replace(PLACE, acts=EACH)))
     assert sent.acts == EACH
     assert check_waypoint(sent) is None
     assert resolve_acts(sent, lambda place: (place[0] + 1.0, place[1], place[2])) == (

@@ -23,6 +23,7 @@ WORDS = {
     "parameters": ["list"],
     "orbit": ["30", "-10", "--radius", "-8"],
     "point": ["--release"],
+    "survey": ["--boundary", "0,0 9,0 9,9", "--height", "5", "--spacing", "3"],
 }
 """The arguments that a command needs"""
 
@@ -125,7 +126,7 @@ def test_takeoff_takes_a_height_and_mode_a_name(capsys: pytest.CaptureFixture[st
     ("arguments", "sentence"),
     [
         (["lnad"], "'lnad' is not a command; did you mean 'land'?"),
-        (["xyzzy"], "give one of follow, orbit, takeoff, land"),
+        (["xyzzy"], "give one of follow, orbit, survey, takeoff, land"),
         (["--laps", "2"], "--laps needs a route; give --plan or --waypoints as well."),
         (["--goal", "1", "2", "3", "--mission"], "--mission needs a route"),
         (["--plan", "a.plan", "--laps", "-1"], "--laps is -1"),

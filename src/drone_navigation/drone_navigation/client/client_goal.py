@@ -127,7 +127,7 @@ def _follow(options: argparse.Namespace) -> ClientGoal:
 
 def _survey(options: argparse.Namespace) -> ClientGoal:
     # With the planner of surveys, which would double what the client itself takes to start.
-    from drone_navigation.client.option_groups.survey_options import survey_request  # noqa: PLC0415
+    from drone_navigation.client.option_groups.asked_survey import survey_request  # noqa: PLC0415
     from navigation_bridge.goals.surveys import SurveyRoute, compute_survey  # noqa: PLC0415
     from navigation_bridge.plan_files.routes import PlannedRoute  # noqa: PLC0415
 

@@ -5,18 +5,9 @@ from __future__ import annotations
 import argparse
 import math
 
-from navigation_bridge.goals.requests import AltitudeReference
-from navigation_bridge.goals.surveys import Camera, SurveyRequest
+__all__ = ["SURVEY_FRAMES", "add_survey"]
 
-__all__ = ["add_survey", "survey_request"]
-
-_FRAMES = {
-    "map": None,
-    "above_home": AltitudeReference.HOME,
-    "above_ground": AltitudeReference.GROUND,
-    "amsl": AltitudeReference.AMSL,
-}
-_MM, _PERCENT = 1e-3, 1e-2
+SURVEY_FRAMES = ("map", "above_home", "above_ground", "amsl")
 
 
 def add_survey(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +30,7 @@ def add_survey(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--frame",
         dest="survey_frame",
-        choices=tuple(_FRAMES),
+        choices=SURVEY_FRAMES,
         default="map",
         help="map, or latitude and longitude with heights above home, above the ground or amsl",
     )
@@ -87,30 +78,6 @@ def add_survey(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mission", action="store_true", help="upload a mission, which the autopilot flies"
-    )
-
-
-def survey_request(options: argparse.Namespace) -> SurveyRequest:
-    """Return what is to be computed."""
-    camera = None
-    if options.camera is not None:
-        width_mm, height_mm, focal_mm = options.camera
-        side, front = options.overlap
-        camera = Camera(
-            _MM * width_mm, _MM * height_mm, _MM * focal_mm, _PERCENT * side, _PERCENT * front
-        )
-    return SurveyRequest(
-        options.boundary,
-        tuple(options.hole),
-        _FRAMES[options.survey_frame],
-        options.height,
-        options.spacing,
-        camera,
-        math.radians(options.angle),
-        options.entry,
-        options.overrun,
-        options.radius,
-        **({"speed_m_s": options.speed} if options.speed else {}),
     )
 
 
