@@ -80,13 +80,13 @@ class Engine:
 
     def look(self, now: float, goal: ActiveGoal | None = None) -> Snapshot:
         """Return all that is known now, for a goal or for admission."""
-        parts = self._parts
+        parts, vehicle = self._parts, self._parts.vehicle
         traffic = self._features.traffic if self._features.in_turns else None
         if goal is None:
             return parts.observer.look(now, traffic=traffic)
-        overtaken, taken = parts.overtaken, goal.takeover is not None
-        state, change = parts.vehicle.state, parts.vehicle.stations.mission_change
-        mission = None if goal.mission is None else goal.mission.report(state, change)
+        overtaken, taken, mission = parts.overtaken, goal.takeover is not None, None
+        if goal.mission is not None:
+            mission = goal.mission.report(vehicle.state, vehicle.stations.mission_change)
         requested = parts.parking.operation_id is not None or overtaken.operation_id is not None
         return parts.observer.look(
             now,

@@ -39,7 +39,7 @@ def _act(act: ActRequest) -> WaypointAct:
         pulse=act.pulse_us,
         duration=act.duration_s,
     )
-    # What a file was read into has none of the unknown numbers of a message.
+    # Acts from a file, or of a survey, have none of the unknown numbers of a message.
     assert act.kind is not None
     assert act.point is not None
     message.kind, message.point = act.kind.value, act.point.value

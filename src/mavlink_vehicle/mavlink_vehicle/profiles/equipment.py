@@ -44,7 +44,7 @@ class EquipmentCommand:
 
 @dataclass(frozen=True)
 class EquipmentRules:
-    """What a firmware expects of commands for its equipment.
+    """The commands that a firmware expects for its equipment.
 
     Attributes:
         absent: by what may be missing ("camera", "gimbal", "gripper") the parameter that says so,

@@ -35,7 +35,7 @@ class NavigateRequest:
 
 
 class ActKind(Enum):
-    """What is done at a waypoint, by the numbers of ``custom_interfaces/msg/WaypointAct``."""
+    """Kinds of acts at a waypoint, by the numbers of ``custom_interfaces/msg/WaypointAct``."""
 
     PHOTO = 0
     TRIGGER_DISTANCE = 1

@@ -28,7 +28,7 @@ class SurveyAreaError(ValueError):
 
 @dataclass(frozen=True)
 class SurveyArea:
-    """What is covered.
+    """An area that is covered.
 
     Attributes:
         outline: the boundary without its holes.

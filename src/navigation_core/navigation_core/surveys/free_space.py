@@ -12,7 +12,7 @@ __all__ = ["FreeSpace"]
 
 # Ways lead past simplified corners: so much more is kept from a hole, and so much less of a border.
 _SIMPLER_SHARE = 0.1
-# What is covered up to an edge touches it.
+# Lines end at the edge of the space, and count as inside by this.
 _TOUCH_M = 1e-6
 
 

@@ -30,7 +30,7 @@ class EquipmentCommands(Slot[CommandExchange]):
     """Sends commands for equipment; each request ends in one `EquipmentAnswered`."""
 
     handles = (mavlink.MAVLink_command_ack_message,)
-    # Who asks takes the answer in the same turn, also where no message brought it.
+    # The answer is taken in the turn of the request, also where no message brought it.
     asked_directly = True
 
     def __init__(self, address: Callable[[], Address | None], timing: CommandTiming) -> None:
