@@ -129,11 +129,12 @@ def test_delays_turns_and_loitering_belong_to_waypoints(plan_file: Path) -> None
     assert route.notes == ("1 camera and gimbal items are skipped.",)
 
 
-def test_a_survey_is_flown_by_the_items_it_contains(plan_file: Path) -> None:
+@pytest.mark.parametrize("kind", ["survey", "CorridorScan", "StructureScan"])
+def test_a_survey_is_flown_by_the_items_it_contains(plan_file: Path, kind: str) -> None:
     transects = {"Items": [simple(), simple(MOUNT), simple()]}
     survey = {
         "type": "ComplexItem",
-        "complexItemType": "survey",
+        "complexItemType": kind,
         "TransectStyleComplexItem": transects,
     }
     assert len(read(plan_file, plan(survey)).waypoints) == 2
