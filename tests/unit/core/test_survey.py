@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from navigation_core.surveys.area import Corners, SurveyArea, SurveyAreaError, area_of
@@ -71,6 +71,7 @@ def test_everything_is_covered_and_no_hole_is_entered(
     assert survey.length_m < 1.6 * area.area_m2 / survey.spacing_m
 
 
+@example([20.0] * 5, 0.0, 5.0, 14.0).via("a hole nearer to the border than a line's half width")
 @given(
     radii=st.lists(st.floats(20.0, 80.0), min_size=5, max_size=12),
     angle_rad=st.floats(0.0, math.pi),

@@ -5,7 +5,8 @@ as far as the strip's part of the area reaches, so that also its corners are cov
 border a line ends up to half a spacing divided by the tangent of the angle outside of the area.
 Holes are not entered: a line ends half a spacing before one, and what is left there is covered by
 a way around the hole at that distance. (A point that a line does not reach is nearer to the hole
-than a spacing.)
+than a spacing.) A gap between two holes that is narrower than a spacing is not
+entered, and not covered.
 """
 
 from __future__ import annotations
@@ -110,7 +111,8 @@ def lines_at(area: SurveyArea, angle_rad: float, spacing_m: float, overrun_m: fl
     ]
     back = _turned_by(angle_rad)
     cells = [Cell(tuple(back(line) for line in lines)) for lines in _cells(rows)]
-    ways = shapely.intersection(kept_clear.boundary, outline)
+    # Between a hole and a border that is near, the way around is outside of the border.
+    ways = shapely.intersection(kept_clear.boundary, outline.buffer(height_m / 2.0))
     cells += [
         Cell((back(shapely.get_coordinates(way)),), is_way_around=True)
         for way in shapely.get_parts(shapely.line_merge(ways))
