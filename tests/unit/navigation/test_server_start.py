@@ -12,7 +12,7 @@ from tests.support.processes import HANGS_AFTER_S
 ROOT = Path(__file__).resolve().parents[3]
 
 # Each takes a share of the start that only some runs need, or needs it not before a flight.
-HEAVY = {"jsonschema", "matplotlib", "mcap", "pandas", "pyarrow", "rich", "serial"}
+HEAVY = {"jsonschema", "matplotlib", "mcap", "pandas", "pyarrow", "rich", "serial", "shapely"}
 SCIPY = {"scipy.ndimage", "scipy.sparse", "scipy.spatial"}
 
 LOADED = """
