@@ -431,8 +431,11 @@ EFFECTS: dict[str, dict[str, Effect]] = {
     },
 }
 REFUSED = {
+    "DO_GIMBAL_MANAGER_CONFIGURE": "there is no gimbal",
+    "DO_GIMBAL_MANAGER_PITCHYAW": "there is no gimbal",
     "DO_GRIPPER": "there is none",
     "DO_MOUNT_CONTROL": "there is none",
+    "IMAGE_START_CAPTURE": "there is no camera",
     "VIDEO_START_CAPTURE": "there is no camera",
 }
 REFUSED_BY = {
@@ -444,6 +447,7 @@ REFUSED_BY = {
 WITHOUT_EFFECT = {
     **dict.fromkeys(("DO_SET_RELAY", "DO_REPEAT_RELAY", "DO_REPEAT_SERVO"), "nothing is connected"),
     "DO_DIGICAM_CONTROL": "the firmware accepts it without a camera, too",
+    "IMAGE_STOP_CAPTURE": "no photos are being taken by time",
     "DO_SET_CAM_TRIGG_DIST": "the firmware accepts it without a camera, too",
     **dict.fromkeys(
         ("DO_START_MAG_CAL", "DO_ACCEPT_MAG_CAL", "DO_CANCEL_MAG_CAL"), "nobody turns the vehicle"

@@ -169,8 +169,16 @@ TAKE_NO_NUMBERS = {
 
 @pytest.mark.parametrize(("vehicle", "autopilot"), PERSONALITIES)
 def test_a_command_without_a_number_in_any_field_is_rejected(vehicle: str, autopilot: str) -> None:
-    """Unless it takes none. PX4 takes off and orbits by its usual numbers when none are given."""
-    takes_usual = {mav.MAV_CMD_NAV_TAKEOFF, mav.MAV_CMD_DO_ORBIT, FIGURE_EIGHT}
+    """Unless it takes none.
+
+    PX4 has usual numbers for a take-off and an orbit, and leaves an output as it is without one.
+    """
+    takes_usual = {
+        mav.MAV_CMD_NAV_TAKEOFF,
+        mav.MAV_CMD_DO_ORBIT,
+        FIGURE_EIGHT,
+        mav.MAV_CMD_DO_SET_ACTUATOR,
+    }
     usual = takes_usual if autopilot == "px4" else set()
     may = TAKE_NO_NUMBERS | usual
     station = under_way(vehicle, autopilot)

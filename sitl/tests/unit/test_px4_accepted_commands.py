@@ -125,6 +125,7 @@ CASES = {
 FASTER = Case(going, (0.0, 19.0, -1.0), seconds=6.0)
 """DO_CHANGE_SPEED of a plane: airspeed"""
 WITHOUT_EFFECT = {
+    187: "nothing is connected to the outputs",
     191: "no landing of a plane can be broken off here",
     195: "there is no camera, and PX4 turns no vehicle to a region of interest outside of missions",
     197: "the same",
@@ -137,6 +138,8 @@ SILENT = {
     206: "for a camera trigger, which is not there",
     211: "for a gripper, which is not there",
     521: "for a camera, which is not there",
+    1000: "for a gimbal, which is not there",
+    1001: "for a gimbal, which is not there",
     3000: "for vehicles with wings and rotors",
 }
 

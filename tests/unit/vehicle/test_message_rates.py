@@ -149,7 +149,7 @@ def test_a_vehicle_that_is_busy_is_asked_again() -> None:
     assert not rates.refusals
 
 
-def test_what_was_granted_and_comes_more_rarely_or_not_is_asked_for_once() -> None:
+def test_what_was_granted_is_asked_for_once_and_once_more_if_nothing_comes() -> None:
     """A PX4 sends CURRENT_MODE at 2 Hz at most; a LOCAL_POSITION_NED waits for the estimator."""
     rates = make_rates(CURRENT_MODE=10.0, LOCAL_POSITION_NED=20.0)
     autopilot = Autopilot(rates)
@@ -157,8 +157,22 @@ def test_what_was_granted_and_comes_more_rarely_or_not_is_asked_for_once() -> No
     autopilot.intervals_s[436], autopilot.next_s[436] = 0.5, 0.0
     rates.resume(ADDRESS, frozenset(), 0.0)
     autopilot.run(LONG_S)
-    assert len(autopilot.asked) == 2
+    assert autopilot.asked_for("CURRENT_MODE") == 1
+    assert autopilot.asked_for("LOCAL_POSITION_NED") == 2
     assert not rates.refusals
+
+
+def test_an_answer_that_was_meant_for_another_request_loses_no_message() -> None:
+    """An ACK does not name its message: on a bad link it may be a copy of the one before."""
+    rates = make_rates(LOCAL_POSITION_NED=20.0)
+    autopilot = Autopilot(rates)
+    autopilot.frozen.add(32)
+    rates.resume(ADDRESS, frozenset(), 0.0)
+    autopilot.run(1.0)
+    autopilot.frozen.clear()
+    autopilot.run(20.0)
+    assert autopilot.asked_for("LOCAL_POSITION_NED") == 2
+    assert autopilot.intervals_s[32] == pytest.approx(0.05)
 
 
 def test_a_rate_that_has_fallen_is_asked_for_again_once() -> None:

@@ -115,6 +115,15 @@ class _Wish:
         self.window_start_s = now
         self.received = 0
 
+    def _is_doubtful(self) -> bool:
+        """Whether it was ACCEPTED, and nothing comes.
+
+        An answer does not name its message: on a bad link it may be the copy of one to the request
+        before. Some messages never come, so it is asked for only once more.
+        """
+        nothing_comes = self.refusal is None and self.measured_hz == 0.0
+        return nothing_comes and self.answers == 1 and not self.optional
+
     def judge(self, now: float) -> bool:
         """End a window and begin the next; return whether the message must be asked for."""
         self.measured_hz = self.received / (now - self.window_start_s)
@@ -126,6 +135,8 @@ class _Wish:
             if not self.settled:
                 return True
         if self.usual_hz is None:
+            if self._is_doubtful():
+                return True
             if self.group is not None and not comes and self.attempts < _GROUP_ATTEMPTS:
                 return True
             self.usual_hz = self.measured_hz
