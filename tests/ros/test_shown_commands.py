@@ -34,7 +34,7 @@ PAGES = sorted(
     ]
 )  # fmt: skip
 TARGETS = re.findall(r"^([a-z0-9-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
-OWN_PORTS = ("14550", "14551", "5760")
+OWN_PORTS = ("14540", "14550", "14551", "5760")
 NO_SERVER, USAGE = 5, 2
 LIMIT_S = 300.0
 pytestmark = [
