@@ -26,7 +26,7 @@ LAKE = ((18.0, 15.0), (26.0, 15.0), (26.0, 23.0), (18.0, 23.0))
 def test_the_track_covers_the_area_and_leaves_the_hole(vehicle: str, autopilot: str) -> None:
     simulated = VehicleConfig(vehicle=vehicle, autopilot=autopilot, ready_after_s=1.0)
     flight = SimulatedFlight(simulated=simulated).ready()
-    # What drives swings out at turns.
+    # Rovers swing out at turns.
     radius_m = 0.0 if vehicle == "copter" else 2.0
     height_m = 5.0 if vehicle == "copter" else 0.0
     route = compute_survey(

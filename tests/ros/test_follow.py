@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from geometry_msgs.msg import PoseStamped, TransformStamped, TwistStamped
-from tf2_msgs.msg import TFMessage
+from geometry_msgs.msg import TwistStamped
 
 from custom_interfaces.action import Follow, Takeoff
 from custom_interfaces.msg import GoalCode, GoalEvent
 from navigation_bridge.names import SERVER_NODE_NAME
 from tests.support.processes import Process
 from tests.support.ros.ros_flight import Flight
+from tests.support.ros.target_publisher import TargetPublisher
 
 pytestmark = [pytest.mark.wide, pytest.mark.xdist_group("ros_orbit")]
 CLIENT = ["python", "-m", "drone_navigation.navigation_client"]
@@ -27,38 +27,11 @@ def flight(tmp_path: Path) -> Iterator[Flight]:
     made.close()
 
 
-class Target:
-    """Publishes poses and transforms at 10 Hz, 12 m to the east and 5 m to the north."""
-
-    def __init__(self, flight: Flight) -> None:
-        self._clock = flight.node.get_clock()
-        self._poses = flight.advertise(PoseStamped, "/target", 10)
-        self._twists = flight.advertise(TwistStamped, "/twist", 10)
-        self._transforms = flight.advertise(TFMessage, "/tf", 10)
-        self._timer = flight.node.create_timer(0.1, self._publish)
-        self.is_silent = False
-
-    def _publish(self) -> None:
-        if self.is_silent:
-            return
-        stamp = self._clock.now().to_msg()
-        pose = PoseStamped()
-        pose.header.stamp, pose.header.frame_id = stamp, "field"
-        pose.pose.position.x = 2.0
-        self._poses.publish(pose)
-        field = TransformStamped(child_frame_id="field")
-        field.header.stamp, field.header.frame_id = stamp, "map"
-        field.transform.translation.x, field.transform.translation.y = 10.0, 5.0
-        tag = TransformStamped(child_frame_id="tag")
-        tag.header.stamp, tag.header.frame_id = stamp, "field"
-        tag.transform.translation.x = 2.0
-        self._transforms.publish(TFMessage(transforms=[field, tag]))
-
-
 def test_a_topic_and_a_frame_are_followed_and_another_type_is_rejected(flight: Flight) -> None:
     events: list[GoalEvent] = []
     flight.subscribe(GoalEvent, f"{SERVER_NODE_NAME}/goal_events", events.append, 10)
-    target = Target(flight)
+    flight.advertise(TwistStamped, "/twist", 10)
+    target = TargetPublisher(flight, (10.0, 5.0))
     assert flight.wait_for_result(flight.send(Takeoff.Goal(height=5.0))).success
     goal = Follow.Goal(pose_topic="/twist", max_duration=6.0, lost_timeout=3.0)
     goal.offset.x, goal.offset.z, goal.offset_frame = -5.0, 5.0, Follow.Goal.OFFSET_MAP

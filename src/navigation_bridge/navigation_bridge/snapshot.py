@@ -111,6 +111,11 @@ class Snapshot(Observation):
         return Bounds(self.config.volume, self.config.safety.fence_margin_m)
 
     @property
+    def knows_obstacles(self) -> bool:
+        """Whether any obstacle may be known: then what plans no path before avoids them."""
+        return self.has_sensor or bool(self.known_obstacles)
+
+    @property
     def speed_max_m_s(self) -> float:
         """Maximum requested speed; higher for a plane."""
         if not self.traits.hovers:

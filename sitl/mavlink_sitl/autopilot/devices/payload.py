@@ -23,7 +23,7 @@ LEAVE, SELF, RELEASE = -1, -2, -3
 
 
 class Payload:
-    """What one vehicle carries, from one power-up to the next.
+    """Camera, gimbal and gripper of one vehicle, from one power-up to the next.
 
     Attributes:
         photos: how many photos were taken.

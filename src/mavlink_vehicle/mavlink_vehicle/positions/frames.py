@@ -96,6 +96,25 @@ def quaternion_multiply(left: Quaternion, right: Quaternion) -> Quaternion:
     )
 
 
+def quaternion_inverse(quaternion: Quaternion) -> Quaternion:
+    """Return the turn back of a unit quaternion."""
+    w, x, y, z = quaternion
+    return (w, -x, -y, -z)
+
+
+def quaternion_turn(quaternion: Quaternion, vector: Vector3) -> Vector3:
+    """Return a vector turned by a unit quaternion."""
+    half = quaternion_multiply(quaternion, (0.0, *vector))
+    _, x, y, z = quaternion_multiply(half, quaternion_inverse(quaternion))
+    return (x, y, z)
+
+
+def yaw_of_quaternion(quaternion: Quaternion) -> float:
+    """Return the yaw of a turn, about the third axis, in radians from -pi to pi."""
+    w, x, y, z = quaternion
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
 def quaternion_ned_frd_to_enu_flu(quaternion: Quaternion) -> Quaternion:
     """Turn an attitude FRD -> NED (MAVLink) into FLU -> ENU (REP-103).
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 
-from mavlink_vehicle.positions.frames import enu_to_ned
+from mavlink_vehicle.positions.frames import enu_to_ned, quaternion_inverse, quaternion_turn
 from mavlink_vehicle.protocols.streams.landing_target import SeenTarget
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.names import LAND_ACTION_NAME
 from navigation_bridge.requests.feature import Feature
 from navigation_bridge.snapshot import Snapshot
-from navigation_core.geometry import Vector3, subtract
+from navigation_core.geometry import subtract
 from navigation_core.outcomes import OutcomeCode
 
-__all__ = ["LandingTargets", "along_axes"]
+__all__ = ["LandingTargets"]
 
 # At most 20 Hz: both firmwares were seen to land with 10 Hz.
 _PERIOD_S = 0.05
@@ -51,20 +51,9 @@ class LandingTargets(Feature):
         if target is None or rules is None or pose is None or target.age_s(now) > _AGE_MAX_S:
             return
         away_enu_m = subtract(target.position_enu_m, pose.position_enu_m)
-        forward, left, up = along_axes(away_enu_m, pose.orientation_xyzw)
+        x, y, z, w = pose.orientation_xyzw
+        forward, left, up = quaternion_turn(quaternion_inverse((w, x, y, z)), away_enu_m)
         local_ned_m = enu_to_ned(target.position_enu_m)
         seen = SeenTarget(target.measured_s, local_ned_m, (forward, -left, -up))
         if self.parts.vehicle.landing_target.offer(seen, rules):
             self._due_s = now + _PERIOD_S
-
-
-def along_axes(vector_enu: Vector3, orientation_xyzw: tuple[float, float, float, float]) -> Vector3:
-    """Return a vector of the map along forward, left and up of a body with an orientation."""
-    x, y, z, w = orientation_xyzw
-    e, n, u = vector_enu
-    # The columns of the body's rotation matrix are its axes in the map.
-    return (
-        (1.0 - 2.0 * (y * y + z * z)) * e + 2.0 * (x * y + w * z) * n + 2.0 * (x * z - w * y) * u,
-        2.0 * (x * y - w * z) * e + (1.0 - 2.0 * (x * x + z * z)) * n + 2.0 * (y * z + w * x) * u,
-        2.0 * (x * z + w * y) * e + 2.0 * (y * z - w * x) * n + (1.0 - 2.0 * (x * x + y * y)) * u,
-    )

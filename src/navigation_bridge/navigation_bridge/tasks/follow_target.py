@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 from navigation_bridge.goals.admitted import Admitted, FlightPlan
 from navigation_bridge.goals.obstacle_admission import avoidance_of
@@ -12,6 +11,7 @@ from navigation_bridge.goals.requests import FollowRequest, FollowYaw, OffsetFra
 from navigation_bridge.names import FOLLOW_ACTION_NAME
 from navigation_bridge.snapshot import LocatedSnapshot
 from navigation_bridge.tasks.steering_admission import check_steered
+from navigation_bridge.tasks.target_admission import topic_fault
 from navigation_bridge.tasks.task_kind import TaskKind
 from navigation_core.geometry import norm
 from navigation_core.outcomes import OutcomeCode
@@ -27,21 +27,12 @@ from navigation_core.tasks.steering.target_guide import (
 )
 from navigation_core.tasks.task import Task
 
-__all__ = ["FOLLOW_TARGET", "TARGET_TYPES"]
-
-TARGET_TYPES = (
-    "geometry_msgs/msg/PoseStamped",
-    "geometry_msgs/msg/PoseWithCovarianceStamped",
-    "nav_msgs/msg/Odometry",
-)
-"""Types of a topic with the poses of a target."""
+__all__ = ["FOLLOW_TARGET"]
 
 _LOST_TIMEOUT_S, _LOST_TIMEOUT_MAX_S = 10.0, 600.0
 # To catch typing errors.
 _OFFSET_MAX_M = 500.0
 _SYSTEM_MAX = 255
-# Names of topics by ROS 2, without substitutions in braces.
-_NAME = re.compile(r"(?:~?/)?[A-Za-z_]\w*(?:/[A-Za-z_]\w*)*", re.ASCII)
 _YAWS = {
     FollowYaw.TARGET: YawRule.TARGET,
     FollowYaw.TANGENT: YawRule.TANGENT,
@@ -53,21 +44,17 @@ def _check_source(request: FollowRequest, snapshot: LocatedSnapshot) -> Rejectio
     """Return why a target has no source, or more than one, or None."""
     source, text = request.source, None
     given = [bool(source.topic), bool(source.frame), source.system_id != 0]
-    others = [name for name in request.topic_types if name not in TARGET_TYPES]
     if sum(given) != 1:
         text = (
             f"{sum(given)} of pose_topic, tracked_frame and target_system are given; give exactly "
             "one."
         )
-    elif source.topic and ("__" in source.topic or not _NAME.fullmatch(source.topic)):
-        text = f"pose_topic '{source.topic}' is no name of a topic."
+    elif source.topic:
+        text = topic_fault("pose_topic", source.topic, request.topic_types)
     elif not 0 <= source.system_id <= _SYSTEM_MAX:
         text = f"target_system is {source.system_id}; give 1 to {_SYSTEM_MAX}."
     elif source.system_id and source.system_id == snapshot.state.system_id:
         text = f"target_system is {source.system_id}, which is this vehicle's own."
-    elif others:
-        names = ", ".join(TARGET_TYPES)
-        text = f"pose_topic '{source.topic}' is of the type {others[0]}; give one of {names}."
     return None if text is None else Rejection(OutcomeCode.INVALID_TARGET, text)
 
 
@@ -140,8 +127,7 @@ def _admit(request: FollowRequest, snapshot: LocatedSnapshot) -> Admitted | Reje
     asked_m_s = min(request.max_speed_m_s, snapshot.speed_max_m_s)
     speed_m_s = asked_m_s or goto.limits.speed_horizontal_m_s
     # The path is not known before: avoidance is on as soon as any obstacle may be.
-    knows_obstacles = snapshot.has_sensor or bool(snapshot.known_obstacles)
-    avoidance = avoidance_of(knows_obstacles, snapshot)
+    avoidance = avoidance_of(snapshot.knows_obstacles, snapshot)
 
     def make_task(handover: Handover) -> Task:
         flight = FlightTerms(goto, handover, traits, avoidance)

@@ -30,8 +30,7 @@ def _admit(request: VelocityRequest, snapshot: LocatedSnapshot) -> Admitted | Re
     asked_m_s = min(request.max_speed_m_s, snapshot.speed_max_m_s)
     speed_m_s = asked_m_s or goto.limits.speed_horizontal_m_s
     # A client that steers plans no path: avoidance is on as soon as any obstacle may be known.
-    knows_obstacles = snapshot.has_sensor or bool(snapshot.known_obstacles)
-    avoidance = avoidance_of(knows_obstacles, snapshot)
+    avoidance = avoidance_of(snapshot.knows_obstacles, snapshot)
 
     def make_task(handover: Handover) -> Task:
         return FollowVelocity(

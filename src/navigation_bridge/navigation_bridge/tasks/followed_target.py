@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import ClassVar
 
 from mavlink_vehicle.codec import Message, mavlink
-from mavlink_vehicle.positions.frames import ned_to_enu, yaw_ned_to_enu
+from mavlink_vehicle.positions.frames import ned_to_enu, yaw_ned_to_enu, yaw_of_quaternion
 from navigation_bridge.goals.active_goal import ActiveGoal
 from navigation_bridge.goals.goal import LogLevel
 from navigation_bridge.goals.requests import TargetSource
@@ -120,8 +120,7 @@ class FollowedTarget(Feature):
             velocity = ned_to_enu((north, east, down))
         if message.est_capabilities & _HAS_ATTITUDE:
             w, x, y, z = message.attitude_q
-            yaw_ned = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-            yaw = yaw_ned_to_enu(yaw_ned)
+            yaw = yaw_ned_to_enu(yaw_of_quaternion((w, x, y, z)))
         place = self._place(message.lat, message.lon, message.alt)
         return TargetSample(now, place, velocity, yaw)
 

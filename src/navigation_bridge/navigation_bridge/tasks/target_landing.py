@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
 
 from navigation_bridge.goals.admitted import Admitted
 from navigation_bridge.goals.obstacle_admission import avoidance_of
 from navigation_bridge.goals.point_requests import volume_for
 from navigation_bridge.goals.requests import LandRequest, TargetSource
 from navigation_bridge.snapshot import Snapshot
-from navigation_bridge.tasks.follow_target import TARGET_TYPES
+from navigation_bridge.tasks.target_admission import topic_fault
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection, check_target
 from navigation_core.tasks.flying.target_landing import TargetLanding, TargetLandingGoal
@@ -20,27 +19,22 @@ from navigation_core.tasks.task import Task
 
 __all__ = ["admit_on_target", "check_target_landing"]
 
-# Names of topics by ROS 2, without substitutions in braces.
-_TOPIC_NAME = re.compile(r"(?:~?/)?[A-Za-z_]\w*(?:/[A-Za-z_]\w*)*", re.ASCII)
-
 
 def check_target_landing(request: LandRequest, snapshot: Snapshot) -> Rejection | None:
     """Return why a target is not landed on with these numbers and this vehicle, or None."""
     topic, height_m = request.target_topic, request.search_height_m
-    others = [name for name in request.topic_types if name not in TARGET_TYPES]
     if not math.isfinite(height_m) or height_m < 0.0:
         text = f"search_height is {height_m:g} m; give 0 (as high as the vehicle is) or more."
         return Rejection(OutcomeCode.INVALID_NUMBER, text)
     if not topic and (request.target_required or request.retries or height_m):
         text = "target_required, retries and search_height need a target_topic."
         return Rejection(OutcomeCode.INVALID_TARGET, text)
-    if topic and ("__" in topic or not _TOPIC_NAME.fullmatch(topic)):
-        return Rejection(OutcomeCode.INVALID_TARGET, f"target_topic '{topic}' is no topic's name.")
-    if others:
-        names = ", ".join(TARGET_TYPES)
-        text = f"target_topic '{topic}' is of the type {others[0]}; give one of {names}."
-        return Rejection(OutcomeCode.INVALID_TARGET, text)
-    return _check_vehicle(snapshot) if topic else None
+    if not topic:
+        return None
+    fault = topic_fault("target_topic", topic, request.topic_types)
+    if fault is not None:
+        return Rejection(OutcomeCode.INVALID_TARGET, fault)
+    return _check_vehicle(snapshot)
 
 
 def _check_vehicle(snapshot: Snapshot) -> Rejection | None:
@@ -74,8 +68,7 @@ def admit_on_target(request: LandRequest, snapshot: Snapshot) -> Admitted | Reje
         if rejection is not None:
             return Rejection(rejection.code, f"Where it searches: {rejection.message}")
     goal = TargetLandingGoal(request.target_required, request.retries, search_up_m)
-    knows_obstacles = snapshot.has_sensor or bool(snapshot.known_obstacles)
-    avoidance = avoidance_of(knows_obstacles, snapshot)
+    avoidance = avoidance_of(snapshot.knows_obstacles, snapshot)
 
     def make_task(handover: Handover) -> Task:
         bounds = snapshot.bounds

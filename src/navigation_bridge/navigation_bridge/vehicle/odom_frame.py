@@ -50,7 +50,7 @@ def at_time_of_position(pose: MapPose, state: VehicleState) -> MapPose:
     x, y, z, w = pose.orientation_xyzw
     turned = _turned((w, x, y, z), _rates_flu(state), later_s)
     w, x, y, z = (-part for part in turned) if turned[0] < 0.0 else turned
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    yaw = frames.yaw_of_quaternion((w, x, y, z))
     return MapPose(pose.position_enu_m, yaw, (x, y, z, w))
 
 
@@ -123,7 +123,7 @@ class OdomFrame:
         """Move `odom` so that the vehicle is in it where it was expected to be."""
         place_in_odom, _ = _within((expected, here[1]), self.in_map)
         turn = frames.quaternion_multiply(frames.quaternion_from_yaw(step_rad), self.in_map[1])
-        self.in_map = (_plus(here[0], _rotated(turn, place_in_odom), -1.0), turn)
+        self.in_map = (_plus(here[0], frames.quaternion_turn(turn, place_in_odom), -1.0), turn)
 
 
 def _yaw_step(
@@ -132,7 +132,7 @@ def _yaw_step(
     """Return by how much of a change of yaw there were no rates; 0 if they explain it."""
     passed_s = 1e-3 * (now[0] - before[0])
     turned = _turned(before[1], _mean(before[2], now[2]), passed_s)
-    step = frames.quaternion_multiply(now[1], _inverse(turned))
+    step = frames.quaternion_multiply(now[1], frames.quaternion_inverse(turned))
     step_rad = frames.normalize_angle(2.0 * math.atan2(step[3], step[0]))
     slack_rad = _STEP_RAD + _RATE_ERROR_RAD_S * passed_s
     slack_rad += 0.25 * _ACCELERATION_RAD_S2 * passed_s**2
@@ -148,8 +148,8 @@ def _rates_flu(state: VehicleState) -> Vector3:
 
 def _within(pose: OdomPose, frame: OdomPose) -> OdomPose:
     """Return a pose in a frame that has the same parent."""
-    back = _inverse(frame[1])
-    place = _rotated(back, _plus(pose[0], frame[0], -1.0))
+    back = frames.quaternion_inverse(frame[1])
+    place = frames.quaternion_turn(back, _plus(pose[0], frame[0], -1.0))
     w, x, y, z = frames.quaternion_multiply(back, pose[1])
     return place, ((-w, -x, -y, -z) if w < 0.0 else (w, x, y, z))
 
@@ -162,17 +162,6 @@ def _turned(attitude: Quaternion, rates_rad_s: Vector3, for_s: float) -> Quatern
     half = 0.5 * rate_rad_s * for_s
     x, y, z = (math.sin(half) / rate_rad_s * rate for rate in rates_rad_s)
     return frames.quaternion_multiply(attitude, (math.cos(half), x, y, z))
-
-
-def _rotated(turn: Quaternion, vector: Vector3) -> Vector3:
-    half = frames.quaternion_multiply(turn, (0.0, *vector))
-    _, x, y, z = frames.quaternion_multiply(half, _inverse(turn))
-    return x, y, z
-
-
-def _inverse(turn: Quaternion) -> Quaternion:
-    w, x, y, z = turn
-    return w, -x, -y, -z
 
 
 def _mean(a: Vector3, b: Vector3) -> Vector3:

@@ -27,7 +27,7 @@ SEEN_IN_SEARCH_S = 1.0
 """It stops its climb for this long when it sees the target"""
 SILENT_NEAR_GROUND_S = 0.5
 ABOVE_SEEN_M = 1.0
-"""So much higher it stops when it sees the target in its climb"""
+"""The height that it climbs further after it has seen the target in a climb"""
 
 
 class Stage(Enum):

@@ -19,6 +19,7 @@ from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.server.bridge_access import BridgeAccess
 from drone_navigation.server.subscribing.transform_tree import Placed, TransformTree
 from drone_navigation.steady_timer import steady_timer
+from mavlink_vehicle.positions.frames import yaw_of_quaternion
 from navigation_bridge.goals.requests import TargetSource
 from navigation_bridge.tasks.followed_target import FollowedTarget
 from navigation_core.tasks.inputs.tracked_target import TargetSample
@@ -149,7 +150,7 @@ class TargetTopic:
         if abs(turn.w) + abs(turn.x) + abs(turn.y) + abs(turn.z) < _TINY:
             return TargetSample(measured_s, axes.of(placed.position))
         placed = placed.then(axes)
-        return TargetSample(measured_s, placed.position, None, _yaw_rad(placed))
+        return TargetSample(measured_s, placed.position, None, yaw_of_quaternion(placed.turn))
 
     def _look(self) -> None:
         """Look up the frame of TF; what only stands still is measured now."""
@@ -162,11 +163,13 @@ class TargetTopic:
             return
         if placed.stamp_s == math.inf:
             now = self._access.clock.now()
-            self._offer(TargetSample(now, placed.position, None, _yaw_rad(placed)))
+            self._offer(TargetSample(now, placed.position, None, yaw_of_quaternion(placed.turn)))
         elif placed.stamp_s != self._stamp_s:
             self._stamp_s = placed.stamp_s
             measured_s = self._measured_s(placed.stamp_s)
-            self._offer(TargetSample(measured_s, placed.position, None, _yaw_rad(placed)))
+            self._offer(
+                TargetSample(measured_s, placed.position, None, yaw_of_quaternion(placed.turn))
+            )
 
     def _measured_s(self, stamp_s: float) -> float:
         """Return a stamp on the steady clock, by its age now."""
@@ -179,8 +182,3 @@ class TargetTopic:
             return
         feature = self._bridge.feature(FollowedTarget)
         self._access.driver.post(lambda: feature.offer(source, sample, now))
-
-
-def _yaw_rad(placed: Placed) -> float:
-    w, x, y, z = placed.turn
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

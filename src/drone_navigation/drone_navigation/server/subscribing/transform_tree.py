@@ -7,7 +7,12 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from mavlink_vehicle.positions.frames import Quaternion, quaternion_multiply
+from mavlink_vehicle.positions.frames import (
+    Quaternion,
+    quaternion_inverse,
+    quaternion_multiply,
+    quaternion_turn,
+)
 from navigation_core.geometry import Vector3, add, is_finite, scale, subtract
 
 __all__ = ["Placed", "TransformTree"]
@@ -34,7 +39,7 @@ class Placed:
 
     def of(self, position: Vector3) -> Vector3:
         """Return a position of the frame in the other."""
-        return add(self.position, _turned(self.turn, position))
+        return add(self.position, quaternion_turn(self.turn, position))
 
     def then(self, outer: Placed) -> Placed:
         """Return the pose in the frame that the other is placed in."""
@@ -44,9 +49,8 @@ class Placed:
     @property
     def inverse(self) -> Placed:
         """The pose of the other in this frame."""
-        w, x, y, z = self.turn
-        back = (w, -x, -y, -z)
-        return Placed(scale(_turned(back, self.position), -1.0), back, self.stamp_s)
+        back = quaternion_inverse(self.turn)
+        return Placed(scale(quaternion_turn(back, self.position), -1.0), back, self.stamp_s)
 
     @property
     def is_sound(self) -> bool:
@@ -125,11 +129,3 @@ class TransformTree:
         share = (at_s - before.stamp_s) / (after.stamp_s - before.stamp_s)
         position = add(before.position, scale(subtract(after.position, before.position), share))
         return Placed(position, (after if share > 0.5 else before).turn, at_s)
-
-
-def _turned(turn: Quaternion, vector: Vector3) -> Vector3:
-    w, x, y, z = turn
-    pure = quaternion_multiply(
-        quaternion_multiply(turn, (0.0, vector[0], vector[1], vector[2])), (w, -x, -y, -z)
-    )
-    return (pure[1], pure[2], pure[3])

@@ -10,6 +10,7 @@ import math
 
 from mavlink_vehicle.codec import Message, mavlink
 from mavlink_vehicle.events import GimbalTurned, PhotoReported
+from mavlink_vehicle.positions.frames import yaw_of_quaternion
 from mavlink_vehicle.protocols.service import VehicleService
 
 __all__ = ["PayloadReports"]
@@ -66,7 +67,7 @@ class PayloadReports(VehicleService):
         if not all(map(math.isfinite, (w, x, y, z))) or w * w + x * x + y * y + z * z < 0.5:
             return
         pitch_rad = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-        yaw_rad = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        yaw_rad = yaw_of_quaternion((w, x, y, z))
         if abs(pitch_rad) > _VERTICAL_RAD:
             # Yaw and roll are the same turn then; a gimbal that keeps the horizon has no roll.
             yaw_rad = math.remainder(2.0 * math.atan2(z, w), math.tau)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from mavlink_vehicle.codec import Message, make, mavlink
 from mavlink_vehicle.events import ExternalPosesResumed, ExternalPosesStopped
-from mavlink_vehicle.positions.frames import Quaternion, Vector3
+from mavlink_vehicle.positions.frames import Quaternion, Vector3, yaw_of_quaternion
 from mavlink_vehicle.protocols.service import SendingRank, VehicleService
 from mavlink_vehicle.state.telemetry import LocalPosition
 from mavlink_vehicle.state.vehicle_state import VehicleState
@@ -247,7 +247,7 @@ def _vision_position(pose: ExternalPose, reset_counter: int) -> Message:
         z=down,
         roll=math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
         pitch=math.asin(min(max(2.0 * (w * y - z * x), -1.0), 1.0)),
-        yaw=math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
+        yaw=yaw_of_quaternion(pose.attitude),
         covariance=_diagonal(pose.pose_variance),
         reset_counter=reset_counter,
     )
