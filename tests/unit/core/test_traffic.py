@@ -94,10 +94,18 @@ def test_what_is_left_of_a_path_has_its_corners() -> None:
 
 
 @pytest.mark.parametrize(
-    ("aside_m", "stays"), [((0.0, 0.0), True), ((0.2, 0.1), True), ((0.4, 0.0), False)]
+    ("ahead_m", "aside_m", "stays"),
+    [
+        (-0.6, (0.0, 0.0), True),
+        (-0.6, (0.2, 0.1), True),
+        (-0.6, (0.4, 0.0), False),
+        # A vehicle that leads its setpoint, as the simulated ArduCopter does by 0.2 m.
+        (1.5, (0.0, 0.0), True),
+        (6.0, (0.0, 0.0), False),
+    ],
 )
 def test_on_a_straight_path_nothing_more_is_held_for_a_vehicle_on_it(
-    aside_m: tuple[float, float], stays: bool
+    ahead_m: float, aside_m: tuple[float, float], stays: bool
 ) -> None:
     made = reservations("a")
     view = TrafficView(made, "a", TrafficFrame.level(), 1.0, 0.5)
@@ -109,7 +117,7 @@ def test_on_a_straight_path_nothing_more_is_held_for_a_vehicle_on_it(
     assert path.stay(view, carrot, (x - 1.0, 0.0, 5.0), 1.0) == first
     held = made.entry("a").held
     carrot.advance(0.2, None)
-    here = (x - 0.6, aside_m[0], 5.0 + aside_m[1])
+    here = (x + ahead_m, aside_m[0], 5.0 + aside_m[1])
     within = path.stay(view, carrot, here, 1.2)
     assert (within is not None) == stays
     assert made.entry("a").held is held

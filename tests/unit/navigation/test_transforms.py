@@ -81,12 +81,24 @@ def test_odom_is_followed_from_the_first_listener_on() -> None:
     node = Node()
     node.listeners = 0
     transforms = Transforms(node, FrameNames(), PublishTf.ALL)
-    assert not transforms.are_followed
+    assert not transforms.are_followed(0.0)
     node.listeners = 1
-    assert transforms.are_followed
+    assert transforms.are_followed(1.0)
     node.listeners = 0
-    assert transforms.are_followed
-    assert not transforms.are_heard
+    assert transforms.are_followed(2.0)
+    assert not transforms.are_heard(2.0)
+
+
+def test_listeners_are_counted_four_times_a_second() -> None:
+    node = Node()
+    transforms = Transforms(node, FrameNames(), PublishTf.ALL)
+    assert transforms.are_heard(5.0)
+    node.listeners = 0
+    assert transforms.are_heard(5.2)
+    assert not transforms.are_heard(5.3)
+    node.listeners = 1
+    assert not transforms.are_heard(5.4)
+    assert transforms.are_heard(0.1), "a recording that is played again begins earlier"
 
 
 def test_each_of_several_vehicles_has_a_tree_on_one_earth() -> None:

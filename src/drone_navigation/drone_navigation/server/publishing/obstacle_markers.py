@@ -12,7 +12,6 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from drone_navigation.server.publishing.publishing_node import TopicPublisher
-from drone_navigation.server.publishing.transforms import is_heard
 from navigation_bridge.bridge import Bridge
 from navigation_bridge.names import FRAME_MAP
 from navigation_core.mapping.obstacles import Array, Box, Cylinder, KnownObstacle, Obstacles
@@ -56,7 +55,7 @@ class ObstacleMarkers:
         if now < self._next_s:
             return
         self._next_s = now + _PERIOD_S
-        if not is_heard(self._publisher):
+        if not self._publisher.get_subscription_count():
             return
         feed, shown = self._bridge.obstacles, self._shown
         around, named = feed.look(), feed.standing.known_by_name

@@ -22,11 +22,12 @@ from drone_navigation.qos import LATCHED_QOS, STREAM_QOS
 from drone_navigation.server.conversions import pose_stamped
 from drone_navigation.server.frame_names import PLAIN, FrameNames
 from drone_navigation.server.publishing import telemetry_messages as messages
+from drone_navigation.server.publishing.audience import Audience
 from drone_navigation.server.publishing.obstacle_grid import ObstacleGrid
 from drone_navigation.server.publishing.obstacle_markers import ObstacleMarkers
 from drone_navigation.server.publishing.publishing_node import PublishingNode, TopicPublisher
 from drone_navigation.server.publishing.scene_topics import SceneTopics
-from drone_navigation.server.publishing.transforms import Transforms, geoid_height_m, is_heard
+from drone_navigation.server.publishing.transforms import Transforms, geoid_height_m
 from mavlink_vehicle.io.clock import Clock
 from mavlink_vehicle.io.endpoints import LinkStatistics
 from mavlink_vehicle.state.reducer import VehicleState
@@ -101,7 +102,11 @@ class Topics:
         self._pose = node.create_publisher(PoseStamped, "~/pose", STREAM_QOS)
         self._geo_pose = node.create_publisher(GeoPoseStamped, "~/geo_pose", STREAM_QOS)
         self._odometry = node.create_publisher(Odometry, "~/odometry", STREAM_QOS)
+        self._streams = [
+            (stream, Audience(stream)) for stream in (self._pose, self._odometry, self._geo_pose)
+        ]
         self._fix = node.create_publisher(NavSatFix, "~/fix", STREAM_QOS)
+        self._fix_audience = Audience(self._fix)
         self._battery = node.create_publisher(BatteryState, "~/battery", STREAM_QOS)
         self._batteries: dict[int, TopicPublisher] = {}
         self._plan = node.create_publisher(Path, "~/plan", LATCHED_QOS)
@@ -166,7 +171,7 @@ class Topics:
                 self._times.observe(state.boot_count, sample.time_boot_ms, sample.time_s)
         if before is None or state.global_position is not before.global_position:
             self._publish_pose(state, now)
-        if (before is None or state.gps is not before.gps) and is_heard(self._fix):
+        if (before is None or state.gps is not before.gps) and self._fix_audience.is_there(now):
             fixed_ms = None if state.gps is None else state.gps.time_boot_ms
             measured = self._stamp() if fixed_ms is None else self._measured(fixed_ms, now)
             self._fix.publish(messages.nav_sat_fix(state, measured, self._frames))
@@ -188,16 +193,16 @@ class Topics:
             self._publish_diagnostics(stamp, now)
 
     def _publish_pose(self, state: VehicleState, now: float) -> None:
-        streams = (self._pose, self._odometry, self._geo_pose)
-        heard = [publisher for publisher in streams if is_heard(publisher)]
-        if not heard and not self.transforms.are_followed:
+        heard = [stream for stream, who in self._streams if who.is_there(now)]
+        if not heard and not self.transforms.are_followed(now):
             return
         pose, position = self._bridge.pose, state.global_position
         if pose is None or position is None:
             return
         pose = at_time_of_position(pose, state)
         self.transforms.follow(pose, state)
-        if not heard and not self.transforms.are_heard:
+        are_heard = self.transforms.are_heard(now)
+        if not heard and not are_heard:
             return
         stamp, frames = self._measured(position.time_boot_ms, now), self._frames
         if self._pose in heard:
@@ -207,7 +212,8 @@ class Topics:
         if self._geo_pose in heard:
             geoid_m = geoid_height_m(state)
             self._geo_pose.publish(messages.geo_pose(pose, state, geoid_m, stamp, frames))
-        self.transforms.publish(stamp)
+        if are_heard:
+            self.transforms.publish(stamp)
 
     def _publish_batteries(self, before: VehicleState | None, state: VehicleState) -> None:
         """Publish the battery that decides; if there are several, also each on its own topic."""
@@ -227,7 +233,7 @@ class Topics:
             self._publish_battery(self._batteries[number], battery)
 
     def _publish_battery(self, publisher: TopicPublisher, battery: Battery | None) -> None:
-        if is_heard(publisher):
+        if publisher.get_subscription_count():
             publisher.publish(messages.battery_state(battery, self._stamp()))
 
     def _publish_home(self, state: VehicleState, stamp: Time) -> None:
@@ -256,7 +262,7 @@ class Topics:
             health = self._station_health.setdefault(url, StationHealth())
             health.update(statistics)
             stations.append((url, health))
-        if not is_heard(self._diagnostics):
+        if not self._diagnostics.get_subscription_count():
             return
         message = DiagnosticArray()
         message.header.stamp = stamp

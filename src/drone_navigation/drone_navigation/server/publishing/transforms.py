@@ -12,7 +12,8 @@ from tf2_msgs.msg import TFMessage
 
 from drone_navigation.qos import LATCHED_QOS
 from drone_navigation.server.frame_names import FRAME_EARTH, FrameNames
-from drone_navigation.server.publishing.publishing_node import Advertiser, TopicPublisher
+from drone_navigation.server.publishing.audience import Audience
+from drone_navigation.server.publishing.publishing_node import Advertiser
 from mavlink_vehicle.positions.earth import earth_position_m, enu_in_earth
 from mavlink_vehicle.positions.frames import Geodetic, quaternion_from_euler
 from mavlink_vehicle.state.reducer import VehicleState
@@ -21,16 +22,11 @@ from navigation_bridge.configuration.server_config import PublishTf
 from navigation_bridge.vehicle.map_frame import MapPose
 from navigation_bridge.vehicle.odom_frame import OdomFrame, OdomPose
 
-__all__ = ["Transforms", "geoid_height_m", "is_heard"]
+__all__ = ["Transforms", "geoid_height_m"]
 
 _HERE: OdomPose = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 # The geoid's height is a difference of two numbers of a receiver, which change with its fixes.
 _GEOID_STEP_M = 1.0
-
-
-def is_heard(publisher: TopicPublisher) -> bool:
-    """Return whether anyone gets what is published; most of what streams need not be made."""
-    return bool(publisher.get_subscription_count())
 
 
 def geoid_height_m(state: VehicleState) -> float | None:
@@ -61,9 +57,10 @@ class Transforms:
         self._still: dict[str, tuple[str, OdomPose]] = {}
         self._published: dict[str, tuple[str, OdomPose]] = {}
         self._followed = False
-        self._moving = self._static = None
+        self._moving = self._static = self._audience = None
         if which is not PublishTf.NONE:
             self._moving = node.create_publisher(TFMessage, "/tf", 100)
+            self._audience = Audience(self._moving)
             self._static = node.create_publisher(TFMessage, "/tf_static", LATCHED_QOS)
             self._still[frames.gps] = (frames.base_link, _HERE)
 
@@ -81,15 +78,13 @@ class Transforms:
         if self._which is PublishTf.ALL and is_named and not self._frames.is_own(frame_id):
             self._sensors.add(frame_id)
 
-    @property
-    def are_heard(self) -> bool:
-        """Whether anyone gets what `publish` publishes."""
-        return self._moving is not None and is_heard(self._moving)
+    def are_heard(self, now: float) -> bool:
+        """Return whether anyone gets what `publish` publishes."""
+        return self._audience is not None and self._audience.is_there(now)
 
-    @property
-    def are_followed(self) -> bool:
-        """Whether anyone gets or got it: `odom` stays continuous for who listens again."""
-        self._followed = self._followed or self.are_heard
+    def are_followed(self, now: float) -> bool:
+        """Return whether anyone gets or got it: `odom` stays continuous for who listens again."""
+        self._followed = self._followed or self.are_heard(now)
         return self._followed
 
     def follow(self, pose: MapPose, state: VehicleState) -> None:
@@ -104,7 +99,7 @@ class Transforms:
 
     def publish(self, stamp: Time) -> None:
         """Publish where the vehicle was last followed to, at the time of that."""
-        if self._moving is None or not self.are_heard:
+        if self._moving is None:
             return
         odom, frames = self._odom, self._frames
         self._moving.publish(

@@ -104,7 +104,8 @@ class _Stretch:
         passed_m = dot(subtract(setpoint.position_enu_m, self.start_enu_m), self.course)
         offset = subtract(here_enu_m, self.start_enu_m)
         along_m = dot(offset, self.course)
-        is_within = 0.0 <= passed_m <= self.length_m and -self.behind_m <= along_m <= passed_m
+        # A vehicle ahead of its setpoint is on what is reserved, too: one in a tailwind leads it.
+        is_within = 0.0 <= passed_m <= self.length_m and -self.behind_m <= along_m <= self.length_m
         if not is_within or norm(subtract(offset, scale(self.course, along_m))) > _ON_PATH_M:
             return None
         return passed_m
