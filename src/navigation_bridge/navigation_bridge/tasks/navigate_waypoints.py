@@ -129,11 +129,12 @@ def _mission(
 
 
 def _check_circles(
-    waypoints: tuple[RouteWaypoint, ...], snapshot: LocatedSnapshot
+    waypoints: tuple[RouteWaypoint, ...], snapshot: LocatedSnapshot, circle_m: float = 0.0
 ) -> Rejection | None:
     """Reject a waypoint that a plane cannot circle: too low, or too close to the limit."""
     traits, ground_m = snapshot.traits, snapshot.ground_enu_m
-    radius_m, volume = traits.circle_radius_m, snapshot.config.volume
+    # It flies its usual circle in a pause.
+    radius_m, volume = max(traits.circle_radius_m, circle_m), snapshot.config.volume
     for number, waypoint in enumerate(waypoints, start=1):
         height_m = waypoint.position_enu_m[2] - ground_m
         if height_m < traits.height_min_m:
@@ -155,12 +156,15 @@ def _check_circles(
 
 
 def admit_plane(
-    route: Route, snapshot: LocatedSnapshot, warnings: tuple[str, ...]
+    route: Route, snapshot: LocatedSnapshot, warnings: tuple[str, ...], circle_m: float = 0.0
 ) -> Admitted | Rejection:
-    """Return the goal of a plane, which is sent from point to point and circles the last."""
+    """Return the goal of a plane, which is sent from point to point and circles the last.
+
+    `circle_m` is the radius of that circle, 0 for its usual one.
+    """
     waypoints = route.waypoints
     traits, ground_m = snapshot.traits, snapshot.ground_enu_m
-    rejection = _check_circles(waypoints, snapshot)
+    rejection = _check_circles(waypoints, snapshot, circle_m)
     if rejection is not None:
         return rejection
     if any(waypoint.yaw_enu_rad is not None for waypoint in waypoints):
