@@ -236,6 +236,8 @@ class _Author:
         """A circle, with an end: after the last event every goal has to end."""
         rng = self.rng
         radius = rng.choice((2.0, 5.0, 5.0, 12.0)) * rng.choice((-1.0, 1.0))
+        if self.crafts[craft].kind == "plane":
+            radius *= 20.0
         laps = rng.choice((0.3, 1.0, 1.0, 2.5))
         if rng.random() < 0.1:
             radius, laps = rng.choice(((0.0, 1.0), (math.nan, 1.0), (0.3, 1.0), (5.0, -1.0)))

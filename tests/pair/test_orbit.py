@@ -30,7 +30,7 @@ class Watched:
 
     Attributes:
         errors_m: true distance to the centre minus the radius, ten times a second.
-        turned_rad: how far it went round, anticlockwise.
+        turned_rad: how far it went round near the circle, anticlockwise.
         off_rad: true angle between its yaw and the direction to the centre.
     """
 
@@ -57,7 +57,8 @@ def watch(
         away_m = math.hypot(north - request.centre[1], east - request.centre[0])
         watched.errors_m.append(away_m - abs(request.radius_m))
         watched.off_rad.append(abs(math.remainder(pose.yaw_enu_rad - angle - math.pi, math.tau)))
-        if before is not None:
+        on_circle = abs(watched.errors_m[-1]) < 0.35 * abs(request.radius_m)
+        if before is not None and on_circle:
             watched.turned_rad += math.remainder(angle - before, math.tau)
         before = angle
     return watched
@@ -131,13 +132,36 @@ def test_a_plane_goes_round_on_its_own_circle(autopilot: str, share: float) -> N
     assert not flight.simulation.truth.on_ground[0]
 
 
-def test_a_circle_that_a_plane_does_not_fly_by_itself_is_rejected() -> None:
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+@pytest.mark.parametrize("radius_m", [150.0, -130.0])
+def test_a_plane_goes_round_with_another_radius_and_direction_then_with_its_usual_one(
+    autopilot: str, radius_m: float
+) -> None:
+    flight = SimulatedFlight(simulated=kind_of("plane", autopilot)).ready()
+    centre = (100.0, 50.0, 0.0)
+    request = replace(ORBIT, centre=centre, radius_m=radius_m, height_m=80.0, laps=1.2)
+    goal_id = flight.start(replace(request, max_speed_m_s=0.0))
+    watched = watch(flight, goal_id, request)
+    (end,) = flight.ends(goal_id)
+    assert end.code is OutcomeCode.SUCCESS, end.message
+    assert watched.turned_rad == pytest.approx(math.copysign(1.2 * math.tau, radius_m), abs=0.3)
+    # It begins inside of the larger circle, and not in its direction.
+    errors_m = np.abs(watched.errors_m[len(watched.errors_m) // 2 :])
+    assert np.percentile(errors_m, 95) < 0.1 * abs(radius_m)
+    flight.run_to_end(flight.send(100.0, 51.0, 80.0))
+    flight.run_for(60.0)
+    east_m, north_m = flight.truth()[0][:2]
+    assert math.hypot(east_m - 100.0, north_m - 51.0) == pytest.approx(80.0, rel=0.1)
+
+
+def test_a_circle_that_a_plane_cannot_keep_is_rejected() -> None:
     flight = SimulatedFlight(simulated=kind_of("plane")).ready()
-    for radius_m in (80.0, -40.0, -100.0):
-        rejection = flight.check(replace(ORBIT, radius_m=radius_m, height_m=80.0))
+    for radius_m, speed_m_s in ((40.0, 0.0), (-40.0, 0.0), (60.0, 30.0)):
+        request = replace(ORBIT, radius_m=radius_m, height_m=80.0, max_speed_m_s=speed_m_s)
+        rejection = flight.check(request)
         assert rejection is not None
         assert rejection.code is OutcomeCode.UNSUPPORTED_VEHICLE
-        assert "circles by itself with -80 m" in rejection.message
+        assert "turning circle at its airspeed" in rejection.message
     low = flight.check(replace(ORBIT, radius_m=-80.0, height_m=10.0))
     assert low is not None
     assert low.code is OutcomeCode.UNSUPPORTED_VEHICLE

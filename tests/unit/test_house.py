@@ -225,6 +225,9 @@ SETTABLE_CLOCKS = {
     "src/drone_navigation/drone_navigation/server/subscribing/target_topic.py": {
         "get_clock": "how old a sample of a target is; an impossible age is rejected with a reason"
     },
+    "src/drone_navigation/drone_navigation/server/traffic/remote_id_timer.py": {
+        "Clock": "the UTC time in Remote ID, which nothing acts on"
+    },
     "src/drone_navigation/drone_navigation/presence.py": {
         "time_ns": "read once, at the start: which of two servers of one name ends; both reject "
         "goals meanwhile"

@@ -29,8 +29,8 @@ def _reposition(guided: int, otherwise: Result) -> Handler:
     """DO_REPOSITION as COMMAND_INT; bit 0 of param2 allows the change to GUIDED.
 
     A copter ignores the speed and the heading (`copter_guided_cmds`); outside the fence it fails
-    (`copter_fence3`). A plane ignores the radius in param3; param4 says which way round
-    (`plane_guided_repo`).
+    (`copter_fence3`). A plane takes a positive radius in param3; without one it keeps that of
+    the last DO_REPOSITION in this GUIDED, at first WP_LOITER_RAD. param4 says which way round.
     """
 
     def handler(server: MavlinkServer, command: ReceivedCommand) -> Result:
@@ -59,8 +59,8 @@ def _go_to(vehicle: Commander, command: ReceivedCommand, position: Vector) -> Re
     """Where a DO_REPOSITION sends a vehicle that is in GUIDED; NED metres."""
     if isinstance(vehicle, plane.Plane):
         against = setpoints.usable(command.params[3]) and command.params[3] != 0.0
-        usual_m = abs(vehicle.parameters["WP_LOITER_RAD"])
-        vehicle.reposition(position, -usual_m if against else usual_m)
+        given_m = command.params[2] if setpoints.usable(command.params[2]) else 0.0
+        vehicle.reposition(position, max(float(int(given_m)), 0.0), against)
         return Result.ACCEPTED
     if not isinstance(vehicle, rover.Rover):
         if not vehicle.fence.allows(position):
@@ -199,7 +199,7 @@ _PLANE: dict[int, tuple[Handler, int]] = {
     dialect.MAV_CMD_NAV_TAKEOFF: (lambda *_: Result.FAILED, 0),
     dialect.MAV_CMD_NAV_LOITER_UNLIM: (_mode(plane.MODE_LOITER), 0),
     dialect.MAV_CMD_NAV_RETURN_TO_LAUNCH: (_mode(plane.MODE_RTL), 0),
-    dialect.MAV_CMD_DO_REPOSITION: (_reposition(plane.MODE_GUIDED, Result.FAILED), 3),
+    dialect.MAV_CMD_DO_REPOSITION: (_reposition(plane.MODE_GUIDED, Result.FAILED), 2),
 }
 
 BY_KIND: dict[str, dict[int, tuple[Handler, int]]] = {

@@ -364,16 +364,29 @@ def test_a_negative_rtl_radius_turns_the_other_way() -> None:
     assert math.degrees(station.last("ATTITUDE").roll) < -5.0
 
 
-def test_a_reposition_may_give_a_sense_but_no_radius() -> None:
+def test_a_reposition_may_give_a_radius_and_a_sense_and_without_them_the_radius_stays() -> None:
+    """Seen on the firmware: 120 m of 136 m in this air, both ways; -120, 0 and NaN keep it."""
     station, _ = in_guided()
-    x = round(-35.363261e7 + 400.0 / 0.0111318845)
-    reposition = mav.MAV_CMD_DO_REPOSITION
-    y = round(149.165230e7)
-    assert station.command_int(reposition, 6, -1, 1, 150.0, 1.0, x=x, y=y, z=80.0) == ACCEPTED
-    station.run(60.0)
-    circle = distances(station, (400.0, 0.0), 20.0)
-    assert 80.0 < min(circle) < max(circle) < 115.0
-    assert math.degrees(station.last("ATTITUDE").roll) < -5.0
+    x, y = round(-35.363261e7 + 400.0 / 0.0111318845), round(149.165230e7)
+    for radius_m, against, side in ((150.0, 1.0, -1.0), (0.0, 0.0, 1.0), (math.nan, 1.0, -1.0)):
+        reposition = mav.MAV_CMD_DO_REPOSITION
+        arguments = (-1, 1, radius_m, against)
+        assert station.command_int(reposition, 6, *arguments, x=x, y=y, z=80.0) == ACCEPTED
+        station.run(70.0)
+        circle = distances(station, (400.0, 0.0), 20.0)
+        assert 150.0 < min(circle) < max(circle) < 180.0
+        assert side * math.degrees(station.last("ATTITUDE").roll) > 5.0
+
+
+def test_the_sign_of_the_usual_radius_counts_where_a_reposition_gives_none() -> None:
+    station, _ = in_guided()
+    station.vehicle.parameters.set("WP_LOITER_RAD", -90.0)
+    x, y = round(-35.363261e7 + 400.0 / 0.0111318845), round(149.165230e7)
+    for radius_m, side in ((0.0, -1.0), (90.0, 1.0)):
+        reposition = mav.MAV_CMD_DO_REPOSITION
+        assert station.command_int(reposition, 6, -1, 1, radius_m, 0, x=x, y=y, z=80.0) == ACCEPTED
+        station.run(60.0)
+        assert side * math.degrees(station.last("ATTITUDE").roll) > 5.0
 
 
 def test_outside_guided_a_reposition_needs_leave_to_change_the_mode() -> None:

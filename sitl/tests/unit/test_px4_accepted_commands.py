@@ -100,7 +100,7 @@ CASES = {
     20: Case(underway),
     21: Case(underway),
     22: Case(ground, (0.0, 0.0, 0.0, NAN), HERE),
-    34: Case(underway, (15.0, 3.0), THERE, seconds=8.0, kinds=COPTER),
+    34: Case(underway, (15.0, 3.0), THERE, seconds=8.0, kinds=COPTER | PLANE),
     176: Case(ground, (1.0, 3.0)),
     178: Case(going, (1.0, 1.2, -1.0), seconds=4.0, kinds=ALL - PLANE),
     179: Case(ground, (0.0,), THERE),

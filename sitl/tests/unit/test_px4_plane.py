@@ -474,7 +474,29 @@ def test_do_change_altitude_keeps_the_circle_of_auto_loiter(plane: Px4Station) -
     assert status.radius == pytest.approx(80.0)
 
 
-@pytest.mark.parametrize("command", [34, 35])
-def test_orbits_and_figures_of_eight_are_unsupported(plane: Px4Station, command: int) -> None:
+def test_figures_of_eight_are_unsupported(plane: Px4Station) -> None:
     x, y = at(300.0, 0.0)
-    assert plane.command_int(command, 0, 80, 1, 0, NAN, x=x, y=y, z=560.0) == UNSUPPORTED
+    assert plane.command_int(35, 0, 80, 1, 0, NAN, x=x, y=y, z=560.0) == UNSUPPORTED
+
+
+def test_do_orbit_loiters_with_a_radius_of_its_own_until_the_next_reposition(
+    plane: Px4Station,
+) -> None:
+    """Seen on the firmware with 120, -120, 40 and 20 m: the mode stays AUTO.LOITER."""
+    x, y = at(300.0, 0.0)
+    for radius_m in (-120.0, 50.0):
+        assert plane.command_int(34, 0, radius_m, NAN, 0, NAN, x=x, y=y, z=ALTITUDE_M + 60.0) == (
+            ACCEPTED
+        )
+        plane.run(60.0)
+        assert plane.custom_mode == px4.LOITER
+        assert plane.last("ORBIT_EXECUTION_STATUS").radius == radius_m
+        assert distances(plane, (300.0, 0.0), 10.0) == pytest.approx([abs(radius_m)] * 20, abs=6.0)
+        north, east, _ = plane.position
+        v_n, v_e, _ = plane.velocity
+        assert math.copysign(1.0, (north - 300.0) * v_e - east * v_n) == (
+            math.copysign(1.0, radius_m)
+        )
+    reposition(plane, 300.0, 0.0, 60.0)
+    plane.run(40.0)
+    assert distances(plane, (300.0, 0.0), 10.0) == pytest.approx([80.0] * 20, abs=6.0)

@@ -190,7 +190,7 @@ class Vehicle(VehicleCore):
             longitude_deg: WGS-84.
             altitude_amsl_m: above mean sea level.
             now: time in seconds.
-            radius_m: of the circle; None leaves it to the vehicle. PX4 has its own anyway.
+            radius_m: of the circle, negative against the clock; None for the vehicle's usual one.
         """
         profile, kind = self.profile, OperationKind.REPOSITION
         if profile is None:
@@ -199,7 +199,9 @@ class Vehicle(VehicleCore):
         problem = reposition_problem(place, radius_m, self.state, profile)
         if problem is not None:
             return self.operations.refuse(kind, f"Reposition rejected: {problem}.", now)
-        goal = reposition_goal(place, radius_m, self.state, profile)
+        values = self.parameters.values
+        usual_m = next((values[name] for name in profile.circle_parameters if name in values), 0.0)
+        goal = reposition_goal(place, radius_m, self.state, profile, usual_m)
         timing = OperationTiming(self.config.operation_timeout_s)
         return self.operations.begin(goal, Wanted(mode=goal.custom_mode), timing, now)
 

@@ -39,6 +39,7 @@ from mavlink_vehicle.protocols.streams.computer_status import ComputerStatusSend
 from mavlink_vehicle.protocols.streams.external_position import ExternalPositionSender
 from mavlink_vehicle.protocols.streams.landing_target import LandingTargetSender
 from mavlink_vehicle.protocols.streams.range_sensors import RangeSensors
+from mavlink_vehicle.protocols.streams.remote_id import RemoteIdSender
 from mavlink_vehicle.protocols.streams.rtcm import RtcmSender
 from mavlink_vehicle.protocols.streams.setpoint_stream import (
     STREAM_GAP_S,
@@ -91,7 +92,7 @@ class VehicleCore(KnownVehicle):
         logs: transfers of its own logs.
         rtcm: corrections for its GNSS receiver.
         external_position, landing_target: poses from outside, of the vehicle and of its target.
-        computer_status: the status of this computer for it.
+        computer_status, remote_id: the status of this computer for it, and its Remote ID.
         equipment: commands for cameras, gimbals, grippers and outputs.
         payload: what gimbal and camera report.
         list_jobs, parameter_jobs: transfers, which `Vehicle.storage` begins.
@@ -117,8 +118,7 @@ class VehicleCore(KnownVehicle):
         self.answers = AnswerWatch(
             self.timesync, lambda: self.address, lambda: self._gap.heard_s, self._order
         )
-        self.parameters = ParameterReader()
-        self.parameter_jobs = ParameterJobs()
+        self.parameters, self.parameter_jobs = ParameterReader(), ParameterJobs()
         self.stored_lists = StoredLists(
             TransferTiming(config.mission_timeout_s, config.mission_retries),
             lambda: not self.transfers_mission,
@@ -136,7 +136,7 @@ class VehicleCore(KnownVehicle):
         self.rtcm = RtcmSender()
         self.external_position = ExternalPositionSender(config.external_origin)
         self.landing_target = LandingTargetSender()
-        self.computer_status = ComputerStatusSender()
+        self.computer_status, self.remote_id = ComputerStatusSender(), RemoteIdSender()
         self.equipment = EquipmentCommands(lambda: self.address if self.profile else None, timing)
         self.payload = PayloadReports()
         self._direct = DirectMeasurements(
@@ -173,6 +173,7 @@ class VehicleCore(KnownVehicle):
                 self.external_position,
                 self.landing_target,
                 self.computer_status,
+                self.remote_id,
                 self.equipment,
                 self.payload,
                 *further,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
-from custom_interfaces.action import Follow, Orbit
+from custom_interfaces.action import Follow, NavigateWaypoints, Orbit
 from drone_navigation.client.client_goal import make_client_goal, make_point_client_goal
 from drone_navigation.client.options import (
     ACTION_COMMANDS,
@@ -15,6 +16,7 @@ from drone_navigation.client.options import (
     make_parser,
     parse_options,
 )
+from drone_navigation.server.conversions import request_from_waypoints
 
 FOLLOWED = ["--topic", "/target", "--offset=-6,0,4"]
 WORDS = {
@@ -86,6 +88,17 @@ def test_a_circle_is_named_by_its_centre_and_radius(capsys: pytest.CaptureFixtur
     assert (goal.avoid_obstacles, goal.centre.header.frame_id) == (True, "base_link")
     assert "--radius" in refusal(capsys, "orbit", "30", "10")
     assert "'wide' is not a number" in refusal(capsys, "orbit", "1", "2", "--radius", "wide")
+
+
+def test_a_turn_rate_is_that_of_a_route(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan = tmp_path / "a.waypoints"
+    rows = ("0 1 0 16 0 0 0 0 47 8 0 1", "1 0 3 16 0 0 0 0 47.001 8 10 1")
+    plan.write_text("\n".join(("QGC WPL 110", *(row.replace(" ", "\t") for row in rows))))
+    goal = make_client_goal(parse_options(["--plan", str(plan), "--yaw-rate", "-0.5"])).goal
+    assert isinstance(goal, NavigateWaypoints.Goal)
+    assert request_from_waypoints(goal).yaw_rate_rad_s == -0.5
+    words = refusal(capsys, "--goal", "1", "2", "3", "--yaw-rate", "0.5")
+    assert "--yaw-rate needs a route; give --plan or --waypoints as well." in words
 
 
 def test_a_target_is_named_by_its_source_and_an_offset(capsys: pytest.CaptureFixture[str]) -> None:

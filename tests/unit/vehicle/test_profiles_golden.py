@@ -158,8 +158,9 @@ def test_the_golden_payloads_say() -> None:
     place = golden("ArduPlane", "reposition", "COMMAND_INT")
     assert (place.command, place.frame, place.param2, place.z) == (192, 6, 1.0, 100.0)
     place = golden("PX4 plane", "reposition", "COMMAND_INT")
-    assert (place.command, place.frame, place.param2, place.z) == (192, 5, 1.0, 587.0)
-    assert (place.x, place.y, place.param3) == (474000000, 85000000, 60.0)
+    # With a radius DO_ORBIT: DO_REPOSITION has that of NAV_LOITER_RAD.
+    assert (place.command, place.frame, place.param1, place.z) == (34, 5, 60.0, 587.0)
+    assert (place.x, place.y) == (474000000, 85000000)
     # Setpoints in LOCAL_NED; ground vehicles get velocities without yaw and acceleration.
     for name in ("ArduRover", "PX4 rover"):
         assert golden(name, "full", "SET_POSITION_TARGET_LOCAL_NED").type_mask == 0x0DC7

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.px4.multicopter.copter import Px4Copter
 from mavlink_sitl.autopilot.px4.multicopter.orbit import OrbitRequest
+from mavlink_sitl.autopilot.px4.plane.plane import Px4Plane
 from mavlink_sitl.exchange import Result, Severity
 from mavlink_sitl.geodesy import GeoPoint
 from mavlink_sitl.mavlink.codec import dialect
@@ -280,6 +281,12 @@ def orbit(server: Px4Server, command: ReceivedCommand) -> Result:
     )
 
 
+def circle(server: Px4Server, command: ReceivedCommand) -> Result:
+    """DO_ORBIT of a plane: AUTO.LOITER with a radius of its own; only that and the place count."""
+    assert isinstance(server.vehicle, Px4Plane)
+    return server.vehicle.orbit(place_of(command), _or_none(command.z), _or_none(command.params[0]))
+
+
 def no_figure_eight(server: Px4Server, _: ReceivedCommand) -> None:
     """DO_FIGURE_EIGHT to a copter, rover or boat: a text and no COMMAND_ACK."""
     text = "Figure 8 command only available for fixed wing and vtol vehicles."
@@ -292,6 +299,6 @@ BY_KIND: dict[str, dict[int, tuple[Handler, int]]] = {
     "px4copter": {**_WITHOUT, _ORBIT: (orbit, 0)},
     "px4rover": _WITHOUT,
     "px4boat": _WITHOUT,
-    "px4plane": HANDLERS,
+    "px4plane": {**HANDLERS, _ORBIT: (circle, 0)},
 }
 """By vehicle type and MAV_CMD; see `HANDLERS`"""

@@ -191,6 +191,7 @@ def _route(route: PlannedRoute, options: argparse.Namespace) -> ClientGoal:
     goal.waypoints = [waypoint_message(waypoint) for waypoint in route.waypoints]
     goal.laps = options.laps
     goal.first, goal.interrupted_id = options.first - 1, options.interrupted
+    goal.yaw_rate = options.yaw_rate
     goal.max_speed = options.speed
     goal.avoid_obstacles = bool(options.avoid)
     executed = "as a mission" if options.mission else "by setpoints"

@@ -152,7 +152,7 @@ def make_command_parser(command: str) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.set_defaults(command=command, update=[], frame="map", mission=False)
-    parser.set_defaults(first=1, interrupted=0)
+    parser.set_defaults(first=1, interrupted=0, yaw_rate=0.0)
     if command != "orbit":
         parser.set_defaults(laps=1)
     _add_vehicle(parser)
@@ -257,6 +257,13 @@ def _add_goal(parser: argparse.ArgumentParser) -> None:
         default=0,
         metavar="ID",
         help="route_id of that route, so that another one is rejected",
+    )
+    parser.add_argument(
+        "--yaw-rate",
+        type=float,
+        default=0.0,
+        metavar="RAD_S",
+        help="turn rate kept while a copter flies the route, counter-clockwise, rad/s",
     )
     _add_frame(parser)
     parser.add_argument(
@@ -418,6 +425,7 @@ def _check_target(parser: argparse.ArgumentParser, options: argparse.Namespace) 
         ("--laps", options.laps is not None),
         ("--first", options.first is not None),
         ("--interrupted", bool(options.interrupted)),
+        ("--yaw-rate", bool(options.yaw_rate)),
     ):
         if given and not is_route:
             parser.error(f"{name} needs a route; give --plan or --waypoints as well.")

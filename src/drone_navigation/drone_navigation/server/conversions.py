@@ -83,6 +83,7 @@ def request_from_waypoints(
         avoid_obstacles=goal.avoid_obstacles,
         first=goal.first,
         interrupted_id=goal.interrupted_id,
+        yaw_rate_rad_s=goal.yaw_rate,
     )
 
 

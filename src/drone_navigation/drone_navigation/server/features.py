@@ -19,6 +19,7 @@ from drone_navigation.server.subscribing.sensor_topics import SensorTopics
 from drone_navigation.server.subscribing.target_topic import TargetTopic
 from drone_navigation.server.subscribing.velocity_topic import VelocityTopic
 from drone_navigation.server.surveys.survey_server import SurveyServer
+from drone_navigation.server.traffic.remote_id_timer import RemoteIdTimer
 from drone_navigation.server.traffic.traffic_topic import TrafficTopic
 from mavlink_vehicle.io.clock import Clock
 from navigation_bridge.bridge import Bridge
@@ -39,6 +40,7 @@ FEATURE_SERVERS: tuple[Callable[[BridgeAccess], object], ...] = (
     TargetTopic,
     VelocityTopic,
     ComputerStatusTimer,
+    RemoteIdTimer,
 )
 
 

@@ -275,7 +275,14 @@ PLANE = replace(
     # An airspeed between its limits; it is forgotten when the mode changes.
     speed_command=SpeedCommand(0, frozenset({"GUIDED", "AUTO"})),
     return_speeds=(("AIRSPEED_CRUISE", 1.0),),
-    wanted_parameters=(*_FENCE_PARAMETERS, "WP_LOITER_RAD", "RTL_RADIUS", "AIRSPEED_CRUISE"),
+    roll_limit_parameter="ROLL_LIMIT_DEG",
+    wanted_parameters=(
+        *_FENCE_PARAMETERS,
+        "WP_LOITER_RAD",
+        "RTL_RADIUS",
+        "AIRSPEED_CRUISE",
+        "ROLL_LIMIT_DEG",
+    ),
     failsafe_settings=failsafe_settings.ARDUPLANE,
 )
 

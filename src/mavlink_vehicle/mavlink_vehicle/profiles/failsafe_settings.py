@@ -68,6 +68,8 @@ _STATION_ID = FailsafeSetting(
     "MAV_GCS_SYSID", "system id of the monitored ground station", formerly="SYSID_MYGCS"
 )
 _FENCE_ENABLE = _choice("FENCE_ENABLE", _FENCE_ON, "off", "on")
+# Nothing is amiss where no law asks for it.
+_REMOTE_ID = _choice("DID_ENABLE", "Remote ID", "off", "on", off=())
 
 ARDUCOPTER = (
     _choice("FS_GCS_ENABLE", _STATION, *_COPTER_ACTIONS),
@@ -81,6 +83,7 @@ ARDUCOPTER = (
     _choice("BATT_FS_CRT_ACT", _CRITICAL, *_COPTER_BATTERY),
     _choice("FS_EKF_ACTION", "estimator failed", "report only", "land", "ALT_HOLD",
             "land, even from STABILIZE"),
+    _REMOTE_ID,
     _FENCE_ENABLE,
     _choice(
         "FENCE_ACTION", _FENCE, "report only", "RTL or land", "land",
@@ -100,6 +103,7 @@ ARDUROVER = (
     _choice("BATT_FS_CRT_ACT", _CRITICAL, *_ROVER_BATTERY),
     _choice("FS_EKF_ACTION", "estimator failed", "nothing", "hold", "report only", off=(0, 2)),
     _choice("FS_CRASH_CHECK", "crash", "nothing", "hold", "hold and disarm"),
+    _REMOTE_ID,
     _FENCE_ENABLE,
     _choice("FENCE_ACTION", _FENCE, "report only", "RTL or hold", "hold",
             "SmartRTL, RTL or hold", "SmartRTL or hold", "terminate", "loiter or hold"),
@@ -115,6 +119,7 @@ ARDUPLANE = (
     _choice("THR_FAILSAFE", _RC, "off", "on", "no failsafe; drops stale input", off=(0, 2)),
     _choice("BATT_FS_LOW_ACT", _BATTERY, *_PLANE_BATTERY),
     _choice("BATT_FS_CRT_ACT", _CRITICAL, *_PLANE_BATTERY),
+    _REMOTE_ID,
     _FENCE_ENABLE,
     _choice("FENCE_ACTION", _FENCE, "report only", "RTL", "", "", "", "", "GUIDED",
             "GUIDED, with the pilot's throttle", "AUTOLAND or RTL"),
@@ -135,6 +140,7 @@ PX4_ANY = (
             "returns when critical, lands in an emergency"),
     _choice("GF_ACTION", _FENCE, "nothing", "warns only", "hold", "return", "terminate", "land",
             off=(0, 1)),
+    _choice("COM_ARM_ODID", "Remote ID", "not checked", "warns only", "needed to arm", off=()),
     FailsafeSetting("COM_DISARM_PRFLT", "armed, but no take-off: disarms after", unit="s"),
 )  # fmt: skip
 

@@ -216,15 +216,18 @@ PLANE = replace(
         mode_after="AUTO.LOITER",
     ),
     reposition=True,
+    circles_by_orbit=True,
     circle_radius_m=80.0,
     circle_parameters=("NAV_LOITER_RAD",),
     return_circle_parameters=("RTL_LOITER_RAD",),
     return_speeds=(("FW_AIRSPD_TRIM", 1.0),),
+    roll_limit_parameter="FW_R_LIM",
     wanted_parameters=(
         *_COMMON.wanted_parameters,
         "NAV_LOITER_RAD",
         "RTL_LOITER_RAD",
         "FW_AIRSPD_TRIM",
+        "FW_R_LIM",
     ),
 )
 

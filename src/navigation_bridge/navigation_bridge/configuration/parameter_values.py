@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TypeAlias
 
 ParameterValue: TypeAlias = bool | int | float | str | list[str]
@@ -76,6 +76,10 @@ def read_origin(words: str) -> tuple[float, float, float] | None:
     Raises:
         ConfigurationError: the text of ``external_origin`` is no position.
     """
+    return _read_position("external_origin", "above sea level", words)
+
+
+def _read_position(name: str, reference: str, words: str) -> tuple[float, float, float] | None:
     if not words.strip():
         return None
     try:
@@ -85,10 +89,36 @@ def read_origin(words: str) -> tuple[float, float, float] | None:
     # The bounds exclude NaN as well.
     if not (abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0 and abs(altitude_m) < 20e3):
         raise ConfigurationError(
-            f"Parameter external_origin is '{words}'; give latitude, longitude (degrees) and "
-            "altitude (metres above sea level), such as '47.3977 8.5456 488'."
+            f"Parameter {name} is '{words}'; give latitude, longitude (degrees) and altitude "
+            f"(metres {reference}), such as '47.3977 8.5456 488'."
         )
     return latitude_deg, longitude_deg, altitude_m
+
+
+def read_operator(words: str) -> tuple[float, float, float] | None:
+    """Return latitude and longitude in degrees and altitude in m; None for an empty text.
+
+    Raises:
+        ConfigurationError: the text of ``remote_id_operator_position`` is no position.
+    """
+    return _read_position("remote_id_operator_position", "above the WGS-84 ellipsoid", words)
+
+
+def read_text(name: str, length_max: int) -> Callable[[str], str]:
+    """Return the reader of a text that is sent in a field of ASCII characters.
+
+    It raises a ConfigurationError for a longer text, or one with other characters.
+    """
+
+    def read(text: str) -> str:
+        if len(text) > length_max or not (text.isascii() and (text.isprintable() or not text)):
+            raise ConfigurationError(
+                f"Parameter {name} is {text!r}; give at most {length_max} printable ASCII "
+                "characters."
+            )
+        return text
+
+    return read
 
 
 def read_icao_address(digits: str) -> int:

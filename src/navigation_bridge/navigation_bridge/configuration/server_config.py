@@ -8,6 +8,7 @@ from enum import Enum
 
 from mavlink_vehicle.events import LogMeans
 from mavlink_vehicle.io.tlog_series import FILES_MIN
+from mavlink_vehicle.protocols.streams.remote_id import RemoteId
 from mavlink_vehicle.vehicle_config import DEFAULT_RATES_HZ, VehicleConfig
 from navigation_bridge.configuration.declarations import (
     also,
@@ -18,7 +19,9 @@ from navigation_bridge.configuration.declarations import (
 )
 from navigation_bridge.configuration.parameter_values import (
     TOKEN,
+    read_operator,
     read_origin,
+    read_text,
     read_vehicle_names,
 )
 from navigation_bridge.configuration.settings import SWITCH, BridgeConfig
@@ -173,6 +176,40 @@ class ServerConfig:
         "(ONBOARD_COMPUTER_STATUS): `enabled` or `disabled`.",
         words=SWITCH,
         fixed=True,
+    )
+    remote_id: RemoteId = group(
+        RemoteId,
+        serial_number=of_core(
+            "remote_id_serial_number",
+            "Serial number of the vehicle for its [Remote ID](on_board.md#remote-id) transponder "
+            "(ANSI/CTA-2063-A, up to 20 characters). Empty: it is not sent.",
+            read=read_text("remote_id_serial_number", 20),
+            default="",
+            fixed=True,
+        ),
+        operator_id=of_core(
+            "remote_id_operator_id",
+            "Identity of the operator for Remote ID, as given by the authority (up to 20 "
+            "characters). Empty: it is not sent.",
+            read=read_text("remote_id_operator_id", 20),
+            default="",
+            fixed=True,
+        ),
+        description=of_core(
+            "remote_id_description",
+            "Description of the flight for Remote ID (up to 23 characters). Empty: it is not sent.",
+            read=read_text("remote_id_description", 23),
+            default="",
+            fixed=True,
+        ),
+        operator=of_core(
+            "remote_id_operator_position",
+            "Where the operator stands, for Remote ID: 'latitude longitude altitude', degrees and "
+            "metres above the WGS-84 ellipsoid. Empty: it is not sent.",
+            read=read_operator,
+            default="",
+            fixed=True,
+        ),
     )
     vehicle: VehicleConfig = group(
         VehicleConfig,

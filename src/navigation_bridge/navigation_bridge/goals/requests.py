@@ -129,6 +129,7 @@ class WaypointsRequest:
         avoid_obstacles: whether the client asked for obstacle avoidance.
         first: where an interrupted route continues, from 0 over all laps.
         interrupted_id: ``route_id`` of that route; 0 = not compared.
+        yaw_rate_rad_s: with which it turns on and on, counter-clockwise; 0 = not.
     """
 
     waypoints: tuple[WaypointRequest, ...]
@@ -138,6 +139,7 @@ class WaypointsRequest:
     avoid_obstacles: bool = False
     first: int = 0
     interrupted_id: int = 0
+    yaw_rate_rad_s: float = 0.0
 
     @property
     def route_id(self) -> int:

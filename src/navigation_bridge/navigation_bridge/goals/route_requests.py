@@ -119,7 +119,21 @@ def _problem_of_route(request: WaypointsRequest) -> str | None:
             f"The route is not the one that was interrupted: its route_id is {request.route_id}, "
             f"and interrupted_id is {request.interrupted_id}."
         )
-    return _problem_of_speed(request.max_speed_m_s)
+    return _problem_of_turning(request) or _problem_of_speed(request.max_speed_m_s)
+
+
+def _problem_of_turning(request: WaypointsRequest) -> str | None:
+    rate_rad_s = request.yaw_rate_rad_s
+    if not math.isfinite(rate_rad_s):
+        return f"yaw_rate is {rate_rad_s} rad/s; give a finite number, or 0 for the usual yaw."
+    if rate_rad_s == 0.0:
+        return None
+    if request.by_mission:
+        return f"yaw_rate is {rate_rad_s:g} rad/s; only a route by setpoints has one."
+    for number, waypoint in enumerate(request.waypoints, start=1):
+        if waypoint.yaw_enu_rad is not None:
+            return f"Waypoint {number} has a yaw, and the route a yaw_rate; give one of them."
+    return None
 
 
 def _problem_of_speed(speed_m_s: float) -> str | None:

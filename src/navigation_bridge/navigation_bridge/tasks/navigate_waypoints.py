@@ -66,13 +66,18 @@ def _admit(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Admitted | R
         return warnings
     if request.by_mission:
         return _mission(request, route, snapshot, warnings)
+    rejection = _check_turning(request, snapshot)
+    if rejection is not None:
+        return rejection
     if not traits.hovers:
         return admit_plane(route, snapshot, warnings)
 
     avoidance = avoidance_of(request.avoid_obstacles, snapshot)
 
     def make_task(handover: Handover) -> Task:
-        terms = FlightTerms(snapshot.goto, handover, traits, avoidance, snapshot.bounds)
+        terms = FlightTerms(
+            snapshot.goto, handover, traits, avoidance, snapshot.bounds, request.yaw_rate_rad_s
+        )
         turns_back = config.on_missed_waypoint is MissedWaypoint.TURN_BACK
         return fly_route(route, terms, turns_back)
 
@@ -86,6 +91,24 @@ def _admit(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Admitted | R
             margin_m=traits.target_margin_m,
         ),
     )
+
+
+def _check_turning(request: WaypointsRequest, snapshot: LocatedSnapshot) -> Rejection | None:
+    """Return why this vehicle does not turn on and on while it flies the route, or None."""
+    rate_rad_s, traits = abs(request.yaw_rate_rad_s), snapshot.traits
+    most_rad_s = snapshot.goto.limits.yaw_rate_rad_s
+    if rate_rad_s > 0.0 and not (traits.flies and traits.hovers):
+        return Rejection(
+            OutcomeCode.UNSUPPORTED_VEHICLE,
+            f"A {traits.name} has the yaw of its path; only copters fly a route with a yaw_rate.",
+        )
+    if rate_rad_s > most_rad_s:
+        return Rejection(
+            OutcomeCode.INVALID_NUMBER,
+            f"yaw_rate is {request.yaw_rate_rad_s:g} rad/s; this server turns with at most "
+            f"{most_rad_s:.3g} rad/s (parameter yaw_rate_deg_s).",
+        )
+    return None
 
 
 def _plan(route: Route, speed_m_s: float, straight: bool = True) -> FlightPlan:
@@ -129,11 +152,12 @@ def _mission(
 
 
 def _check_circles(
-    waypoints: tuple[RouteWaypoint, ...], snapshot: LocatedSnapshot
+    waypoints: tuple[RouteWaypoint, ...], snapshot: LocatedSnapshot, circle_m: float = 0.0
 ) -> Rejection | None:
     """Reject a waypoint that a plane cannot circle: too low, or too close to the limit."""
     traits, ground_m = snapshot.traits, snapshot.ground_enu_m
-    radius_m, volume = traits.circle_radius_m, snapshot.config.volume
+    # It flies its usual circle in a pause.
+    radius_m, volume = max(traits.circle_radius_m, circle_m), snapshot.config.volume
     for number, waypoint in enumerate(waypoints, start=1):
         height_m = waypoint.position_enu_m[2] - ground_m
         if height_m < traits.height_min_m:
@@ -155,12 +179,15 @@ def _check_circles(
 
 
 def admit_plane(
-    route: Route, snapshot: LocatedSnapshot, warnings: tuple[str, ...]
+    route: Route, snapshot: LocatedSnapshot, warnings: tuple[str, ...], circle_m: float = 0.0
 ) -> Admitted | Rejection:
-    """Return the goal of a plane, which is sent from point to point and circles the last."""
+    """Return the goal of a plane, which is sent from point to point and circles the last.
+
+    `circle_m` is the radius of that circle, 0 for its usual one.
+    """
     waypoints = route.waypoints
     traits, ground_m = snapshot.traits, snapshot.ground_enu_m
-    rejection = _check_circles(waypoints, snapshot)
+    rejection = _check_circles(waypoints, snapshot, circle_m)
     if rejection is not None:
         return rejection
     if any(waypoint.yaw_enu_rad is not None for waypoint in waypoints):

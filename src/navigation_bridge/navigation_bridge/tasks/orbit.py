@@ -35,6 +35,7 @@ from navigation_core.tasks.leading.ring_path import RingYaw
 from navigation_core.tasks.task import Task
 from navigation_core.tasks.traits import Traits
 from navigation_core.tasks.watching.plane_orbit import FlyPlaneOrbit
+from navigation_core.tasks.watching.plane_route import circle_max_m
 from navigation_core.tasks.waypoint import Route, RouteWaypoint
 from navigation_core.trajectories.ring import Ring, ring_speed_m_s
 
@@ -98,7 +99,7 @@ def _resolve(request: OrbitRequest, snapshot: LocatedSnapshot) -> Ring | Rejecti
     else:
         z = ground_m + max(snapshot.config.goto.takeoff_height_m, traits.takeoff_height_m)
     if not traits.hovers:
-        rejection = _check_own_circle(request, traits)
+        rejection = _check_plane_circle(request, traits)
         if rejection is not None:
             return rejection
     if radius_m < traits.turning_radius_m:
@@ -113,16 +114,33 @@ def _resolve(request: OrbitRequest, snapshot: LocatedSnapshot) -> Ring | Rejecti
     return Ring(centre, radius_m, request.radius_m > 0.0)
 
 
-def _check_own_circle(request: OrbitRequest, traits: Traits) -> Rejection | None:
-    """Return why a plane, which flies a circle of its own, does not fly this one, or None."""
+def _least_circle_m(request: OrbitRequest, traits: Traits) -> float:
+    """Return the radius of a plane's turning circle at its speed; infinite if it is not known."""
+    if not (traits.airspeed_m_s > 0.0 and traits.circle_acceleration_m_s2 > 0.0):
+        return math.inf
+    speed_m_s = max(traits.airspeed_m_s, request.max_speed_m_s)
+    return speed_m_s * speed_m_s / traits.circle_acceleration_m_s2
+
+
+def _check_plane_circle(request: OrbitRequest, traits: Traits) -> Rejection | None:
+    """Return why a plane does not fly this circle, or None: its usual one it always does."""
     own_m = traits.circle_radius_m if traits.circles_left else -traits.circle_radius_m
-    if abs(request.radius_m - own_m) <= _OWN_CIRCLE_SHARE * traits.circle_radius_m:
+    least_m = _least_circle_m(request, traits)
+    is_own = abs(request.radius_m - own_m) <= _OWN_CIRCLE_SHARE * traits.circle_radius_m
+    if is_own or abs(request.radius_m) >= least_m:
         return None
-    return Rejection(
-        OutcomeCode.UNSUPPORTED_VEHICLE,
-        f"The radius is {request.radius_m:g} m; this {traits.name} circles by itself with "
-        f"{own_m:g} m (negative is clockwise), which its parameters set.",
+    text = (
+        f"The radius, {abs(request.radius_m):g} m, is less than that of this {traits.name}'s "
+        f"turning circle at its airspeed, {least_m:.0f} m; its own is {own_m:g} m (negative is "
+        "clockwise)."
     )
+    if math.isinf(least_m):
+        text = (
+            f"The radius is {request.radius_m:g} m; this {traits.name} circles with {own_m:g} m "
+            "(negative is clockwise), and its airspeed and greatest bank, which bound other "
+            "circles, have not been read from it."
+        )
+    return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, text)
 
 
 def _admit_plane(
@@ -130,23 +148,28 @@ def _admit_plane(
 ) -> Admitted | Rejection:
     """Return the goal of a plane, which is sent to the centre and goes round by itself."""
     config, traits = snapshot.config.goto, snapshot.traits
+    circle_m = traits.circle_radius_m if traits.circles_left else -traits.circle_radius_m
+    if abs(request.radius_m) >= _least_circle_m(request, traits):
+        circle_m = request.radius_m
     speed_m_s = min(request.max_speed_m_s, snapshot.speed_max_m_s) or None
     centre = RouteWaypoint(ring.centre_enu_m, config.arrival_radius_m, max_speed_m_s=speed_m_s)
     warnings = check_obstacles((ring.centre_enu_m,), request.avoid_obstacles, False, snapshot)
     if isinstance(warnings, Rejection):
         return warnings
-    admitted = admit_plane(Route((centre,)), snapshot, warnings)
+    admitted = admit_plane(Route((centre,)), snapshot, warnings, abs(circle_m))
     if isinstance(admitted, Rejection) or admitted.plan is None:
         return admitted
     height_m = ring.centre_enu_m[2] - snapshot.ground_enu_m
     takeoff_m = min(height_m, max(config.takeoff_height_m, traits.takeoff_height_m))
-    round_s = max(request.laps, 1.0) * math.tau * ring.radius_m / admitted.plan.speeds_m_s[0]
+    round_s = max(request.laps, 1.0) * math.tau * abs(circle_m) / admitted.plan.speeds_m_s[0]
     laps = request.laps or math.inf
     return replace(
         admitted,
-        description=f"circle of its own, {traits.circle_radius_m:g} m, {_laps(request)}",
-        make_task=lambda _handover: FlyPlaneOrbit(centre, laps, config, traits, takeoff_m),
-        plan=replace(admitted.plan, hold_s=round_s),
+        description=f"circle of {circle_m:g} m, {_laps(request)}",
+        make_task=lambda _handover: FlyPlaneOrbit(
+            centre, circle_m, laps, config, traits, takeoff_m
+        ),
+        plan=replace(admitted.plan, hold_s=round_s, margin_m=circle_max_m(abs(circle_m))),
     )
 
 

@@ -121,18 +121,30 @@ def route(view: TrafficView, at: LocatedSnapshot, targets_enu_m: Sequence[Vector
     return joined(path, _circle(view, targets_enu_m[-1], at)) if is_plane(at) else path
 
 
-def to_circle(view: TrafficView, at: LocatedSnapshot, target_enu_m: Vector3) -> Volume:
-    """Return the volume of a plane's leg to a target that it then circles."""
+def to_circle(
+    view: TrafficView, at: LocatedSnapshot, target_enu_m: Vector3, circle_m: float | None = None
+) -> Volume:
+    """Return the volume of a plane's leg to a target that it then circles.
+
+    Args:
+        view: the traffic.
+        at: the plane.
+        target_enu_m: the centre.
+        circle_m: the radius; its sign does not matter. None for the plane's usual one.
+    """
     start = np.array(at.position_enu_m)
     line, _ = densified(np.array([start, target_enu_m]), np.zeros(2))
     path = Volume.along(view.traffic_frame.traffic(line), _PLANE_STRAYS_M, HEIGHT_ERROR_M)
     # It may have to turn round first.
     here = _disc(view, at.position_enu_m, 2.0 * at.traits.circle_radius_m + _PLANE_STRAYS_M)
-    return joined(path, here, _circle(view, target_enu_m, at))
+    return joined(path, here, _circle(view, target_enu_m, at, circle_m))
 
 
-def _circle(view: TrafficView, centre_enu_m: Vector3, at: LocatedSnapshot) -> Volume:
-    return _disc(view, centre_enu_m, _CIRCLE_SHARE * at.traits.circle_radius_m + _PLANE_STRAYS_M)
+def _circle(
+    view: TrafficView, centre_enu_m: Vector3, at: LocatedSnapshot, circle_m: float | None = None
+) -> Volume:
+    radius_m = abs(circle_m or at.traits.circle_radius_m)
+    return _disc(view, centre_enu_m, _CIRCLE_SHARE * radius_m + _PLANE_STRAYS_M)
 
 
 def _disc(view: TrafficView, centre_enu_m: Vector3, radius_m: float) -> Volume:

@@ -199,7 +199,7 @@ class VehicleSeparation(Feature):
             return own_volumes.landing(view, at)
         if intent.kind is TaskOperation.REPOSITION and intent.target_enu_m is not None:
             if is_plane(at):
-                return own_volumes.to_circle(view, at, intent.target_enu_m)
+                return own_volumes.to_circle(view, at, intent.target_enu_m, intent.circle_m)
             return own_volumes.route(view, at, (intent.target_enu_m,))
         if intent.kind is TaskOperation.START_MISSION:
             targets = () if goal is None or goal.plan is None else goal.plan.targets_enu_m
@@ -379,4 +379,6 @@ def _run_out(snapshot: Snapshot) -> tuple[float, float]:
 def _stays(intent: Perform, at: LocatedSnapshot) -> bool:
     """Whether a plane is to circle where it is, to be paused: it cannot wait with that."""
     target = intent.target_enu_m
-    return target is not None and math.dist(target[:2], at.position_enu_m[:2]) < _AT_TARGET_WITHIN_M
+    if target is None or intent.circle_m is not None:
+        return False
+    return math.dist(target[:2], at.position_enu_m[:2]) < _AT_TARGET_WITHIN_M

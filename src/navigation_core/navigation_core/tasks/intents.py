@@ -44,6 +44,8 @@ class Perform:
         kind: which operation.
         height_m: for TAKE_OFF, the height above the ground to climb to.
         target_enu_m: for REPOSITION, where to go.
+        circle_m: for REPOSITION of a plane, the radius of its circle there, negative clockwise;
+            None for its usual one.
         speed_m_s: for CHANGE_SPEED.
         mission: for UPLOAD_MISSION, what is to be flown.
     """
@@ -51,6 +53,7 @@ class Perform:
     kind: TaskOperation
     height_m: float | None = None
     target_enu_m: Vector3 | None = None
+    circle_m: float | None = None
     speed_m_s: float | None = None
     mission: MissionPlan | None = None
 

@@ -24,6 +24,9 @@ class Traits:
         lands_itself: whether it has a mode or command that lands it where it is.
         circle_radius_m: radius of the circle that it flies instead of standing still.
         circles_left: whether it flies its circles to the left, counter-clockwise.
+        airspeed_m_s: that it keeps unless another is asked for; 0 if that is not known.
+        circle_acceleration_m_s2: with which it may turn on a circle that it is sent to; 0 if that
+            is not known: then it is sent to its usual circles only.
         sinks_along_leg: whether it descends to a target gradually on its way there, not at once.
         turning_radius_m: least radius of a turn on the ground; 0 if it can turn on the spot.
         turn_rate_rad_s: fastest turn on the ground, at any speed.
@@ -52,6 +55,8 @@ class Traits:
     lands_itself: bool = True
     circle_radius_m: float = 0.0
     circles_left: bool = False
+    airspeed_m_s: float = 0.0
+    circle_acceleration_m_s2: float = 0.0
     sinks_along_leg: bool = False
     turning_radius_m: float = 0.0
     turn_rate_rad_s: float = 1.0

@@ -256,12 +256,18 @@ class Plane(Commander):
     def go_to(self, setpoint: Setpoint) -> None:
         """A place for GUIDED: circle it."""
         if setpoint.position_m is not None:
-            self.reposition(setpoint.position_m)
+            self.reposition(setpoint.position_m, 0.0, False)
 
-    def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
-        """DO_REPOSITION, once in GUIDED: circle another point, NED metres."""
+    def reposition(self, place: Vector, radius_m: float, against: bool) -> None:
+        """DO_REPOSITION, once in GUIDED: circle another point, NED metres.
+
+        Args:
+            place: NED metres.
+            radius_m: 0 keeps that of the last in this GUIDED, at first WP_LOITER_RAD.
+            against: the clock.
+        """
         if isinstance(self.mode, Guided):
-            self.mode.reposition(place, radius_m)
+            self.mode.reposition(place, radius_m, against)
 
     def fly_at_height_of(self, item: PlanItem) -> Result:
         """See `Commander`."""

@@ -288,11 +288,19 @@ class Guided(Loiter):
             self._reported = True
             self.vehicle.events.append(ItemReached(0))
 
-    def reposition(self, place: Vector, radius_m: float = 0.0) -> None:
-        """Another point."""
+    def reposition(self, place: Vector, radius_m: float, against: bool) -> None:
+        """Another point; without a radius that of the last one, or WP_LOITER_RAD.
+
+        The sign of WP_LOITER_RAD counts only where no radius is given.
+        """
         self._reported = self.on_circle = False
         self.slope_from = self.vehicle.motion[:3]
-        self.radius_m = radius_m
+        usual_m = self.vehicle.parameters["WP_LOITER_RAD"]
+        left = against or (radius_m <= 0.0 and usual_m < 0.0)
+        size_m = radius_m or abs(self.radius_m)
+        if size_m <= 1.0:
+            size_m = abs(usual_m)
+        self.radius_m = -size_m if left else size_m
         self.go_round(place)
 
     def setpoint(self, setpoint: Setpoint) -> None:

@@ -10,6 +10,7 @@ from itertools import pairwise
 
 from mavlink_sitl.autopilot.common.commander import PowerUp
 from mavlink_sitl.autopilot.common.firmware import Inputs, Landing
+from mavlink_sitl.autopilot.personality import px4
 from mavlink_sitl.autopilot.plans.plans import Cmd, PlanItem
 from mavlink_sitl.autopilot.px4.navigation import Px4Navigator, within
 from mavlink_sitl.autopilot.px4.plane import plane_landing, plane_modes, plane_takeoff
@@ -18,7 +19,8 @@ from mavlink_sitl.autopilot.px4.plane.plane_mission import PlaneMission, approac
 from mavlink_sitl.autopilot.px4.plane.plane_modes import TRUE_OVER_INDICATED, PlaneOffboard
 from mavlink_sitl.autopilot.px4.vehicle import Px4Vehicle, px4_table
 from mavlink_sitl.autopilot.state.navigation import LEAST_LIMIT
-from mavlink_sitl.exchange import Limits, Observation
+from mavlink_sitl.exchange import Limits, Observation, Result
+from mavlink_sitl.geodesy import GeoPoint
 
 
 class PlaneNavigator(Px4Navigator):
@@ -111,6 +113,15 @@ class Px4Plane(Px4Vehicle):
         """NPFG_PERIOD and NPFG_DAMPING."""
         p = self.parameters
         return Law(within(p["NPFG_PERIOD"], 1.0, 100.0), within(p["NPFG_DAMPING"], 0.1, 1.0))
+
+    def orbit(
+        self, point: GeoPoint | None, altitude_amsl_m: float | None, radius_m: float | None
+    ) -> Result:
+        """DO_ORBIT: AUTO.LOITER round a place, or where it is; negative is counter-clockwise."""
+        self.intend(px4.LOITER)
+        if self.armed:
+            self.mode_of(plane_modes.Hold).go_round(point, altitude_amsl_m, radius_m)
+        return Result.ACCEPTED
 
     def loiter_radius_m(self) -> float:
         """NAV_LOITER_RAD; negative is counter-clockwise."""

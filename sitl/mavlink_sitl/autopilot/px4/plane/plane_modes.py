@@ -167,11 +167,17 @@ class PlaneMode(Px4Mode):
 
 
 class Hold(PlaneMode, HoldMode):
-    """AUTO.LOITER: round the place where it was chosen, or that of DO_REPOSITION."""
+    """AUTO.LOITER: round the place where it was chosen, or that of DO_REPOSITION or DO_ORBIT.
+
+    Attributes:
+        radius_m: that DO_ORBIT asked for, negative counter-clockwise; None for NAV_LOITER_RAD.
+    """
+
+    radius_m: float | None = None
 
     def enter(self) -> None:
         """Choose the centre: that of the circle that is flown, if one is."""
-        self.target = None
+        self.target = self.radius_m = None
         self.level_off()
         self.update()
 
@@ -187,13 +193,19 @@ class Hold(PlaneMode, HoldMode):
             if circling is not None and self.near_circle(*circling):
                 centre = circling[0]
             self.target = (*centre, self.vehicle.motion.down_m)
-        self.circle(self.target)
+        self.circle(self.target, self.radius_m)
 
     def go_to(
         self, point: GeoPoint | None, altitude_amsl_m: float | None, yaw_rad: float | None
     ) -> None:
-        """Round another place, at another height; None keeps what is."""
-        self.target = self.other_target(point, altitude_amsl_m)
+        """Round another place, at another height; None keeps what is. NAV_LOITER_RAD counts."""
+        self.go_round(point, altitude_amsl_m, None)
+
+    def go_round(
+        self, point: GeoPoint | None, altitude_amsl_m: float | None, radius_m: float | None
+    ) -> None:
+        """Round another place with a radius."""
+        self.target, self.radius_m = self.other_target(point, altitude_amsl_m), radius_m
 
 
 class Manual(PlaneMode):

@@ -12,6 +12,8 @@ from mavlink_vehicle.profiles import CommandAltitude, ModePacking, Profile
 from mavlink_vehicle.protocols.operations.command import CommandRequest
 from mavlink_vehicle.state.reducer import VehicleState
 
+# ArduPlane counts the metres in 16 bits.
+_RADIUS_MAX_M = 65535.0
 _TO_A_MODE = (OperationKind.CHANGE_MODE, OperationKind.RESTORE_MODE)
 FORCE = 21196.0
 """MAV_CMD_COMPONENT_ARM_DISARM param2: disarm even in the air. The vehicle falls."""
@@ -149,7 +151,7 @@ class RepositionGoal(ModeGoal):
     """It was acknowledged, and HEARTBEAT shows the mode that flies there.
 
     MAV_CMD_DO_REPOSITION as COMMAND_INT; ArduPilot knows no other form. param2 bit 0 asks for
-    the mode: PX4 takes the command only with it.
+    the mode: PX4 takes the command only with it. A PX4 plane takes a radius with MAV_CMD_DO_ORBIT.
     """
 
     latitude_deg: float = 0.0
@@ -158,6 +160,7 @@ class RepositionGoal(ModeGoal):
     frame: int = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
     yaw: float = 0.0
     radius_m: float = 0.0
+    by_orbit: bool = False
     kind: OperationKind = OperationKind.REPOSITION
     needs_ack = True
 
@@ -168,20 +171,14 @@ class RepositionGoal(ModeGoal):
 
     @property
     def request(self) -> CommandRequest:
-        """MAV_CMD_DO_REPOSITION; param1 -1 keeps the speed, param3 0 the usual radius."""
-        return CommandRequest(
-            mavlink.MAV_CMD_DO_REPOSITION,
-            (
-                -1.0,
-                mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE,
-                self.radius_m,
-                self.yaw,
-                round(self.latitude_deg * 1e7),
-                round(self.longitude_deg * 1e7),
-                self.altitude_m,
-            ),
-            frame=self.frame,
-        )
+        """MAV_CMD_DO_REPOSITION; param1 -1 keeps the speed, param3 0 the radius. Or DO_ORBIT."""
+        command = mavlink.MAV_CMD_DO_REPOSITION
+        change_mode = float(mavlink.MAV_DO_REPOSITION_FLAGS_CHANGE_MODE)
+        how = (-1.0, change_mode, self.radius_m, self.yaw)
+        if self.by_orbit:
+            command, how = mavlink.MAV_CMD_DO_ORBIT, (self.radius_m, math.nan, 0.0, math.nan)
+        place = (round(self.latitude_deg * 1e7), round(self.longitude_deg * 1e7), self.altitude_m)
+        return CommandRequest(command, (*how, *place), frame=self.frame)
 
 
 @dataclass(frozen=True)
@@ -233,7 +230,7 @@ def reposition_problem(
 
     Args:
         place: latitude and longitude in degrees, altitude above mean sea level in metres.
-        radius_m: of the circle about it, None for the vehicle's own.
+        radius_m: of the circle about it, negative against the clock; None for the usual one.
         state: the vehicle's state.
         profile: its profile.
     """
@@ -242,7 +239,7 @@ def reposition_problem(
         return f"{profile.name} is flown by setpoints"
     if not (abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0 and abs(altitude_m) <= 1e5):
         return f"{latitude_deg}, {longitude_deg}, {altitude_m} m is not a valid position"
-    if radius_m is not None and not 0.0 < radius_m <= 1e5:
+    if radius_m is not None and not 1.0 < abs(radius_m) <= _RADIUS_MAX_M:
         return f"{radius_m} m is not a valid circle radius"
     if not state.armed:
         # PX4 acknowledges it, changes the mode and forgets the place.
@@ -257,14 +254,23 @@ def reposition_goal(
     radius_m: float | None,
     state: VehicleState,
     profile: Profile,
+    usual_m: float = 0.0,
 ) -> RepositionGoal:
-    """Return the goal for a place without a `reposition_problem`; the parameters are the same."""
+    """Return the goal for a place without a `reposition_problem`; the parameters are the same.
+
+    `usual_m` is the radius by the vehicle's parameter, 0 while that is not known.
+    """
     latitude_deg, longitude_deg, altitude_m = place
     frame, yaw = mavlink.MAV_FRAME_GLOBAL_INT, math.nan
     if profile.altitude_reference is CommandAltitude.HOME and state.home is not None:
         altitude_m -= state.home.altitude_amsl_m
         # PX4 takes a yaw here; ArduPlane the direction of the circle, 0 clockwise.
         frame, yaw = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, 0.0
+    by_orbit = profile.circles_by_orbit and radius_m is not None
+    if not profile.circles_by_orbit:
+        # It would keep the radius of a circle before this one.
+        signed_m = usual_m if radius_m is None else radius_m
+        radius_m, yaw = abs(signed_m), 1.0 if signed_m < 0.0 else 0.0
     mode = profile.control_mode or ""
     return RepositionGoal(
         mode,
@@ -276,4 +282,5 @@ def reposition_goal(
         frame=frame,
         yaw=yaw,
         radius_m=radius_m or 0.0,
+        by_orbit=by_orbit,
     )

@@ -108,6 +108,7 @@ class Carrot:
         self.distance_remaining_m = trajectory.remaining_distance_m(time_s)
         self.state = self.nominal
         self._yaw_rate_rad_s = trajectory.limits.yaw_rate_rad_s
+        self._turn_rate_rad_s = 0.0
         self._driven: DrivenPath | None = None
         self.aside_enu_m = ZERO
         self.room_m = config.tracking_error_max_m
@@ -129,6 +130,10 @@ class Carrot:
     def turn_to(self, yaw_enu_rad: float) -> None:
         """Turn to another yaw from now on, the shorter way round."""
         self._yaw_goal_enu_rad = wrap_angle(yaw_enu_rad)
+
+    def turn_on(self, rate_rad_s: float) -> None:
+        """Turn on and on from now on, up to the end of the trajectory."""
+        self._turn_rate_rad_s = rate_rad_s
 
     @property
     def setpoint(self) -> Setpoint:
@@ -192,7 +197,11 @@ class Carrot:
         # The mean of both rates makes the position the integral of the velocity.
         self._walk_to(self.time_s + 0.5 * (before + self.rate) * dt_s, self.rate, dt_s)
         self.state = self._scaled(self.nominal, (self.rate - before) / dt_s)
-        if self.yaw_enu_rad != self._yaw_goal_enu_rad:
+        if self._turn_rate_rad_s:
+            if not self.ended:
+                self.yaw_enu_rad = wrap_angle(self.yaw_enu_rad + self._turn_rate_rad_s * dt_s)
+            self._yaw_goal_enu_rad = self.yaw_enu_rad
+        elif self.yaw_enu_rad != self._yaw_goal_enu_rad:
             self.yaw_enu_rad = slew_angle(
                 self.yaw_enu_rad, self._yaw_goal_enu_rad, self._yaw_rate_rad_s * dt_s
             )

@@ -113,6 +113,8 @@ class FlightTerms:
         traits: what the vehicle can do.
         avoidance: how to keep away from obstacles; None to fly straight.
         bounds: what it stays within if its server dies; None for anywhere.
+        turn_rate_rad_s: with which a copter turns on and on while it moves, counter-clockwise; 0
+            for the yaw of the flight.
     """
 
     config: GotoConfig
@@ -120,3 +122,4 @@ class FlightTerms:
     traits: Traits = COPTER
     avoidance: AvoidanceConfig | None = None
     bounds: Bounds | None = None
+    turn_rate_rad_s: float = 0.0

@@ -73,15 +73,13 @@ class PathFollower:
         # A rover or boat is not led by its carrot's derivatives.
         if not traits.flies:
             config = replace(config, following_gain_per_s=0.0, response_s=0.0)
-        self._config = config
+        self._config, self._turn_rate_rad_s = config, terms.turn_rate_rad_s
         self._via: tuple[RoutePoint, ...] = ()
         self._via_yaw: tuple[float | None, ...] = ()
         self._passed_s: tuple[float, ...] = ()
-        # The path around obstacles that is flown, and why there is none.
+        # The path around obstacles that is flown, why there is none, whether it is searched for.
         self.path: CheckedPath | None = None
-        self.no_path = ""
-        # Whether one is still searched for.
-        self.undecided = False
+        self.no_path, self.undecided = "", False
         self._leads_to_goal = False
         self.ring = RingGuide(terms)
         self._traits = traits
@@ -296,7 +294,9 @@ class PathFollower:
         dt_s = self.sent.take_time_s()
         if self.carrot is None:
             return
-        if self._passed_s:
+        if self._turn_rate_rad_s:
+            self.carrot.turn_on(self._turn_rate_rad_s)
+        elif self._passed_s:
             self.carrot.turn_to(self._yaw_on_route(self.carrot))
         self.carrot.advance(dt_s, position_enu_m, rate_max)
         self.ring.lead(self.carrot, position_enu_m, dt_s)

@@ -58,6 +58,7 @@ class FlyPlane(PhasedTask):
         config: GotoConfig,
         traits: Traits,
         takeoff_height_m: float,
+        circle_m: float | None = None,
     ) -> None:
         """Prepare.
 
@@ -66,19 +67,22 @@ class FlyPlane(PhasedTask):
             config: tolerances and limits of time; its speeds and radii are for others.
             traits: what the plane can do.
             takeoff_height_m: height above the ground that a take-off is asked for.
+            circle_m: radius of its circles about targets, negative clockwise; None: its usual one.
         """
         super().__init__(config, Phase.PREPARING)
         self._traits = traits
+        self._circle_m = circle_m
+        self._circle_size_m = abs(circle_m or traits.circle_radius_m)
         self._takeoff_height_m = takeoff_height_m
         # One lap; how it flies between them is the plane's own matter.
         self._path_enu_m = tuple(waypoint.position_enu_m for waypoint in route.waypoints)
-        self._route = PlaneRoute(route, traits.circle_radius_m)
+        self._route = PlaneRoute(route, self._circle_size_m)
         self._destination = PlaneDestination(traits, self._requests)
         self._giving_way = self._destination.giving_way
         self._leg_speed = LegSpeed(self._requests)
         self._departure = Departure(config, traits, self._requests, self._error_m)
         self._last_enu_m: Vector3 | None = None
-        self._circling = Circling(traits.circle_radius_m)
+        self._circling = Circling(self._circle_size_m)
         self._circled = Dwell(config.arrival_dwell_s)
         self._landed = Dwell(config.landed_timeout_s)
         self._nearest_m, self._nearest_s = float("inf"), 0.0
@@ -107,7 +111,6 @@ class FlyPlane(PhasedTask):
         self._leg_speed.forget()
         self._destination.forget()
         if self._phase in _IN_FLIGHT:
-            self._circling = Circling(self._traits.circle_radius_m)
             self._go(Phase.NAVIGATING, now)
         elif self._phase in BEFORE_FLIGHT:
             self._go(Phase.PREPARING, now)
@@ -160,6 +163,8 @@ class FlyPlane(PhasedTask):
 
     def _go(self, phase: Phase, now: float) -> None:
         super()._go(phase, now)
+        if phase is Phase.NAVIGATING:
+            self._circling = Circling(self._circle_size_m)
         self._nearest_s = now
         self._nearest_m = float("inf")
         self._circled.reset()
@@ -206,7 +211,7 @@ class FlyPlane(PhasedTask):
         if self._pause_asked or observation.position_doubt:
             return self._begin_stay(observation)
         target = self._route.current.position_enu_m
-        answer: Answer = self._destination.send(target, observation, now)
+        answer: Answer = self._destination.send(target, observation, now, self._circle_m)
         if answer is None:
             answer = self._leg_speed.ask(self._route.current.max_speed_m_s, observation, now)
         if answer is None:
@@ -216,9 +221,8 @@ class FlyPlane(PhasedTask):
         known = located(observation, self._config.position_stale_s)
         if known is None:
             return Wait()
-        here = known.state
-        position = here.position_enu_m
-        if self._route.passed(position, here.velocity_enu_m_s):
+        position = known.state.position_enu_m
+        if self._route.passed(position, known.state.velocity_enu_m_s):
             return self._next(observation, now)
         on_circle = self._circling.watch(position, target) and not self._giving_way.evades
         if self._route.stops and on_circle:
@@ -247,9 +251,9 @@ class FlyPlane(PhasedTask):
         if self._pause_asked or observation.position_doubt:
             return self._begin_stay(observation)
         waypoint = self._route.current
-        answer = self._destination.send(waypoint.position_enu_m, observation, now)
+        target = waypoint.position_enu_m
+        answer = self._destination.send(target, observation, now, self._circle_m)
         if self._giving_way.evades:
-            self._circling = Circling(self._traits.circle_radius_m)
             return Phase.NAVIGATING
         if answer is not None:
             return answer
@@ -270,7 +274,6 @@ class FlyPlane(PhasedTask):
     def _next(self, observation: Observation, now: float) -> Answer:
         """Advance to the next waypoint, or end on the circle about the last."""
         self._route.advance()
-        self._circling = Circling(self._traits.circle_radius_m)
         if not self._route.over:
             return Phase.NAVIGATING
         text = "The plane circles the target"
@@ -301,7 +304,6 @@ class FlyPlane(PhasedTask):
     def _stay(self, place: Vector3, observation: Observation, now: float) -> Answer:
         answer = self._destination.send(place, observation, now)
         if answer is None and not (self._pause_asked or observation.position_doubt):
-            self._circling = Circling(self._traits.circle_radius_m)
             return Phase.NAVIGATING
         return answer or Wait()
 

@@ -24,26 +24,34 @@ class PlaneDestination:
         self.giving_way = PlaneGivingWay(traits)
         self.was_sent = False
         self._requests = requests
-        self._sent_enu_m: Vector3 | None = None
+        self._sent: tuple[Vector3, float | None] | None = None
         self._is_taken = False
 
     def forget(self) -> None:
         """Send it again: it was stopped in another mode."""
-        self._sent_enu_m = None
+        self._sent = None
         self._is_taken = self.was_sent = False
 
-    def send(self, place: Vector3, observation: Observation, now: float) -> Intent | Outcome | None:
+    def send(
+        self,
+        place: Vector3,
+        observation: Observation,
+        now: float,
+        circle_m: float | None = None,
+    ) -> Intent | Outcome | None:
         """Have it fly to a place and circle it; None once it has taken that.
 
-        As long as it has to give way, it is another place.
+        As long as it has to give way, it is another place. `circle_m` is negative clockwise; None
+        for its usual circle.
         """
+        self.giving_way.circle_m = circle_m
         place = self.giving_way.place(place, self._is_taken, observation, now)
-        if place != self._sent_enu_m:
-            self._sent_enu_m, self._is_taken = place, False
+        if (place, circle_m) != self._sent:
+            self._sent, self._is_taken = (place, circle_m), False
             self._requests.forget()
         if self._is_taken:
             return None
-        intent = Perform(TaskOperation.REPOSITION, target_enu_m=place)
+        intent = Perform(TaskOperation.REPOSITION, target_enu_m=place, circle_m=circle_m)
         answer = self._requests.perform(intent, OutcomeCode.MODE_REFUSED, observation, now)
         if answer is None:
             self._is_taken = self.was_sent = True

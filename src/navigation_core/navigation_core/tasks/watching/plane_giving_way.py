@@ -41,6 +41,8 @@ class PlaneGivingWay:
     def __init__(self, traits: Traits) -> None:
         """Prepare; ``traits`` are the plane's."""
         self._traits = traits
+        self.circle_m: float | None = None
+        """The radius of the circles that it is sent to, negative clockwise; None: its usual one."""
         self._evasion: Vector3 | None = None
         self._looked_s = self._chosen_s = self._given_up_s = -math.inf
         self.waiting: TrafficWait | None = None
@@ -120,14 +122,14 @@ class PlaneGivingWay:
         )
         if not len(intruders):
             return None
-        traits = self._traits
+        traits, circle_m = self._traits, self.circle_m
         height_min_enu_m = observation.ground_enu_m + traits.height_min_m
         return PlaneEvasionSearch(
             view,
             intruders,
             _CLIMBS,
-            traits.circle_radius_m,
-            traits.circles_left,
+            abs(circle_m or traits.circle_radius_m),
+            traits.circles_left if circle_m is None else circle_m > 0.0,
             traits.sinks_along_leg,
             height_min_enu_m,
         )

@@ -1,4 +1,4 @@
-"""Has a plane circle a point for a number of laps, on the circle that it flies by itself."""
+"""Has a plane circle a point for a number of laps: sent there with a radius, it circles itself."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ __all__ = ["FlyPlaneOrbit"]
 _WHOLE_DAY_S = 86400.0
 # Slower planes than this are rare; until it flies, and against the wind, the time left counts so.
 _SLOW_M_S = 7.5
-# A circle that does not get round by this much in this time is none.
+# Laps count within this share of the radius: a plane may come from the centre.
+_NEAR_SHARE = 0.35
+# A circle that does not get round by this much in this time, and that of a radius, is none.
 _STUCK_AFTER_S, _STUCK_RAD = 90.0, math.radians(45.0)
 
 
@@ -34,6 +36,7 @@ class FlyPlaneOrbit(FlyPlane):
     def __init__(
         self,
         waypoint: RouteWaypoint,
+        circle_m: float,
         laps: float,
         config: GotoConfig,
         traits: Traits,
@@ -43,17 +46,18 @@ class FlyPlaneOrbit(FlyPlane):
 
         Args:
             waypoint: the centre, and the airspeed.
+            circle_m: radius, negative clockwise.
             laps: above 0; infinite for until it is cancelled.
             config: tolerances and limits of time.
-            traits: what the plane can do; its circle is the one that is flown.
+            traits: what the plane can do.
             takeoff_height_m: height above the ground that a take-off is asked for.
         """
         centre = replace(waypoint, hold_time_s=_WHOLE_DAY_S)
-        super().__init__(Route((centre,)), config, traits, takeoff_height_m)
+        super().__init__(Route((centre,)), config, traits, takeoff_height_m, circle_m)
         self._centre_enu_m: Vector3 = waypoint.position_enu_m
         self._turn_rad = math.tau * laps
-        self._sign = 1.0 if traits.circles_left else -1.0
-        self._radius_m = traits.circle_radius_m
+        self._sign = math.copysign(1.0, circle_m)
+        self._radius_m = abs(circle_m)
         self._flown_rad = 0.0
         self._bearing_rad: float | None = None
         self._round_s, self._round_rad = 0.0, 0.0
@@ -71,7 +75,8 @@ class FlyPlaneOrbit(FlyPlane):
             return answer
         east_m, north_m, _ = subtract(known.state.position_enu_m, self._centre_enu_m)
         bearing_rad = math.atan2(north_m, east_m)
-        if self._bearing_rad is not None:
+        near = abs(math.hypot(east_m, north_m) - self._radius_m) <= _NEAR_SHARE * self._radius_m
+        if self._bearing_rad is not None and near:
             self._flown_rad += self._sign * wrap_angle(bearing_rad - self._bearing_rad)
         self._bearing_rad = bearing_rad
         if self._flown_rad >= self._turn_rad:
@@ -80,8 +85,9 @@ class FlyPlaneOrbit(FlyPlane):
             return self._over(OutcomeCode.SUCCESS, text, observation)
         if self._flown_rad > self._round_rad + _STUCK_RAD:
             self._round_s, self._round_rad = now, self._flown_rad
-        if now - self._round_s > _STUCK_AFTER_S:
-            text = f"The vehicle has not gone round for {_STUCK_AFTER_S:g} s."
+        stuck_s = _STUCK_AFTER_S + self._radius_m / _SLOW_M_S
+        if now - self._round_s > stuck_s:
+            text = f"The vehicle has not gone round for {stuck_s:.0f} s."
             return self._over(OutcomeCode.TIMEOUT, text, observation)
         return answer
 
