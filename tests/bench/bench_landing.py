@@ -1,7 +1,7 @@
 """Landings on a target in wind: how far from it a copter stands, by the simulation's truth.
 
-The target is seen by a seeded camera with noise, loss, delay and a field of view; the reference is
-the radius of the vehicle.
+The target is seen by a seeded camera with noise, loss and a field of view, but without delay or an
+error of its mount; the reference is the radius of the vehicle.
 """
 
 from __future__ import annotations

@@ -460,6 +460,27 @@ def test_what_a_vehicle_lacks_to_know_of_other_aircraft_is_reported(
 
 
 @pytest.mark.parametrize(
+    ("firmware", "parameters", "words"),
+    [
+        ("ardupilot", {}, "not yet: set PLND_ENABLED to 1 and PLND_TYPE to 1, and restart it"),
+        ("ardupilot", {"PLND_ENABLED": 1.0, "PLND_TYPE": 3.0}, "not yet: set PLND_TYPE to 1, and"),
+        ("ardupilot", {"PLND_ENABLED": 1.0, "PLND_TYPE": 1.0}, "possible, in LAND"),
+        ("px4", {}, "possible, in AUTO.PRECLAND"),
+    ],
+)
+def test_what_a_vehicle_lacks_to_land_on_a_target_is_reported(
+    firmware: str, parameters: dict[str, float], words: str
+) -> None:
+    report = look(firmware, parameters=parameters).run_to_end()
+    assert value_of(report, "land on a target").startswith(words)
+
+
+def test_no_landing_on_a_target_is_reported_for_a_plane() -> None:
+    report = look(kind="plane").run_to_end()
+    assert "land on a target" not in {line.name for part in report.sections for line in part.lines}
+
+
+@pytest.mark.parametrize(
     ("set_up", "right"),
     [
         ("px4_copter", "ardupilot_copter.yaml"),

@@ -25,7 +25,7 @@ _NOISE = 0.01
 
 
 class LandingFlight(SimulatedFlight):
-    """Looks down with a camera at 10 Hz: with noise, loss, delay and a field of view.
+    """Looks down with a camera at 10 Hz: with noise, loss and a field of view, no delay.
 
     Attributes:
         target: true position of the target, in the map frame.

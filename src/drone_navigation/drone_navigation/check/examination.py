@@ -129,6 +129,8 @@ class Checker:
             names = [name for setting in profile.failsafe_settings for name in setting.names]
             if profile.traffic_receiver_parameter is not None:
                 names.append(profile.traffic_receiver_parameter)
+            if profile.landing_target is not None:
+                names.extend(profile.landing_target.needed)
             self._reader.resume(self.vehicle.address, names, profile.parameters_bytewise, now)
         if header.srcSystem == self.vehicle.state.system_id:
             self._reader.receive(message, now)
@@ -180,7 +182,7 @@ class Checker:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Settings of failsafes and of the ADS-B receiver, reported by the vehicle, by name."""
+        """Settings that the report names, reported by the vehicle, by name."""
         return dict(self._reader.values)
 
     def waiting_for(self, now: float) -> str | None:

@@ -82,6 +82,7 @@ def vehicle_section(checker: Checker, profile: Profile, set_up: str = "") -> Che
             Line("goals may arm", "yes" if goto.may_arm else unarmed),
             _separation(checker.config.bridge.traffic),
             _traffic_receiver(checker, profile),
+            *_landing_on_a_target(checker, profile),
         ),
     )
 
@@ -123,6 +124,16 @@ def _traffic_receiver(checker: Checker, profile: Profile) -> Line:
     if name is not None and value is None:
         return Line(what, f"unknown to the vehicle: it does not report {name}")
     return Line(what, f"{_TRAFFIC} is asked for; none has been received yet")
+
+
+def _landing_on_a_target(checker: Checker, profile: Profile) -> tuple[Line, ...]:
+    """Return what a landing on a target lacks, for the kinds that have it; few need it."""
+    rules = profile.landing_target
+    if rules is None:
+        return ()
+    wanted = rules.to_set(checker.parameters)
+    value = f"not yet: set {wanted}, and restart it" if wanted else f"possible, in {rules.mode}"
+    return (Line("land on a target", value),)
 
 
 def position_section(state: VehicleState) -> CheckSection:

@@ -184,6 +184,15 @@ class LandingTargetRules:
     frame: int
     needed: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
+    def to_set(self, known: Mapping[str, float]) -> str:
+        """Return which of `needed` are to be set, "NAME to 1 and NAME to 1"; empty if none is.
+
+        Args:
+            known: parameters that the vehicle has reported; one that it has not is to be set.
+        """
+        lacking = (name for name, value in self.needed.items() if known.get(name) != value)
+        return " and ".join(f"{name} to {self.needed[name]:g}" for name in lacking)
+
 
 @dataclass(frozen=True)
 class MessageProperties:

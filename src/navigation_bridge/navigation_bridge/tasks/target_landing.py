@@ -44,9 +44,8 @@ def _check_vehicle(snapshot: Snapshot) -> Rejection | None:
     if rules is None:
         text = f"{profile.name} does not land on targets; only copters do."
         return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, text)
-    lacking = [name for name, value in rules.needed.items() if known.get(name) != value]
-    if lacking:
-        wanted = " and ".join(f"{name} to {rules.needed[name]:g}" for name in lacking)
+    wanted = rules.to_set(known)
+    if wanted:
         text = f"The vehicle does not land on targets yet: set {wanted}, and restart it."
         return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, text)
     if snapshot.pose is None:
