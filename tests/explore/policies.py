@@ -30,6 +30,7 @@ from navigation_bridge.goals.requests import (
     OrbitRequest,
     ReturnRequest,
     TakeoffRequest,
+    VelocityRequest,
     WaypointRequest,
     WaypointsRequest,
 )
@@ -1186,15 +1187,22 @@ def mission_items_have_their_holds(item: Message, view: View, now_s: float) -> b
     return bool(item.param1 >= min(waypoint.hold_time_s for waypoint in request.waypoints))
 
 
+_STEERED = (FollowRequest, VelocityRequest)
+
+
 @always(sent(SETPOINTS[0]), SETPOINT)
 def velocities_fit_positions(message: Message, view: View, now_s: float) -> bool:
-    """A copter's setpoints are no faster than their positions move."""
+    """A copter's setpoints are no faster than their positions move.
+
+    Those that follow a command or a target stay near a vehicle that lags
+    (navigation_core/tasks/steering/flown_reference.py).
+    """
     before, since_s = view.before, now_s - view.before_s
     if before is None or not view.copter or not 0.01 < since_s < 0.3 or not _ours(view, now_s):
         return True
     if (message.type_mask | before.type_mask) & 0b001001 or now_s - view.flown.accepted_s < 2.0:
         return True
-    if _avoids(view) or _is_led(view):
+    if _avoids(view) or _is_led(view) or isinstance(view.flown.request, _STEERED):
         return True
     moved_m_s = math.dist((message.x, message.y), (before.x, before.y)) / since_s
     return math.hypot(message.vx, message.vy) <= 1.25 * moved_m_s + 0.3
