@@ -165,6 +165,19 @@ def test_another_mavlink_system_is_followed(name: str) -> None:
     assert distance_m == pytest.approx(math.hypot(6.0, 5.0), abs=3.0)
 
 
+@pytest.mark.parametrize(("name", "follows"), [("FOLLOW_TARGET", 1), ("GLOBAL_POSITION_INT", 0)])
+def test_a_ground_station_on_a_link_of_its_own_is_followed(name: str, follows: int) -> None:
+    flight = FollowFlight(east(0.0))
+    source = TargetSource(system_id=255)
+    goal_id = flight.follow(replace(BEHIND, source=source, offset_frame=OffsetFrame.MAP))
+    station = AutopilotMessages(255)
+    for number in range(50):
+        flight.bridge.overhear(_position(station, 1000 + 100 * number, name), flight.now)
+        flight.run_for(0.1)
+    state = flight.state(goal_id)
+    assert state is (FollowState.FOLLOWING if follows else FollowState.ACQUIRING)
+
+
 BAD = {
     "no source": (replace(BEHIND, source=TargetSource()), "INVALID_TARGET", "0 of pose_topic"),
     "two sources": (

@@ -234,8 +234,12 @@ class Bridge:
         self.obstacles.start(now)
 
     def overhear(self, message: Message, now: float) -> None:
-        """Process a message of a ground station from another link; it is never telemetry."""
+        """Process a message of a ground station from another link.
+
+        It is never telemetry of the vehicle.
+        """
         self.vehicle.overhear(message, now)
+        self._features.overhear(message, now)
         if (event := self.vehicle.next_event()) is not None:
             self._events.handle(event, now)
         self.front.put_out()

@@ -111,9 +111,11 @@ class Feature:
 
     Attributes:
         hears: types of the messages for :meth:`hear`.
+        overhears: those of them that ground stations may send, too, from links of their own.
     """
 
     hears: ClassVar[frozenset[str]] = frozenset()
+    overhears: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, parts: FeatureParts) -> None:
         """Prepare."""
@@ -241,6 +243,13 @@ class Features(Feature):
         """Let the one that hears messages of its type process it."""
         feature = self._hearing.get(message.get_type())
         if feature is not None:
+            feature.hear(message, now)
+
+    def overhear(self, message: Message, now: float) -> None:
+        """Let the one that takes such a message from ground stations process it."""
+        kind = message.get_type()
+        feature = self._hearing.get(kind)
+        if feature is not None and kind in feature.overhears:
             feature.hear(message, now)
 
     def messages_to_send(self) -> list[Message]:

@@ -36,6 +36,8 @@ class FollowedTarget(Feature):
     """
 
     hears: ClassVar[frozenset[str]] = frozenset({"FOLLOW_TARGET", "GLOBAL_POSITION_INT"})
+    # QGroundControl sends its own position. Other positions on its link may be of other vehicles.
+    overhears: ClassVar[frozenset[str]] = frozenset({"FOLLOW_TARGET"})
 
     def __init__(self, parts: FeatureParts) -> None:
         """Begin without a target."""
