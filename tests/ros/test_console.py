@@ -221,6 +221,47 @@ def test_a_circle_is_drawn_rehearsed_and_flown(page: Tab) -> None:
     assert "Went round 1 times" in page.text("end")
 
 
+@pytest.mark.usefixtures("on_the_ground")
+def test_a_survey_is_drawn_computed_rehearsed_and_flown(page: Tab) -> None:
+    before = ends(page)
+    corners = ((4.0, 0.0), (16.0, 0.0), (16.0, 9.0), (4.0, 9.0))
+    for corner in corners[:2]:
+        page.drag(on_map(page, *corner))
+    assert page.value("document.getElementById('survey').disabled")
+    for corner in (corners[3], corners[2]):
+        page.drag(on_map(page, *corner))
+    page.value("document.getElementById('spacing').value = '3'")
+    page.click("survey")
+    page.wait("!document.getElementById('survey-answer').hidden")
+    assert page.text("survey-answer").startswith("INVALID_WAYPOINTS: ")
+    for _ in range(2):
+        page.press("u", "KeyU")
+    for corner in corners[2:]:
+        page.drag(on_map(page, *corner))
+    page.press("y", "KeyY")
+    page.wait(
+        "document.getElementById('answer').textContent.startsWith('The survey is on the map')"
+    )
+    assert re.search(r"map: 1[01]\d m². \d+ waypoints, \d+ m, \d+ s\.", page.text("answer"))
+    assert page.value("document.getElementById('survey-answer').hidden")
+    lines = waypoints(page)
+    assert len(lines) >= 6
+    assert {up_m for _, _, up_m, _ in lines} == {5.0}
+    # Other lines over the same area, and back.
+    page.value("document.getElementById('spacing').value = '4.5'")
+    page.click("survey")
+    page.wait(f"document.querySelectorAll('#waypoints li:not(.head)').length < {len(lines)}")
+    page.press("u", "KeyU")
+    assert waypoints(page) == lines
+    page.wait("document.getElementById('rehearsal').dataset.code === 'SUCCESS'", _REHEARSED_S)
+    page.press("g", "KeyG")
+    page.wait("!document.getElementById('confirm').hidden")
+    assert f"the survey by {len(lines)} waypoints" in page.text("confirm-text")
+    page.press(" ", "Space", 1.8)
+    page.wait(ACTIVE)
+    wait_for_end(page, before, "SUCCESS")
+
+
 def test_a_route_is_slid_dragged_in_flight_and_cancelled(page: Tab) -> None:
     before = ends(page)
     page.value("document.getElementById('speed').value = '0.5'")  # it flies while it is dragged

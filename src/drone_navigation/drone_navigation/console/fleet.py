@@ -15,6 +15,7 @@ from rclpy.node import Node
 from drone_navigation.console.messages import (
     PageCommand,
     PageGoal,
+    PlanSurvey,
     Rehearse,
     RehearseTogether,
     Replay,
@@ -114,6 +115,12 @@ class Fleet:
     def fly(self, order: PageGoal, by: str, answer: Answer) -> None:
         """Send a goal or a route; `by` names the page."""
         self.post(lambda: self._with(order.vehicle, lambda v: v.fly(order, by, answer), answer))
+
+    def survey(self, asked: PlanSurvey, tell: Tell, answer: Answer) -> None:
+        """Compute lines over an area, which moves nothing."""
+        self.post(
+            lambda: self._with(asked.vehicle, lambda v: v.survey(asked, tell, answer), answer)
+        )
 
     def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
         """Simulate how a goal or a route would go; `by` names the page."""

@@ -36,6 +36,7 @@ __all__ = [
     "PageCommand",
     "PageGoal",
     "PageWaypoint",
+    "PlanSurvey",
     "RateLimit",
     "ReadPlan",
     "Rehearse",
@@ -81,6 +82,8 @@ _WAYPOINTS = items(
     1,
     WAYPOINTS_MAX,
 )
+
+_CORNERS = items(record(lambda x, y: (x, y), x=_COORDINATE_M, y=_COORDINATE_M), 3, WAYPOINTS_MAX)
 
 
 @dataclass(frozen=True)
@@ -199,6 +202,21 @@ class ReadPlan(_ForVehicle):
 
 
 @dataclass(frozen=True)
+class PlanSurvey(_ForVehicle):
+    """Compute lines over an area of the vehicle's map, which the page then draws; moves nothing.
+
+    Speed 0 is the server's default.
+    """
+
+    kind: ClassVar[str] = "survey"
+
+    corners_enu_m: tuple[tuple[float, float], ...] = member(_CORNERS, "corners")
+    height_m: float = member(number(-1e4, 1e4), "height")
+    spacing_m: float = member(number(0.1, 1e4), "spacing")
+    speed_m_s: float = member(number(0, 100), "speed")
+
+
+@dataclass(frozen=True)
 class SavePlan(_ForVehicle):
     """Convert waypoints of the vehicle's map into a `.plan` file."""
 
@@ -231,7 +249,7 @@ class Replay(_ForVehicle):
 
 VehicleMessage: TypeAlias = (
     Take | Give | Hold | Cancel | PageCommand | PageGoal | Rehearse | ReadPlan | SavePlan
-    | ConvertMission | Replay
+    | ConvertMission | PlanSurvey | Replay
 )  # fmt: skip
 Message: TypeAlias = Alive | RehearseTogether | VehicleMessage
 
@@ -272,6 +290,7 @@ MESSAGE: Kind[Message] = one_of(
             | _named(Replay, "seek", value=_POSITION_S),
         ),
         ConvertMission.kind: record(ConvertMission),
+        PlanSurvey.kind: record(PlanSurvey),
         ReadPlan.kind: record(ReadPlan),
         SavePlan.kind: record(SavePlan),
     },

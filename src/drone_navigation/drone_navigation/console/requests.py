@@ -26,14 +26,24 @@ from custom_interfaces.action import (
     ReturnToLaunch,
     Takeoff,
 )
-from custom_interfaces.msg import Waypoint
-from custom_interfaces.srv import SeekReplay
-from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Replay
-from drone_navigation.console.page_types import RouteValue
+from custom_interfaces.srv import ComputeSurvey, SeekReplay
+from drone_navigation.console.goals.goal_messages import action_goal
+from drone_navigation.console.goals.survey_messages import (
+    survey_objection,
+    survey_request,
+    survey_route,
+)
+from drone_navigation.console.messages import (
+    PageCommand,
+    PageGoal,
+    PageWaypoint,
+    PlanSurvey,
+    Replay,
+)
+from drone_navigation.console.page_types import RouteValue, Tell
 from navigation_bridge.names import (
     ACTION_NAME,
     FOLLOW_ACTION_NAME,
-    FRAME_MAP,
     LAND_ACTION_NAME,
     ORBIT_ACTION_NAME,
     RETURN_ACTION_NAME,
@@ -182,9 +192,10 @@ class VehicleRequests:
     def _call(self, future: Future, done: _Take, late: Callable[[], None]) -> None:
         self._calls.append(_Call(future, self._now + _ANSWER_TIMEOUT_S, done, late))
 
-    def find_stops(self) -> None:
-        """Find what ends a flight, before it is needed."""
+    def find_open(self) -> None:
+        """Find what ends a flight, and what every page may ask, before it is needed."""
         self._service("hold")
+        self._service("compute_survey", ComputeSurvey)
         for action in ACTIONS:
             self._canceller(action)
 
@@ -334,29 +345,31 @@ class VehicleRequests:
             self._send(RETURN_ACTION_NAME, ReturnToLaunch.Goal(), (), by, answer)
 
     def fly(self, order: PageGoal, by: str, answer: Answer) -> None:
-        """Send a goal, a circle, or a route if it has several waypoints, a hold time or laps."""
-        waypoints = order.waypoints
-        if order.radius_m:
-            # The centre is no waypoint: the vehicle never comes to it.
-            self._send(ORBIT_ACTION_NAME, _circle(order), (), by, answer)
+        """Send a goal, a route or a circle."""
+        action, goal = action_goal(order)
+        # The centre of a circle is no waypoint: the vehicle never comes to it.
+        waypoints = () if order.radius_m else order.waypoints
+        self._send(action, goal, waypoints, by, answer)
+
+    def survey(self, asked: PlanSurvey, tell: Tell, answer: Answer) -> None:
+        """Ask the server for lines over an area; the page is told the route."""
+
+        def take(response: ComputeSurvey.Response) -> None:
+            objection = survey_objection(response)
+            if objection:
+                answer(False, objection)
+            else:
+                tell(survey_route(asked, response))
+
+        client = self._service("compute_survey", ComputeSurvey)
+        if self._is_silent(answer):
             return
-        if len(waypoints) == 1 and not waypoints[0].hold_time_s and order.laps == 1:
-            goal = Navigate.Goal(max_speed=order.speed_m_s, avoid_obstacles=order.avoid_obstacles)
-            goal.target_pose.header.frame_id = FRAME_MAP
-            position = goal.target_pose.pose.position
-            position.x, position.y, position.z = waypoints[0].position_enu_m
-            # All zeros: the vehicle faces the direction of travel.
-            goal.target_pose.pose.orientation.w = 0.0
-            self._send(ACTION_NAME, goal, waypoints, by, answer)
+        if not client.service_is_ready():
+            answer(False, "The server of this vehicle does not compute surveys.")
             return
-        route = NavigateWaypoints.Goal(
-            execution=NavigateWaypoints.Goal.EXECUTION_SETPOINTS,
-            waypoints=[_waypoint(waypoint) for waypoint in waypoints],
-            laps=order.laps,
-            max_speed=order.speed_m_s,
-            avoid_obstacles=order.avoid_obstacles,
-        )
-        self._send(WAYPOINTS_ACTION_NAME, route, waypoints, by, answer)
+        late = "The server did not answer the request for a survey."
+        future = client.call_async(survey_request(asked))
+        self._call(future, take, lambda: answer(False, late))
 
     def _send(
         self, action: str, goal: object, waypoints: Sequence[PageWaypoint], by: str, answer: Answer
@@ -389,23 +402,3 @@ class VehicleRequests:
             answer(False, f"{_COMMANDS[action]} was not answered; it may be active all the same.")
 
         self._call(client.call_async(request), take, late)
-
-
-def _circle(order: PageGoal) -> Orbit.Goal:
-    x, y, height_m = order.waypoints[0].position_enu_m
-    circle = Orbit.Goal(
-        radius=order.radius_m,
-        height=height_m,
-        laps=float(order.laps),
-        max_speed=order.speed_m_s,
-        avoid_obstacles=order.avoid_obstacles,
-    )
-    circle.centre.header.frame_id = FRAME_MAP
-    circle.centre.pose.position.x, circle.centre.pose.position.y = x, y
-    return circle
-
-
-def _waypoint(waypoint: PageWaypoint) -> Waypoint:
-    message = Waypoint(frame=Waypoint.FRAME_MAP, hold_time=waypoint.hold_time_s)
-    message.position.x, message.position.y, message.position.z = waypoint.position_enu_m
-    return message

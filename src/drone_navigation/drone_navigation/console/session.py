@@ -17,6 +17,7 @@ from drone_navigation.console.messages import (
     Hold,
     PageCommand,
     PageGoal,
+    PlanSurvey,
     RateLimit,
     ReadPlan,
     Rehearse,
@@ -54,6 +55,9 @@ class Pilots(Protocol):
 
     def fly(self, order: PageGoal, by: str, answer: Callable[[bool, str], None]) -> None:
         """Send a goal or a route."""
+
+    def survey(self, asked: PlanSurvey, tell: Tell, answer: Callable[[bool, str], None]) -> None:
+        """Compute lines over an area, which moves nothing."""
 
     def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
         """Simulate how a goal or a route would go."""
@@ -128,6 +132,9 @@ class Rules:
             self._pilots.rehearse_together(message, page.name, page.tell)
         elif isinstance(message, Rehearse):
             self._pilots.rehearse(message, page.name, page.tell)
+        elif isinstance(message, PlanSurvey):
+            answer = _answer_to(page, message.kind, message.vehicle)
+            self._pilots.survey(message, page.tell, answer)
         else:
             self._act(page, message, now)
 

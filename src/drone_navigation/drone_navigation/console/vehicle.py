@@ -153,7 +153,7 @@ class VehicleClient:
                     STREAM_QOS,
                 )
             )
-        self.requests.find_stops()
+        self.requests.find_open()
 
     def tick(self, now: float) -> None:
         """Take answers and note silence, at a time in s."""

@@ -116,7 +116,7 @@ function scene() {
     vehicle: v?.motion ?? null, old: !v?.alive && !v?.replay, trail: link.trails[chosen] ?? [], plan: v?.plan ?? [],
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
     volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
-    others: others(v), active: active(v), editable: points, ring: ring(), rehearsed: rehearsal?.result,
+    others: others(v), active: active(v), editable: points, ring: ring(), area: route.area, rehearsed: rehearsal?.result,
     together: together ? inMap(v) : null,
   };
 }
@@ -179,6 +179,7 @@ function show() {
   $("undo").disabled = !route.past.length;
   $("clear").disabled = $("save").disabled = !route.points.length;
   $("open").disabled = !v;
+  $("survey").disabled = corners().length < 3 || !v?.alive || Boolean(v.replay);
   const hint = mine() ? "Click the map for a goal, again for a route." : "Take control to fly. Click the map to draw a route.";
   setText($("route-hint"), hint);
   $("route-hint").hidden = route.points.length > 0;
@@ -236,7 +237,7 @@ function wrapTake() {
 }
 
 // What went wrong is also told beside the button that caused it.
-const BESIDE = { fly: "fly-answer", command: "command-answer", fly_all: "together-answer" };
+const BESIDE = { fly: "fly-answer", survey: "survey-answer", command: "command-answer", fly_all: "together-answer" };
 
 function sayBeside(kind, text) {
   for (const [id, element] of Object.entries(BESIDE)) {
@@ -316,12 +317,13 @@ const rehearsal = new Rehearsal($("rehearsal"), link, () => {
 }, () => where(vehicle()), draw);
 const together = new Together(link, orders, () => names().map((name) => where(link.vehicles[name])), draw);
 
-function described({ waypoints, radius, laps }) {
+function described({ vehicle: name, waypoints, radius, laps }) {
   const [first] = waypoints;
   if (radius) {
     const times = laps > 1 ? `${laps} times ` : "";
     return `${times}${radius < 0 ? "clockwise" : "anticlockwise"} on a circle of ${Math.abs(radius)} m around east ${first.x}, north ${first.y}, up ${first.z} m`;
   }
+  if (drafts.of(name).area.length) return `the survey by ${waypoints.length} waypoints`;
   return waypoints.length > 1 ? `the route of ${waypoints.length} waypoints` : `to east ${first.x}, north ${first.y}, up ${first.z} m`;
 }
 
@@ -403,6 +405,27 @@ const COMMANDS = {
   resume: () => "Resume the goal of",
 };
 
+// --- surveys
+
+// Corners of the area: those of the survey that is drawn, or else the waypoints.
+const corners = () => (route.area.length ? route.area : route.points.map(({ x, y }) => ({ x, y })));
+
+function survey() {
+  if ($("survey").disabled) return say("Draw three corners of the area, or more, first.", true);
+  sayBeside("", "");
+  return send({
+    type: "survey", vehicle: chosen, corners: corners(), height: $("height").valueAsNumber || 0,
+    spacing: Math.max($("spacing").valueAsNumber || 0, 0.5), speed: Math.max($("speed").valueAsNumber || 0, 0),
+  });
+}
+
+link.addEventListener("survey", ({ detail }) => {
+  if (detail.vehicle !== chosen) return;
+  route.replace(detail.waypoints, detail.corners.map(([x, y]) => ({ x, y })));
+  fit();
+  say(`The survey is on the map: ${detail.area.toFixed(0)} m². ${detail.text}`);
+});
+
 // --- plans
 
 function openPlan(file) {
@@ -480,6 +503,7 @@ const KEYS = [
   ["Delete", "Delete it", () => route.remove(route.selected)],
   ["PageUp", "Raise it by 1 m", () => selectedMove(0, 0, 1)],
   ["PageDown", "Lower it by 1 m", () => selectedMove(0, 0, -1)],
+  ["y", "Survey the area whose corners are drawn", survey],
   ["u", "Undo", () => route.undo()],
   ["o", "Open a .plan", () => $("file").click()],
   ["s", "Save a .plan", savePlan],
@@ -540,7 +564,7 @@ try { kept = localStorage.getItem("theme"); } catch { /* none is kept */ }
 document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "night" : "day");
 for (const id of Object.keys(COMMANDS)) $(id).onclick = () => command(id, COMMANDS[id]);
 const CLICKS = {
-  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan,
+  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey,
   open: () => $("file").click(), "mission-route": () => stored("route"), "mission-save": () => stored("file"), theme, help, hold: () => stop("hold"), cancel: () => stop("cancel"),
   "hold-all": holdAll, "fly-all": flyAll, "take-all": takeControlOfAll,
   "zoom-in": () => map.zoom(1.3), "zoom-out": () => map.zoom(1 / 1.3), fit, follow: () => map.setFollowing(!map.following),

@@ -1,0 +1,61 @@
+"""Goals of a page as goals of the server's actions. No I/O, no clock."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from custom_interfaces.action import Navigate, NavigateWaypoints, Orbit
+from custom_interfaces.msg import Waypoint
+from drone_navigation.console.messages import PageGoal, PageWaypoint
+from navigation_bridge.names import (
+    ACTION_NAME,
+    FRAME_MAP,
+    ORBIT_ACTION_NAME,
+    WAYPOINTS_ACTION_NAME,
+)
+
+__all__ = ["ActionGoal", "action_goal"]
+
+ActionGoal: TypeAlias = Navigate.Goal | NavigateWaypoints.Goal | Orbit.Goal
+
+
+def action_goal(order: PageGoal) -> tuple[str, ActionGoal]:
+    """Return an action's name and its goal: a route has several waypoints, a hold time or laps."""
+    waypoints = order.waypoints
+    if order.radius_m:
+        return ORBIT_ACTION_NAME, _circle(order)
+    if len(waypoints) == 1 and not waypoints[0].hold_time_s and order.laps == 1:
+        goal = Navigate.Goal(max_speed=order.speed_m_s, avoid_obstacles=order.avoid_obstacles)
+        goal.target_pose.header.frame_id = FRAME_MAP
+        position = goal.target_pose.pose.position
+        position.x, position.y, position.z = waypoints[0].position_enu_m
+        # All zeros: the vehicle faces the direction of travel.
+        goal.target_pose.pose.orientation.w = 0.0
+        return ACTION_NAME, goal
+    return WAYPOINTS_ACTION_NAME, NavigateWaypoints.Goal(
+        execution=NavigateWaypoints.Goal.EXECUTION_SETPOINTS,
+        waypoints=[_waypoint(waypoint) for waypoint in waypoints],
+        laps=order.laps,
+        max_speed=order.speed_m_s,
+        avoid_obstacles=order.avoid_obstacles,
+    )
+
+
+def _circle(order: PageGoal) -> Orbit.Goal:
+    x, y, height_m = order.waypoints[0].position_enu_m
+    circle = Orbit.Goal(
+        radius=order.radius_m,
+        height=height_m,
+        laps=float(order.laps),
+        max_speed=order.speed_m_s,
+        avoid_obstacles=order.avoid_obstacles,
+    )
+    circle.centre.header.frame_id = FRAME_MAP
+    circle.centre.pose.position.x, circle.centre.pose.position.y = x, y
+    return circle
+
+
+def _waypoint(waypoint: PageWaypoint) -> Waypoint:
+    message = Waypoint(frame=Waypoint.FRAME_MAP, hold_time=waypoint.hold_time_s)
+    message.position.x, message.position.y, message.position.z = waypoint.position_enu_m
+    return message
