@@ -259,7 +259,22 @@ def test_a_survey_is_drawn_computed_rehearsed_and_flown(page: Tab) -> None:
     assert f"the survey by {len(lines)} waypoints" in page.text("confirm-text")
     page.press(" ", "Space", 1.8)
     page.wait(ACTIVE)
+    # Interrupted after two waypoints, and continued from the leg that was left.
+    page.wait("/waypoint [3-9]/.test(document.getElementById('progress').textContent)", _FLIGHT_S)
+    assert page.value("document.getElementById('continue').disabled")
+    page.press("c", "KeyC")
+    wait_for_end(page, before, "CANCELED")
+    page.wait("!document.getElementById('continue').disabled")
+    page.press("k", "KeyK")
+    page.wait("!document.getElementById('confirm').hidden")
+    found = re.search(r"route at waypoint (\d+) of (\d+)", page.text("confirm-text"))
+    assert found is not None, page.text("confirm-text")
+    assert 2 <= int(found[1]) < int(found[2]) == len(lines)
+    before = ends(page)
+    page.press(" ", "Space", 1.8)
+    page.wait(ACTIVE)
     wait_for_end(page, before, "SUCCESS")
+    assert page.value("document.getElementById('continue').disabled")
 
 
 def test_a_route_is_slid_dragged_in_flight_and_cancelled(page: Tab) -> None:

@@ -24,6 +24,7 @@ MOVING: tuple[dict[str, Any], ...] = (
     {"type": "command", "vehicle": "/", "name": "land", "confirmed": "slide"},
     {"type": "command", "vehicle": "/", "name": "return", "confirmed": "slide"},
     {"type": "command", "vehicle": "/", "name": "resume", "confirmed": "held"},
+    {"type": "command", "vehicle": "/", "name": "continue", "confirmed": "slide"},
     {"type": "command", "vehicle": "/", "name": "pause"},
 )
 """Good messages that need control."""

@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 
+from drone_navigation.console.goals.surveys import ask_for_survey
 from drone_navigation.console.messages import (
     PageCommand,
     PageGoal,
@@ -118,9 +119,8 @@ class Fleet:
 
     def survey(self, asked: PlanSurvey, tell: Tell, answer: Answer) -> None:
         """Compute lines over an area, which moves nothing."""
-        self.post(
-            lambda: self._with(asked.vehicle, lambda v: v.survey(asked, tell, answer), answer)
-        )
+        act = partial(ask_for_survey, asked=asked, tell=tell, answer=answer)
+        self.post(lambda: self._with(asked.vehicle, act, answer))
 
     def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
         """Simulate how a goal or a route would go; `by` names the page."""

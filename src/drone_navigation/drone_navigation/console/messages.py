@@ -275,6 +275,7 @@ MESSAGE: Kind[Message] = one_of(
             | _named(PageCommand, "land", confirmed=True)
             | _named(PageCommand, "return", confirmed=True)
             | _named(PageCommand, "resume", confirmed=True)
+            | _named(PageCommand, "continue", confirmed=True)
             # Braking needs no confirmation.
             | _named(PageCommand, "pause"),
         ),

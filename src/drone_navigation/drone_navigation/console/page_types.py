@@ -29,6 +29,13 @@ class StatusValue(TypedDict):
     other_server: bool
 
 
+class InterruptedValue(TypedDict):
+    """An interrupted route: the waypoint where it continues, from 1, and how many it has in all."""
+
+    next: int
+    waypoints: int
+
+
 class MotionValue(TypedDict):
     """Position in the map, attitude (rad, yaw from east), ground speed and climb rate (m/s)."""
 

@@ -28,19 +28,9 @@ from custom_interfaces.action import (
 )
 from custom_interfaces.srv import ComputeSurvey, SeekReplay
 from drone_navigation.console.goals.goal_messages import action_goal
-from drone_navigation.console.goals.survey_messages import (
-    survey_objection,
-    survey_request,
-    survey_route,
-)
-from drone_navigation.console.messages import (
-    PageCommand,
-    PageGoal,
-    PageWaypoint,
-    PlanSurvey,
-    Replay,
-)
-from drone_navigation.console.page_types import RouteValue, Tell
+from drone_navigation.console.goals.interrupted_route import InterruptedRoute
+from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Replay
+from drone_navigation.console.page_types import RouteValue
 from navigation_bridge.names import (
     ACTION_NAME,
     FOLLOW_ACTION_NAME,
@@ -109,6 +99,7 @@ class VehicleRequests:
 
     Attributes:
         routes: goals that pages sent, by their ids: by whom, which action, which waypoints.
+        interrupted: the route that a page sent last.
     """
 
     def __init__(
@@ -133,6 +124,7 @@ class VehicleRequests:
         self._heard, self._reason = 0, ""
         self._reasons: list[tuple[float, int, Answer]] = []
         self.routes: dict[str, RouteValue] = {}
+        self.interrupted = InterruptedRoute()
 
     def tick(self, now: float) -> None:
         """Take answers, at a time in s."""
@@ -179,6 +171,12 @@ class VehicleRequests:
         kind = ACTIONS[action].Impl.SendGoalService
         return self._client(f"{self._root}/{action}/_action/send_goal", kind)
 
+    def _result(self, action: str, goal_id: UUID) -> Future:
+        """Ask for the result of a goal, which comes once that has ended."""
+        kind = ACTIONS[action].Impl.GetResultService
+        client = self._client(f"{self._root}/{action}/_action/get_result", kind)
+        return client.call_async(kind.Request(goal_id=goal_id))
+
     def _canceller(self, action: str) -> Client:
         return self._client(f"{self._root}/{action}/_action/cancel_goal", CancelGoal)
 
@@ -205,6 +203,10 @@ class VehicleRequests:
             self._service(name)
         for action in ACTIONS:
             self._sender(action)
+        self._client(
+            f"{self._root}/{WAYPOINTS_ACTION_NAME}/_action/get_result",
+            NavigateWaypoints.Impl.GetResultService,
+        )
 
     def ask(
         self,
@@ -213,6 +215,7 @@ class VehicleRequests:
         request: object,
         done: _Take,
         of_server: bool = False,
+        late: Callable[[], None] = lambda: None,
     ) -> bool:
         """Call one of the server's own services.
 
@@ -222,6 +225,7 @@ class VehicleRequests:
             request: what is asked.
             done: called with the answer.
             of_server: whether the node of the server is asked, not that of the vehicle.
+            late: called without an answer.
 
         Returns:
             Whether it was there to be called.
@@ -229,7 +233,7 @@ class VehicleRequests:
         client = self._service(name, kind, of_server)
         if not client.service_is_ready():
             return False
-        self._call(client.call_async(request), done, lambda: None)
+        self._call(client.call_async(request), done, late)
         return True
 
     # --- recordings -------------------------------------------------------------------------
@@ -279,7 +283,7 @@ class VehicleRequests:
 
     # --- goals ------------------------------------------------------------------------------
 
-    def _is_silent(self, answer: Answer) -> bool:
+    def is_silent(self, answer: Answer) -> bool:
         """Reject for a server that is silent: suspended, it would act on it much later."""
         if self._is_alive():
             return False
@@ -289,7 +293,7 @@ class VehicleRequests:
     def trigger(self, name: str, answer: Answer) -> None:
         """Call one of the server's own services; a hold is tried even if the server is silent."""
         client = self._service(name)
-        if name != "hold" and self._is_silent(answer):
+        if name != "hold" and self.is_silent(answer):
             return
         if len(self._calls) > _CALLS_MAX:
             answer(False, "Too many requests are waiting for the server's answer.")
@@ -341,6 +345,12 @@ class VehicleRequests:
             self._send(TAKEOFF_ACTION_NAME, goal, (), by, answer)
         elif command.name == "land":
             self._send(LAND_ACTION_NAME, Land.Goal(), (), by, answer)
+        elif command.name == "continue":
+            rest = self.interrupted.rest()
+            if rest is None:
+                answer(False, "There is no interrupted route to continue.")
+            else:
+                self._send(WAYPOINTS_ACTION_NAME, *rest, by, answer)
         else:
             self._send(RETURN_ACTION_NAME, ReturnToLaunch.Goal(), (), by, answer)
 
@@ -351,31 +361,11 @@ class VehicleRequests:
         waypoints = () if order.radius_m else order.waypoints
         self._send(action, goal, waypoints, by, answer)
 
-    def survey(self, asked: PlanSurvey, tell: Tell, answer: Answer) -> None:
-        """Ask the server for lines over an area; the page is told the route."""
-
-        def take(response: ComputeSurvey.Response) -> None:
-            objection = survey_objection(response)
-            if objection:
-                answer(False, objection)
-            else:
-                tell(survey_route(asked, response))
-
-        client = self._service("compute_survey", ComputeSurvey)
-        if self._is_silent(answer):
-            return
-        if not client.service_is_ready():
-            answer(False, "The server of this vehicle does not compute surveys.")
-            return
-        late = "The server did not answer the request for a survey."
-        future = client.call_async(survey_request(asked))
-        self._call(future, take, lambda: answer(False, late))
-
     def _send(
         self, action: str, goal: object, waypoints: Sequence[PageWaypoint], by: str, answer: Answer
     ) -> None:
         """Send a goal by the action's service: feedback and end come by the topics, as for all."""
-        if self._is_silent(answer):
+        if self.is_silent(answer):
             return
         client = self._sender(action)
         if not client.service_is_ready():
@@ -394,6 +384,8 @@ class VehicleRequests:
         def take(response: Navigate.Impl.SendGoalService.Response) -> None:
             if response.accepted:
                 answer(True, f"{_COMMANDS[action]} is accepted.")
+                if isinstance(goal, NavigateWaypoints.Goal):
+                    self.interrupted.begin(goal, waypoints, self._result(action, request.goal_id))
             else:
                 self.routes.pop(number.hex, None)
                 self._reasons.append((self._now + _REASON_S, heard, answer))

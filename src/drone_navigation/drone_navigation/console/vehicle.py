@@ -162,6 +162,7 @@ class VehicleClient:
         if self._jumped:
             self._forget()
         self.requests.tick(now)
+        self._board.put(self._name, "interrupted", self.requests.interrupted.value())
 
     @property
     def is_alive(self) -> bool:

@@ -219,12 +219,13 @@ const of = (name) => (name && names().length > 1 ? `${label(name)}: ` : "");
 
 // Why a command would make no sense now; "" if it does.
 function senseless(id) {
-  const { status, feedback, goal } = vehicle() ?? {};
+  const { status, feedback, goal, interrupted } = vehicle() ?? {};
   const paused = feedback?.status === "PAUSED";
   if (id === "takeoff" && status?.landed !== "on the ground") return "The vehicle is not on the ground.";
   if (id === "land" && status?.landed === "on the ground") return "The vehicle is on the ground.";
   if (id === "pause" && (!goal || paused)) return goal ? "The goal is paused already." : "There is no goal to pause.";
   if (id === "resume" && !paused) return "There is no paused goal.";
+  if (id === "continue" && !interrupted) return "There is no interrupted route.";
   return "";
 }
 
@@ -394,7 +395,7 @@ function command(id, text) {
   const message = { type: "command", vehicle: name, name: id };
   if (id === "takeoff") message.height = Math.max($("height").valueAsNumber || 0, 0);
   if (id === "pause") send(message);
-  else confirm.ask(`${text(message)} ${label(name)}?`, (confirmed) => send({ ...message, confirmed }));
+  else confirm.ask(`${text(message)} ${label(name)}?${id === "continue" ? mayTakeOff([name]) : ""}`, (confirmed) => send({ ...message, confirmed }));
 }
 
 const COMMANDS = {
@@ -403,6 +404,7 @@ const COMMANDS = {
   return: () => "Return to launch with",
   pause: () => "Pause",
   resume: () => "Resume the goal of",
+  continue: () => `Continue the route at waypoint ${vehicle().interrupted.next} of ${vehicle().interrupted.waypoints} with`,
 };
 
 // --- surveys
@@ -492,7 +494,7 @@ const KEYS = [
   ["g", "Fly the route", fly],
   ["G", "Fly the routes of all vehicles", flyAll],
   ["e", "Next vehicle", () => select(names()[(names().indexOf(chosen) + 1) % names().length] ?? "")],
-  ...Object.entries(COMMANDS).map(([id, text], i) => ["tlbpr"[i], $(id).firstChild.textContent.trim(), () => command(id, text)]),
+  ...Object.entries(COMMANDS).map(([id, text], i) => ["tlbprk"[i], $(id).firstChild.textContent.trim(), () => command(id, text)]),
   ["ArrowLeft", "Move the cross by 1 m; with Shift 10 m; with Alt the waypoint", (e) => arrow(e, -1, 0)],
   ["ArrowRight", "", (e) => arrow(e, 1, 0)],
   ["ArrowUp", "", (e) => arrow(e, 0, 1)],
@@ -524,7 +526,7 @@ addEventListener("keydown", (event) => {
   const typing = event.target instanceof HTMLInputElement && event.target.type === "number" || event.target instanceof HTMLOListElement;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const pressing = event.target instanceof HTMLButtonElement || event.target instanceof HTMLSelectElement;
-  if (event.ctrlKey || event.metaKey || event.repeat && "hcvgtlbpr".includes(key)) return undefined;
+  if (event.ctrlKey || event.metaKey || event.repeat && "hcvgtlbprk".includes(key)) return undefined;
   if (typing && !/^[a-z?]$/.test(key) || pressing && !/^[a-z?+-]$/.test(key)) return undefined;
   const found = KEYS.find(([name]) => name === (event.shiftKey ? key.toUpperCase() : key)) ?? KEYS.find(([name]) => name === key);
   if (key === "Escape") $("keys").close();
