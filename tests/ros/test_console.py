@@ -23,6 +23,7 @@ from tests.support.messages.random_console_messages import FLY, MOVING, broken
 from tests.support.processes import Process, patient_s
 from tests.support.ros.browser import CHROMIUM, Browser, Tab
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal, new_domain
+from tests.support.ros.target_publisher import TargetPublisher
 from tests.support.stations import missions
 from tests.support.stations.pymavlink_station import PymavlinkStation
 
@@ -275,6 +276,42 @@ def test_a_survey_is_drawn_computed_rehearsed_and_flown(page: Tab) -> None:
     page.wait(ACTIVE)
     wait_for_end(page, before, "SUCCESS")
     assert page.value("document.getElementById('continue').disabled")
+
+
+@pytest.mark.usefixtures("on_the_ground")
+def test_a_target_is_named_followed_lost_and_left(scene: Scene, page: Tab) -> None:
+    flight = scene.flight
+    state = "document.getElementById('progress').dataset.target"
+    before = ends(page)
+    page.press("t", "KeyT")
+    page.press(" ", "Space", 1.8)
+    wait_for_end(page, before, "SUCCESS")
+    assert page.value("document.getElementById('track').disabled")
+
+    def follow(topic: str) -> None:
+        page.value(
+            "(() => { document.getElementById('target-ahead').value = '-5';"
+            " const name = document.getElementById('target-name');"
+            f" name.value = '{topic}'; name.dispatchEvent(new Event('input')); }})()"
+        )
+        page.click("track")
+        page.wait("!document.getElementById('confirm').hidden")
+        assert f"follow the topic {topic}, 5 m behind, 5 m above?" in page.text("confirm-text")
+        page.press(" ", "Space", 1.8)
+
+    follow("a//b")
+    page.wait("!document.getElementById('track-answer').hidden")
+    assert page.text("track-answer").startswith("Rejected: ")
+    target = TargetPublisher(flight, (6.0, 3.0))
+    before = ends(page)
+    follow("/target")
+    flight.wait(lambda: page.value(f"{state} === 'FOLLOWING'"), _FLIGHT_S, "the target")
+    assert page.value("document.getElementById('track-answer').hidden")
+    assert re.search(r"target \d+\.\d m away", page.text("progress"))
+    target.is_silent = True
+    flight.wait(lambda: page.value(f"{state} === 'LOST'"), _FLIGHT_S, "the loss")
+    page.press("c", "KeyC")
+    wait_for_end(page, before, "CANCELED")
 
 
 def test_a_route_is_slid_dragged_in_flight_and_cancelled(page: Tab) -> None:

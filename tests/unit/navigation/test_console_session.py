@@ -12,6 +12,7 @@ from drone_navigation.console import plans
 from drone_navigation.console.lease import SILENCE_S
 from drone_navigation.console.messages import (
     PageCommand,
+    PageFollow,
     PageGoal,
     PageWaypoint,
     PlanSurvey,
@@ -59,7 +60,7 @@ class FakePilots:
     def rehearse_together(self, order: RehearseTogether, by: str, tell: Any) -> None:
         tell({"type": "together", "vehicles": [route.vehicle for route in order.routes]})
 
-    def fly(self, order: PageGoal, by: str, answer: Any) -> None:
+    def fly(self, order: PageGoal | PageFollow, by: str, answer: Any) -> None:
         self.moved.append(by)
 
 

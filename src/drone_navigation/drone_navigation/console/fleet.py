@@ -15,6 +15,7 @@ from rclpy.node import Node
 from drone_navigation.console.goals.surveys import ask_for_survey
 from drone_navigation.console.messages import (
     PageCommand,
+    PageFollow,
     PageGoal,
     PlanSurvey,
     Rehearse,
@@ -113,8 +114,8 @@ class Fleet:
             lambda: self._with(command.vehicle, lambda v: v.command(command, by, answer), answer)
         )
 
-    def fly(self, order: PageGoal, by: str, answer: Answer) -> None:
-        """Send a goal or a route; `by` names the page."""
+    def fly(self, order: PageGoal | PageFollow, by: str, answer: Answer) -> None:
+        """Send a goal, a route, or a target to follow; `by` names the page."""
         self.post(lambda: self._with(order.vehicle, lambda v: v.fly(order, by, answer), answer))
 
     def survey(self, asked: PlanSurvey, tell: Tell, answer: Answer) -> None:

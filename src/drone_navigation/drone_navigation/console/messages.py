@@ -34,6 +34,7 @@ __all__ = [
     "Hold",
     "Message",
     "PageCommand",
+    "PageFollow",
     "PageGoal",
     "PageWaypoint",
     "PlanSurvey",
@@ -84,6 +85,9 @@ _WAYPOINTS = items(
 )
 
 _CORNERS = items(record(lambda x, y: (x, y), x=_COORDINATE_M, y=_COORDINATE_M), 3, WAYPOINTS_MAX)
+
+_OFFSET_M = number(-1000, 1000)
+_SYSTEMS = {str(system) for system in range(1, 256)}
 
 
 @dataclass(frozen=True)
@@ -164,6 +168,36 @@ class PageGoal(_Order):
     """Go to a point, follow a route, or fly a circle."""
 
     kind: ClassVar[str] = "fly"
+
+
+@dataclass(frozen=True)
+class PageFollow(_ForVehicle):
+    """Follow a target of a topic, a frame of TF or a MAVLink system, by its name or number.
+
+    The place beside it is ahead, left of and above the target; a least distance of 0 and a speed of
+    0 are the server's defaults.
+    """
+
+    kind: ClassVar[str] = "follow"
+
+    source: str = member(either("topic", "frame", "system"))
+    target: str = member(text(200))
+    ahead_m: float = member(_OFFSET_M, "ahead")
+    left_m: float = member(_OFFSET_M, "left")
+    above_m: float = member(_OFFSET_M, "above")
+    least_distance_m: float = member(number(0, 1000), "least")
+    speed_m_s: float = member(number(0, 100), "speed")
+
+    def __post_init__(self) -> None:
+        """Reject a target without a name.
+
+        Raises:
+            InvalidValueError: it has none, or no number from 1 to 255 for a MAVLink system.
+        """
+        if not self.target.strip():
+            raise InvalidValueError("A target to follow needs its topic, frame or system.")
+        if self.source == "system" and self.target not in _SYSTEMS:
+            raise InvalidValueError("A MAVLink system is a number from 1 to 255.")
 
 
 @dataclass(frozen=True)
@@ -248,8 +282,8 @@ class Replay(_ForVehicle):
 
 
 VehicleMessage: TypeAlias = (
-    Take | Give | Hold | Cancel | PageCommand | PageGoal | Rehearse | ReadPlan | SavePlan
-    | ConvertMission | PlanSurvey | Replay
+    Take | Give | Hold | Cancel | PageCommand | PageGoal | PageFollow | Rehearse | ReadPlan
+    | SavePlan | ConvertMission | PlanSurvey | Replay
 )  # fmt: skip
 Message: TypeAlias = Alive | RehearseTogether | VehicleMessage
 
@@ -280,6 +314,7 @@ MESSAGE: Kind[Message] = one_of(
             | _named(PageCommand, "pause"),
         ),
         PageGoal.kind: record(PageGoal, _CONFIRMED),
+        PageFollow.kind: record(PageFollow, _CONFIRMED),
         Rehearse.kind: record(Rehearse),
         RehearseTogether.kind: record(RehearseTogether),
         Replay.kind: one_of(

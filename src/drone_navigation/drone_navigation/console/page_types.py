@@ -124,6 +124,14 @@ class DiagnosticValue(TypedDict):
     round_trip: str | None
 
 
+class TargetValue(TypedDict):
+    """A target that is followed: whether it is known where it is, its distance (m) and age (s)."""
+
+    state: str
+    distance: float | None
+    age: float | None
+
+
 class FeedbackValue(TypedDict):
     """Feedback of any action; distance in m, time in s."""
 
@@ -131,6 +139,7 @@ class FeedbackValue(TypedDict):
     status: str
     distance: float | None
     time: float | None
+    target: TargetValue | None
     replans: int | None
     waypoint: int | None
     waypoints_left: int | None

@@ -29,7 +29,13 @@ from custom_interfaces.action import (
 from custom_interfaces.srv import ComputeSurvey, SeekReplay
 from drone_navigation.console.goals.goal_messages import action_goal
 from drone_navigation.console.goals.interrupted_route import InterruptedRoute
-from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Replay
+from drone_navigation.console.messages import (
+    PageCommand,
+    PageFollow,
+    PageGoal,
+    PageWaypoint,
+    Replay,
+)
 from drone_navigation.console.page_types import RouteValue
 from navigation_bridge.names import (
     ACTION_NAME,
@@ -354,12 +360,9 @@ class VehicleRequests:
         else:
             self._send(RETURN_ACTION_NAME, ReturnToLaunch.Goal(), (), by, answer)
 
-    def fly(self, order: PageGoal, by: str, answer: Answer) -> None:
-        """Send a goal, a route or a circle."""
-        action, goal = action_goal(order)
-        # The centre of a circle is no waypoint: the vehicle never comes to it.
-        waypoints = () if order.radius_m else order.waypoints
-        self._send(action, goal, waypoints, by, answer)
+    def fly(self, order: PageGoal | PageFollow, by: str, answer: Answer) -> None:
+        """Send a goal, a route, a circle, or a target to follow."""
+        self._send(*action_goal(order), by, answer)
 
     def _send(
         self, action: str, goal: object, waypoints: Sequence[PageWaypoint], by: str, answer: Answer

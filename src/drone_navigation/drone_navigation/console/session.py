@@ -16,6 +16,7 @@ from drone_navigation.console.messages import (
     Give,
     Hold,
     PageCommand,
+    PageFollow,
     PageGoal,
     PlanSurvey,
     RateLimit,
@@ -53,8 +54,10 @@ class Pilots(Protocol):
     def command(self, command: PageCommand, by: str, answer: Callable[[bool, str], None]) -> None:
         """Execute a command."""
 
-    def fly(self, order: PageGoal, by: str, answer: Callable[[bool, str], None]) -> None:
-        """Send a goal or a route."""
+    def fly(
+        self, order: PageGoal | PageFollow, by: str, answer: Callable[[bool, str], None]
+    ) -> None:
+        """Send a goal, a route, or a target to follow."""
 
     def survey(self, asked: PlanSurvey, tell: Tell, answer: Callable[[bool, str], None]) -> None:
         """Compute lines over an area, which moves nothing."""
@@ -165,7 +168,7 @@ class Rules:
             self.leases.give(page.number, message.vehicle)
         elif isinstance(message, (ReadPlan, SavePlan, ConvertMission)):
             self._convert(page, message)
-        elif isinstance(message, (PageCommand, PageGoal)):
+        elif isinstance(message, (PageCommand, PageGoal, PageFollow)):
             if not self.leases.holds(message.vehicle, page.number, now):
                 self._deny(page, "control", "This page does not have control.")
             elif isinstance(message, PageCommand):

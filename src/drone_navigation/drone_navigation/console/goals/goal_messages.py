@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
-from custom_interfaces.action import Navigate, NavigateWaypoints, Orbit
+from custom_interfaces.action import Follow, Navigate, NavigateWaypoints, Orbit
 from custom_interfaces.msg import Waypoint
-from drone_navigation.console.messages import PageGoal, PageWaypoint
+from drone_navigation.console.messages import PageFollow, PageGoal, PageWaypoint
 from navigation_bridge.names import (
     ACTION_NAME,
+    FOLLOW_ACTION_NAME,
     FRAME_MAP,
     ORBIT_ACTION_NAME,
     WAYPOINTS_ACTION_NAME,
@@ -16,14 +18,22 @@ from navigation_bridge.names import (
 
 __all__ = ["ActionGoal", "action_goal"]
 
-ActionGoal: TypeAlias = Navigate.Goal | NavigateWaypoints.Goal | Orbit.Goal
+ActionGoal: TypeAlias = Navigate.Goal | NavigateWaypoints.Goal | Orbit.Goal | Follow.Goal
 
 
-def action_goal(order: PageGoal) -> tuple[str, ActionGoal]:
-    """Return an action's name and its goal: a route has several waypoints, a hold time or laps."""
+def action_goal(
+    order: PageGoal | PageFollow,
+) -> tuple[str, ActionGoal, Sequence[PageWaypoint]]:
+    """Return an action's name, its goal, and the waypoints that it leads to.
+
+    A route has several waypoints, a hold time or laps.
+    """
+    if isinstance(order, PageFollow):
+        return FOLLOW_ACTION_NAME, _followed(order), ()
     waypoints = order.waypoints
     if order.radius_m:
-        return ORBIT_ACTION_NAME, _circle(order)
+        # The centre is no waypoint: the vehicle never comes to it.
+        return ORBIT_ACTION_NAME, _circle(order), ()
     if len(waypoints) == 1 and not waypoints[0].hold_time_s and order.laps == 1:
         goal = Navigate.Goal(max_speed=order.speed_m_s, avoid_obstacles=order.avoid_obstacles)
         goal.target_pose.header.frame_id = FRAME_MAP
@@ -31,14 +41,31 @@ def action_goal(order: PageGoal) -> tuple[str, ActionGoal]:
         position.x, position.y, position.z = waypoints[0].position_enu_m
         # All zeros: the vehicle faces the direction of travel.
         goal.target_pose.pose.orientation.w = 0.0
-        return ACTION_NAME, goal
-    return WAYPOINTS_ACTION_NAME, NavigateWaypoints.Goal(
+        return ACTION_NAME, goal, waypoints
+    route = NavigateWaypoints.Goal(
         execution=NavigateWaypoints.Goal.EXECUTION_SETPOINTS,
         waypoints=[_waypoint(waypoint) for waypoint in waypoints],
         laps=order.laps,
         max_speed=order.speed_m_s,
         avoid_obstacles=order.avoid_obstacles,
     )
+    return WAYPOINTS_ACTION_NAME, route, waypoints
+
+
+def _followed(order: PageFollow) -> Follow.Goal:
+    goal = Follow.Goal(
+        offset_frame=Follow.Goal.OFFSET_TARGET,
+        least_distance=order.least_distance_m,
+        max_speed=order.speed_m_s,
+    )
+    goal.offset.x, goal.offset.y, goal.offset.z = order.ahead_m, order.left_m, order.above_m
+    if order.source == "topic":
+        goal.pose_topic = order.target
+    elif order.source == "frame":
+        goal.tracked_frame = order.target
+    else:
+        goal.target_system = int(order.target)
+    return goal
 
 
 def _circle(order: PageGoal) -> Orbit.Goal:

@@ -14,6 +14,7 @@ import { Replay } from "./replay.js";
 import { Route } from "./route.js";
 import { missionPoints, showScene } from "./scene.js";
 import { drawSide } from "./side.js";
+import { describedTarget, target } from "./target.js";
 import { Tiles } from "./tiles.js";
 import { Together } from "./together.js";
 import { WaypointList } from "./waypoints.js";
@@ -179,6 +180,7 @@ function show() {
   $("undo").disabled = !route.past.length;
   $("clear").disabled = $("save").disabled = !route.points.length;
   $("open").disabled = !v;
+  $("track").disabled = !mine() || !target();
   $("survey").disabled = corners().length < 3 || !v?.alive || Boolean(v.replay);
   const hint = mine() ? "Click the map for a goal, again for a route." : "Take control to fly. Click the map to draw a route.";
   setText($("route-hint"), hint);
@@ -238,7 +240,7 @@ function wrapTake() {
 }
 
 // What went wrong is also told beside the button that caused it.
-const BESIDE = { fly: "fly-answer", survey: "survey-answer", command: "command-answer", fly_all: "together-answer" };
+const BESIDE = { fly: "fly-answer", survey: "survey-answer", follow: "track-answer", command: "command-answer", fly_all: "together-answer" };
 
 function sayBeside(kind, text) {
   for (const [id, element] of Object.entries(BESIDE)) {
@@ -407,6 +409,19 @@ const COMMANDS = {
   continue: () => `Continue the route at waypoint ${vehicle().interrupted.next} of ${vehicle().interrupted.waypoints} with`,
 };
 
+// It is not rehearsed: nobody knows how the target moves. The vehicle has to fly already.
+function track() {
+  const found = target();
+  if (!found) return say("Name the target's topic, frame or system first.", true);
+  if (!needsControl()) return undefined;
+  const name = chosen;
+  asked = null;
+  return confirm.ask(`${label(name)}: follow ${describedTarget(found)}?`, (confirmed) => {
+    sayBeside("", "");
+    send({ type: "follow", vehicle: name, confirmed, ...found });
+  });
+}
+
 // --- surveys
 
 // Corners of the area: those of the survey that is drawn, or else the waypoints.
@@ -506,6 +521,7 @@ const KEYS = [
   ["PageUp", "Raise it by 1 m", () => selectedMove(0, 0, 1)],
   ["PageDown", "Lower it by 1 m", () => selectedMove(0, 0, -1)],
   ["y", "Survey the area whose corners are drawn", survey],
+  ["w", "Follow the target that is named", track],
   ["u", "Undo", () => route.undo()],
   ["o", "Open a .plan", () => $("file").click()],
   ["s", "Save a .plan", savePlan],
@@ -522,6 +538,7 @@ const KEYS = [
 
 addEventListener("keydown", (event) => {
   if (event.ctrlKey && event.key === "z") return route.undo();
+  if (event.target instanceof HTMLInputElement && event.target.type === "text") return undefined;
   // A list that scrolls keeps the arrows, as a field does.
   const typing = event.target instanceof HTMLInputElement && event.target.type === "number" || event.target instanceof HTMLOListElement;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
@@ -566,7 +583,7 @@ try { kept = localStorage.getItem("theme"); } catch { /* none is kept */ }
 document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "night" : "day");
 for (const id of Object.keys(COMMANDS)) $(id).onclick = () => command(id, COMMANDS[id]);
 const CLICKS = {
-  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey,
+  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey, track,
   open: () => $("file").click(), "mission-route": () => stored("route"), "mission-save": () => stored("file"), theme, help, hold: () => stop("hold"), cancel: () => stop("cancel"),
   "hold-all": holdAll, "fly-all": flyAll, "take-all": takeControlOfAll,
   "zoom-in": () => map.zoom(1.3), "zoom-out": () => map.zoom(1 / 1.3), fit, follow: () => map.setFollowing(!map.following),
@@ -594,6 +611,7 @@ link.addEventListener("state", show);
 rehearsal.addEventListener("change", askAboutDanger);
 together.addEventListener("change", askAboutDanger);
 for (const id of ["speed", "laps", "radius"]) $(id).onchange = show;
+$("target-name").oninput = show;
 $("avoid").onchange = () => { avoidance[chosen] = $("avoid").checked; show(); };
 // Ages grow also while nothing arrives.
 setInterval(show, 1000);
