@@ -82,7 +82,8 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
     folder = tmp_path_factory.mktemp("console")
     port = free_udp_port()
     links = f"gcs_links:=['udpin://127.0.0.1:{port}']"
-    flight = Flight(folder, "--ros-args", "-p", links, "--")
+    lands_on_targets = ("--param", "PLND_ENABLED=1", "--param", "PLND_TYPE=1")
+    flight = Flight(folder, "--ros-args", "-p", links, "--", simulator=lands_on_targets)
     station = PymavlinkStation(port)
     console = Process("navigation_console", CONSOLE, flight.environment)
     browser = None
@@ -279,7 +280,7 @@ def test_a_survey_is_drawn_computed_rehearsed_and_flown(page: Tab) -> None:
 
 
 @pytest.mark.usefixtures("on_the_ground")
-def test_a_target_is_named_followed_lost_and_left(scene: Scene, page: Tab) -> None:
+def test_a_target_is_named_followed_lost_and_landed_on(scene: Scene, page: Tab) -> None:
     flight = scene.flight
     state = "document.getElementById('progress').dataset.target"
     before = ends(page)
@@ -312,6 +313,25 @@ def test_a_target_is_named_followed_lost_and_left(scene: Scene, page: Tab) -> No
     flight.wait(lambda: page.value(f"{state} === 'LOST'"), _FLIGHT_S, "the loss")
     page.press("c", "KeyC")
     wait_for_end(page, before, "CANCELED")
+
+    target.is_silent = False
+    before = ends(page)
+    page.value(
+        "(() => { document.getElementById('land-target').value = '/target';"
+        " document.getElementById('land-required').checked = true;"
+        " document.getElementById('land-retries').value = '1'; })()"
+    )
+    page.click("land")
+    page.wait("!document.getElementById('confirm').hidden")
+    assert page.text("confirm-text") == (
+        "Land on the target of /target, searching again 1 time, and hold without it, with vehicle?"
+    )
+    page.press(" ", "Space", 1.8)
+    end = f"document.getElementById('end').dataset.number > {before}"
+    flight.wait(lambda: page.value(end), _FLIGHT_S, "the landing")
+    target.is_silent = True
+    assert "from the target" in page.text("end")
+    assert page.value("document.getElementById('end').dataset.code") == "SUCCESS"
 
 
 def test_a_route_is_slid_dragged_in_flight_and_cancelled(page: Tab) -> None:

@@ -30,11 +30,20 @@ FOLLOW = {
     "least": 0.0,
     "speed": 0.0,
 }
+LAND = {
+    "type": "command",
+    "vehicle": "/",
+    "name": "land",
+    "confirmed": "slide",
+    "target": "/target/pose",
+    "required": True,
+    "retries": 1,
+}
 MOVING: tuple[dict[str, Any], ...] = (
     FLY,
     FOLLOW,
     {"type": "command", "vehicle": "/", "name": "takeoff", "height": 5.0, "confirmed": "held"},
-    {"type": "command", "vehicle": "/", "name": "land", "confirmed": "slide"},
+    LAND,
     {"type": "command", "vehicle": "/", "name": "return", "confirmed": "slide"},
     {"type": "command", "vehicle": "/", "name": "resume", "confirmed": "held"},
     {"type": "command", "vehicle": "/", "name": "continue", "confirmed": "slide"},

@@ -133,12 +133,19 @@ class Cancel(_ForVehicle):
 
 @dataclass(frozen=True)
 class PageCommand(_ForVehicle):
-    """A command; height above ground in m for a take-off, 0 for the server's default."""
+    """A command; height above ground in m for a take-off, 0 for the server's default.
+
+    A landing has the topic of a target, "" for none, whether the vehicle holds without it, and how
+    often it searches again.
+    """
 
     kind: ClassVar[str] = "command"
 
     name: str = member(TEXT)
     height_m: float = 0.0
+    target_topic: str = ""
+    target_required: bool = False
+    retries: int = 0
 
 
 @dataclass(frozen=True)
@@ -293,6 +300,11 @@ def _named(kind: type, name: str, confirmed: bool = False, **members: Any) -> di
 
 
 _HEIGHT_M = RecordMember(number(0, 10_000), required=True, name="height")
+_LANDING = {
+    "target_topic": RecordMember(text(200), required=True, name="target"),
+    "target_required": RecordMember(FLAG, required=True, name="required"),
+    "retries": RecordMember(whole(0, 255), required=True),
+}
 _SPEED = RecordMember(number(0.1, 100), required=True, name="speed")
 _POSITION_S = RecordMember(number(0, 1e7), required=True, name="position")
 MESSAGE: Kind[Message] = one_of(
@@ -306,7 +318,7 @@ MESSAGE: Kind[Message] = one_of(
         PageCommand.kind: one_of(
             "name",
             _named(PageCommand, "takeoff", confirmed=True, height_m=_HEIGHT_M)
-            | _named(PageCommand, "land", confirmed=True)
+            | _named(PageCommand, "land", confirmed=True, **_LANDING)
             | _named(PageCommand, "return", confirmed=True)
             | _named(PageCommand, "resume", confirmed=True)
             | _named(PageCommand, "continue", confirmed=True)

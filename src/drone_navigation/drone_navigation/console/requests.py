@@ -27,7 +27,7 @@ from custom_interfaces.action import (
     Takeoff,
 )
 from custom_interfaces.srv import ComputeSurvey, SeekReplay
-from drone_navigation.console.goals.goal_messages import action_goal
+from drone_navigation.console.goals.goal_messages import action_goal, landing
 from drone_navigation.console.goals.interrupted_route import InterruptedRoute
 from drone_navigation.console.messages import (
     PageCommand,
@@ -350,7 +350,7 @@ class VehicleRequests:
             goal = Takeoff.Goal(height=command.height_m)
             self._send(TAKEOFF_ACTION_NAME, goal, (), by, answer)
         elif command.name == "land":
-            self._send(LAND_ACTION_NAME, Land.Goal(), (), by, answer)
+            self._send(LAND_ACTION_NAME, landing(command), (), by, answer)
         elif command.name == "continue":
             rest = self.interrupted.rest()
             if rest is None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from custom_interfaces.action import Follow, Navigate, NavigateWaypoints, Orbit
+from custom_interfaces.action import Follow, Land, Navigate, NavigateWaypoints, Orbit
 from custom_interfaces.msg import Waypoint
-from drone_navigation.console.messages import PageFollow, PageGoal, PageWaypoint
+from drone_navigation.console.messages import PageCommand, PageFollow, PageGoal, PageWaypoint
 from navigation_bridge.names import (
     ACTION_NAME,
     FOLLOW_ACTION_NAME,
@@ -16,7 +16,7 @@ from navigation_bridge.names import (
     WAYPOINTS_ACTION_NAME,
 )
 
-__all__ = ["ActionGoal", "action_goal"]
+__all__ = ["ActionGoal", "action_goal", "landing"]
 
 ActionGoal: TypeAlias = Navigate.Goal | NavigateWaypoints.Goal | Orbit.Goal | Follow.Goal
 
@@ -50,6 +50,19 @@ def action_goal(
         avoid_obstacles=order.avoid_obstacles,
     )
     return WAYPOINTS_ACTION_NAME, route, waypoints
+
+
+def landing(command: PageCommand) -> Land.Goal:
+    """Return the goal that lands where the vehicle is, or on a target."""
+    topic = command.target_topic.strip()
+    if not topic:
+        # What is left in the other fields must not keep it from landing.
+        return Land.Goal()
+    return Land.Goal(
+        target_topic=topic,
+        target_required=command.target_required,
+        retries=command.retries,
+    )
 
 
 def _followed(order: PageFollow) -> Follow.Goal:

@@ -14,7 +14,7 @@ import { Replay } from "./replay.js";
 import { Route } from "./route.js";
 import { missionPoints, showScene } from "./scene.js";
 import { drawSide } from "./side.js";
-import { describedTarget, target } from "./target.js";
+import { describedLanding, describedTarget, landing, target } from "./target.js";
 import { Tiles } from "./tiles.js";
 import { Together } from "./together.js";
 import { WaypointList } from "./waypoints.js";
@@ -396,13 +396,14 @@ function command(id, text) {
   const name = chosen;
   const message = { type: "command", vehicle: name, name: id };
   if (id === "takeoff") message.height = Math.max($("height").valueAsNumber || 0, 0);
+  if (id === "land") Object.assign(message, landing());
   if (id === "pause") send(message);
   else confirm.ask(`${text(message)} ${label(name)}?${id === "continue" ? mayTakeOff([name]) : ""}`, (confirmed) => send({ ...message, confirmed }));
 }
 
 const COMMANDS = {
   takeoff: (m) => `Take off to ${m.height ? `${m.height} m` : "the default height"} with`,
-  land: () => "Land",
+  land: describedLanding,
   return: () => "Return to launch with",
   pause: () => "Pause",
   resume: () => "Resume the goal of",

@@ -1,4 +1,4 @@
-// A target that is to be followed, as the form names it.
+// Targets that are to be followed or landed on, as the forms name them.
 
 const $ = (id) => document.getElementById(id);
 const SOURCES = { topic: "the topic", frame: "the frame", system: "MAVLink system" };
@@ -19,6 +19,18 @@ const side = (value, positive, negative) => (value ? [`${Math.abs(value)} m ${va
 export function describedTarget({ source, target: name, ahead, left, above }) {
   const place = [...side(ahead, "ahead", "behind"), ...side(left, "left", "right"), ...side(above, "above", "below")];
   return `${SOURCES[source]} ${name}, ${place.join(", ") || "at no distance"}`;
+}
+
+// Where to land: members of the command.
+export function landing() {
+  const retries = Math.round($("land-retries").valueAsNumber || 0);
+  return { target: $("land-target").value.trim(), required: $("land-required").checked, retries: Math.min(Math.max(retries, 0), 255) };
+}
+
+export function describedLanding({ target: topic, required, retries }) {
+  if (!topic) return "Land";
+  const again = retries ? `, searching again ${retries} ${retries === 1 ? "time" : "times"}` : "";
+  return `Land on the target of ${topic}${again}, and ${required ? "hold" : "land where it is"} without it, with`;
 }
 
 // How it is going, for the readout of the goal; "" if nothing is followed.

@@ -1,14 +1,15 @@
-"""A target that a page names, as the action's goal, and its feedback as the page's value."""
+"""Targets that a page names, as goals of the actions, and their feedback as the page's value."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
-from custom_interfaces.action import Follow
-from drone_navigation.console.goals.goal_messages import action_goal
-from drone_navigation.console.messages import PageFollow
+from custom_interfaces.action import Follow, Land
+from drone_navigation.console.goals.goal_messages import action_goal, landing
+from drone_navigation.console.messages import PageCommand, PageFollow
 from drone_navigation.console.page_values import feedback
 from navigation_bridge.names import FOLLOW_ACTION_NAME
 
@@ -32,6 +33,14 @@ def test_each_source_is_sent_with_its_offset(
     assert (goal.offset.x, goal.offset.y, goal.offset.z) == (-10.0, 2.0, 5.0)
     assert goal.offset_frame == Follow.Goal.OFFSET_TARGET
     assert (goal.least_distance, goal.max_speed) == (3.0, 4.0)
+
+
+def test_a_landing_has_its_target_or_nothing_at_all() -> None:
+    asked = PageCommand("/", "land", 0.0, " /target ", target_required=True, retries=2)
+    goal = landing(asked)
+    assert (goal.target_topic, goal.target_required, goal.retries) == ("/target", True, 2)
+    # The server rejects retries without a target.
+    assert landing(replace(asked, target_topic=" ")) == Land.Goal()
 
 
 def test_the_feedback_has_the_state_and_the_distance_of_the_target() -> None:
