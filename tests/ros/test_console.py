@@ -23,6 +23,7 @@ from tests.support.messages.random_console_messages import FLY, MOVING, broken
 from tests.support.processes import Process, patient_s
 from tests.support.ros.browser import CHROMIUM, Browser, Tab
 from tests.support.ros.ros_flight import READY_TIMEOUT_S, Flight, navigate_goal, new_domain
+from tests.support.ros.target_publisher import TargetPublisher
 from tests.support.stations import missions
 from tests.support.stations.pymavlink_station import PymavlinkStation
 
@@ -81,7 +82,8 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
     folder = tmp_path_factory.mktemp("console")
     port = free_udp_port()
     links = f"gcs_links:=['udpin://127.0.0.1:{port}']"
-    flight = Flight(folder, "--ros-args", "-p", links, "--")
+    lands_on_targets = ("--param", "PLND_ENABLED=1", "--param", "PLND_TYPE=1")
+    flight = Flight(folder, "--ros-args", "-p", links, "--", simulator=lands_on_targets)
     station = PymavlinkStation(port)
     console = Process("navigation_console", CONSOLE, flight.environment)
     browser = None
@@ -219,6 +221,117 @@ def test_a_circle_is_drawn_rehearsed_and_flown(page: Tab) -> None:
     assert page.value("document.getElementById('radius').value") == "0"
     wait_for_end(page, before, "SUCCESS")
     assert "Went round 1 times" in page.text("end")
+
+
+@pytest.mark.usefixtures("on_the_ground")
+def test_a_survey_is_drawn_computed_rehearsed_and_flown(page: Tab) -> None:
+    before = ends(page)
+    corners = ((4.0, 0.0), (16.0, 0.0), (16.0, 9.0), (4.0, 9.0))
+    for corner in corners[:2]:
+        page.drag(on_map(page, *corner))
+    assert page.value("document.getElementById('survey').disabled")
+    for corner in (corners[3], corners[2]):
+        page.drag(on_map(page, *corner))
+    page.value("document.getElementById('spacing').value = '3'")
+    page.click("survey")
+    page.wait("!document.getElementById('survey-answer').hidden")
+    assert page.text("survey-answer").startswith("INVALID_WAYPOINTS: ")
+    for _ in range(2):
+        page.press("u", "KeyU")
+    for corner in corners[2:]:
+        page.drag(on_map(page, *corner))
+    page.press("y", "KeyY")
+    page.wait(
+        "document.getElementById('answer').textContent.startsWith('The survey is on the map')"
+    )
+    assert re.search(r"map: 1[01]\d m². \d+ waypoints, \d+ m, \d+ s\.", page.text("answer"))
+    assert page.value("document.getElementById('survey-answer').hidden")
+    lines = waypoints(page)
+    assert len(lines) >= 6
+    assert {up_m for _, _, up_m, _ in lines} == {5.0}
+    # Other lines over the same area, and back.
+    page.value("document.getElementById('spacing').value = '4.5'")
+    page.click("survey")
+    page.wait(f"document.querySelectorAll('#waypoints li:not(.head)').length < {len(lines)}")
+    page.press("u", "KeyU")
+    assert waypoints(page) == lines
+    page.wait("document.getElementById('rehearsal').dataset.code === 'SUCCESS'", _REHEARSED_S)
+    page.press("g", "KeyG")
+    page.wait("!document.getElementById('confirm').hidden")
+    assert f"the survey by {len(lines)} waypoints" in page.text("confirm-text")
+    page.press(" ", "Space", 1.8)
+    page.wait(ACTIVE)
+    # Interrupted after two waypoints, and continued from the leg that was left.
+    page.wait("/waypoint [3-9]/.test(document.getElementById('progress').textContent)", _FLIGHT_S)
+    assert page.value("document.getElementById('continue').disabled")
+    page.press("c", "KeyC")
+    wait_for_end(page, before, "CANCELED")
+    page.wait("!document.getElementById('continue').disabled")
+    page.press("k", "KeyK")
+    page.wait("!document.getElementById('confirm').hidden")
+    found = re.search(r"route at waypoint (\d+) of (\d+)", page.text("confirm-text"))
+    assert found is not None, page.text("confirm-text")
+    assert 2 <= int(found[1]) < int(found[2]) == len(lines)
+    before = ends(page)
+    page.press(" ", "Space", 1.8)
+    page.wait(ACTIVE)
+    wait_for_end(page, before, "SUCCESS")
+    assert page.value("document.getElementById('continue').disabled")
+
+
+@pytest.mark.usefixtures("on_the_ground")
+def test_a_target_is_named_followed_lost_and_landed_on(scene: Scene, page: Tab) -> None:
+    flight = scene.flight
+    state = "document.getElementById('progress').dataset.target"
+    before = ends(page)
+    page.press("t", "KeyT")
+    page.press(" ", "Space", 1.8)
+    wait_for_end(page, before, "SUCCESS")
+    assert page.value("document.getElementById('track').disabled")
+
+    def follow(topic: str) -> None:
+        page.value(
+            "(() => { document.getElementById('target-ahead').value = '-5';"
+            " const name = document.getElementById('target-name');"
+            f" name.value = '{topic}'; name.dispatchEvent(new Event('input')); }})()"
+        )
+        page.click("track")
+        page.wait("!document.getElementById('confirm').hidden")
+        assert f"follow the topic {topic}, 5 m behind, 5 m above?" in page.text("confirm-text")
+        page.press(" ", "Space", 1.8)
+
+    follow("a//b")
+    page.wait("!document.getElementById('track-answer').hidden")
+    assert page.text("track-answer").startswith("Rejected: ")
+    target = TargetPublisher(flight, (6.0, 3.0))
+    before = ends(page)
+    follow("/target")
+    flight.wait(lambda: page.value(f"{state} === 'FOLLOWING'"), _FLIGHT_S, "the target")
+    assert page.value("document.getElementById('track-answer').hidden")
+    assert re.search(r"target \d+\.\d m away", page.text("progress"))
+    target.is_silent = True
+    flight.wait(lambda: page.value(f"{state} === 'LOST'"), _FLIGHT_S, "the loss")
+    page.press("c", "KeyC")
+    wait_for_end(page, before, "CANCELED")
+
+    target.is_silent = False
+    before = ends(page)
+    page.value(
+        "(() => { document.getElementById('land-target').value = '/target';"
+        " document.getElementById('land-required').checked = true;"
+        " document.getElementById('land-retries').value = '1'; })()"
+    )
+    page.click("land")
+    page.wait("!document.getElementById('confirm').hidden")
+    assert page.text("confirm-text") == (
+        "Land on the target of /target, searching again 1 time, and hold without it, with vehicle?"
+    )
+    page.press(" ", "Space", 1.8)
+    end = f"document.getElementById('end').dataset.number > {before}"
+    flight.wait(lambda: page.value(end), _FLIGHT_S, "the landing")
+    target.is_silent = True
+    assert "from the target" in page.text("end")
+    assert page.value("document.getElementById('end').dataset.code") == "SUCCESS"
 
 
 def test_a_route_is_slid_dragged_in_flight_and_cancelled(page: Tab) -> None:

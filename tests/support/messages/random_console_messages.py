@@ -18,12 +18,35 @@ FLY = {
     "avoid": False,
     "radius": 0.0,
 }
+FOLLOW = {
+    "type": "follow",
+    "vehicle": "/",
+    "confirmed": "held",
+    "source": "topic",
+    "target": "/target/pose",
+    "ahead": -10.0,
+    "left": 0.0,
+    "above": 5.0,
+    "least": 0.0,
+    "speed": 0.0,
+}
+LAND = {
+    "type": "command",
+    "vehicle": "/",
+    "name": "land",
+    "confirmed": "slide",
+    "target": "/target/pose",
+    "required": True,
+    "retries": 1,
+}
 MOVING: tuple[dict[str, Any], ...] = (
     FLY,
+    FOLLOW,
     {"type": "command", "vehicle": "/", "name": "takeoff", "height": 5.0, "confirmed": "held"},
-    {"type": "command", "vehicle": "/", "name": "land", "confirmed": "slide"},
+    LAND,
     {"type": "command", "vehicle": "/", "name": "return", "confirmed": "slide"},
     {"type": "command", "vehicle": "/", "name": "resume", "confirmed": "held"},
+    {"type": "command", "vehicle": "/", "name": "continue", "confirmed": "slide"},
     {"type": "command", "vehicle": "/", "name": "pause"},
 )
 """Good messages that need control."""

@@ -19,6 +19,7 @@ from drone_navigation.console.messages import (
     Cancel,
     Hold,
     PageCommand,
+    PageFollow,
     PageGoal,
     RateLimit,
     RejectedError,
@@ -26,7 +27,7 @@ from drone_navigation.console.messages import (
     parse,
 )
 from drone_navigation.console.options import TokenError, make_parser, token_of
-from tests.support.messages.random_console_messages import FLY, MOVING, WAYPOINT, broken
+from tests.support.messages.random_console_messages import FLY, FOLLOW, MOVING, WAYPOINT, broken
 
 TOKEN = "a" * 32
 HOME = "127.0.0.1:8800"
@@ -166,7 +167,7 @@ def test_good_messages_are_read() -> None:
     assert isinstance(flown, PageGoal)
     assert flown.waypoints[0].position_enu_m == (5.0, 1.0, 4.0)
     for message in MOVING:
-        assert isinstance(parse(json.dumps(message)), (PageGoal, PageCommand))
+        assert isinstance(parse(json.dumps(message)), (PageGoal, PageCommand, PageFollow))
 
 
 @pytest.mark.parametrize("confirmed", ["click", "", None, True, 1])
@@ -192,6 +193,19 @@ def test_what_starts_something_has_to_be_confirmed(confirmed: Any) -> None:
 def test_what_is_out_of_range_is_rejected(changes: dict[str, Any]) -> None:
     with pytest.raises(RejectedError):
         parse(json.dumps({**FLY, **changes}))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"source": "gps"}, {"target": ""}, {"target": " "}, {"target": "x" * 201}, {"target": 7},
+        {"source": "system", "target": "0"}, {"source": "system", "target": "256"},
+        {"source": "system", "target": "one"}, {"ahead": 1e4}, {"least": -1}, {"speed": -1},
+    ],
+)  # fmt: skip
+def test_a_target_that_cannot_be_followed_is_rejected(changes: dict[str, Any]) -> None:
+    with pytest.raises(RejectedError):
+        parse(json.dumps({**FOLLOW, **changes}))
 
 
 def test_ten_thousand_broken_messages_are_rejected() -> None:

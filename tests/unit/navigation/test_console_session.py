@@ -12,8 +12,10 @@ from drone_navigation.console import plans
 from drone_navigation.console.lease import SILENCE_S
 from drone_navigation.console.messages import (
     PageCommand,
+    PageFollow,
     PageGoal,
     PageWaypoint,
+    PlanSurvey,
     Rehearse,
     RehearseTogether,
     Replay,
@@ -49,13 +51,16 @@ class FakePilots:
     def replay(self, replay: Replay, answer: Any) -> None:
         self.stopped.append(f"replay {replay.name} {replay.value:g}")
 
+    def survey(self, asked: PlanSurvey, tell: Any, answer: Any) -> None:
+        tell({"type": "survey", "corners": asked.corners_enu_m})
+
     def rehearse(self, order: Rehearse, by: str, tell: Any) -> None:
         tell({"type": "rehearsal", "number": order.number})
 
     def rehearse_together(self, order: RehearseTogether, by: str, tell: Any) -> None:
         tell({"type": "together", "vehicles": [route.vehicle for route in order.routes]})
 
-    def fly(self, order: PageGoal, by: str, answer: Any) -> None:
+    def fly(self, order: PageGoal | PageFollow, by: str, answer: Any) -> None:
         self.moved.append(by)
 
 
@@ -152,6 +157,19 @@ def test_routes_of_several_vehicles_are_rehearsed_together_without_control() -> 
     for wrong in ([], [route] * 33, ghost, [{**route, "confirmed": "slide"}], [waypoints]):
         console.send(2, type="rehearse_together", number=1, routes=wrong)
     assert console.rules.rejected == {"message": 4, "vehicle": 1}
+    assert console.pilots.moved == []
+
+
+def test_every_page_may_compute_a_survey_and_nothing_moves() -> None:
+    console = Console()
+    corners = [{"x": 0, "y": 0}, {"x": 10, "y": 0}, {"x": 0, "y": 10}]
+    asked: dict[str, Any] = {"type": "survey", "vehicle": "/", "height": 5}
+    asked |= {"spacing": 2, "speed": 0}
+    told = console.send(2, **asked, corners=corners)
+    assert told == {"type": "survey", "corners": ((0.0, 0.0), (10.0, 0.0), (0.0, 10.0))}
+    for wrong in ({"corners": corners[:2]}, {"corners": corners * 200}, {"spacing": 0}, {}):
+        console.send(2, **{**asked, **wrong})
+    assert console.rules.rejected == {"message": 4}
     assert console.pilots.moved == []
 
 

@@ -12,9 +12,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 
+from drone_navigation.console.goals.surveys import ask_for_survey
 from drone_navigation.console.messages import (
     PageCommand,
+    PageFollow,
     PageGoal,
+    PlanSurvey,
     Rehearse,
     RehearseTogether,
     Replay,
@@ -111,9 +114,14 @@ class Fleet:
             lambda: self._with(command.vehicle, lambda v: v.command(command, by, answer), answer)
         )
 
-    def fly(self, order: PageGoal, by: str, answer: Answer) -> None:
-        """Send a goal or a route; `by` names the page."""
+    def fly(self, order: PageGoal | PageFollow, by: str, answer: Answer) -> None:
+        """Send a goal, a route, or a target to follow; `by` names the page."""
         self.post(lambda: self._with(order.vehicle, lambda v: v.fly(order, by, answer), answer))
+
+    def survey(self, asked: PlanSurvey, tell: Tell, answer: Answer) -> None:
+        """Compute lines over an area, which moves nothing."""
+        act = partial(ask_for_survey, asked=asked, tell=tell, answer=answer)
+        self.post(lambda: self._with(asked.vehicle, act, answer))
 
     def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
         """Simulate how a goal or a route would go; `by` names the page."""

@@ -34,8 +34,10 @@ __all__ = [
     "Hold",
     "Message",
     "PageCommand",
+    "PageFollow",
     "PageGoal",
     "PageWaypoint",
+    "PlanSurvey",
     "RateLimit",
     "ReadPlan",
     "Rehearse",
@@ -82,6 +84,11 @@ _WAYPOINTS = items(
     WAYPOINTS_MAX,
 )
 
+_CORNERS = items(record(lambda x, y: (x, y), x=_COORDINATE_M, y=_COORDINATE_M), 3, WAYPOINTS_MAX)
+
+_OFFSET_M = number(-1000, 1000)
+_SYSTEMS = {str(system) for system in range(1, 256)}
+
 
 @dataclass(frozen=True)
 class Alive:
@@ -126,12 +133,19 @@ class Cancel(_ForVehicle):
 
 @dataclass(frozen=True)
 class PageCommand(_ForVehicle):
-    """A command; height above ground in m for a take-off, 0 for the server's default."""
+    """A command; height above ground in m for a take-off, 0 for the server's default.
+
+    A landing has the topic of a target, "" for none, whether the vehicle holds without it, and how
+    often it searches again.
+    """
 
     kind: ClassVar[str] = "command"
 
     name: str = member(TEXT)
     height_m: float = 0.0
+    target_topic: str = ""
+    target_required: bool = False
+    retries: int = 0
 
 
 @dataclass(frozen=True)
@@ -161,6 +175,36 @@ class PageGoal(_Order):
     """Go to a point, follow a route, or fly a circle."""
 
     kind: ClassVar[str] = "fly"
+
+
+@dataclass(frozen=True)
+class PageFollow(_ForVehicle):
+    """Follow a target of a topic, a frame of TF or a MAVLink system, by its name or number.
+
+    The place beside it is ahead, left of and above the target; a least distance of 0 and a speed of
+    0 are the server's defaults.
+    """
+
+    kind: ClassVar[str] = "follow"
+
+    source: str = member(either("topic", "frame", "system"))
+    target: str = member(text(200))
+    ahead_m: float = member(_OFFSET_M, "ahead")
+    left_m: float = member(_OFFSET_M, "left")
+    above_m: float = member(_OFFSET_M, "above")
+    least_distance_m: float = member(number(0, 1000), "least")
+    speed_m_s: float = member(number(0, 100), "speed")
+
+    def __post_init__(self) -> None:
+        """Reject a target without a name.
+
+        Raises:
+            InvalidValueError: it has none, or no number from 1 to 255 for a MAVLink system.
+        """
+        if not self.target.strip():
+            raise InvalidValueError("A target to follow needs its topic, frame or system.")
+        if self.source == "system" and self.target not in _SYSTEMS:
+            raise InvalidValueError("A MAVLink system is a number from 1 to 255.")
 
 
 @dataclass(frozen=True)
@@ -199,6 +243,21 @@ class ReadPlan(_ForVehicle):
 
 
 @dataclass(frozen=True)
+class PlanSurvey(_ForVehicle):
+    """Compute lines over an area of the vehicle's map, which the page then draws; moves nothing.
+
+    Speed 0 is the server's default.
+    """
+
+    kind: ClassVar[str] = "survey"
+
+    corners_enu_m: tuple[tuple[float, float], ...] = member(_CORNERS, "corners")
+    height_m: float = member(number(-1e4, 1e4), "height")
+    spacing_m: float = member(number(0.1, 1e4), "spacing")
+    speed_m_s: float = member(number(0, 100), "speed")
+
+
+@dataclass(frozen=True)
 class SavePlan(_ForVehicle):
     """Convert waypoints of the vehicle's map into a `.plan` file."""
 
@@ -230,8 +289,8 @@ class Replay(_ForVehicle):
 
 
 VehicleMessage: TypeAlias = (
-    Take | Give | Hold | Cancel | PageCommand | PageGoal | Rehearse | ReadPlan | SavePlan
-    | ConvertMission | Replay
+    Take | Give | Hold | Cancel | PageCommand | PageGoal | PageFollow | Rehearse | ReadPlan
+    | SavePlan | ConvertMission | PlanSurvey | Replay
 )  # fmt: skip
 Message: TypeAlias = Alive | RehearseTogether | VehicleMessage
 
@@ -241,6 +300,11 @@ def _named(kind: type, name: str, confirmed: bool = False, **members: Any) -> di
 
 
 _HEIGHT_M = RecordMember(number(0, 10_000), required=True, name="height")
+_LANDING = {
+    "target_topic": RecordMember(text(200), required=True, name="target"),
+    "target_required": RecordMember(FLAG, required=True, name="required"),
+    "retries": RecordMember(whole(0, 255), required=True),
+}
 _SPEED = RecordMember(number(0.1, 100), required=True, name="speed")
 _POSITION_S = RecordMember(number(0, 1e7), required=True, name="position")
 MESSAGE: Kind[Message] = one_of(
@@ -254,13 +318,15 @@ MESSAGE: Kind[Message] = one_of(
         PageCommand.kind: one_of(
             "name",
             _named(PageCommand, "takeoff", confirmed=True, height_m=_HEIGHT_M)
-            | _named(PageCommand, "land", confirmed=True)
+            | _named(PageCommand, "land", confirmed=True, **_LANDING)
             | _named(PageCommand, "return", confirmed=True)
             | _named(PageCommand, "resume", confirmed=True)
+            | _named(PageCommand, "continue", confirmed=True)
             # Braking needs no confirmation.
             | _named(PageCommand, "pause"),
         ),
         PageGoal.kind: record(PageGoal, _CONFIRMED),
+        PageFollow.kind: record(PageFollow, _CONFIRMED),
         Rehearse.kind: record(Rehearse),
         RehearseTogether.kind: record(RehearseTogether),
         Replay.kind: one_of(
@@ -272,6 +338,7 @@ MESSAGE: Kind[Message] = one_of(
             | _named(Replay, "seek", value=_POSITION_S),
         ),
         ConvertMission.kind: record(ConvertMission),
+        PlanSurvey.kind: record(PlanSurvey),
         ReadPlan.kind: record(ReadPlan),
         SavePlan.kind: record(SavePlan),
     },

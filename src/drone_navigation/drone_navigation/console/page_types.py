@@ -29,6 +29,13 @@ class StatusValue(TypedDict):
     other_server: bool
 
 
+class InterruptedValue(TypedDict):
+    """An interrupted route: the waypoint where it continues, from 1, and how many it has in all."""
+
+    next: int
+    waypoints: int
+
+
 class MotionValue(TypedDict):
     """Position in the map, attitude (rad, yaw from east), ground speed and climb rate (m/s)."""
 
@@ -117,6 +124,14 @@ class DiagnosticValue(TypedDict):
     round_trip: str | None
 
 
+class TargetValue(TypedDict):
+    """A target that is followed: whether it is known where it is, its distance (m) and age (s)."""
+
+    state: str
+    distance: float | None
+    age: float | None
+
+
 class FeedbackValue(TypedDict):
     """Feedback of any action; distance in m, time in s."""
 
@@ -124,6 +139,7 @@ class FeedbackValue(TypedDict):
     status: str
     distance: float | None
     time: float | None
+    target: TargetValue | None
     replans: int | None
     waypoint: int | None
     waypoints_left: int | None

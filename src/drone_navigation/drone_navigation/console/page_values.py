@@ -10,7 +10,7 @@ from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import BatteryState, NavSatFix
 from visualization_msgs.msg import Marker, MarkerArray
 
-from custom_interfaces.action import Navigate
+from custom_interfaces.action import Follow, Navigate
 from custom_interfaces.msg import (
     Fence,
     HomePosition,
@@ -29,6 +29,7 @@ from drone_navigation.console.page_types import (
     MotionValue,
     ReplayValue,
     StatusValue,
+    TargetValue,
 )
 from mavlink_vehicle.protocols.operations.command import command_name
 
@@ -212,17 +213,29 @@ def diagnostic(message: DiagnosticStatus) -> DiagnosticValue:
     }
 
 
-def feedback(action: str, message: Navigate.Feedback) -> FeedbackValue:
+def feedback(action: str, message: Navigate.Feedback | Follow.Feedback) -> FeedbackValue:
     """Return the feedback of any action; distance in m, time in s."""
+    # What follows never arrives.
+    follows = isinstance(message, Follow.Feedback)
     return {
         "action": action,
         "status": message.current_status,
-        "distance": known(message.distance_remaining, 1),
-        "time": known(message.estimated_time_remaining, 0),
+        "distance": None if follows else known(message.distance_remaining, 1),
+        "time": None if follows else known(message.estimated_time_remaining, 0),
+        "target": _target(message) if follows else None,
         "replans": getattr(message, "replans", None),
         "waypoint": getattr(message, "current_waypoint", None),
         "waypoints_left": getattr(message, "waypoints_remaining", None),
         "lap": getattr(message, "current_lap", None),
+    }
+
+
+def _target(message: Follow.Feedback) -> TargetValue:
+    states = {message.ACQUIRING: "ACQUIRING", message.FOLLOWING: "FOLLOWING", message.LOST: "LOST"}
+    return {
+        "state": states.get(message.state, ""),
+        "distance": known(message.distance, 1),
+        "age": known(message.target_age, 1),
     }
 
 

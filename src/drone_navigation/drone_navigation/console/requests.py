@@ -26,14 +26,20 @@ from custom_interfaces.action import (
     ReturnToLaunch,
     Takeoff,
 )
-from custom_interfaces.msg import Waypoint
-from custom_interfaces.srv import SeekReplay
-from drone_navigation.console.messages import PageCommand, PageGoal, PageWaypoint, Replay
+from custom_interfaces.srv import ComputeSurvey, SeekReplay
+from drone_navigation.console.goals.goal_messages import action_goal, landing
+from drone_navigation.console.goals.interrupted_route import InterruptedRoute
+from drone_navigation.console.messages import (
+    PageCommand,
+    PageFollow,
+    PageGoal,
+    PageWaypoint,
+    Replay,
+)
 from drone_navigation.console.page_types import RouteValue
 from navigation_bridge.names import (
     ACTION_NAME,
     FOLLOW_ACTION_NAME,
-    FRAME_MAP,
     LAND_ACTION_NAME,
     ORBIT_ACTION_NAME,
     RETURN_ACTION_NAME,
@@ -99,6 +105,7 @@ class VehicleRequests:
 
     Attributes:
         routes: goals that pages sent, by their ids: by whom, which action, which waypoints.
+        interrupted: the route that a page sent last.
     """
 
     def __init__(
@@ -123,6 +130,7 @@ class VehicleRequests:
         self._heard, self._reason = 0, ""
         self._reasons: list[tuple[float, int, Answer]] = []
         self.routes: dict[str, RouteValue] = {}
+        self.interrupted = InterruptedRoute()
 
     def tick(self, now: float) -> None:
         """Take answers, at a time in s."""
@@ -169,6 +177,12 @@ class VehicleRequests:
         kind = ACTIONS[action].Impl.SendGoalService
         return self._client(f"{self._root}/{action}/_action/send_goal", kind)
 
+    def _result(self, action: str, goal_id: UUID) -> Future:
+        """Ask for the result of a goal, which comes once that has ended."""
+        kind = ACTIONS[action].Impl.GetResultService
+        client = self._client(f"{self._root}/{action}/_action/get_result", kind)
+        return client.call_async(kind.Request(goal_id=goal_id))
+
     def _canceller(self, action: str) -> Client:
         return self._client(f"{self._root}/{action}/_action/cancel_goal", CancelGoal)
 
@@ -182,9 +196,10 @@ class VehicleRequests:
     def _call(self, future: Future, done: _Take, late: Callable[[], None]) -> None:
         self._calls.append(_Call(future, self._now + _ANSWER_TIMEOUT_S, done, late))
 
-    def find_stops(self) -> None:
-        """Find what ends a flight, before it is needed."""
+    def find_open(self) -> None:
+        """Find what ends a flight, and what every page may ask, before it is needed."""
         self._service("hold")
+        self._service("compute_survey", ComputeSurvey)
         for action in ACTIONS:
             self._canceller(action)
 
@@ -194,6 +209,10 @@ class VehicleRequests:
             self._service(name)
         for action in ACTIONS:
             self._sender(action)
+        self._client(
+            f"{self._root}/{WAYPOINTS_ACTION_NAME}/_action/get_result",
+            NavigateWaypoints.Impl.GetResultService,
+        )
 
     def ask(
         self,
@@ -202,6 +221,7 @@ class VehicleRequests:
         request: object,
         done: _Take,
         of_server: bool = False,
+        late: Callable[[], None] = lambda: None,
     ) -> bool:
         """Call one of the server's own services.
 
@@ -211,6 +231,7 @@ class VehicleRequests:
             request: what is asked.
             done: called with the answer.
             of_server: whether the node of the server is asked, not that of the vehicle.
+            late: called without an answer.
 
         Returns:
             Whether it was there to be called.
@@ -218,7 +239,7 @@ class VehicleRequests:
         client = self._service(name, kind, of_server)
         if not client.service_is_ready():
             return False
-        self._call(client.call_async(request), done, lambda: None)
+        self._call(client.call_async(request), done, late)
         return True
 
     # --- recordings -------------------------------------------------------------------------
@@ -268,7 +289,7 @@ class VehicleRequests:
 
     # --- goals ------------------------------------------------------------------------------
 
-    def _is_silent(self, answer: Answer) -> bool:
+    def is_silent(self, answer: Answer) -> bool:
         """Reject for a server that is silent: suspended, it would act on it much later."""
         if self._is_alive():
             return False
@@ -278,7 +299,7 @@ class VehicleRequests:
     def trigger(self, name: str, answer: Answer) -> None:
         """Call one of the server's own services; a hold is tried even if the server is silent."""
         client = self._service(name)
-        if name != "hold" and self._is_silent(answer):
+        if name != "hold" and self.is_silent(answer):
             return
         if len(self._calls) > _CALLS_MAX:
             answer(False, "Too many requests are waiting for the server's answer.")
@@ -329,40 +350,25 @@ class VehicleRequests:
             goal = Takeoff.Goal(height=command.height_m)
             self._send(TAKEOFF_ACTION_NAME, goal, (), by, answer)
         elif command.name == "land":
-            self._send(LAND_ACTION_NAME, Land.Goal(), (), by, answer)
+            self._send(LAND_ACTION_NAME, landing(command), (), by, answer)
+        elif command.name == "continue":
+            rest = self.interrupted.rest()
+            if rest is None:
+                answer(False, "There is no interrupted route to continue.")
+            else:
+                self._send(WAYPOINTS_ACTION_NAME, *rest, by, answer)
         else:
             self._send(RETURN_ACTION_NAME, ReturnToLaunch.Goal(), (), by, answer)
 
-    def fly(self, order: PageGoal, by: str, answer: Answer) -> None:
-        """Send a goal, a circle, or a route if it has several waypoints, a hold time or laps."""
-        waypoints = order.waypoints
-        if order.radius_m:
-            # The centre is no waypoint: the vehicle never comes to it.
-            self._send(ORBIT_ACTION_NAME, _circle(order), (), by, answer)
-            return
-        if len(waypoints) == 1 and not waypoints[0].hold_time_s and order.laps == 1:
-            goal = Navigate.Goal(max_speed=order.speed_m_s, avoid_obstacles=order.avoid_obstacles)
-            goal.target_pose.header.frame_id = FRAME_MAP
-            position = goal.target_pose.pose.position
-            position.x, position.y, position.z = waypoints[0].position_enu_m
-            # All zeros: the vehicle faces the direction of travel.
-            goal.target_pose.pose.orientation.w = 0.0
-            self._send(ACTION_NAME, goal, waypoints, by, answer)
-            return
-        route = NavigateWaypoints.Goal(
-            execution=NavigateWaypoints.Goal.EXECUTION_SETPOINTS,
-            waypoints=[_waypoint(waypoint) for waypoint in waypoints],
-            laps=order.laps,
-            max_speed=order.speed_m_s,
-            avoid_obstacles=order.avoid_obstacles,
-        )
-        self._send(WAYPOINTS_ACTION_NAME, route, waypoints, by, answer)
+    def fly(self, order: PageGoal | PageFollow, by: str, answer: Answer) -> None:
+        """Send a goal, a route, a circle, or a target to follow."""
+        self._send(*action_goal(order), by, answer)
 
     def _send(
         self, action: str, goal: object, waypoints: Sequence[PageWaypoint], by: str, answer: Answer
     ) -> None:
         """Send a goal by the action's service: feedback and end come by the topics, as for all."""
-        if self._is_silent(answer):
+        if self.is_silent(answer):
             return
         client = self._sender(action)
         if not client.service_is_ready():
@@ -381,6 +387,8 @@ class VehicleRequests:
         def take(response: Navigate.Impl.SendGoalService.Response) -> None:
             if response.accepted:
                 answer(True, f"{_COMMANDS[action]} is accepted.")
+                if isinstance(goal, NavigateWaypoints.Goal):
+                    self.interrupted.begin(goal, waypoints, self._result(action, request.goal_id))
             else:
                 self.routes.pop(number.hex, None)
                 self._reasons.append((self._now + _REASON_S, heard, answer))
@@ -389,23 +397,3 @@ class VehicleRequests:
             answer(False, f"{_COMMANDS[action]} was not answered; it may be active all the same.")
 
         self._call(client.call_async(request), take, late)
-
-
-def _circle(order: PageGoal) -> Orbit.Goal:
-    x, y, height_m = order.waypoints[0].position_enu_m
-    circle = Orbit.Goal(
-        radius=order.radius_m,
-        height=height_m,
-        laps=float(order.laps),
-        max_speed=order.speed_m_s,
-        avoid_obstacles=order.avoid_obstacles,
-    )
-    circle.centre.header.frame_id = FRAME_MAP
-    circle.centre.pose.position.x, circle.centre.pose.position.y = x, y
-    return circle
-
-
-def _waypoint(waypoint: PageWaypoint) -> Waypoint:
-    message = Waypoint(frame=Waypoint.FRAME_MAP, hold_time=waypoint.hold_time_s)
-    message.position.x, message.position.y, message.position.z = waypoint.position_enu_m
-    return message

@@ -16,7 +16,9 @@ from drone_navigation.console.messages import (
     Give,
     Hold,
     PageCommand,
+    PageFollow,
     PageGoal,
+    PlanSurvey,
     RateLimit,
     ReadPlan,
     Rehearse,
@@ -52,8 +54,13 @@ class Pilots(Protocol):
     def command(self, command: PageCommand, by: str, answer: Callable[[bool, str], None]) -> None:
         """Execute a command."""
 
-    def fly(self, order: PageGoal, by: str, answer: Callable[[bool, str], None]) -> None:
-        """Send a goal or a route."""
+    def fly(
+        self, order: PageGoal | PageFollow, by: str, answer: Callable[[bool, str], None]
+    ) -> None:
+        """Send a goal, a route, or a target to follow."""
+
+    def survey(self, asked: PlanSurvey, tell: Tell, answer: Callable[[bool, str], None]) -> None:
+        """Compute lines over an area, which moves nothing."""
 
     def rehearse(self, order: Rehearse, by: str, tell: Tell) -> None:
         """Simulate how a goal or a route would go."""
@@ -128,6 +135,9 @@ class Rules:
             self._pilots.rehearse_together(message, page.name, page.tell)
         elif isinstance(message, Rehearse):
             self._pilots.rehearse(message, page.name, page.tell)
+        elif isinstance(message, PlanSurvey):
+            answer = _answer_to(page, message.kind, message.vehicle)
+            self._pilots.survey(message, page.tell, answer)
         else:
             self._act(page, message, now)
 
@@ -158,7 +168,7 @@ class Rules:
             self.leases.give(page.number, message.vehicle)
         elif isinstance(message, (ReadPlan, SavePlan, ConvertMission)):
             self._convert(page, message)
-        elif isinstance(message, (PageCommand, PageGoal)):
+        elif isinstance(message, (PageCommand, PageGoal, PageFollow)):
             if not self.leases.holds(message.vehicle, page.number, now):
                 self._deny(page, "control", "This page does not have control.")
             elif isinstance(message, PageCommand):

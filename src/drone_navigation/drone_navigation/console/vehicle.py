@@ -153,7 +153,7 @@ class VehicleClient:
                     STREAM_QOS,
                 )
             )
-        self.requests.find_stops()
+        self.requests.find_open()
 
     def tick(self, now: float) -> None:
         """Take answers and note silence, at a time in s."""
@@ -162,6 +162,7 @@ class VehicleClient:
         if self._jumped:
             self._forget()
         self.requests.tick(now)
+        self._board.put(self._name, "interrupted", self.requests.interrupted.value())
 
     @property
     def is_alive(self) -> bool:

@@ -1,7 +1,7 @@
 // The routes that are drawn, one for each vehicle; the one that is edited is in `route`.
 
 const $ = (id) => document.getElementById(id);
-const EMPTY = { points: [], selected: -1, past: [], speed: "0", laps: "1", radius: "0" };
+const EMPTY = { points: [], selected: -1, area: [], past: [], speed: "0", laps: "1", radius: "0" };
 
 export class Drafts {
   constructor(route) {
@@ -11,8 +11,8 @@ export class Drafts {
   }
 
   current() {
-    const { points, selected, past } = this.route;
-    return { points, selected, past, speed: $("speed").value, laps: $("laps").value, radius: $("radius").value };
+    const { points, selected, area, past } = this.route;
+    return { points, selected, area, past, speed: $("speed").value, laps: $("laps").value, radius: $("radius").value };
   }
 
   of(name) {
@@ -24,8 +24,8 @@ export class Drafts {
     if (name === this.edited) return;
     if (this.edited) this.kept[this.edited] = this.current();
     this.edited = name;
-    const { points, selected, past, speed, laps, radius } = this.kept[name] ?? EMPTY;
-    Object.assign(this.route, { points: [...points], selected, past: [...past] });
+    const { points, selected, area, past, speed, laps, radius } = this.kept[name] ?? EMPTY;
+    Object.assign(this.route, { points: [...points], selected, area, past: [...past] });
     $("speed").value = speed;
     $("laps").value = laps;
     $("radius").value = radius;

@@ -14,6 +14,7 @@ import { Replay } from "./replay.js";
 import { Route } from "./route.js";
 import { missionPoints, showScene } from "./scene.js";
 import { drawSide } from "./side.js";
+import { describedLanding, describedTarget, landing, target } from "./target.js";
 import { Tiles } from "./tiles.js";
 import { Together } from "./together.js";
 import { WaypointList } from "./waypoints.js";
@@ -116,7 +117,7 @@ function scene() {
     vehicle: v?.motion ?? null, old: !v?.alive && !v?.replay, trail: link.trails[chosen] ?? [], plan: v?.plan ?? [],
     earlier: v?.earlier ?? [], obstacles: v?.obstacles, home: v?.home?.at,
     volume: v?.flight_volume, fence: v?.fence, rally: v?.rally_points, mission: v?.mission,
-    others: others(v), active: active(v), editable: points, ring: ring(), rehearsed: rehearsal?.result,
+    others: others(v), active: active(v), editable: points, ring: ring(), area: route.area, rehearsed: rehearsal?.result,
     together: together ? inMap(v) : null,
   };
 }
@@ -179,6 +180,8 @@ function show() {
   $("undo").disabled = !route.past.length;
   $("clear").disabled = $("save").disabled = !route.points.length;
   $("open").disabled = !v;
+  $("track").disabled = !mine() || !target();
+  $("survey").disabled = corners().length < 3 || !v?.alive || Boolean(v.replay);
   const hint = mine() ? "Click the map for a goal, again for a route." : "Take control to fly. Click the map to draw a route.";
   setText($("route-hint"), hint);
   $("route-hint").hidden = route.points.length > 0;
@@ -218,12 +221,13 @@ const of = (name) => (name && names().length > 1 ? `${label(name)}: ` : "");
 
 // Why a command would make no sense now; "" if it does.
 function senseless(id) {
-  const { status, feedback, goal } = vehicle() ?? {};
+  const { status, feedback, goal, interrupted } = vehicle() ?? {};
   const paused = feedback?.status === "PAUSED";
   if (id === "takeoff" && status?.landed !== "on the ground") return "The vehicle is not on the ground.";
   if (id === "land" && status?.landed === "on the ground") return "The vehicle is on the ground.";
   if (id === "pause" && (!goal || paused)) return goal ? "The goal is paused already." : "There is no goal to pause.";
   if (id === "resume" && !paused) return "There is no paused goal.";
+  if (id === "continue" && !interrupted) return "There is no interrupted route.";
   return "";
 }
 
@@ -236,7 +240,7 @@ function wrapTake() {
 }
 
 // What went wrong is also told beside the button that caused it.
-const BESIDE = { fly: "fly-answer", command: "command-answer", fly_all: "together-answer" };
+const BESIDE = { fly: "fly-answer", survey: "survey-answer", follow: "track-answer", command: "command-answer", fly_all: "together-answer" };
 
 function sayBeside(kind, text) {
   for (const [id, element] of Object.entries(BESIDE)) {
@@ -316,12 +320,13 @@ const rehearsal = new Rehearsal($("rehearsal"), link, () => {
 }, () => where(vehicle()), draw);
 const together = new Together(link, orders, () => names().map((name) => where(link.vehicles[name])), draw);
 
-function described({ waypoints, radius, laps }) {
+function described({ vehicle: name, waypoints, radius, laps }) {
   const [first] = waypoints;
   if (radius) {
     const times = laps > 1 ? `${laps} times ` : "";
     return `${times}${radius < 0 ? "clockwise" : "anticlockwise"} on a circle of ${Math.abs(radius)} m around east ${first.x}, north ${first.y}, up ${first.z} m`;
   }
+  if (drafts.of(name).area.length) return `the survey by ${waypoints.length} waypoints`;
   return waypoints.length > 1 ? `the route of ${waypoints.length} waypoints` : `to east ${first.x}, north ${first.y}, up ${first.z} m`;
 }
 
@@ -391,17 +396,53 @@ function command(id, text) {
   const name = chosen;
   const message = { type: "command", vehicle: name, name: id };
   if (id === "takeoff") message.height = Math.max($("height").valueAsNumber || 0, 0);
+  if (id === "land") Object.assign(message, landing());
   if (id === "pause") send(message);
-  else confirm.ask(`${text(message)} ${label(name)}?`, (confirmed) => send({ ...message, confirmed }));
+  else confirm.ask(`${text(message)} ${label(name)}?${id === "continue" ? mayTakeOff([name]) : ""}`, (confirmed) => send({ ...message, confirmed }));
 }
 
 const COMMANDS = {
   takeoff: (m) => `Take off to ${m.height ? `${m.height} m` : "the default height"} with`,
-  land: () => "Land",
+  land: describedLanding,
   return: () => "Return to launch with",
   pause: () => "Pause",
   resume: () => "Resume the goal of",
+  continue: () => `Continue the route at waypoint ${vehicle().interrupted.next} of ${vehicle().interrupted.waypoints} with`,
 };
+
+// It is not rehearsed: nobody knows how the target moves. The vehicle has to fly already.
+function track() {
+  const found = target();
+  if (!found) return say("Name the target's topic, frame or system first.", true);
+  if (!needsControl()) return undefined;
+  const name = chosen;
+  asked = null;
+  return confirm.ask(`${label(name)}: follow ${describedTarget(found)}?`, (confirmed) => {
+    sayBeside("", "");
+    send({ type: "follow", vehicle: name, confirmed, ...found });
+  });
+}
+
+// --- surveys
+
+// Corners of the area: those of the survey that is drawn, or else the waypoints.
+const corners = () => (route.area.length ? route.area : route.points.map(({ x, y }) => ({ x, y })));
+
+function survey() {
+  if ($("survey").disabled) return say("Draw three corners of the area, or more, first.", true);
+  sayBeside("", "");
+  return send({
+    type: "survey", vehicle: chosen, corners: corners(), height: $("height").valueAsNumber || 0,
+    spacing: Math.max($("spacing").valueAsNumber || 0, 0.5), speed: Math.max($("speed").valueAsNumber || 0, 0),
+  });
+}
+
+link.addEventListener("survey", ({ detail }) => {
+  if (detail.vehicle !== chosen) return;
+  route.replace(detail.waypoints, detail.corners.map(([x, y]) => ({ x, y })));
+  fit();
+  say(`The survey is on the map: ${detail.area.toFixed(0)} m². ${detail.text}`);
+});
 
 // --- plans
 
@@ -469,7 +510,7 @@ const KEYS = [
   ["g", "Fly the route", fly],
   ["G", "Fly the routes of all vehicles", flyAll],
   ["e", "Next vehicle", () => select(names()[(names().indexOf(chosen) + 1) % names().length] ?? "")],
-  ...Object.entries(COMMANDS).map(([id, text], i) => ["tlbpr"[i], $(id).firstChild.textContent.trim(), () => command(id, text)]),
+  ...Object.entries(COMMANDS).map(([id, text], i) => ["tlbprk"[i], $(id).firstChild.textContent.trim(), () => command(id, text)]),
   ["ArrowLeft", "Move the cross by 1 m; with Shift 10 m; with Alt the waypoint", (e) => arrow(e, -1, 0)],
   ["ArrowRight", "", (e) => arrow(e, 1, 0)],
   ["ArrowUp", "", (e) => arrow(e, 0, 1)],
@@ -480,6 +521,8 @@ const KEYS = [
   ["Delete", "Delete it", () => route.remove(route.selected)],
   ["PageUp", "Raise it by 1 m", () => selectedMove(0, 0, 1)],
   ["PageDown", "Lower it by 1 m", () => selectedMove(0, 0, -1)],
+  ["y", "Survey the area whose corners are drawn", survey],
+  ["w", "Follow the target that is named", track],
   ["u", "Undo", () => route.undo()],
   ["o", "Open a .plan", () => $("file").click()],
   ["s", "Save a .plan", savePlan],
@@ -496,11 +539,12 @@ const KEYS = [
 
 addEventListener("keydown", (event) => {
   if (event.ctrlKey && event.key === "z") return route.undo();
+  if (event.target instanceof HTMLInputElement && event.target.type === "text") return undefined;
   // A list that scrolls keeps the arrows, as a field does.
   const typing = event.target instanceof HTMLInputElement && event.target.type === "number" || event.target instanceof HTMLOListElement;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const pressing = event.target instanceof HTMLButtonElement || event.target instanceof HTMLSelectElement;
-  if (event.ctrlKey || event.metaKey || event.repeat && "hcvgtlbpr".includes(key)) return undefined;
+  if (event.ctrlKey || event.metaKey || event.repeat && "hcvgtlbprk".includes(key)) return undefined;
   if (typing && !/^[a-z?]$/.test(key) || pressing && !/^[a-z?+-]$/.test(key)) return undefined;
   const found = KEYS.find(([name]) => name === (event.shiftKey ? key.toUpperCase() : key)) ?? KEYS.find(([name]) => name === key);
   if (key === "Escape") $("keys").close();
@@ -540,7 +584,7 @@ try { kept = localStorage.getItem("theme"); } catch { /* none is kept */ }
 document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "night" : "day");
 for (const id of Object.keys(COMMANDS)) $(id).onclick = () => command(id, COMMANDS[id]);
 const CLICKS = {
-  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan,
+  take: takeControl, fly, undo: () => route.undo(), clear: () => route.replace([]), save: savePlan, survey, track,
   open: () => $("file").click(), "mission-route": () => stored("route"), "mission-save": () => stored("file"), theme, help, hold: () => stop("hold"), cancel: () => stop("cancel"),
   "hold-all": holdAll, "fly-all": flyAll, "take-all": takeControlOfAll,
   "zoom-in": () => map.zoom(1.3), "zoom-out": () => map.zoom(1 / 1.3), fit, follow: () => map.setFollowing(!map.following),
@@ -568,6 +612,7 @@ link.addEventListener("state", show);
 rehearsal.addEventListener("change", askAboutDanger);
 together.addEventListener("change", askAboutDanger);
 for (const id of ["speed", "laps", "radius"]) $(id).onchange = show;
+$("target-name").oninput = show;
 $("avoid").onchange = () => { avoidance[chosen] = $("avoid").checked; show(); };
 // Ages grow also while nothing arrives.
 setInterval(show, 1000);

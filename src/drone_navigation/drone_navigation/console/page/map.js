@@ -111,6 +111,7 @@ export class Map2D extends LocalMap {
     if (scene.home) this.home(context, scene.home, c);
     for (const other of scene.others) this.arrow(context, other, c.other, 9, other.name, c);
     this.waypoints(context, scene.active, c.goal, c, false);
+    if (scene.area.length) this.line(context, [...scene.area, scene.area[0]].map((p) => [p.x, p.y]), c.draft, 2, [2, 4]);
     this.waypoints(context, this.route.points, c.draft, c, true);
     if (scene.ring) this.ring(context, scene.ring, c);
     if (scene.vehicle) this.arrow(context, scene.vehicle, scene.old ? c.other : c.vehicle, 13, "", c);

@@ -1,6 +1,7 @@
 // What is read at a glance, over the map: the goal's progress, and how the vehicle flies.
 
 import { setText } from "./panel.js";
+import { followed } from "./target.js";
 import { coordinates, duration, sender, status } from "./words.js";
 
 const UNKNOWN = "–";
@@ -30,6 +31,7 @@ export function progress(v, page) {
     const lap = f.lap ? `, lap ${f.lap + 1}, ${f.waypoints_left} to go` : ` of ${f.waypoint + f.waypoints_left}`;
     parts.push(`waypoint ${f.waypoint + 1}${lap}`);
   }
+  if (f.target) parts.push(followed(f.target));
   if (f.replans) parts.push(f.replans === 1 ? "1 new path" : `${f.replans} new paths`);
   return parts.join(" · ");
 }
@@ -83,6 +85,7 @@ export function showReadouts(v, page, isOld) {
   show("out-battery", ...battery(v));
   setText($("progress"), progress(v, page));
   $("progress").dataset.status = feedback?.status ?? "";
+  $("progress").dataset.target = feedback?.target?.state ?? "";
   showHorizon(motion);
   showCompass(motion);
   const place = isKnown(fix?.latitude) && isKnown(fix?.longitude) ? coordinates(fix.latitude, fix.longitude) : "Latitude and longitude unknown";

@@ -1,4 +1,5 @@
-// The route that is being drawn: waypoints {x, y, z, hold}, a selection, and a way back.
+// The route that is being drawn: waypoints {x, y, z, hold}, a selection, the corners {x, y} of the
+// area whose survey it is, if it is one, and a way back.
 
 const UNDO_MAX = 100;
 
@@ -7,11 +8,12 @@ export class Route extends EventTarget {
     super();
     this.points = [];
     this.selected = -1;
+    this.area = [];
     this.past = [];
   }
 
   keep() {
-    this.past.push({ points: this.points.map((point) => ({ ...point })), selected: this.selected });
+    this.past.push({ points: this.points.map((point) => ({ ...point })), selected: this.selected, area: this.area });
     if (this.past.length > UNDO_MAX) this.past.shift();
   }
 
@@ -61,8 +63,9 @@ export class Route extends EventTarget {
     this.changed();
   }
 
-  replace(points) {
+  replace(points, area = []) {
     this.keep();
+    this.area = area;
     this.points = points.map((point) => ({ ...point }));
     this.selected = -1;
     this.changed();

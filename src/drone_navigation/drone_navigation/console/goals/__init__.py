@@ -1,0 +1,1 @@
+"""Goals and routes of pages as ROS messages."""
