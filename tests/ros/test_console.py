@@ -164,6 +164,61 @@ def wait_for_end(tab: Tab, before: int, code: str) -> None:
 
 
 @pytest.mark.usefixtures("on_the_ground")
+def test_a_target_is_named_followed_lost_and_landed_on(scene: Scene, page: Tab) -> None:
+    flight = scene.flight
+    state = "document.getElementById('progress').dataset.target"
+    before = ends(page)
+    page.press("t", "KeyT")
+    page.press(" ", "Space", 1.8)
+    wait_for_end(page, before, "SUCCESS")
+    assert page.value("document.getElementById('track').disabled")
+
+    def follow(topic: str) -> None:
+        page.value(
+            "(() => { document.getElementById('target-ahead').value = '-5';"
+            " const name = document.getElementById('target-name');"
+            f" name.value = '{topic}'; name.dispatchEvent(new Event('input')); }})()"
+        )
+        page.click("track")
+        page.wait("!document.getElementById('confirm').hidden")
+        assert f"follow the topic {topic}, 5 m behind, 5 m above?" in page.text("confirm-text")
+        page.press(" ", "Space", 1.8)
+
+    follow("a//b")
+    page.wait("!document.getElementById('track-answer').hidden")
+    assert page.text("track-answer").startswith("Rejected: ")
+    target = TargetPublisher(flight, (6.0, 3.0))
+    before = ends(page)
+    follow("/target")
+    flight.wait(lambda: page.value(f"{state} === 'FOLLOWING'"), _FLIGHT_S, "the target")
+    assert page.value("document.getElementById('track-answer').hidden")
+    assert re.search(r"target \d+\.\d m away", page.text("progress"))
+    target.is_silent = True
+    flight.wait(lambda: page.value(f"{state} === 'LOST'"), _FLIGHT_S, "the loss")
+    page.press("c", "KeyC")
+    wait_for_end(page, before, "CANCELED")
+
+    target.is_silent = False
+    before = ends(page)
+    page.value(
+        "(() => { document.getElementById('land-target').value = '/target';"
+        " document.getElementById('land-required').checked = true;"
+        " document.getElementById('land-retries').value = '1'; })()"
+    )
+    page.click("land")
+    page.wait("!document.getElementById('confirm').hidden")
+    assert page.text("confirm-text") == (
+        "Land on the target of /target, searching again 1 time, and hold without it, with vehicle?"
+    )
+    page.press(" ", "Space", 1.8)
+    end = f"document.getElementById('end').dataset.number > {before}"
+    flight.wait(lambda: page.value(end), _FLIGHT_S, "the landing")
+    target.is_silent = True
+    assert "from the target" in page.text("end")
+    assert page.value("document.getElementById('end').dataset.code") == "SUCCESS"
+
+
+@pytest.mark.usefixtures("on_the_ground")
 def test_a_goal_is_clicked_confirmed_by_keyboard_and_flown(page: Tab) -> None:
     before = ends(page)
     page.wait("/% lost, [0-9.]+ ms/.test(document.getElementById('facts').textContent)")
@@ -277,61 +332,6 @@ def test_a_survey_is_drawn_computed_rehearsed_and_flown(page: Tab) -> None:
     page.wait(ACTIVE)
     wait_for_end(page, before, "SUCCESS")
     assert page.value("document.getElementById('continue').disabled")
-
-
-@pytest.mark.usefixtures("on_the_ground")
-def test_a_target_is_named_followed_lost_and_landed_on(scene: Scene, page: Tab) -> None:
-    flight = scene.flight
-    state = "document.getElementById('progress').dataset.target"
-    before = ends(page)
-    page.press("t", "KeyT")
-    page.press(" ", "Space", 1.8)
-    wait_for_end(page, before, "SUCCESS")
-    assert page.value("document.getElementById('track').disabled")
-
-    def follow(topic: str) -> None:
-        page.value(
-            "(() => { document.getElementById('target-ahead').value = '-5';"
-            " const name = document.getElementById('target-name');"
-            f" name.value = '{topic}'; name.dispatchEvent(new Event('input')); }})()"
-        )
-        page.click("track")
-        page.wait("!document.getElementById('confirm').hidden")
-        assert f"follow the topic {topic}, 5 m behind, 5 m above?" in page.text("confirm-text")
-        page.press(" ", "Space", 1.8)
-
-    follow("a//b")
-    page.wait("!document.getElementById('track-answer').hidden")
-    assert page.text("track-answer").startswith("Rejected: ")
-    target = TargetPublisher(flight, (6.0, 3.0))
-    before = ends(page)
-    follow("/target")
-    flight.wait(lambda: page.value(f"{state} === 'FOLLOWING'"), _FLIGHT_S, "the target")
-    assert page.value("document.getElementById('track-answer').hidden")
-    assert re.search(r"target \d+\.\d m away", page.text("progress"))
-    target.is_silent = True
-    flight.wait(lambda: page.value(f"{state} === 'LOST'"), _FLIGHT_S, "the loss")
-    page.press("c", "KeyC")
-    wait_for_end(page, before, "CANCELED")
-
-    target.is_silent = False
-    before = ends(page)
-    page.value(
-        "(() => { document.getElementById('land-target').value = '/target';"
-        " document.getElementById('land-required').checked = true;"
-        " document.getElementById('land-retries').value = '1'; })()"
-    )
-    page.click("land")
-    page.wait("!document.getElementById('confirm').hidden")
-    assert page.text("confirm-text") == (
-        "Land on the target of /target, searching again 1 time, and hold without it, with vehicle?"
-    )
-    page.press(" ", "Space", 1.8)
-    end = f"document.getElementById('end').dataset.number > {before}"
-    flight.wait(lambda: page.value(end), _FLIGHT_S, "the landing")
-    target.is_silent = True
-    assert "from the target" in page.text("end")
-    assert page.value("document.getElementById('end').dataset.code") == "SUCCESS"
 
 
 def test_a_route_is_slid_dragged_in_flight_and_cancelled(page: Tab) -> None:

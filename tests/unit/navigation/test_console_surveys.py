@@ -8,12 +8,12 @@ from geometry_msgs.msg import Point
 
 from custom_interfaces.msg import GoalCode, Waypoint
 from custom_interfaces.srv import ComputeSurvey
-from drone_navigation.console.goals.survey_messages import (
+from drone_navigation.console.messages import PlanSurvey
+from drone_navigation.console.surveying.survey_messages import (
     survey_objection,
     survey_request,
     survey_route,
 )
-from drone_navigation.console.messages import PlanSurvey
 
 ASKED = PlanSurvey("/", ((0.0, 0.0), (10.0, 0.0), (0.0, 10.0)), 8.0, 2.5, 3.0)
 

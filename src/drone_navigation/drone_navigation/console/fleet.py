@@ -12,7 +12,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 
-from drone_navigation.console.goals.surveys import ask_for_survey
 from drone_navigation.console.messages import (
     PageCommand,
     PageFollow,
@@ -27,6 +26,7 @@ from drone_navigation.console.rehearsing.joint_rehearsal import JointRehearsal
 from drone_navigation.console.rehearsing.rehearsals import Rehearsals
 from drone_navigation.console.requests import Answer, VehicleRequests
 from drone_navigation.console.shown_values import ShownValues
+from drone_navigation.console.surveying.surveys import ask_for_survey
 from drone_navigation.console.vehicle import VehicleClient
 from drone_navigation.qos import STREAM_QOS
 from navigation_bridge.names import SERVER_NODE_NAME

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from custom_interfaces.srv import ComputeSurvey
-from drone_navigation.console.goals.survey_messages import (
+from drone_navigation.console.messages import PlanSurvey
+from drone_navigation.console.page_types import Tell
+from drone_navigation.console.requests import Answer, VehicleRequests
+from drone_navigation.console.surveying.survey_messages import (
     survey_objection,
     survey_request,
     survey_route,
 )
-from drone_navigation.console.messages import PlanSurvey
-from drone_navigation.console.page_types import Tell
-from drone_navigation.console.requests import Answer, VehicleRequests
 
 __all__ = ["ask_for_survey"]
 

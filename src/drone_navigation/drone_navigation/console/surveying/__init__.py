@@ -1,0 +1,1 @@
+"""Surveys that pages ask the servers for."""
