@@ -115,3 +115,16 @@ def test_a_survey_is_computed_flown_and_continued(tmp_path: Path) -> None:
         assert "give three" in shown.text
     finally:
         flight.close()
+
+
+@pytest.mark.wide
+def test_a_rover_follows_no_terrain(tmp_path: Path) -> None:
+    flight = Flight(tmp_path, simulator=("--vehicle", "rover"))
+    try:
+        assert computed(flight, height=0.0).success
+        terrain = {"terrain_resolution": 20.0, "terrain_width": 2, "terrain_heights": [0.0] * 4}
+        rejected = computed(flight, **terrain)
+        assert rejected.error_code == GoalCode.UNSUPPORTED_VEHICLE, rejected.message
+        assert rejected.message == "Only copters follow the terrain; this is a rover."
+    finally:
+        flight.close()
