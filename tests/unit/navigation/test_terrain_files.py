@@ -38,6 +38,8 @@ def test_an_archive_is_read_as_it_is(tmp_path: Path) -> None:
         ("empty.asc", "", "not a valid grid"),
         ("short.asc", f"{HEADER}1 2 3", "3 times 2 heights are announced, and 3 there"),
         ("twice.asc", f"ncols 3 {HEADER}", "twice"),
+        ("endless.asc", f"{HEADER}1".replace("ncols 3", "ncols inf"), "not a valid grid"),
+        ("headless.asc", "1 2 3", "ncols, nrows, cellsize are missing"),
         ("words.asc", f"{HEADER}a b c d e f", "not a valid grid"),
         ("binary.asc", "\xff", "not a valid grid"),
         ("text.npz", "heights", "not a valid grid"),

@@ -52,7 +52,7 @@ def read_terrain(path: Path) -> TerrainGrid:
         return reader(path)
     except OSError as error:
         raise TerrainFileError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, TypeError, OverflowError, EOFError, zipfile.BadZipFile) as error:
         if isinstance(error, TerrainFileError):
             raise
         raise TerrainFileError(f"{path} is not a valid grid of heights: {error}.") from error
