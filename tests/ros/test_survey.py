@@ -52,6 +52,19 @@ def test_a_survey_is_computed_flown_and_continued(tmp_path: Path) -> None:
         assert around.success
         assert around.length > survey.length
 
+        # A slope to the north, 2 m over the field.
+        slope: dict[str, Any] = {
+            "terrain_origin": Point(x=-4.0, y=-2.0),
+            "terrain_resolution": 4.0,
+            "terrain_width": 6,
+            "terrain_heights": [0.25 * (4.0 * row - 2.0) for row in range(5) for _ in range(6)],
+        }
+        above = computed(flight, **slope)
+        assert above.success, above.message
+        for waypoint in above.waypoints:
+            place = waypoint.position
+            assert place.z == pytest.approx(4.0 + 0.25 * place.y)
+
         photos = computed(
             flight, spacing=0.0, sensor_width=0.0132, sensor_height=0.0088, focal_length=0.0088,
             side_overlap=0.5, front_overlap=0.5,
@@ -64,6 +77,10 @@ def test_a_survey_is_computed_flown_and_continued(tmp_path: Path) -> None:
             ({"boundary": FIELD[:2]}, GoalCode.INVALID_WAYPOINTS),
             ({"boundary": [FIELD[0], FIELD[2], FIELD[1], FIELD[3]]}, GoalCode.INVALID_WAYPOINTS),
             ({"spacing": 0.0}, GoalCode.INVALID_NUMBER),
+            (slope | {"terrain_width": 7}, GoalCode.INVALID_WAYPOINTS),
+            (slope | {"terrain_origin": Point(x=4.0)}, GoalCode.INVALID_WAYPOINTS),
+            (slope | {"max_speed": 100.0}, GoalCode.INVALID_WAYPOINTS),
+            (slope | {"height": 1.0}, GoalCode.INVALID_NUMBER),
             ({"frame": 9}, GoalCode.UNKNOWN_FRAME),
             ({"height": 5000.0}, GoalCode.OUTSIDE_VOLUME),
             ({"frame": Waypoint.FRAME_GEODETIC_ABOVE_GROUND}, GoalCode.INVALID_WAYPOINTS),
@@ -96,5 +113,18 @@ def test_a_survey_is_computed_flown_and_continued(tmp_path: Path) -> None:
         shown = Process("client", [*CLIENT, *words[:2], "0,0 9,9", *words[3:]], flight.environment)
         assert shown.wait(60.0) == 2
         assert "give three" in shown.text
+    finally:
+        flight.close()
+
+
+@pytest.mark.wide
+def test_a_rover_follows_no_terrain(tmp_path: Path) -> None:
+    flight = Flight(tmp_path, simulator=("--vehicle", "rover"))
+    try:
+        assert computed(flight, height=0.0).success
+        terrain = {"terrain_resolution": 20.0, "terrain_width": 2, "terrain_heights": [0.0] * 4}
+        rejected = computed(flight, **terrain)
+        assert rejected.error_code == GoalCode.UNSUPPORTED_VEHICLE, rejected.message
+        assert rejected.message == "Only copters follow the terrain; this is a rover."
     finally:
         flight.close()

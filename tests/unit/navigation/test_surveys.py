@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from mavlink_vehicle.positions.frames import equidistant_at
@@ -12,11 +14,19 @@ from navigation_bridge.goals.requests import ActKind, AltitudeReference
 from navigation_bridge.goals.surveys import Camera, SurveyRequest, SurveyRoute, compute_survey
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
+from navigation_core.surveys.terrain import TerrainGrid
 
 FIELD = SurveyRequest(
     ((0.0, 0.0), (60.0, 0.0), (60.0, 40.0), (0.0, 40.0)), height_m=20.0, spacing_m=8.0
 )
 CAMERA = Camera(0.0132, 0.0088, 0.0088, 0.7, 0.8)
+
+
+def hill(height_m: float) -> TerrainGrid:
+    """Return a hill in the middle of the field, 10 m apart from (-10, -10) to (70, 50)."""
+    east, north = np.meshgrid(np.linspace(-40.0, 40.0, 9), np.linspace(-30.0, 30.0, 7))
+    heights_m = height_m * np.exp(-(east**2 + north**2) / 20.0**2)
+    return TerrainGrid((-10.0, -10.0), 10.0, 9, heights_m.ravel())
 
 
 def route_of(request: SurveyRequest) -> SurveyRoute:
@@ -75,6 +85,14 @@ def test_geodetic_corners_give_geodetic_waypoints(latitude_deg: float) -> None:
         ({"camera": replace(CAMERA, side_overlap=1.0)}, OutcomeCode.INVALID_NUMBER, "overlaps"),
         ({"camera": replace(CAMERA, focal_length_m=0.0)}, OutcomeCode.INVALID_NUMBER, "focal"),
         ({"camera": CAMERA, "height_m": 0.0}, OutcomeCode.INVALID_NUMBER, "above the ground"),
+        ({"terrain": hill(1.0), "height_m": 1.9}, OutcomeCode.INVALID_NUMBER, "at least 2 m"),
+        (
+            {"terrain": hill(1.0), "altitude_reference": AltitudeReference.HOME},
+            OutcomeCode.UNKNOWN_FRAME,
+            "map frame",
+        ),
+        ({"terrain": hill(math.nan)}, OutcomeCode.INVALID_WAYPOINTS, "unknown at"),
+        ({"terrain": hill(1.0), "overrun_m": 20.0}, OutcomeCode.INVALID_WAYPOINTS, "not cover"),
         ({"holes": ((),)}, OutcomeCode.INVALID_WAYPOINTS, "Hole 1"),
         ({"boundary": FIELD.boundary[:2]}, OutcomeCode.INVALID_WAYPOINTS, "give three"),
         (
@@ -91,3 +109,42 @@ def test_what_is_no_survey_is_rejected(
     assert isinstance(rejection, Rejection)
     assert rejection.code is code
     assert reason in rejection.message
+
+
+def test_waypoints_follow_the_terrain_and_length_counts_climbs() -> None:
+    request = replace(FIELD, spacing_m=0.0, camera=CAMERA, angle_enu_rad=0.0)
+    level, route = route_of(request), route_of(replace(request, terrain=hill(20.0)))
+    places = np.array([waypoint.position for waypoint in route.waypoints])
+    middle = places[np.argmin(np.hypot(places[:, 0] - 30.0, places[:, 1] - 20.0))]
+    assert middle == pytest.approx([30.0, 20.0, 40.0])
+    assert route.length_m == pytest.approx(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+    assert level.length_m + 5.0 < route.length_m < 1.3 * level.length_m
+    assert level.duration_s < route.duration_s < 1.3 * level.duration_s
+    assert route.photos == level.photos
+    acts = [act.distance_m for waypoint in route.waypoints for act in waypoint.acts]
+    assert acts == pytest.approx([4.0, 0.0] * 5)
+
+
+def test_flat_terrain_raises_the_survey_and_adds_nothing() -> None:
+    level, route = route_of(FIELD), route_of(replace(FIELD, terrain=hill(0.0)))
+    assert route == level
+
+
+def test_a_path_over_terrain_that_is_too_steep_for_its_speed_names_a_speed_that_is_not() -> None:
+    request = replace(FIELD, terrain=hill(20.0), climb_m_s=1.5, descent_m_s=1.0)
+    rejection = compute_survey(request)
+    assert isinstance(rejection, Rejection)
+    assert rejection.code is OutcomeCode.INVALID_WAYPOINTS
+    found = re.search(r"limits are 1.5 and 1 m/s; .* at most (\d.*) m/s", rejection.message)
+    assert found is not None, rejection.message
+    speed_m_s = float(found[1])
+    route_of(replace(request, speed_m_s=speed_m_s))
+    assert isinstance(compute_survey(replace(request, speed_m_s=speed_m_s + 0.02)), Rejection)
+
+
+def test_terrain_that_takes_too_many_waypoints_is_rejected() -> None:
+    rough = TerrainGrid((-10.0, -10.0), 1.0, 81, np.tile([0.0, 9.0, 0.0], 81 * 27)[: 81 * 61])
+    rejection = compute_survey(replace(FIELD, spacing_m=1.0, terrain=rough))
+    assert isinstance(rejection, Rejection)
+    assert rejection.code is OutcomeCode.INVALID_WAYPOINTS
+    assert "more than 1000 waypoints" in rejection.message

@@ -128,10 +128,16 @@ def _follow(options: argparse.Namespace) -> ClientGoal:
 def _survey(options: argparse.Namespace) -> ClientGoal:
     # With the planner of surveys, which would double what the client itself takes to start.
     from drone_navigation.client.option_groups.asked_survey import survey_request  # noqa: PLC0415
+    from drone_navigation.client.option_groups.terrain_file import (  # noqa: PLC0415
+        TerrainFileError,
+    )
     from navigation_bridge.goals.surveys import SurveyRoute, compute_survey  # noqa: PLC0415
     from navigation_bridge.plan_files.routes import PlannedRoute  # noqa: PLC0415
 
-    route = compute_survey(survey_request(options))
+    try:
+        route = compute_survey(survey_request(options))
+    except TerrainFileError as error:
+        make_command_parser("survey").error(str(error))
     if not isinstance(route, SurveyRoute):
         make_command_parser("survey").error(route.message)
     photos = f", {route.photos} photos" if route.photos else ""

@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from mavlink_vehicle.positions.frames import equidistant_at
 from navigation_bridge.goals.requests import ActKind, ActRequest, AltitudeReference, WaypointRequest
+from navigation_bridge.goals.route_requests import WAYPOINTS_MAX
 from navigation_core.geometry import Vector3
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
 from navigation_core.surveys.area import Corners, SurveyArea, SurveyAreaError, area_of
+from navigation_core.surveys.lines import Points
 from navigation_core.surveys.survey import Survey, plan_survey
+from navigation_core.surveys.terrain import (
+    HEIGHT_MIN_M,
+    Terrain,
+    TerrainError,
+    TerrainGrid,
+    slopes,
+    too_many_points,
+)
 
 __all__ = ["Camera", "SurveyRequest", "SurveyRoute", "compute_survey"]
 
@@ -23,6 +36,8 @@ _LATITUDE_MAX_DEG = 89.0
 # Two waypoints that are nearer are one.
 _SAME_M = 1e-3
 _ROUNDING = 1e-6
+# A slope that is none.
+_LEVEL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -52,7 +67,7 @@ class SurveyRequest:
         boundary: corners: metres east and north, or latitude and longitude in degrees.
         holes: areas that are left out and not entered.
         altitude_reference: of the height; None for corners in the map frame.
-        height_m: of all waypoints.
+        height_m: of all waypoints; above the terrain if that is given.
         spacing_m: of the lines; 0 = by the camera.
         camera: None without one.
         angle_enu_rad: of the lines, counter-clockwise from east; NaN = the best.
@@ -61,6 +76,9 @@ class SurveyRequest:
         acceptance_radius_m: of the waypoints; 0 = the server's default.
         speed_m_s: for the duration.
         acceleration_m_s2: the same.
+        terrain: whose ground the height follows, in the map frame; None = one height.
+        climb_m_s: greatest rate with which the path over terrain may rise.
+        descent_m_s: the same, downwards.
     """
 
     boundary: Corners
@@ -75,6 +93,9 @@ class SurveyRequest:
     acceptance_radius_m: float = 0.0
     speed_m_s: float = 5.0
     acceleration_m_s2: float = 2.0
+    terrain: TerrainGrid | None = None
+    climb_m_s: float = math.inf
+    descent_m_s: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -82,9 +103,10 @@ class SurveyRoute:
     """A route that surveys an area.
 
     Attributes:
-        waypoints: at the ends of the lines and at the corners of the ways between them.
-        length_m: from the first waypoint on.
-        duration_s: of that, with a stop at each waypoint; without wind.
+        waypoints: at the ends of the lines and at the corners of the ways between them, and
+            between these where the terrain takes it.
+        length_m: from the first waypoint on, with climbs.
+        duration_s: of that, with a stop at each end and corner; without wind.
         photos: how many a camera takes; 0 without one.
         area_m2: what is covered.
         angle_enu_rad: of the lines.
@@ -129,9 +151,12 @@ def compute_survey(request: SurveyRequest) -> SurveyRoute | Rejection:
             tuple(tuple(to_plane(*corner) for corner in hole) for hole in request.holes),
         )
         survey = plan_survey(area, spacing_m, to_plane(*entry), angle, request.overrun_m)
-    except SurveyAreaError as error:
+        route = _route(request, survey, area, trigger_m, from_plane)
+        if request.terrain is not None:
+            _check_slopes(route.waypoints, request)
+        return route
+    except (SurveyAreaError, TerrainError) as error:
         return Rejection(OutcomeCode.INVALID_WAYPOINTS, str(error))
-    return _route(request, survey, area, trigger_m, from_plane)
 
 
 def _invalid(text: str) -> Rejection:
@@ -164,7 +189,11 @@ def _problem(request: SurveyRequest) -> Rejection | None:
         )
     if request.speed_m_s <= 0.0:
         return _invalid(f"the speed is {request.speed_m_s:g} m/s; give more than 0.")
-    return _problem_of_places(request) or _problem_of_camera(request, camera)
+    return (
+        _problem_of_places(request)
+        or _problem_of_camera(request, camera)
+        or _problem_of_terrain(request)
+    )
 
 
 def _problem_of_places(request: SurveyRequest) -> Rejection | None:
@@ -200,6 +229,22 @@ def _problem_of_camera(request: SurveyRequest, camera: Camera | None) -> Rejecti
     return None
 
 
+def _problem_of_terrain(request: SurveyRequest) -> Rejection | None:
+    if request.terrain is None:
+        return None
+    if request.altitude_reference is not None:
+        return Rejection(
+            OutcomeCode.UNKNOWN_FRAME,
+            "A grid of the terrain is in metres of the map; give the corners in the map frame.",
+        )
+    if request.height_m < HEIGHT_MIN_M:
+        return _invalid(
+            f"the height above the terrain is {request.height_m:g} m; give at least "
+            f"{HEIGHT_MIN_M:g} m."
+        )
+    return None
+
+
 def _plane(
     request: SurveyRequest,
 ) -> tuple[
@@ -229,41 +274,79 @@ def _route(
     trigger_m: float,
     from_plane: Callable[[float, float], tuple[float, float]],
 ) -> SurveyRoute:
+    """Return the waypoints of a survey.
+
+    Raises:
+        TerrainError: the terrain cannot be followed.
+    """
     waypoints: list[WaypointRequest] = []
-    photos, duration_s, placed = 0, 0.0, None
-    begin, end = (
-        (ActRequest(ActKind.TRIGGER_DISTANCE, distance_m=distance_m),) if trigger_m else ()
-        for distance_m in (trigger_m, 0.0)
-    )
+    photos, length_m, duration_s, stretch_m, placed = 0, 0.0, 0.0, 0.0, None
+    terrain = None if request.terrain is None else Terrain(request.terrain)
     for leg in survey.legs:
-        points = [(float(east), float(north)) for east, north in leg.points_m]
+        points = _raised(leg.points_m, request, terrain)
         if leg.covers and trigger_m:
+            # Autopilots trigger by level distance: climbs take no more photos.
             photos += math.floor(leg.length_m / trigger_m + _ROUNDING) + 1
-        for index, point in enumerate(points):
+        for index, (point, is_corner) in enumerate(points):
             acts: tuple[ActRequest, ...] = ()
-            if leg.covers and index == 0:
-                acts = begin
-            elif leg.covers and index == len(points) - 1:
-                acts = end
+            if leg.covers and trigger_m and index in (0, len(points) - 1):
+                distance_m = 0.0 if index else trigger_m
+                acts = (ActRequest(ActKind.TRIGGER_DISTANCE, distance_m=distance_m),)
             if placed is not None and math.dist(placed, point) < _SAME_M:
                 if acts:
                     last = waypoints.pop()
                     waypoints.append(_waypoint(request, last.position, last.acts + acts))
                 continue
             if placed is not None:
-                duration_s += _leg_s(math.dist(placed, point), request)
-            x, y = from_plane(*point)
-            waypoints.append(_waypoint(request, (x, y, request.height_m), acts))
+                stretch_m += math.dist(placed, point)
+            if is_corner:
+                length_m, duration_s = length_m + stretch_m, duration_s + _leg_s(stretch_m, request)
+                stretch_m = 0.0
+            waypoints.append(_waypoint(request, (*from_plane(*point[:2]), point[2]), acts))
             placed = point
+        if terrain is not None and len(waypoints) > WAYPOINTS_MAX:
+            raise TerrainError(too_many_points(WAYPOINTS_MAX))
     return SurveyRoute(
         tuple(waypoints),
-        survey.length_m,
+        length_m,
         duration_s,
         photos,
         area.area_m2,
         survey.angle_rad,
         survey.spacing_m,
     )
+
+
+def _raised(
+    points_m: Points, request: SurveyRequest, terrain: Terrain | None
+) -> list[tuple[Vector3, bool]]:
+    """Return the points of a leg at their heights, and which of them are its corners."""
+    height_m = request.height_m
+    if terrain is None:
+        return [((float(east), float(north), height_m), True) for east, north in points_m]
+    raised: list[tuple[Vector3, bool]] = []
+    for first_m, last_m in itertools.pairwise(points_m):
+        path_m = terrain.along(first_m, last_m, height_m, WAYPOINTS_MAX)
+        places = [(float(east), float(north), float(up)) for east, north, up in path_m]
+        raised += [(place, False) for place in places[:-1]]
+        raised[-len(places) + 1] = (places[0], True)
+    return [*raised, (places[-1], True)]
+
+
+def _check_slopes(waypoints: tuple[WaypointRequest, ...], request: SurveyRequest) -> None:
+    """Reject what climbs or falls faster than the vehicle may."""
+    climb, descent = slopes(np.array([waypoint.position for waypoint in waypoints]))
+    most_m_s = min(
+        request.climb_m_s / max(climb, _LEVEL), request.descent_m_s / max(descent, _LEVEL)
+    )
+    if request.speed_m_s > most_m_s:
+        raise TerrainError(
+            f"At {request.speed_m_s:g} m/s the path rises with up to "
+            f"{climb * request.speed_m_s:.1f} m/s and falls with up to "
+            f"{descent * request.speed_m_s:.1f} m/s, and the vehicle's limits are "
+            f"{request.climb_m_s:g} and {request.descent_m_s:g} m/s; give a max_speed of at most "
+            f"{math.floor(100.0 * most_m_s) / 100.0:g} m/s."
+        )
 
 
 def _waypoint(

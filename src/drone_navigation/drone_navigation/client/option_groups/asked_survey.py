@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
+from pathlib import Path
 
 from drone_navigation.client.option_groups.survey_options import SURVEY_FRAMES
+from drone_navigation.client.option_groups.terrain_file import read_terrain
 from navigation_bridge.goals.requests import AltitudeReference
 from navigation_bridge.goals.surveys import Camera, SurveyRequest
 
@@ -17,7 +19,11 @@ _MM, _PERCENT = 1e-3, 1e-2
 
 
 def survey_request(options: argparse.Namespace) -> SurveyRequest:
-    """Return what is to be computed."""
+    """Return what is to be computed.
+
+    Raises:
+        TerrainFileError: the file with the terrain cannot be used.
+    """
     camera = None
     if options.camera is not None:
         width_mm, height_mm, focal_mm = options.camera
@@ -37,4 +43,5 @@ def survey_request(options: argparse.Namespace) -> SurveyRequest:
         options.overrun,
         options.radius,
         **({"speed_m_s": options.speed} if options.speed else {}),
+        terrain=None if options.terrain is None else read_terrain(Path(options.terrain)),
     )

@@ -38,6 +38,11 @@ def add_survey(parser: argparse.ArgumentParser) -> None:
         "--height", type=float, required=True, metavar="M", help="height of all waypoints"
     )
     parser.add_argument(
+        "--terrain",
+        metavar="FILE",
+        help="heights of the ground, which --height then counts from: .asc or .npz, copters only",
+    )
+    parser.add_argument(
         "--spacing", type=float, default=0.0, metavar="M", help="of the lines (default: --camera's)"
     )
     parser.add_argument(

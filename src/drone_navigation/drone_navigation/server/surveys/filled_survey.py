@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
 from geometry_msgs.msg import Point
 
 from custom_interfaces.msg import Waypoint
@@ -14,6 +15,7 @@ from navigation_bridge.goals.surveys import Camera, SurveyRequest, compute_surve
 from navigation_core.limits import Limits
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
+from navigation_core.surveys.terrain import TerrainGrid
 
 __all__ = ["fill_survey"]
 
@@ -37,7 +39,7 @@ def fill_survey(
         asked: the request.
         answer: the response that is filled.
         entry: where the vehicle comes from, in the frame of the request; None = the first corner.
-        limits: speed and acceleration, for the duration.
+        limits: speed and acceleration, for the duration; climbs over terrain keep them.
 
     Returns:
         The route as a goal, or why there is none.
@@ -68,6 +70,9 @@ def fill_survey(
             acceptance_radius_m=asked.acceptance_radius,
             speed_m_s=asked.max_speed or limits.speed_horizontal_m_s,
             acceleration_m_s2=limits.acceleration_horizontal_m_s2,
+            terrain=_terrain(asked),
+            climb_m_s=limits.speed_up_m_s,
+            descent_m_s=limits.speed_down_m_s,
         )
     )
     if isinstance(route, Rejection):
@@ -81,3 +86,15 @@ def fill_survey(
 
 def _corners(points: Sequence[Point]) -> tuple[tuple[float, float], ...]:
     return tuple((point.x, point.y) for point in points)
+
+
+def _terrain(asked: ComputeSurvey.Request) -> TerrainGrid | None:
+    if not asked.terrain_heights:
+        return None
+    origin = asked.terrain_origin
+    return TerrainGrid(
+        (origin.x, origin.y),
+        asked.terrain_resolution,
+        asked.terrain_width,
+        np.asarray(asked.terrain_heights, float),
+    )

@@ -10,6 +10,7 @@ from custom_interfaces.msg import GoalCode, Waypoint
 from custom_interfaces.srv import ComputeSurvey
 from drone_navigation.server.bridge_access import BridgeAccess
 from mavlink_vehicle.errors import DriverError
+from mavlink_vehicle.profiles.profile import VehicleKind
 from navigation_bridge.goals.requests import WaypointsRequest
 from navigation_core.outcomes import OutcomeCode
 from navigation_core.safety.target_checks import Rejection
@@ -53,6 +54,8 @@ class SurveyServer:
 
         answer.battery_needed = math.nan
         try:
+            if asked.terrain_heights and (unfit := self._unfit_for_terrain()):
+                return _rejected(answer, unfit)
             entry = (asked.entry.x, asked.entry.y) if asked.use_entry else self._here(asked.frame)
             goal = fill_survey(asked, answer, entry, self._access.config.bridge.goto.limits)
             if isinstance(goal, Rejection):
@@ -60,6 +63,15 @@ class SurveyServer:
             return self._admitted(answer, goal)
         except DriverError as error:
             return _rejected(answer, Rejection(OutcomeCode.INTERNAL_ERROR, str(error)))
+
+    def _unfit_for_terrain(self) -> Rejection | None:
+        """Return why the vehicle follows no terrain; None while its kind is not known."""
+        vehicle = self._access.bridge.vehicle
+        profile = self._access.driver.call(lambda: vehicle.profile, _CALL_TIMEOUT_S)
+        if profile is None or profile.kind is VehicleKind.COPTER:
+            return None
+        text = f"Only copters follow the terrain; this is a {profile.kind.value}."
+        return Rejection(OutcomeCode.UNSUPPORTED_VEHICLE, text)
 
     def _here(self, frame: int) -> tuple[float, float] | None:
         """Return where the vehicle is, None while that is not known."""
