@@ -136,6 +136,8 @@ class View:
         target_enu_m: where the target truly was last that it follows, or None.
         target_s: the time of that.
         target_m_s: how fast the target was then; infinite while that is not known.
+        mark_enu_m: where the mark truly was when it was seen last.
+        mark_s: the time of that.
     """
 
     craft: Craft
@@ -178,6 +180,8 @@ class View:
     target_enu_m: tuple[float, float, float] | None = None
     target_s: float = -math.inf
     target_m_s: float = math.inf
+    mark_enu_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    mark_s: float = -math.inf
 
     def home_away_m(self, place_enu_m: Sequence[float]) -> float:
         """Return how far a place is from home, level."""
@@ -392,6 +396,9 @@ class Course:
         if before is not None and 0.0 < now_s - before_s < 1.0:
             view.target_m_s = math.dist(before, place) / (now_s - before_s)
         view.target_enu_m, view.target_s = place, now_s
+
+    def _mark(self, view: View, place: tuple[float, float, float], now_s: float) -> None:
+        view.mark_enu_m, view.mark_s = place, now_s
 
     def _recorded(self, view: View, ends: dict[str, tuple[str, str]], now_s: float) -> None:
         """Nothing to keep."""

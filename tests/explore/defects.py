@@ -40,6 +40,8 @@ _RULES = "navigation_bridge.supervision.station_rules"
 _STATIONS = "navigation_bridge.supervision.stations"
 _PARKING = "navigation_bridge.supervision.parking"
 _MISSION = "navigation_core.tasks.watching.mission"
+_LANDING = "navigation_core.tasks.flying.target_landing"
+_FOLLOWING = "navigation_core.tasks.steering.follow_target"
 _LED = "navigation_core.tasks.watching.vehicle_led"
 
 MUTANTS: tuple[Mutant, ...] = (
@@ -302,6 +304,23 @@ MUTANTS: tuple[Mutant, ...] = (
     Mutant("a heading is in degrees", _STREAM,
            "        yaw=normalize_angle(setpoint.yaw_ned_rad) if",
            "        yaw=math.degrees(setpoint.yaw_ned_rad) if"),
+    # --- targets
+    Mutant("a lost target is landed on", _LANDING,
+           "        return target.is_lost(now) and here[2] - floor_m > _COMMITTED_M",
+           "        return False"),
+    Mutant("a target that is required is not needed", _LANDING,
+           "            if self._goal.is_required:\n                text = f\"{text} The",
+           "            if False:\n                text = f\"{text} The"),
+    Mutant("anywhere is on the target", _LANDING,
+           "        if off_m is None or off_m > OFF_MAX_M:", "        if off_m is None:"),
+    Mutant("a lost target is followed on", _FOLLOWING,
+           "        is_lost, lasted_s = target.is_lost(now), now",
+           "        is_lost, lasted_s = False, now"),
+    Mutant("the least distance is ignored", _FOLLOWING,
+           "        wanted = guide.kept_off(wanted, position, yaw, target, now)\n", ""),
+    Mutant("a route turns the other way", "navigation_core.tasks.leading.path_follower",
+           "            self.carrot.turn_on(self._turn_rate_rad_s)",
+           "            self.carrot.turn_on(-self._turn_rate_rad_s)"),
 )  # fmt: skip
 
 
@@ -351,6 +370,8 @@ REASONS = {
     "home is an item": "the number of a waypoint is not compared with the vehicle's",
     "the last item is never asked for": "the goal ends with a reason, as on a faulty link",
     "skipped waypoints count": "missions that skip one were disturbed, and anything is right then",
+    "anywhere is on the target": "marks seldom jump when it is too late to land on them",
+    "the least distance is ignored": "the way round keeps clear of it; one that moves is excused",
 }
 """Why some are not found."""
 

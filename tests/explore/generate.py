@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 from typing import Any
 
 from tests.explore.scenario import Craft, Event, Post, Scenario
@@ -84,6 +85,8 @@ _ONBOARD: dict[tuple[str, str], tuple[tuple[str, tuple[float, ...]], ...]] = {
 _SHARED_PLACES_M = ((0.0, 0.0), (12.0, 0.0), (6.0, 10.0))
 _SWAPS = ((1, 0, 2), (1, 2, 0), (2, 0, 1))
 _METRES_PER_DEGREE = 111_200.0
+# With these an ArduCopter lands on a target.
+_LANDS_ON_TARGETS = {"PLND_ENABLED": 1.0, "PLND_TYPE": 1.0}
 _BAD_NUMBERS = (math.nan, math.inf, -math.inf, 1e9, -1e9, 1e-300)
 
 
@@ -117,7 +120,7 @@ class _Author:
         angle = rng.uniform(0.0, math.tau)
         return Scenario(
             self.seed,
-            tuple(self.crafts),
+            tuple(self._prepared(index, craft) for index, craft in enumerate(self.crafts)),
             tuple(sorted(self.events, key=lambda event: event.time_s)),
             posts,
             (round(wind * math.cos(angle), 2), round(wind * math.sin(angle), 2), 0.0),
@@ -144,6 +147,14 @@ class _Author:
             onboard["FENCE_ENABLE"] = 1.0
         signed, chatty = rng.random() < 0.1, rng.random() < 0.25
         return Craft(kind, autopilot, place, battery, onboard, server, search_s, signed, chatty)
+
+    def _prepared(self, index: int, craft: Craft) -> Craft:
+        """Return a craft that lands on marks where it is asked to."""
+        if craft.autopilot == "px4" or not any(
+            event.craft == index and "mark" in event.how for event in self.events
+        ):
+            return craft
+        return replace(craft, onboard={**craft.onboard, **_LANDS_ON_TARGETS})
 
     def _posts(self) -> tuple[Post, ...]:
         rng = self.rng
@@ -195,6 +206,8 @@ class _Author:
         if what == "navigate":
             place = [round(rng.uniform(-8.0, 8.0), 1), round(rng.uniform(-8.0, 8.0), 1), 0.5]
             self._add(t, craft, what, place=place, frame="base_link")
+        elif what == "land":
+            self._add(t, craft, what, **self._mark(t, craft))
         else:
             self._add(t, craft, what)
 
@@ -224,11 +237,12 @@ class _Author:
                 t, craft, "route", places=places, speed=speed, mission=mission,
                 hold_s=rng.choice((0.0, 0.0, 2.0)), laps=rng.choice((0, 0, 2)),
                 avoid=avoid and not mission, acts=_acts(places),
+                **_turning(places),
             )  # fmt: skip
         elif draw < 0.88:
             self._add(t, craft, "takeoff", height=rng.choice((0.0, 2.0, 5.0)))
         elif draw < 0.94:
-            self._add(t, craft, "land")
+            self._add(t, craft, "land", **self._mark(t, craft))
         else:
             self._add(t, craft, "go_home")
 
@@ -265,6 +279,25 @@ class _Author:
             lie=rng.choice(("", "", "", "", "nan", "old", "far")),
             yaw=rng.choice(("TARGET", "TANGENT", "KEEP")),
         )  # fmt: skip
+
+    def _mark(self, t: float, craft: int) -> dict[str, Any]:
+        """The mark of two landings in three of a copter, without a draw, as `_acts`.
+
+        It may be seen never or only from above; it vanishes, jumps or lies.
+        """
+        rng = random.Random(f"mark {self.seed} {craft} {t}")
+        if self.crafts[craft].kind != "copter" or rng.random() < 0.33:
+            return {}
+        return {
+            "mark": [round(rng.uniform(-3.0, 3.0), 1), round(rng.uniform(-3.0, 3.0), 1)],
+            "required": rng.random() < 0.7,
+            "retries": rng.choice((0, 0, 1, 2)),
+            "search": rng.choice((0.0, 0.0, 6.0, 12.0, rng.choice(_BAD_NUMBERS))),
+            "covered_below": rng.choice((0.0, 0.0, 0.5, 2.5)),
+            "fault": rng.choice(("", "", "vanishes", "vanishes", "jumps", "nan", "old", "far")),
+            "fault_s": rng.choice((0.0, 2.0, 5.0, 9.0, 14.0)),
+            "jump": rng.choice((-3.0, 1.5, 4.0)),
+        }
 
     def _stations(self, craft: int) -> None:
         rng = self.rng
@@ -451,3 +484,11 @@ def _acts(places: list[list[float]]) -> list[str]:
         "bad",
     )
     return [rng.choice(names[: rng.choice((7, 7, 10))]) for _ in range(rng.choice((1, 2, 3)))]
+
+
+def _turning(places: list[list[float]]) -> dict[str, float]:
+    """The yaw rate of one route in six, without a draw, as `_acts`."""
+    rng = random.Random(f"yaw {places!r}")
+    if rng.random() > 1 / 6:
+        return {}
+    return {"yaw_rate": rng.choice((-1.0, -0.3, 0.2, 0.5, 1.2, rng.choice((math.nan, 60.0))))}

@@ -28,6 +28,7 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from tests.explore.exploration import Ship
+from tests.explore.landing_mark import MARK, LandingMark
 from tests.explore.moving_target import SOURCE, MovingTarget
 
 _FACING_AHEAD = (0.0, 0.0, 0.0, 0.0)
@@ -74,8 +75,12 @@ def route(
     mission: bool = False,
     avoid: bool = False,
     acts: list[str] | None = None,
+    yaw_rate: float = 0.0,
 ) -> None:
-    """A NavigateWaypoints goal, flown by setpoints or as a mission, with acts at each waypoint."""
+    """A NavigateWaypoints goal, flown by setpoints or as a mission, with acts at each waypoint.
+
+    The numbers may be anything.
+    """
     there = tuple(_ACTS[name] for name in acts or ())
     waypoints = tuple(
         WaypointRequest(
@@ -86,7 +91,9 @@ def route(
         )
         for p in places
     )
-    ship.ask(WaypointsRequest(waypoints, mission, laps, speed, avoid))
+    ship.ask(
+        WaypointsRequest(waypoints, mission, laps, speed, avoid, yaw_rate_rad_s=float(yaw_rate))
+    )
 
 
 def orbit(
@@ -142,9 +149,26 @@ def takeoff(ship: Ship, height: float = 0.0) -> None:
     ship.ask(TakeoffRequest(float(height)))
 
 
-def land(ship: Ship) -> None:
-    """A Land goal."""
-    ship.ask(LandRequest())
+def land(
+    ship: Ship,
+    mark: list[float] | None = None,
+    required: bool = True,
+    retries: int = 0,
+    search: float = 0.0,
+    covered_below: float = 0.0,
+    fault: str = "",
+    fault_s: float = 0.0,
+    jump: float = 0.0,
+) -> None:
+    """A Land goal; on a mark, if there is one, east and north of the vehicle."""
+    if mark is None:
+        ship.ask(LandRequest())
+        return
+    east, north, _ = ship.truth().position_enu_m
+    place = (east + mark[0], north + mark[1], 0.0)
+    begins_s = ship.now_s + fault_s
+    ship.beside = LandingMark(ship, place, covered_below, fault, begins_s, jump).turn
+    ship.ask(LandRequest(MARK.topic, required, retries, float(search)))
 
 
 def go_home(ship: Ship) -> None:

@@ -60,7 +60,8 @@ class Entry:
         kind: "truth", "asked", "sent" (a message of the server), "output" (of the bridge),
             "happening" (an event of the scenario), "server" ("started", "killed", "failed"),
             "waits" (the vehicle that it waits for by its server's picture of the traffic, from 0;
-            -1 for none), "size" (the largest container of the server: its name and length),
+            -1 for none), "target" and "mark" (where it truly is that is followed, or that is seen
+            and landed on), "size" (the largest container of the server: its name and length),
             "recorded" (the ends of goals as a recording has them: code and message by id).
         value: what.
     """

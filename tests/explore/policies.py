@@ -35,6 +35,7 @@ from navigation_bridge.goals.requests import (
     WaypointsRequest,
 )
 from navigation_core.outcomes import OutcomeCode
+from navigation_core.tasks.flying.target_landing import OFF_MAX_M
 from navigation_core.tasks.progress import FollowState, Status
 from tests.explore.course import COMMANDS, SETPOINTS, Goal, View, speed_of
 from tests.explore.log import Asked, Entry, Truth
@@ -61,6 +62,8 @@ _ANSWER_S = 4.0
 # On a good link, knowledge of a vehicle is at most this old.
 _REPORTED_S = 0.5
 _HULL_M = 0.5
+# A target that is lost is looked for above 1 m; below, the vehicle lands, and stands for a while.
+_UNSEEN_S = 11.0
 _CONTROL = {"ardupilot": "GUIDED", "px4": "OFFBOARD"}
 _END = output(GoalFinished)
 _FEEDBACK = output(GoalFeedback)
@@ -348,7 +351,9 @@ def good_numbers_rejected(asked: Asked, view: View, now_s: float) -> bool:
     if not isinstance(request, WaypointsRequest):
         return False
     acts = [act for waypoint in request.waypoints for act in waypoint.acts]
-    return _finite(*(act.duration_s for act in acts))
+    rate_rad_s = abs(request.yaw_rate_rad_s)
+    most_rad_s = 0.0 if request.by_mission else view.config.bridge.goto.limits.yaw_rate_rad_s
+    return _finite(*(act.duration_s for act in acts)) and rate_rad_s <= most_rad_s
 
 
 @always(of_kind("asked"), "docs/navigate.md, codes")
@@ -825,6 +830,68 @@ def an_approach_within_the_least_distance(truth: Truth, view: View, now_s: float
     if gap_m >= least_m or gap_m < 0.1 or now_s - view.flown.accepted_s < 15.0:
         return False
     return float(np.dot(truth.velocity_enu_m_s, away)) / gap_m < -0.4 - view.gust_m_s
+
+
+def _marked(goal: Goal) -> bool:
+    """Whether a goal lands on a mark."""
+    return isinstance(goal.request, LandRequest) and bool(goal.request.target_topic)
+
+
+def _needs_mark(goal: Goal) -> bool:
+    """Whether a goal lands on a mark only."""
+    return isinstance(goal.request, LandRequest) and goal.request.target_required
+
+
+def _beside_mark_m(view: View) -> float:
+    """The true distance over ground to where the mark was seen last."""
+    return math.dist(view.truth.position_enu_m[:2], view.mark_enu_m[:2])
+
+
+@never(_SUCCESS, "Land.action, target_required")
+def a_landing_beside_the_mark(end: GoalFinished, view: View, now_s: float) -> bool:
+    """A Land that requires its target succeeds on it only, where it was seen last."""
+    goal = view.goal(end.goal_id)
+    if not _needs_mark(goal) or not _undisturbed(end, view, now_s):
+        return False
+    return view.mark_s <= goal.accepted_s or _beside_mark_m(view) > OFF_MAX_M + 0.3
+
+
+@always(_SUCCESS, "Land.action, lateral_error")
+def the_lateral_error_is_true(end: GoalFinished, view: View, now_s: float) -> bool:
+    """The lateral error of a landing is the true distance to where the target was seen last."""
+    goal, error_m = view.goal(end.goal_id), end.final_error_m
+    if not _marked(goal) or error_m is None or not _undisturbed(end, view, now_s):
+        return True
+    return view.mark_s > goal.accepted_s and abs(error_m - _beside_mark_m(view)) < 0.5
+
+
+@never(_TRUTH, "Land.action, target_required")
+def a_touchdown_without_the_mark(truth: Truth, view: View, now_s: float) -> bool:
+    """A Land that requires its target comes to the ground only after it has just seen it."""
+    goal = view.flown
+    if not _needs_mark(goal) or not truth.on_ground or not _ours(view, now_s):
+        return False
+    flew = any(not before.on_ground for _, before in view.recent)
+    seen_s = view.mark_s if view.mark_s > goal.accepted_s else -math.inf
+    return flew and math.isinf(goal.cancel_s) and now_s - seen_s > _UNSEEN_S
+
+
+@always(_SETPOINTS, "NavigateWaypoints.action, yaw_rate")
+def a_route_turns_at_its_rate(message: Message, view: View, now_s: float) -> bool:
+    """A copter on a route with a yaw rate is not turned faster, nor the other way."""
+    request, before = view.flown.request, view.before
+    if not isinstance(request, WaypointsRequest) or not request.yaw_rate_rad_s:
+        return True
+    passed_s = now_s - view.before_s
+    if before is None or passed_s > 0.3 or view.before_s < view.flown.accepted_s + 5.0:
+        return True
+    if (message.type_mask | before.type_mask) & mavlink.POSITION_TARGET_TYPEMASK_YAW_IGNORE:
+        return True
+    # Counter-clockwise is negative in NED.
+    turned_rad = math.remainder(before.yaw - message.yaw, math.tau)
+    wanted_rad = request.yaw_rate_rad_s * (passed_s + 0.03)
+    least_rad, most_rad = sorted((0.0, wanted_rad))
+    return least_rad - 0.002 < turned_rad < most_rad + 0.002
 
 
 @always(_FEEDBACK, OURS)
@@ -1447,6 +1514,8 @@ ON_TRIAL = frozenset(
         *("all_laps_are_flown", "a_circle_is_kept"),
         *("a_goal_ends_by_required_acts_alone", "holds_are_held", "mission_items_have_their_holds"),
         *("a_success_without_the_target", "an_approach_within_the_least_distance"),
+        *("a_landing_beside_the_mark", "a_touchdown_without_the_mark"),
+        *("the_lateral_error_is_true", "a_route_turns_at_its_rate"),
     }
 )
 """New or changed: their violations are reported, but fail nothing until they have judged a thousand

@@ -109,7 +109,7 @@ def test_a_cancelled_landing_holds(autopilot: str) -> None:
 
 
 BAD = {
-    "NaN": (replace(LAND, search_height_m=math.nan), "INVALID_NUMBER", "search_height"),
+    "NaN": (replace(LAND, search_height_m=math.nan), "INVALID_NUMBER", "is nan; every"),
     "no topic": (LandRequest(target_required=True), "INVALID_TARGET", "target_topic"),
     "no name": (LandRequest("/not a name"), "INVALID_TARGET", "/not a name"),
     "another type": (

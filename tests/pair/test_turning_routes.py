@@ -52,7 +52,7 @@ def test_a_copter_turns_while_it_moves_and_keeps_its_yaw_at_the_end(autopilot: s
 @pytest.mark.parametrize(
     ("change", "code", "words"),
     [
-        ({"yaw_rate_rad_s": math.nan}, OutcomeCode.INVALID_WAYPOINTS, "give a finite number"),
+        ({"yaw_rate_rad_s": math.nan}, OutcomeCode.INVALID_WAYPOINTS, "yaw_rate is nan; give"),
         ({"yaw_rate_rad_s": 3.0}, OutcomeCode.INVALID_NUMBER, "turns with at most"),
         (
             {"yaw_rate_rad_s": 0.5, "by_mission": True},

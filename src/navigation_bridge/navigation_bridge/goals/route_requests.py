@@ -125,7 +125,7 @@ def _problem_of_route(request: WaypointsRequest) -> str | None:
 def _problem_of_turning(request: WaypointsRequest) -> str | None:
     rate_rad_s = request.yaw_rate_rad_s
     if not math.isfinite(rate_rad_s):
-        return f"yaw_rate is {rate_rad_s} rad/s; give a finite number, or 0 for the usual yaw."
+        return f"yaw_rate is {rate_rad_s}; give a finite number, or 0 for the usual yaw."
     if rate_rad_s == 0.0:
         return None
     if request.by_mission:

@@ -23,7 +23,10 @@ __all__ = ["admit_on_target", "check_target_landing"]
 def check_target_landing(request: LandRequest, snapshot: Snapshot) -> Rejection | None:
     """Return why a target is not landed on with these numbers and this vehicle, or None."""
     topic, height_m = request.target_topic, request.search_height_m
-    if not math.isfinite(height_m) or height_m < 0.0:
+    if not math.isfinite(height_m):
+        text = f"search_height is {height_m}; every number must be finite."
+        return Rejection(OutcomeCode.INVALID_NUMBER, text)
+    if height_m < 0.0:
         text = f"search_height is {height_m:g} m; give 0 (as high as the vehicle is) or more."
         return Rejection(OutcomeCode.INVALID_NUMBER, text)
     if not topic and (request.target_required or request.retries or height_m):
