@@ -155,6 +155,23 @@ def test_a_complaint_of_the_estimator_counts_when_it_is_repeated(
     watched.ekf(flags, ratio, later_s=0.0)
     assert watched.trust.complaint == words
     watched.ekf()
+    assert watched.trust.complaint == words, "the estimate has not come back yet"
+    watched.ekf()
+    assert watched.trust.complaint == ""
+
+
+def test_a_fix_that_has_come_back_counts_after_a_second_and_again_from_the_start() -> None:
+    """An estimate slides back to its GPS then, at 10 m/s for a vehicle that stands."""
+    watched = Watched()
+    lost = "the GPS has lost its 3D fix"
+    watched.at(0.0)
+    watched.gps(0.0)
+    for fix_type, seconds in ((1, 2.0), (3, 0.5), (1, 0.5), (3, 0.5)):
+        for _ in range(round(seconds / 0.1)):
+            watched.gps(0.0, 0.1, fix_type)
+    assert watched.trust.complaint == lost
+    for _ in range(8):
+        watched.gps(0.0, 0.1)
     assert watched.trust.complaint == ""
 
 
@@ -179,6 +196,8 @@ def test_a_gps_that_leaves_the_estimate_is_a_complaint_and_one_that_never_agreed
         watched.at(0.0)
     assert watched.trust.complaint == "the GPS is 20 m from the estimated position"
     watched.gps(0.5)
+    assert watched.trust.complaint == "the GPS is 20 m from the estimated position"
+    watched.gps(0.5, 1.0)
     assert watched.trust.complaint == ""
     indoors = Watched()
     indoors.at(0.0)

@@ -35,6 +35,9 @@ _SLACK_M, _VELOCITY_ERROR_M_S, _ACCELERATION_M_S2 = 1.0, 0.7, 5.0
 _SILENCE_MS = 2000
 # A bad word must hold this long: EKF_STATUS_REPORT and ESTIMATOR_STATUS come once a second.
 _CONFIRM_S = 0.9
+# A good word must hold this long after bad ones: the estimate comes back to its GPS in the first
+# moments, and moves as the vehicle does not.
+_SETTLED_S = 1.0
 # How far the GPS may be from the estimate: its latency, and its own accuracy.
 _GPS_OFF_M, _GPS_LATENCY_S, _GPS_SIGMAS = 5.0, 0.5, 3.0
 # The reports of which the first one with a fault counts.
@@ -73,6 +76,8 @@ class PositionTrust:
         # and those that have held for long enough.
         self._since_s: dict[type, float] = {}
         self._complaints: dict[type, str] = {}
+        # The times of the first good messages after them.
+        self._good_s: dict[type, float] = {}
         self.fault: PositionFault | None = None
 
     @property
@@ -144,11 +149,15 @@ class PositionTrust:
         return f"the GPS is {off_m:.0f} m from the estimated position"
 
     def _judge(self, source: type, words: str, now: float) -> None:
-        if not words:
+        if words:
+            self._good_s.pop(source, None)
+            if now - self._since_s.setdefault(source, now) >= _CONFIRM_S:
+                self._complaints.setdefault(source, words)
+        else:
             self._since_s.pop(source, None)
-            self._complaints.pop(source, None)
-        elif now - self._since_s.setdefault(source, now) >= _CONFIRM_S:
-            self._complaints.setdefault(source, words)
+            good_s = self._good_s.setdefault(source, now) if source in self._complaints else now
+            if now - good_s >= _SETTLED_S:
+                del self._complaints[source], self._good_s[source]
         faults = self._complaints
         self.fault = next(
             (PositionFault(kind, faults[kind]) for kind in _SOURCES if kind in faults), None
