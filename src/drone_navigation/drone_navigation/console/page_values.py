@@ -215,7 +215,7 @@ def diagnostic(message: DiagnosticStatus) -> DiagnosticValue:
 
 def feedback(action: str, message: Navigate.Feedback | Follow.Feedback) -> FeedbackValue:
     """Return the feedback of any action; distance in m, time in s."""
-    # What follows never arrives.
+    # A target that is followed is never arrived at.
     follows = isinstance(message, Follow.Feedback)
     return {
         "action": action,

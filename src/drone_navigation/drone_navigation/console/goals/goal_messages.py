@@ -56,7 +56,7 @@ def landing(command: PageCommand) -> Land.Goal:
     """Return the goal that lands where the vehicle is, or on a target."""
     topic = command.target_topic.strip()
     if not topic:
-        # What is left in the other fields must not keep it from landing.
+        # The other fields may hold anything; that must not keep it from landing.
         return Land.Goal()
     return Land.Goal(
         target_topic=topic,
