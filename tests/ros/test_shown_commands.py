@@ -161,6 +161,8 @@ def place(tmp_path: Path, domain: int) -> Place:
     for name in ("00000007.BIN", "vehicle1_log7_20261123T063631Z.bin"):
         (tmp_path / name).write_bytes(log)
     (tmp_path / "my.plan").write_text(json.dumps(PLAN), "utf-8")
+    grid = "ncols 20\nnrows 20\nxllcorner -20\nyllcorner -20\ncellsize 5\n" + 400 * "0 "
+    (tmp_path / "hill.asc").write_text(grid, "utf-8")
     (tmp_path / "some.parm").write_text("WPNAV_SPEED 500\n", "utf-8")
     (tmp_path / "signing.key").write_text(64 * "1", "utf-8")
     (tmp_path / "goals.yaml").write_text(blocks(ROOT / "docs/logs.md", "yaml")[0], "utf-8")

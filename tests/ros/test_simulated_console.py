@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+
 import pytest
 
 from drone_navigation.processes import free_domain, free_udp_port, ros_environment
+from tests.support.processes import HANGS_AFTER_S
 from tests.support.ros.ros_flight import READY_TIMEOUT_S
 from tests.support.ros.terminal import Terminal
 
@@ -31,3 +36,18 @@ def test_ctrl_c_while_it_starts_is_a_clean_end_as_well(moment: str) -> None:
     shown.type(CTRL_C)
     assert shown.wait(30.0) == 0, shown.text
     assert "Traceback" not in shown.text
+
+
+def test_an_interrupt_that_is_held_back_while_python_starts_ends_a_program() -> None:
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+    try:
+        child = subprocess.Popen(
+            [sys.executable, "-m", "drone_navigation.navigation_console", "--help"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+        child.send_signal(signal.SIGINT)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    output, _ = child.communicate(timeout=HANGS_AFTER_S)
+    assert (child.returncode, output) == (-signal.SIGINT, b"")

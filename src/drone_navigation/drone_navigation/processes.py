@@ -344,7 +344,13 @@ class ProcessGroup:
             ProcessError: it is still running after ``timeout_s``, or after an interrupt.
         """
         with self._held():
-            child = subprocess.Popen([sys.executable, "-m", *arguments], env=dict(environment))
+            # The terminal interrupts it, too. While Python starts, that would be a fatal error of
+            # Python's; the programs let it through (`process_control.quiet_start`).
+            mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+            try:
+                child = subprocess.Popen([sys.executable, "-m", *arguments], env=dict(environment))
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, mask)
             self._in_terminal = child
         try:
             return child.wait(timeout_s)

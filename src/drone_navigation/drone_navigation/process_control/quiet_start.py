@@ -62,6 +62,8 @@ def run_program(
 # A test that imports a program keeps its own handler.
 if Path(sys.argv[0]).stem in PROGRAMS:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # A program that starts this one in its terminal holds an interrupt back until here.
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT,))
     if problem := middleware_problem(os.environ):
         print(problem, file=sys.stderr)
         sys.exit(_EXIT_NO_ROS)
